@@ -1,0 +1,97 @@
+"""Input checked once, at the door: ints become floats, copies are taken, rules are enforced with a readable message."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import GeometryError, InvalidValueError
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+FloatOrArray: TypeAlias = float | FloatArray
+
+
+def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
+    """`name = value`, with the place of the first offender where the value is an array."""
+    if array.ndim == 0:
+        return f"{name} = {float(array):.6g}"
+    where = tuple(int(i) for i in np.argwhere(bad)[0])
+    place = ", ".join(map(str, where))
+    return f"{name}[{place}] = {array[where]:.6g}"
+
+
+def real(
+    name: str,
+    value: npt.ArrayLike,
+    *,
+    unit: str = "",
+    above: float | None = None,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    finite: bool = True,
+    fix: str = "",
+) -> FloatArray:
+    """`value` as a read-only float array that is not the caller's own, within the stated bounds.
+
+    Raises
+    ------
+    InvalidValueError
+        Where `value` is no number, not finite, or outside the bounds.
+    """
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"{name} = {value!r}", "a real number or an array of them is needed", fix) from None
+    unit_text = f" [{unit}]" if unit else ""
+    if finite and not np.isfinite(array).all():
+        raise InvalidValueError(_seen(name, array, ~np.isfinite(array)), f"has to be finite{unit_text}", fix)
+    if above is not None and not (array > above).all():
+        raise InvalidValueError(_seen(name, array, ~(array > above)), f"has to be > {above:g}{unit_text}", fix)
+    if at_least is not None and not (array >= at_least).all():
+        raise InvalidValueError(_seen(name, array, ~(array >= at_least)), f"has to be >= {at_least:g}{unit_text}", fix)
+    if at_most is not None and not (array <= at_most).all():
+        raise InvalidValueError(_seen(name, array, ~(array <= at_most)), f"has to be <= {at_most:g}{unit_text}", fix)
+    array.flags.writeable = False
+    return array
+
+
+def scalar(
+    name: str,
+    value: npt.ArrayLike,
+    *,
+    unit: str = "",
+    above: float | None = None,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    fix: str = "",
+) -> float:
+    """Like `real`, for a value that has to be a single number."""
+    array = real(name, value, unit=unit, above=above, at_least=at_least, at_most=at_most, fix=fix)
+    if array.ndim:
+        raise InvalidValueError(f"{name} of shape {array.shape}", "a single number is needed", fix)
+    return float(array)
+
+
+def read_only(values: npt.ArrayLike) -> FloatArray:
+    """The same values as a float array that is closed to writing; no copy is made of one."""
+    array = np.asarray(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
+    """The common shape of the arrays.
+
+    Raises
+    ------
+    GeometryError
+        Where they have none; the message gives each one's shape.
+    """
+    try:
+        return np.broadcast_shapes(*(a.shape for a in arrays.values()))
+    except ValueError:
+        seen = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
+        raise GeometryError(f"shapes {seen}", "they have to broadcast as in NumPy") from None

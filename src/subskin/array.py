@@ -1,0 +1,163 @@
+"""Where the sensors are and how each turns what it measures into a reading."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _check
+from ._check import FloatArray
+from .errors import GeometryError, InvalidValueError
+from .transducer import NormalStrain, Transducer
+
+__all__ = ["SensorArray"]
+
+_PER_SENSOR = ("depth", "gain", "offset", "noise", "width", "low", "high", "resolution")
+
+
+@dataclass(frozen=True)
+class SensorArray:
+    """A row of sensors in the skin.
+
+    A sensor reads gain * (what its transducer measures, averaged over its width) + offset + noise, held within
+    [low, high] and rounded to its resolution. Each parameter is one number for all sensors or one a sensor.
+
+    Parameters
+    ----------
+    y : array_like, shape (n,)
+        Places along the surface [m].
+    depth : array_like
+        Depths [m], > 0.
+    transducer : Transducer or sequence of Transducer, optional
+        What each measures.
+    gain : array_like, optional
+        Reading per unit measured. 0 marks a dead sensor: it is left out of every estimate.
+    offset : array_like, optional
+        Reading of the untouched skin.
+    noise : array_like, optional
+        Standard deviation of a reading, >= 0.
+    width : array_like, optional
+        Width along y over which the quantity is averaged [m], >= 0.
+    low, high : array_like, optional
+        Range of a reading; at either end the sensor is saturated.
+    resolution : array_like, optional
+        Step to which a reading is rounded, >= 0; 0 for none.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range; parameters that do not match the number of sensors.
+
+    Examples
+    --------
+    >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, noise=1e-4)
+    >>> len(array), array.y.tolist()
+    (4, [-0.009, -0.003, 0.003, 0.009])
+    """
+
+    y: npt.ArrayLike
+    depth: npt.ArrayLike
+    transducer: Transducer | Sequence[Transducer] = field(default_factory=NormalStrain)
+    gain: npt.ArrayLike = 1.0
+    offset: npt.ArrayLike = 0.0
+    noise: npt.ArrayLike = 0.0
+    width: npt.ArrayLike = 0.0
+    low: npt.ArrayLike = -np.inf
+    high: npt.ArrayLike = np.inf
+    resolution: npt.ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        y = np.atleast_1d(_check.real("y", self.y, unit="m"))
+        if y.ndim != 1 or not y.size:
+            raise GeometryError(f"y of shape {y.shape}", "one place a sensor is needed, shape (n,)", "y=[-1e-3, 1e-3]")
+        checked = {
+            "depth": _check.real("depth", self.depth, unit="m", above=0.0, fix="depth is measured into the skin"),
+            "gain": _check.real("gain", self.gain),
+            "offset": _check.real("offset", self.offset),
+            "noise": _check.real("noise", self.noise, at_least=0.0),
+            "width": _check.real("width", self.width, unit="m", at_least=0.0),
+            "low": _check.real("low", self.low, finite=False),
+            "high": _check.real("high", self.high, finite=False),
+            "resolution": _check.real("resolution", self.resolution, at_least=0.0),
+        }
+        object.__setattr__(self, "y", _check.read_only(y))
+        for name, values in checked.items():
+            if values.shape not in ((), (1,), y.shape):
+                raise GeometryError(
+                    f"{name} of shape {values.shape}", f"one value, or one for each of the {y.size} sensors, is needed"
+                )
+            object.__setattr__(self, name, _check.read_only(np.broadcast_to(values, y.shape).copy()))
+        if not (np.asarray(self.low) < np.asarray(self.high)).all():
+            raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
+        kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
+        if len(kinds) != y.size or not all(isinstance(k, Transducer) for k in kinds):
+            raise GeometryError(
+                f"transducer = {self.transducer!r}", f"one Transducer, or one for each of the {y.size} sensors, is needed"
+            )
+        object.__setattr__(self, "transducer", kinds)
+
+    @classmethod
+    def line(
+        cls,
+        count: int,
+        pitch: float,
+        depth: npt.ArrayLike,
+        centre: float = 0.0,
+        transducer: Transducer | Sequence[Transducer] | None = None,
+        **parameters: npt.ArrayLike,
+    ) -> Self:
+        """`count` sensors at equal `pitch` [m], the row centred at y = `centre` [m].
+
+        `depth`, `transducer` and the rest are those of the class.
+
+        Raises
+        ------
+        InvalidValueError
+            count < 1 or pitch <= 0.
+        """
+        if isinstance(count, bool) or int(count) != count or count < 1:
+            raise InvalidValueError(f"count = {count!r}", "a whole number of sensors >= 1 is needed")
+        step = _check.scalar("pitch", pitch, unit="m", above=0.0)
+        y = _check.scalar("centre", centre, unit="m") + step * (np.arange(int(count)) - (int(count) - 1) / 2)
+        kind = NormalStrain() if transducer is None else transducer
+        return cls(y=y, depth=depth, transducer=kind, **parameters)
+
+    def __len__(self) -> int:
+        return len(np.asarray(self.y))
+
+    @property
+    def transducers(self) -> tuple[Transducer, ...]:
+        """The transducer of each sensor."""
+        return tuple(self.transducer) if not isinstance(self.transducer, Transducer) else (self.transducer,)
+
+    @property
+    def live(self) -> npt.NDArray[np.bool_]:
+        """Which sensors have a gain; a dead one has gain 0."""
+        return np.asarray(self.gain) != 0
+
+    def select(self, sensors: npt.ArrayLike) -> SensorArray:
+        """The sensors of the given indices, or of a mask, as an array of their own."""
+        index = np.arange(len(self))[np.asarray(sensors)]
+        chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
+        return replace(self, transducer=tuple(self.transducers[i] for i in index), **chosen)
+
+    def digitise(self, measured: FloatArray, rng: np.random.Generator | None = None) -> FloatArray:
+        """Readings, shape (..., n), from the measured quantities: gain, offset, noise (with `rng`), range, resolution."""
+        readings = np.asarray(self.gain) * measured + np.asarray(self.offset)
+        if rng is not None:
+            readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)
+        readings = np.clip(readings, self.low, self.high)
+        step = np.asarray(self.resolution)
+        if step.any():
+            safe = np.where(step > 0, step, 1.0)
+            readings = np.where(step > 0, np.clip(np.round(readings / safe) * safe, self.low, self.high), readings)
+        return readings
+
+    def usable(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
+        """Which readings, shape (..., n), can be used: finite, within the range, of a live sensor."""
+        inside = (readings > np.asarray(self.low)) & (readings < np.asarray(self.high))
+        return inside & np.isfinite(readings) & self.live

@@ -1,0 +1,205 @@
+"""What every contact has to say: the Cauchy transforms of its pressure and shear, and the pressure and shear themselves.
+
+With z = y + i x the transform of a pressure p is F(z) = integral of p(t) / (t - z) dt; it alone, with its derivative,
+gives the whole field in a half plane (DESIGN.md, "One idea carries everything").
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+
+__all__ = ["Contact", "ContactSum", "ProportionalContact", "Transforms"]
+
+
+class Transforms(NamedTuple):
+    """Cauchy transforms of the pressure (`p`) and of the shear (`q`) with their derivatives in z (`dp`, `dq`)."""
+
+    p: ComplexArray
+    dp: ComplexArray
+    q: ComplexArray
+    dq: ComplexArray
+
+
+class Contact(ABC):
+    """Traction on the skin's surface. Pressure presses in (+x), shear drags the surface towards +y.
+
+    Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a field.
+    """
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch; () for a single contact."""
+
+    @property
+    @abstractmethod
+    def normal_force(self) -> FloatArray:
+        """Integral of the pressure, N [N/m]."""
+
+    @property
+    @abstractmethod
+    def tangential_force(self) -> FloatArray:
+        """Integral of the shear, T [N/m], positive towards +y."""
+
+    @abstractmethod
+    def transforms(self, z: ComplexArray) -> Transforms:
+        """Cauchy transforms at z = y + i x (x >= 0), broadcast against the batch."""
+
+    @abstractmethod
+    def pressure(self, y: npt.ArrayLike) -> FloatArray:
+        """Pressure on the surface [Pa] at y [m], positive in compression; infinite at a singularity."""
+
+    @abstractmethod
+    def shear(self, y: npt.ArrayLike) -> FloatArray:
+        """Shear on the surface [Pa] at y [m], positive where it drags the skin towards +y."""
+
+    @abstractmethod
+    def singular_points(self) -> tuple[FloatArray, ...]:
+        """Places y [m] on the surface where the stress is infinite, each of the batch's shape."""
+
+    @abstractmethod
+    def expand(self, axes: int = 1) -> Self:
+        """The same contact with `axes` axes of length one appended to its batch, to broadcast against points."""
+
+    def __add__(self, other: object) -> ContactSum:
+        if not isinstance(other, Contact):
+            return NotImplemented
+        return ContactSum((*_parts(self), *_parts(other)))
+
+    def __radd__(self, other: object) -> Contact:
+        # sum([...]) starts from the integer 0
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
+
+def _parts(contact: Contact) -> tuple[Contact, ...]:
+    return contact.parts if isinstance(contact, ContactSum) else (contact,)
+
+
+@dataclass(frozen=True)
+class ContactSum(Contact):
+    """Several contacts at once: tractions add, so do the fields.
+
+    Examples
+    --------
+    >>> from subskin.contact.line import LineLoad
+    >>> two = LineLoad(force=3.0, angle=0.0, position=-1e-3) + LineLoad(force=1.0, angle=0.0, position=1e-3)
+    >>> float(two.normal_force)
+    4.0
+    """
+
+    parts: tuple[Contact, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:  # noqa: D102
+        return np.broadcast_shapes(*(part.shape for part in self.parts))
+
+    @property
+    def normal_force(self) -> FloatArray:  # noqa: D102
+        return np.asarray(sum(part.normal_force for part in self.parts), dtype=np.float64)
+
+    @property
+    def tangential_force(self) -> FloatArray:  # noqa: D102
+        return np.asarray(sum(part.tangential_force for part in self.parts), dtype=np.float64)
+
+    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
+        first, *rest = self.parts
+        total = first.transforms(z)
+        for part in rest:
+            total = Transforms(*(a + b for a, b in zip(total, part.transforms(z), strict=True)))
+        return total
+
+    def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return np.asarray(sum(part.pressure(y) for part in self.parts), dtype=np.float64)
+
+    def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return np.asarray(sum(part.shear(y) for part in self.parts), dtype=np.float64)
+
+    def singular_points(self) -> tuple[FloatArray, ...]:  # noqa: D102
+        return tuple(point for part in self.parts for point in part.singular_points())
+
+    def expand(self, axes: int = 1) -> ContactSum:  # noqa: D102
+        return ContactSum(tuple(part.expand(axes) for part in self.parts))
+
+
+@dataclass(frozen=True)
+class ProportionalContact(Contact):
+    """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle).
+
+    A subclass gives `unit_transform` (two formulas) and `unit_pressure`, both for N = 1 N/m at position 0.
+
+    Parameters
+    ----------
+    force : array_like
+        Magnitude P of the resultant [N/m], >= 0.
+    angle : array_like, optional
+        Angle of the resultant from the inward normal [rad], in [-pi, pi]: N = P cos(angle), T = P sin(angle)
+        towards +y. Beyond pi/2 the load pulls.
+    position : array_like, optional
+        Centre of the contact y [m].
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range; shapes that do not broadcast.
+    """
+
+    force: npt.ArrayLike
+    angle: npt.ArrayLike = 0.0
+    position: npt.ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        self._set("force", _check.real("force", self.force, unit="N/m", at_least=0.0, fix="turn the angle instead"))
+        fix = "angles are in radians: np.deg2rad(30)"
+        self._set("angle", _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix))
+        self._set("position", _check.real("position", self.position, unit="m"))
+        _check.broadcast(**self._parameters())
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    def _parameters(self) -> dict[str, FloatArray]:
+        return {f.name: np.asarray(getattr(self, f.name), dtype=np.float64) for f in fields(self) if f.init}
+
+    @property
+    def shape(self) -> tuple[int, ...]:  # noqa: D102
+        return np.broadcast_shapes(*(a.shape for a in self._parameters().values()))
+
+    @property
+    def normal_force(self) -> FloatArray:  # noqa: D102
+        return np.asarray(self.force * np.cos(self.angle), dtype=np.float64)
+
+    @property
+    def tangential_force(self) -> FloatArray:  # noqa: D102
+        return np.asarray(self.force * np.sin(self.angle), dtype=np.float64)
+
+    @abstractmethod
+    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """F and dF/dz of the pressure with unit resultant, centred at 0."""
+
+    @abstractmethod
+    def unit_pressure(self, y: FloatArray) -> FloatArray:
+        """The pressure with unit resultant, centred at 0 [1/m]."""
+
+    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
+        f, df = self.unit_transform(z - self.position)
+        normal, tangential = self.normal_force, self.tangential_force
+        return Transforms(normal * f, normal * df, tangential * f, tangential * df)
+
+    def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return self.normal_force * self.unit_pressure(_check.real("y", y, unit="m") - self.position)
+
+    def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return self.tangential_force * self.unit_pressure(_check.real("y", y, unit="m") - self.position)
+
+    def expand(self, axes: int = 1) -> Self:  # noqa: D102
+        shape = self.shape
+        tail = (1,) * axes
+        return replace(self, **{k: np.broadcast_to(v, shape).reshape(shape + tail) for k, v in self._parameters().items()})

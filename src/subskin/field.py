@@ -1,0 +1,112 @@
+"""Stress and strain at points of a skin, and what follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._check import FloatArray
+
+__all__ = ["State", "Strain", "Stress", "SurfaceGradient"]
+
+
+@dataclass(frozen=True)
+class _Tensor:
+    """A symmetric tensor of a plane problem: x is depth, y runs along the surface, z out of the plane."""
+
+    xx: FloatArray
+    yy: FloatArray
+    zz: FloatArray
+    xy: FloatArray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of each component."""
+        return self.xx.shape
+
+    @property
+    def principal(self) -> FloatArray:
+        """The three principal values, largest (most tensile) first, shape (..., 3)."""
+        centre, radius = 0.5 * (self.xx + self.yy), np.hypot(0.5 * (self.xx - self.yy), self.xy)
+        values = np.stack([centre + radius, centre - radius, np.broadcast_to(self.zz, centre.shape)], axis=-1)
+        return np.sort(values, axis=-1)[..., ::-1]
+
+    @property
+    def trace(self) -> FloatArray:
+        """xx + yy + zz."""
+        return self.xx + self.yy + self.zz
+
+
+@dataclass(frozen=True)
+class Stress(_Tensor):
+    """Stress [Pa], positive in tension; `xy` is the shear stress tau_xy.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> s = Stress(xx=np.array(-3.0), yy=np.array(-1.0), zz=np.array(-2.0), xy=np.array(0.0))
+    >>> float(s.mean_pressure)
+    2.0
+    >>> s.principal.tolist()
+    [-1.0, -2.0, -3.0]
+    """
+
+    @property
+    def mean_pressure(self) -> FloatArray:
+        """Hydrostatic pressure -(xx + yy + zz) / 3 [Pa], positive in compression."""
+        return -self.trace / 3
+
+
+@dataclass(frozen=True)
+class Strain(_Tensor):
+    """Strain [-], positive in extension; `xy` is the tensor component, half the engineering shear `gamma_xy`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> e = Strain(xx=np.array(-0.01), yy=np.array(0.01), zz=np.array(0.0), xy=np.array(0.002))
+    >>> float(e.gamma_xy), float(e.volume)
+    (0.004, 0.0)
+    """
+
+    @property
+    def gamma_xy(self) -> FloatArray:
+        """Engineering shear strain 2 eps_xy [-]."""
+        return 2 * self.xy
+
+    @property
+    def volume(self) -> FloatArray:
+        """Relative change of volume, the trace [-]."""
+        return self.trace
+
+
+@dataclass(frozen=True)
+class State:
+    """Stress and strain at the same points."""
+
+    stress: Stress
+    strain: Strain
+
+    @property
+    def energy_density(self) -> FloatArray:
+        """Strain energy per volume, half of stress : strain [J/m^3].
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> zero = np.array(0.0)
+        >>> s, e = Stress(np.array(-2.0), zero, zero, zero), Strain(np.array(-0.5), zero, zero, zero)
+        >>> float(State(s, e).energy_density)
+        0.5
+        """
+        s, e = self.stress, self.strain
+        return 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
+
+
+@dataclass(frozen=True)
+class SurfaceGradient:
+    """How the displacement changes along y [-]: `ux` = du_x/dy (the tilt of the surface), `uy` = du_y/dy."""
+
+    ux: FloatArray
+    uy: FloatArray

@@ -1,0 +1,141 @@
+"""The finger: a skin with sensors in it. The only forward model; all estimation and design rides on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _check
+from ._check import FloatArray
+from .array import SensorArray
+from .contact.base import Contact
+from .contact.line import LineLoad
+from .errors import InvalidValueError
+from .skin.base import Skin
+from .transducer import Transducer
+
+__all__ = ["Finger"]
+
+
+class _Group(NamedTuple):
+    """Sensors of one transducer and one number of averaging nodes, evaluated together."""
+
+    transducer: Transducer
+    sensors: npt.NDArray[np.intp]
+    x: FloatArray  # (k, 1)
+    y: FloatArray  # (k, nodes)
+    weights: FloatArray  # (nodes,)
+
+
+@dataclass(frozen=True)
+class Finger:
+    """A skin and the sensors in it.
+
+    Parameters
+    ----------
+    skin : Skin
+        The medium, e.g. `HalfPlane`.
+    array : SensorArray
+        The sensors.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4))
+    >>> finger.read(ss.LineLoad(force=40.0, position=1e-3)).round(4).tolist()
+    [0.0031, -0.0, -0.0239, -0.0]
+    """
+
+    skin: Skin
+    array: SensorArray
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.skin, Skin):
+            raise InvalidValueError(f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
+        if not isinstance(self.array, SensorArray):
+            raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
+
+    def _groups(self, linear: bool) -> list[_Group]:
+        a = self.array
+        ys, depths, widths = np.asarray(a.y), np.asarray(a.depth), np.asarray(a.width)
+        # Gauss-Legendre over the width: the field is analytic within a depth of the sensor, so the error falls
+        # geometrically with the number of nodes, at a rate set by width / depth.
+        nodes = np.where(widths > 0, np.ceil(8 + 12 * widths / depths), 1).astype(int)
+        kinds = [t.linear_part if linear else t for t in a.transducers]
+        groups: list[_Group] = []
+        for kind in dict.fromkeys(kinds):
+            for count in np.unique(nodes):
+                index = np.array([i for i, k in enumerate(kinds) if k == kind and nodes[i] == count], dtype=np.intp)
+                if index.size:
+                    t, w = np.polynomial.legendre.leggauss(int(count))
+                    y = ys[index, None] + 0.5 * widths[index, None] * t
+                    groups.append(_Group(kind, index, depths[index, None], y, 0.5 * w))
+        return groups
+
+    def measure(self, contact: Contact, *, linear: bool = False) -> FloatArray:
+        """What the transducers measure under `contact`, before gain and offset, shape (..., n).
+
+        With `linear`, each transducer's linear part (`Transducer.linear_part`).
+        """
+        out = np.empty((*contact.shape, len(self.array)))
+        wide = contact.expand(2)
+        for group in self._groups(linear):
+            state = self.skin.state(wide, group.x, group.y)
+            out[..., group.sensors] = group.transducer.measure(state) @ group.weights
+        return out
+
+    def read(self, contact: Contact, rng: np.random.Generator | None = None) -> FloatArray:
+        """Readings of the sensors under `contact`.
+
+        Parameters
+        ----------
+        contact : Contact
+            What presses; a batch of shape (...) gives readings of shape (..., n).
+        rng : numpy.random.Generator, optional
+            Adds each sensor's noise; without it readings are free of noise.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            Readings, in each sensor's unit times its gain.
+        """
+        return self.array.digitise(self.measure(contact), rng)
+
+    def receptive_field(self, position: npt.ArrayLike) -> FloatArray:
+        """Change of each reading per unit normal and per unit tangential line load at `position` [m].
+
+        Gain included, offset not. This is all that estimators know of a finger.
+
+        Parameters
+        ----------
+        position : array_like, shape (...)
+            Places y of the load [m].
+
+        Returns
+        -------
+        ndarray, shape (..., n, 2)
+            Reading per N/m of normal ([..., 0]) and of tangential load ([..., 1]).
+
+        Raises
+        ------
+        NotLinearError
+            Where a transducer has no linear part.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=2e-3))
+        >>> field = finger.receptive_field([0.0, 1e-3])
+        >>> field.shape, round(float(field[0, 0, 0] * 40), 6)
+        ((2, 1, 2), -0.023873)
+        """
+        for kind in self.array.transducers:
+            kind.linearise(np.zeros(0))  # refuses what cannot be made linear
+        place = _check.real("position", position, unit="m")
+        fields = [self.measure(LineLoad(1.0, angle, place), linear=True) for angle in (0.0, np.pi / 2)]
+        return np.asarray(self.array.gain)[:, None] * np.stack(fields, axis=-1)

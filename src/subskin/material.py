@@ -1,0 +1,61 @@
+"""The elastic material of a skin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import _check
+
+__all__ = ["Material"]
+
+
+@dataclass(frozen=True)
+class Material:
+    """A linear elastic, isotropic material; every other modulus follows from these two numbers.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E [Pa], > 0.
+    poisson : float, optional
+        Poisson's ratio nu [-], in [0, 0.5]; 0.5 (the default) is incompressible, exactly.
+
+    Raises
+    ------
+    InvalidValueError
+        Where either number is outside its range.
+
+    Examples
+    --------
+    >>> rubber = Material(young=0.4e6, poisson=0.5)
+    >>> round(rubber.shear)
+    133333
+    >>> rubber.bulk
+    inf
+    """
+
+    young: float
+    poisson: float = 0.5
+
+    def __post_init__(self) -> None:
+        fix = "a soft silicone has about 0.05e6 to 2e6 Pa"
+        object.__setattr__(self, "young", _check.scalar("young", self.young, unit="Pa", above=0.0, fix=fix))
+        fix = "rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3"
+        poisson = _check.scalar("poisson", self.poisson, at_least=0.0, at_most=0.5, fix=fix)
+        object.__setattr__(self, "poisson", poisson)
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus G = E / (2 (1 + nu)) [Pa]."""
+        return self.young / (2 * (1 + self.poisson))
+
+    @property
+    def bulk(self) -> float:
+        """Bulk modulus K = E / (3 (1 - 2 nu)) [Pa]; infinite at nu = 1/2."""
+        slack = 1 - 2 * self.poisson
+        return self.young / (3 * slack) if slack > 0 else float("inf")
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E* = E / (1 - nu^2) [Pa], the modulus that a contact in plane strain feels."""
+        return self.young / (1 - self.poisson**2)

@@ -1,0 +1,185 @@
+"""The half plane: a skin thick and flat compared with the contact and the sensors' depth (memo section 2)."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+from ..contact.base import Contact
+from ..errors import GeometryError, InvalidValueError, SingularPointWarning
+from ..field import State, Strain, Stress, SurfaceGradient
+from ..material import Material
+from .base import Skin
+
+__all__ = ["HalfPlane"]
+
+# Points of one block: its temporaries (some fifteen arrays) then stay in the second-level cache.
+_BLOCK = 4096
+
+
+@dataclass(frozen=True)
+class HalfPlane(Skin):
+    """An infinite elastic half plane, x >= 0 being the depth.
+
+    The field of any traction is built from the contact's Cauchy transforms (FORMULAS.md section 2, which is
+    Muskhelishvili's representation; the memo's eqs. 4, 7 and 8 are its line load at nu = 1/2).
+
+    Parameters
+    ----------
+    material : Material
+        Young's modulus and Poisson's ratio.
+    plane : {"strain", "stress"}, optional
+        Long contacts (no strain along z, the memo's choice) or a thin slice (no stress along z).
+
+    Raises
+    ------
+    InvalidValueError
+        Where `plane` is neither.
+
+    Examples
+    --------
+    A knife edge on rubber, felt 2 mm beneath: memo eq. (8).
+
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
+    >>> strain = skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0)
+    >>> round(float(strain.xx), 6)
+    -0.023873
+    """
+
+    material: Material
+    plane: Literal["strain", "stress"] = "strain"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
+        if self.plane not in ("strain", "stress"):
+            raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"')
+
+    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
+        """Stress [Pa] and strain [-] beneath `contact`.
+
+        Parameters
+        ----------
+        contact : Contact
+            What presses; a batch broadcasts against the points.
+        x, y : array_like
+            Depth >= 0 [m] and place along the surface [m].
+
+        Raises
+        ------
+        GeometryError
+            A point above the surface (x < 0), or shapes that do not broadcast.
+
+        Warns
+        -----
+        SingularPointWarning
+            A point of the surface where the stress is infinite; every component is NaN there.
+        """
+        stress = self.stress(contact, x, y)
+        return State(stress, self._hooke(stress))
+
+    def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
+        """Stress [Pa] beneath `contact`; see `state` for shapes, errors and warnings."""
+        xs, ys = _points(x, y)
+        shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
+        xx, yy, xy = (np.empty(shape) for _ in range(3))
+        if not contact.shape and xs.ndim and xs.size > _BLOCK:
+            flat_x, flat_y = xs.reshape(-1), ys.reshape(-1)
+            out = [a.reshape(-1) for a in (xx, yy, xy)]
+            for start in range(0, flat_x.size, _BLOCK):
+                block = slice(start, start + _BLOCK)
+                for target, values in zip(out, _plane_stress_tensor(contact, flat_x[block], flat_y[block]), strict=True):
+                    target[block] = values
+        else:
+            xx[...], yy[...], xy[...] = _plane_stress_tensor(contact, xs, ys)
+        zz = self.material.poisson * (xx + yy) if self.plane == "strain" else np.zeros(shape)
+        return Stress(*(_check.read_only(a) for a in (xx, yy, zz, xy)))
+
+    def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
+        """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
+
+        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (FORMULAS.md section 2). Displacements
+        themselves are known only up to a constant in a half plane; their gradient is not. Warns as `state` does.
+
+        Examples
+        --------
+        Beneath a rigid flat punch the surface stays flat.
+
+        >>> import subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> punch = ss.FlatPunch(force=40.0, half_width=1e-3)
+        >>> bool(abs(skin.surface_gradient(punch, y=0.3e-3).ux) < 1e-15)
+        True
+        """
+        ys = _check.real("y", y, unit="m")
+        zeros = np.zeros_like(ys)
+        t = contact.transforms(_complex(zeros, ys))
+        big_t = t.q / np.pi
+        big_f = big_t + 1j * t.p / np.pi
+        nu = self.material.poisson
+        kappa = 3 - 4 * nu if self.plane == "strain" else (3 - nu) / (1 + nu)
+        gradient = (0.5 * (kappa * big_f - np.conj(big_f)) + np.conj(big_t)) / (2 * self.material.shear)
+        uy, ux = (np.array(part, dtype=np.float64) for part in (gradient.real, gradient.imag))
+        _blank_singular(contact, zeros, ys, ux, uy)
+        return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
+
+    def _hooke(self, s: Stress) -> Strain:
+        """Strain from stress (memo eq. 6)."""
+        e, nu = self.material.young, self.material.poisson
+        if self.plane == "strain":
+            xx = (1 + nu) / e * ((1 - nu) * s.xx - nu * s.yy)
+            yy = (1 + nu) / e * ((1 - nu) * s.yy - nu * s.xx)
+            zz = np.zeros(s.shape)
+        else:
+            xx = (s.xx - nu * s.yy) / e
+            yy = (s.yy - nu * s.xx) / e
+            zz = -nu / e * (s.xx + s.yy)
+        return Strain(*(_check.read_only(np.asarray(a)) for a in (xx, yy, zz, (1 + nu) / e * s.xy)))
+
+
+def _points(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
+    if (xs < 0).any():
+        raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
+    shape = _check.broadcast(x=xs, y=ys)
+    return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
+
+
+def _complex(x: FloatArray, y: FloatArray) -> ComplexArray:
+    """The point z = y + i x, with x = -0.0 made +0.0: branch cuts are approached from inside the body."""
+    z = np.empty(np.broadcast_shapes(x.shape, y.shape), dtype=np.complex128)
+    z.real, z.imag = y, x + 0.0
+    return z
+
+
+def _plane_stress_tensor(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """sigma_x, sigma_y, tau_xy from the Cauchy transforms (DESIGN.md; FORMULAS.md section 2)."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
+        t = contact.transforms(_complex(x, y))
+        gp, gq = x * t.dp, x * t.dq
+        xx = np.asarray((gp.real - t.p.imag + gq.imag) / np.pi)
+        yy = np.asarray((2 * t.q.real - gq.imag - t.p.imag - gp.real) / np.pi)
+        xy = np.asarray((gp.imag - t.q.imag - gq.real) / np.pi)
+    _blank_singular(contact, x, y, xx, yy, xy)
+    return xx, yy, xy
+
+
+def _blank_singular(contact: Contact, x: FloatArray, y: FloatArray, *components: FloatArray) -> None:
+    """NaN, and a warning, where the stress is infinite."""
+    if (x > 0).all():
+        return
+    for place in contact.singular_points():
+        bad = (x == 0) & (y == place)
+        if bad.any():
+            where = float(np.broadcast_to(place, bad.shape)[bad][0])
+            message = f"the stress is infinite on the surface at y = {where:.6g} m; NaN is returned there"
+            warnings.warn(message, SingularPointWarning, stacklevel=5)
+            for component in components:
+                component[bad] = np.nan
