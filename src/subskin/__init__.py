@@ -1,6 +1,17 @@
 """Solid mechanics for touch: from a pressed skin to what its sensors read, and back."""
 
-from .contact import Contact, ContactSum, LineLoad
+from .array import SensorArray
+from .contact import (
+    Contact,
+    ContactSum,
+    FlatPunch,
+    Hertz,
+    LineLoad,
+    PartialSlip,
+    PressureProfile,
+    Strip,
+    Wedge,
+)
 from .errors import (
     ConvergenceError,
     FileError,
@@ -11,8 +22,22 @@ from .errors import (
     SubskinError,
     ValidityWarning,
 )
+from .estimate import Estimate, Locator, Rival, Status
 from .field import State, Strain, Stress
+from .finger import Finger
 from .material import Material
+from .receptive_field import ReceptiveField
 from .skin import HalfPlane, Skin
+from .transducer import (
+    EnergyDensity,
+    LateralStrain,
+    MaxCompressiveStrain,
+    MeanPressure,
+    NormalStrain,
+    NormalStress,
+    ShearStrain,
+    Transducer,
+    VolumeResistance,
+)
 
 __version__ = "0.1.0"

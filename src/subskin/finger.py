@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,13 @@ from .array import SensorArray
 from .contact.base import Contact
 from .contact.line import LineLoad
 from .errors import InvalidValueError
+from .receptive_field import ReceptiveField
 from .skin.base import Skin
 from .transducer import Transducer
+
+if TYPE_CHECKING:
+    from .estimate.estimate import Estimate
+    from .estimate.locate import Locator
 
 __all__ = ["Finger"]
 
@@ -139,3 +144,65 @@ class Finger:
         place = _check.real("position", position, unit="m")
         fields = [self.measure(LineLoad(1.0, angle, place), linear=True) for angle in (0.0, np.pi / 2)]
         return np.asarray(self.array.gain)[:, None] * np.stack(fields, axis=-1)
+
+    def tabulate(self, search: tuple[float, float] | None = None) -> ReceptiveField:
+        """The receptive field as a table over the load positions `search` [m].
+
+        The default reaches 1.5 depths beyond the outermost sensors.
+
+        Raises
+        ------
+        InvalidValueError
+            Where `search` is not two ascending places.
+        """
+        y, depth = np.asarray(self.array.y), np.asarray(self.array.depth)
+        reach = 1.5 * float(depth.max())
+        ends = _check.real("search", (y.min() - reach, y.max() + reach) if search is None else search, unit="m")
+        if ends.shape != (2,) or not ends[0] < ends[1]:
+            raise InvalidValueError(f"search = {search!r}", "two ascending places are needed", "search=(-5e-3, 5e-3)")
+        return ReceptiveField.from_function(
+            self.receptive_field, float(ends[0]), float(ends[1]), step=float(depth.min()) / 16
+        )
+
+    def locator(self, *, search: tuple[float, float] | None = None, **options: Any) -> Locator:
+        """A `Locator` for this finger, prepared once for many calls.
+
+        Parameters
+        ----------
+        search : (float, float), optional
+            Where loads are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors.
+        **options
+            Those of `Locator`: `friction`, `scan_step`, `false_alarm`, `ambiguity`.
+        """
+        from .estimate.locate import Locator
+
+        return Locator(self.tabulate(search), self.array, **options)
+
+    def locate(
+        self, readings: npt.ArrayLike, *, search: tuple[float, float] | None = None, **options: Any
+    ) -> Estimate:
+        """Where, how hard and at what angle a line load presses, from readings of shape (..., n).
+
+        The locator is prepared on the first call and kept, so later calls with the same options cost little more than
+        the search. Options are those of `locator`.
+
+        Returns
+        -------
+        Estimate
+            Position, force, angle, covariance, rival, residual and status, each of shape (...).
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-5))
+        >>> found = finger.locate(finger.read(ss.LineLoad(force=40.0, angle=0.3, position=0.8e-3)))
+        >>> ss.Status(found.status).name, round(float(found.position) * 1e3, 4)
+        ('OK', 0.8)
+        """
+        key = (None if search is None else tuple(search), *sorted(options.items()))
+        locators = self.__dict__.setdefault("_locators", {})
+        if key not in locators:
+            locators[key] = self.locator(search=search, **options)
+        found: Estimate = locators[key](readings)
+        return found

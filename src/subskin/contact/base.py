@@ -6,8 +6,9 @@ gives the whole field in a half plane (DESIGN.md, "One idea carries everything")
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -20,12 +21,30 @@ __all__ = ["Contact", "ContactSum", "ProportionalContact", "Transforms"]
 
 
 class Transforms(NamedTuple):
-    """Cauchy transforms of the pressure (`p`) and of the shear (`q`) with their derivatives in z (`dp`, `dq`)."""
+    """Cauchy transforms of the pressure (`p`) and of the shear (`q`) with their derivatives in z (`dp`, `dq`).
+
+    `hq` is Im(q + i x dq). Deep beneath a contact its two parts cancel all but a share of (half width / depth)^2, which
+    is then all the stress that a drag causes there; so each contact says how to find it without that loss.
+    """
 
     p: ComplexArray
     dp: ComplexArray
     q: ComplexArray
     dq: ComplexArray
+    hq: FloatArray
+
+
+def times_depth(z: ComplexArray, derivative: ComplexArray) -> ComplexArray:
+    """X F'(z), which is 0 on the surface: F' grows there more slowly than 1/x, save at the singular points."""
+    product = np.asarray(z.imag * derivative)
+    surface = z.imag == 0
+    return np.where(surface, 0.0, product) if surface.any() else product
+
+
+def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
+    """Force * unit, where no force makes nothing even of an infinite unit pressure."""
+    with np.errstate(invalid="ignore"):
+        return _check.read_only(np.where(force == 0, 0.0, force * unit))
 
 
 class Contact(ABC):
@@ -133,7 +152,8 @@ class ContactSum(Contact):
 class ProportionalContact(Contact):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle).
 
-    A subclass gives `unit_transform` (two formulas) and `unit_pressure`, both for N = 1 N/m at position 0.
+    A subclass gives `unit_transform` (two formulas) and `unit_pressure`, both for N = 1 N/m at position 0. One with a
+    part that is not proportional (a punch's moment, a zone that sticks) adds it in `transforms`, `pressure` and `shear`.
 
     Parameters
     ----------
@@ -156,9 +176,13 @@ class ProportionalContact(Contact):
     position: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        self._set("force", _check.real("force", self.force, unit="N/m", at_least=0.0, fix="turn the angle instead"))
+        self._set(
+            "force", _check.real("force", self.force, unit="N/m", at_least=0.0, fix="turn the angle instead")
+        )
         fix = "angles are in radians: np.deg2rad(30)"
-        self._set("angle", _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix))
+        self._set(
+            "angle", _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix)
+        )
         self._set("position", _check.real("position", self.position, unit="m"))
         _check.broadcast(**self._parameters())
 
@@ -188,18 +212,32 @@ class ProportionalContact(Contact):
     def unit_pressure(self, y: FloatArray) -> FloatArray:
         """The pressure with unit resultant, centred at 0 [1/m]."""
 
+    def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
+        """Im(F + i x F') of `unit_transform`; a subclass replaces it where the two parts cancel."""
+        return np.asarray(f.imag + times_depth(z, df).real, dtype=np.float64)
+
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
-        f, df = self.unit_transform(z - self.position)
+        z = z - self.position
+        f, df = self.unit_transform(z)
+        h = self.unit_shear_field(z, f, df)
         normal, tangential = self.normal_force, self.tangential_force
-        return Transforms(normal * f, normal * df, tangential * f, tangential * df)
+        return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return self.normal_force * self.unit_pressure(_check.real("y", y, unit="m") - self.position)
+        return scaled(self.normal_force, self.unit_pressure(self._from_centre(y)))
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return self.tangential_force * self.unit_pressure(_check.real("y", y, unit="m") - self.position)
+        return scaled(self.tangential_force, self.unit_pressure(self._from_centre(y)))
+
+    def _from_centre(self, y: npt.ArrayLike) -> FloatArray:
+        return np.asarray(_check.real("y", y, unit="m") - self.position, dtype=np.float64)
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
         shape = self.shape
         tail = (1,) * axes
-        return replace(self, **{k: np.broadcast_to(v, shape).reshape(shape + tail) for k, v in self._parameters().items()})
+        wide = copy.copy(
+            self
+        )  # not `replace`: what has been checked, and warned of, once is not checked again
+        for name, value in self._parameters().items():
+            wide._set(name, _check.read_only(np.broadcast_to(value, shape).reshape(shape + tail)))
+        return wide

@@ -36,8 +36,11 @@ class LineLoad(ProportionalContact):
         r = 1 / z
         return -r, r * r
 
+    def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
+        return np.asarray(2 * z.imag * (z.real * (f.real**2 + f.imag**2)) ** 2, dtype=np.float64)
+
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         return np.where(y == 0, np.inf, 0.0)
 
     def singular_points(self) -> tuple[FloatArray, ...]:  # noqa: D102
-        return (np.asarray(self.position, dtype=np.float64),)
+        return (np.broadcast_to(np.asarray(self.position, dtype=np.float64), self.shape),)

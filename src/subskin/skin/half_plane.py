@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..contact.base import Contact
+from ..contact.base import Contact, times_depth
 from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 from ..field import State, Strain, Stress, SurfaceGradient
 from ..material import Material
@@ -58,7 +58,9 @@ class HalfPlane(Skin):
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
+            raise InvalidValueError(
+                f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)"
+            )
         if self.plane not in ("strain", "stress"):
             raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"')
 
@@ -95,7 +97,9 @@ class HalfPlane(Skin):
             out = [a.reshape(-1) for a in (xx, yy, xy)]
             for start in range(0, flat_x.size, _BLOCK):
                 block = slice(start, start + _BLOCK)
-                for target, values in zip(out, _plane_stress_tensor(contact, flat_x[block], flat_y[block]), strict=True):
+                for target, values in zip(
+                    out, _plane_stress_tensor(contact, flat_x[block], flat_y[block]), strict=True
+                ):
                     target[block] = values
         else:
             xx[...], yy[...], xy[...] = _plane_stress_tensor(contact, xs, ys)
@@ -120,7 +124,10 @@ class HalfPlane(Skin):
         """
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
-        t = contact.transforms(_complex(zeros, ys))
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # singular points are blanked, and warned of, below
+            t = contact.transforms(_complex(zeros, ys))
         big_t = t.q / np.pi
         big_f = big_t + 1j * t.p / np.pi
         nu = self.material.poisson
@@ -147,7 +154,9 @@ class HalfPlane(Skin):
 def _points(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
     if (xs < 0).any():
-        raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
+        raise GeometryError(
+            f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x"
+        )
     shape = _check.broadcast(x=xs, y=ys)
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
 
@@ -159,14 +168,17 @@ def _complex(x: FloatArray, y: FloatArray) -> ComplexArray:
     return z
 
 
-def _plane_stress_tensor(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _plane_stress_tensor(
+    contact: Contact, x: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """sigma_x, sigma_y, tau_xy from the Cauchy transforms (DESIGN.md; FORMULAS.md section 2)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        t = contact.transforms(_complex(x, y))
-        gp, gq = x * t.dp, x * t.dq
+        z = _complex(x, y)
+        t = contact.transforms(z)
+        gp, gq = times_depth(z, t.dp), times_depth(z, t.dq)
         xx = np.asarray((gp.real - t.p.imag + gq.imag) / np.pi)
         yy = np.asarray((2 * t.q.real - gq.imag - t.p.imag - gp.real) / np.pi)
-        xy = np.asarray((gp.imag - t.q.imag - gq.real) / np.pi)
+        xy = np.asarray((gp.imag - t.hq) / np.pi)
     _blank_singular(contact, x, y, xx, yy, xy)
     return xx, yy, xy
 

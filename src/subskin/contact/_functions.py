@@ -1,0 +1,53 @@
+"""The analytic functions that the contacts share, each free of cancellation wherever it is evaluated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .._check import ComplexArray, FloatArray
+
+__all__ = ["FAR", "far_shear_field", "log_ratio", "root"]
+
+FAR = 100.0
+"""Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
+
+_TINY = float(np.finfo(np.float64).tiny)
+
+
+def root(z: ComplexArray, a: FloatArray) -> ComplexArray:
+    """sqrt(z^2 - a^2), about z far away. Of two principal roots, so that the cut is the contact -a <= y <= a."""
+    return np.asarray(np.sqrt(z - a) * np.sqrt(z + a))
+
+
+def log_ratio(
+    x: FloatArray, from_start: FloatArray, from_end: FloatArray, from_centre: FloatArray, h: FloatArray
+) -> ComplexArray:
+    """log((z - end) / (z - start)) for a stretch of half length `h`; the imaginary part is the angle that it subtends.
+
+    The point is given by its depth and its distances along y from the start, the end and the centre, which only the
+    caller can find without loss. On the surface at an end the angle is pi/2 and the logarithm finite, so that the
+    infinities of neighbouring stretches cancel.
+    """
+    to_start = np.maximum(from_start**2 + x**2, _TINY)
+    to_end = np.maximum(from_end**2 + x**2, _TINY)
+    ratio = to_end / to_start
+    # log1p where the two distances are nearly equal, log where they are not
+    near_one = np.where((ratio > 0.5) & (ratio < 2.0), -4 * h * from_centre / to_start, 0.0)
+    value = np.empty(np.broadcast_shapes(ratio.shape, near_one.shape), dtype=np.complex128)
+    value.real = 0.5 * np.where(near_one == 0, np.log(ratio), np.log1p(near_one))
+    value.imag = np.arctan2(2 * h * x + _TINY, x**2 + from_start * from_end)
+    return value
+
+
+def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:
+    """Im(F + i x F') far away, from the moments m_k = integral of t^k p(t) dt about the origin of z.
+
+    F = -sum of m_k / z^(k+1), so F + i x F' = -sum of m_k (y - i k x) / z^(k+2): the part that cancels, i x, is gone.
+    """
+    inverse = 1 / z
+    total = np.zeros_like(z)
+    for k in reversed(range(len(moments))):
+        total = total * inverse + moments[k] * (z.real - 1j * k * z.imag)
+    return np.asarray(-(total * inverse**2).imag)

@@ -1,0 +1,113 @@
+"""The Cattaneo-Mindlin contact: a round body that sticks in the middle and slips at the edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+from ..errors import InvalidValueError
+from ._functions import root
+from .base import Transforms
+from .hertz import Hertz
+
+__all__ = ["PartialSlip"]
+
+
+@dataclass(frozen=True)
+class PartialSlip(Hertz):
+    """A Hertz contact that is dragged by less than friction can hold: it sticks for |y - position| < c and slips beyond.
+
+    The shear is mu times the Hertz pressure, less the same on the narrower stick zone, c = a sqrt(1 - |T|/(mu N)).
+    Source: FORMULAS.md section 2, "Cattaneo-Mindlin traction"; Johnson, Contact Mechanics (1985), section 7.2. It
+    holds for a force that presses first and then drags.
+
+    Parameters
+    ----------
+    force : array_like
+        Magnitude P of the resultant [N/m], >= 0.
+    angle : array_like, optional
+        Angle from the inward normal [rad], positive where it drags the skin towards +y; |tan(angle)| <= friction.
+    position : array_like, optional
+        Centre y [m].
+    half_width : array_like
+        Half the width a [m], > 0. By keyword.
+    friction : array_like
+        Coefficient of friction mu [-], > 0. By keyword.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        |T| > mu N: it slides (then it is a `Hertz`); a value out of range; shapes that do not broadcast.
+
+    Examples
+    --------
+    >>> touch = PartialSlip(force=40.0, angle=0.3, half_width=0.6e-3, friction=0.6)
+    >>> round(1e3 * float(touch.stick_half_width), 4)
+    0.4176
+    """
+
+    friction: npt.ArrayLike = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        self._set("friction", _check.real("friction", self.friction, above=0.0))
+        super().__post_init__()
+        pulled, held = np.abs(self.tangential_force), np.asarray(self.friction) * self.normal_force
+        slides = pulled > held + 1e-12 * np.asarray(
+            self.force
+        )  # a cone given as arctan(mu) is on its edge, not beyond
+        if slides.any():
+            at = np.unravel_index(int(np.argmax(slides)), slides.shape)
+            seen = f"|T| = {np.broadcast_to(pulled, slides.shape)[at]:.6g}, mu N = {held[at]:.6g} N/m"
+            raise InvalidValueError(
+                seen, "|T| <= mu N, else the contact slides", "Hertz(...), or a smaller angle"
+            )
+
+    @property
+    def _slip(self) -> FloatArray:
+        """|T| / (mu N), in [0, 1]."""
+        held = np.asarray(self.friction) * self.normal_force
+        return np.asarray(np.minimum(np.abs(self.tangential_force) / np.where(held > 0, held, 1.0), 1.0))
+
+    @property
+    def stick_half_width(self) -> FloatArray:
+        """Half the width c of the zone that sticks [m]; 0 where the contact is about to slide."""
+        return np.asarray(self._a * np.sqrt(1 - self._slip))
+
+    def _unit_moments(self, a: FloatArray) -> list[FloatArray]:
+        # (a^(k+2) - c^(k+2)) / (a^2 - c^2), the difference divided out
+        c = self.stick_half_width
+        powers = {0: 1.0, 2: a**2 + c**2, 4: a**4 + (a * c) ** 2 + c**4, 6: (a**2 + c**2) * (a**4 + c**4)}
+        zero = np.zeros(np.broadcast_shapes(a.shape, c.shape))
+        return [zero + (self.SERIES[k // 2] * powers[k] if k in powers else 0.0) for k in range(7)]
+
+    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
+        z = z - self.position
+        normal, tangential, a, c = self.normal_force, self.tangential_force, self._a, self.stick_half_width
+        f, df = self.unit_transform(z)
+        # mu N (F_a - (c/a)^2 F_c), written with T = mu N (1 - c^2/a^2) so that little drag leaves no small difference
+        s, r = root(z, a), root(z, c)
+        zone = np.where(c > 0, c**2 / ((s + r) * (z + s) * (z + r)), 0.0)
+        g = f - 2 * zone
+        with np.errstate(divide="ignore", invalid="ignore"):
+            dg = df + np.where(c > 0, 2 * zone * (z + s + r) / (s * r), 0.0)
+        h = self.unit_shear_field(z, g, dg)
+        return Transforms(normal * f, normal * df, tangential * g, tangential * dg, tangential * h)
+
+    def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        y = self._from_centre(y)
+        a, c = self._a, self.stick_half_width
+        outer = np.sqrt(np.maximum((a - y) * (a + y), 0.0))
+        inner = np.sqrt(np.maximum((c - y) * (c + y), 0.0))
+        # where it slips, q = mu p; where it sticks, the difference of the two roots divided out
+        share = np.where(self._slip > 0, self._slip, 1.0)
+        slips = 2 / (np.pi * a**2 * share) * outer
+        sticks = 2 / (np.pi * np.where(inner > 0, outer + inner, 1.0))
+        return _check.read_only(self.tangential_force * np.where(inner > 0, sticks, slips))
+
+    def singular_points(self) -> tuple[FloatArray, ...]:
+        """None: pressure and shear are continuous."""
+        return ()

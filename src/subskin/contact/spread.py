@@ -1,0 +1,80 @@
+"""What the contacts of finite width have in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+from ..errors import InvalidValueError
+from ._functions import FAR, far_shear_field
+from .base import ProportionalContact
+
+__all__ = ["SpreadContact"]
+
+
+@dataclass(frozen=True)
+class SpreadContact(ProportionalContact):
+    """A symmetric contact on |y - position| <= half_width.
+
+    Besides the formulas of a `ProportionalContact` a subclass gives `SERIES`, the even moments of its pressure for unit
+    resultant and unit half width: F = -(1/z) sum of SERIES[k] (a/z)^(2k). Far away they take the place of the formulas
+    where these would cancel.
+
+    Parameters
+    ----------
+    force, angle, position : array_like
+        As of every contact.
+    half_width : array_like
+        Half the contact's width a [m], > 0. By keyword.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range; shapes that do not broadcast.
+    """
+
+    half_width: npt.ArrayLike = field(kw_only=True)
+
+    SERIES: ClassVar[tuple[float, float, float, float]]
+
+    def __post_init__(self) -> None:
+        fix = "half of the contact's width in metres; a contact of no width is a LineLoad"
+        self._set("half_width", _check.real("half_width", self.half_width, unit="m", above=0.0, fix=fix))
+        super().__post_init__()
+
+    @property
+    def _a(self) -> FloatArray:
+        return np.asarray(self.half_width, dtype=np.float64)
+
+    def _unit_moments(self, a: FloatArray) -> list[FloatArray]:
+        """Moments 0 to 6 of the shear with unit resultant, for the half widths `a`."""
+        zero = np.zeros_like(a)
+        return [zero if k % 2 else self.SERIES[k // 2] * a**k for k in range(7)]
+
+    def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
+        h = np.array(super().unit_shear_field(z, f, df))
+        far = np.broadcast_to(z.real**2 + z.imag**2 > (FAR * self._a) ** 2, h.shape)
+        if far.any():
+            moments = [np.broadcast_to(m, h.shape)[far] for m in self._unit_moments(self._a)]
+            h[far] = far_shear_field(np.broadcast_to(z, h.shape)[far], moments)
+        return h
+
+    def _edges(self) -> tuple[FloatArray, ...]:
+        centre = np.asarray(self.position, dtype=np.float64)
+        return tuple(np.broadcast_to(centre + side * self._a, self.shape) for side in (-1, 1))
+
+
+def pressing(normal: FloatArray, name: str) -> FloatArray:
+    """`normal`, refused unless it presses: only then do the load and the body decide how wide the contact is."""
+    if not (normal > 0).all():
+        raise InvalidValueError(
+            f"normal force = {float(np.min(normal)):.6g} N/m",
+            f"the width of a {name} follows from its load only where that presses: force > 0, |angle| < pi/2",
+            "give half_width yourself",
+        )
+    return normal

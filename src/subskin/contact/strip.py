@@ -1,0 +1,57 @@
+"""The uniform strip: the same pressure all over the contact, as under an inflated membrane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._check import ComplexArray, FloatArray
+from ._functions import log_ratio
+from .spread import SpreadContact
+
+__all__ = ["Strip"]
+
+
+@dataclass(frozen=True)
+class Strip(SpreadContact):
+    """Uniform pressure and shear over |y - position| <= half_width, F(z) = log((z - a) / (z + a)) / (2 a).
+
+    Source: FORMULAS.md section 2, "uniform"; Johnson, Contact Mechanics (1985), section 2.5. For a pressure that
+    varies along the contact see `PressureProfile`.
+
+    Parameters
+    ----------
+    force : array_like
+        Magnitude P of the resultant [N/m], >= 0.
+    angle : array_like, optional
+        Angle from the inward normal [rad], positive where it drags the skin towards +y.
+    position : array_like, optional
+        Centre y [m].
+    half_width : array_like
+        Half the width a [m], > 0. By keyword.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range; shapes that do not broadcast.
+
+    Examples
+    --------
+    >>> strip = Strip(force=40.0, half_width=1e-3)
+    >>> strip.pressure([0.0, 0.5e-3, 2e-3]).round(6).tolist()
+    [20000.0, 20000.0, 0.0]
+    """
+
+    SERIES = (1.0, 1 / 3, 1 / 5, 1 / 7)
+
+    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
+        a = self._a
+        return log_ratio(z.imag, z.real + a, z.real - a, z.real, a) / (2 * a), 1 / ((z - a) * (z + a))
+
+    def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
+        return np.where(np.abs(y) <= self._a, 1 / (2 * self._a), 0.0)
+
+    def singular_points(self) -> tuple[FloatArray, ...]:
+        """Both ends: the pressure jumps there, and under drag sigma_y grows like a logarithm."""
+        return self._edges()

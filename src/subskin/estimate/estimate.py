@@ -1,0 +1,115 @@
+"""What every answer carries: value, covariance, residual, status, and the rival."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+
+__all__ = ["Estimate", "Rival", "Status"]
+
+
+class Status(IntEnum):
+    """How far an answer can be trusted, frame by frame."""
+
+    OK = 0
+    """One load explains the readings, and no other comes near."""
+    AMBIGUOUS = 1
+    """Another load explains them nearly as well (`Estimate.second`), or the best one lies at the search's edge."""
+    NO_CONTACT = 2
+    """Nothing beyond noise."""
+    UNEXPLAINED = 3
+    """No admissible load (pressing, within the friction cone) explains the readings."""
+    INCOMPLETE = 4
+    """Too few sensors could be used."""
+
+
+# Columns of the packed table that the compiled locator fills, one row a frame.
+POSITION, FORCE, ANGLE, COVARIANCE, RESIDUAL, RIVAL, STATUS, WIDTH = 0, 1, 2, 3, 9, 10, 14, 15
+_SQUARE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + COVARIANCE
+
+
+def _column(index: int, text: str) -> property:
+    def get(self: Estimate) -> FloatArray:
+        return self.table[..., index]  # type: ignore[no-any-return]
+
+    return property(get, doc=text)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """The second-best load: a minimum of chi-square of its own. NaN, and `chi2` infinite, where there is none."""
+
+    table: FloatArray
+
+    @property
+    def position(self) -> FloatArray:
+        """Place y [m], shape (...)."""
+        return self.table[..., RIVAL]  # type: ignore[no-any-return]
+
+    @property
+    def force(self) -> FloatArray:
+        """Magnitude [N/m], shape (...)."""
+        return self.table[..., RIVAL + 1]  # type: ignore[no-any-return]
+
+    @property
+    def angle(self) -> FloatArray:
+        """Angle from the inward normal [rad], shape (...)."""
+        return self.table[..., RIVAL + 2]  # type: ignore[no-any-return]
+
+    @property
+    def chi2(self) -> FloatArray:
+        """How much larger its chi-square is than the best one's, shape (...)."""
+        return self.table[..., RIVAL + 3]  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The load found in each frame; every field has the batch's shape (...).
+
+    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the load: no number is given for nonsense.
+
+    Parameters
+    ----------
+    table : ndarray, shape (..., 15)
+        The packed results; read them by name.
+    used : ndarray of bool, shape (..., n)
+        Which sensors each frame's answer rests on; the others were missing, saturated or dead.
+    """
+
+    table: FloatArray
+    used: npt.NDArray[np.bool_]
+
+    position = _column(POSITION, "Place of the load y [m].")
+    force = _column(FORCE, "Magnitude of the load [N/m].")
+    angle = _column(ANGLE, "Angle from the inward normal [rad], positive where it drags the skin towards +y.")
+    residual = _column(RESIDUAL, "Chi-square of the fit: sum of squared residuals in units of each sensor's noise.")
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return self.table.shape[:-1]
+
+    @property
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame, as integers."""
+        return self.table[..., STATUS].astype(np.int8)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of (position [m], force [N/m], angle [rad]), shape (..., 3, 3); inverse Fisher information."""
+        return self.table[..., _SQUARE]  # type: ignore[no-any-return]
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviations of (position, force, angle), shape (..., 3)."""
+        return np.sqrt(self.table[..., _SQUARE.diagonal()])
+
+    @property
+    def second(self) -> Rival:
+        """The rival: the second-best load and how much worse it fits."""
+        return Rival(self.table)

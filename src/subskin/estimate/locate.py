@@ -1,0 +1,255 @@
+"""Readings -> where, how hard, at what angle: any number of sensors, any receptive field."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..array import SensorArray
+from ..errors import GeometryError, InvalidValueError
+from ..receptive_field import ReceptiveField
+from .estimate import STATUS, WIDTH, Estimate, Status
+
+__all__ = ["Locator"]
+
+_MOST_PATTERNS = 64
+_log = logging.getLogger("subskin")
+
+
+def _kernel() -> Any:
+    """The compiled loop, imported on first use; says so when it has to be compiled."""
+    from . import _kernel as module
+
+    compiled = module.locate_frames
+    if not compiled.signatures and not any(Path(compiled.stats.cache_path).glob("_kernel.locate_frames-*.nbi")):
+        _log.warning("subskin: compiling the locator; this happens once after installation and takes some seconds")
+    return compiled
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """What the compiled loop needs for one set of sensors."""
+
+    arrays: tuple[FloatArray, ...]
+
+
+class Locator:
+    """Finds the load in frames of readings; prepared once, then called on a frame or on millions.
+
+    Variable projection: readings are linear in the normal and tangential force, which are eliminated exactly at each
+    trial position, within compression and the friction cone; what remains is a search over position (FORMULAS.md
+    section 4.1). The two best minima of chi-square are refined; the second is the rival.
+
+    Parameters
+    ----------
+    field : ReceptiveField
+        Readings under unit loads, from a closed form or a table; its ends bound the search.
+    array : SensorArray
+        Offset, noise and range of each sensor (its gain is in the receptive field; gain 0 marks a dead sensor).
+    friction : float, optional
+        Coefficient of friction mu: loads lean at most by atan(mu). 0: loads are normal, and the angle is not fitted.
+        `inf`: any pressing load.
+    scan_step : float, optional
+        Step of the search [m]; the default is a twenty-fourth of the shallowest sensor's depth.
+    false_alarm : float, optional
+        Probability with which an untouched skin, or a load that the model explains, is called a contact, or
+        unexplained.
+    ambiguity : float, optional
+        A rival whose chi-square is within this of the best one makes a frame AMBIGUOUS.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A sensor without noise, a table whose sensors do not match the array's, an option out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-5))
+    >>> locator = finger.locator(friction=1.0)
+    >>> found = locator(finger.read(ss.LineLoad(force=40.0, angle=0.3, position=0.8e-3)))
+    >>> round(float(found.position) * 1e3, 4), round(float(found.force), 2), round(float(found.angle), 4)
+    (0.8, 40.0, 0.3)
+    """
+
+    def __init__(
+        self,
+        field: ReceptiveField,
+        array: SensorArray,
+        *,
+        friction: float = 1.0,
+        scan_step: float | None = None,
+        false_alarm: float = 1e-6,
+        ambiguity: float = 13.8,
+    ) -> None:
+        if field.coefficients.shape[2] != len(array):
+            raise GeometryError(
+                f"a receptive field of {field.coefficients.shape[2]} sensors, an array of {len(array)}", "they have to match"
+            )
+        noise = np.asarray(array.noise)
+        silent = np.flatnonzero((noise == 0) & array.live)
+        if silent.size:
+            raise InvalidValueError(
+                f"noise = 0 of sensor {silent[0]}",
+                "estimates weigh sensors by their noise, so each needs one > 0",
+                "SensorArray(..., noise=1e-4), or calibrate, which measures it",
+            )
+        self.field, self.array = field, array
+        mu = _check.real("friction", friction, at_least=0.0, finite=False)
+        self.friction = float(mu)
+        if np.isnan(self.friction):
+            raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed")
+        shallowest = float(np.asarray(array.depth).min())
+        step = shallowest / 24 if scan_step is None else _check.scalar("scan_step", scan_step, unit="m", above=0.0)
+        count = max(int(np.ceil((field.stop - field.start) / step - 1e-9)) + 1, 3)
+        self._scan = np.linspace(field.start, field.stop, count)
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+        self._shallowest = shallowest
+        self._needed = 2 if self.friction == 0 else 3
+        self._prepared: dict[bytes, tuple[FloatArray, ...]] = {}
+        self._all = array.live
+        self._all.flags.writeable = False
+        self._whole = bool(self._all.all())
+        self._linear = all(t.linear for t in array.transducers)
+
+    def __call__(self, readings: npt.ArrayLike) -> Estimate:
+        """The load in each frame.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            Raw readings, offset included. NaN marks a missing one; it, and a saturated one, are left out of its frame.
+
+        Returns
+        -------
+        Estimate
+            Fields of shape (...).
+
+        Raises
+        ------
+        GeometryError
+            A last axis that is not the number of sensors.
+        """
+        raw = np.asarray(readings, dtype=np.float64)
+        n = len(self.array)
+        if raw.ndim == 0 or raw.shape[-1] != n:
+            raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")
+        if not self._linear:
+            raw = self._linearised(raw)
+        frames = np.ascontiguousarray(raw.reshape(-1, n))
+        out = np.empty((len(frames), WIDTH))
+        if self._whole:
+            self._run(frames, self._all, out)
+            pending = out[:, STATUS] < 0 if len(out) > 1 else out[0, STATUS] < 0
+            if not np.any(pending):
+                used = np.broadcast_to(self._all, raw.shape)
+                return self._pack(out, used, raw.shape)
+        else:
+            pending = np.ones(len(frames), dtype=bool)
+        used = self.array.usable(frames)
+        self._run_patterns(frames, used, np.atleast_1d(pending), out)
+        return self._pack(out, used.reshape(raw.shape), raw.shape)
+
+    @staticmethod
+    def _pack(out: FloatArray, used: npt.NDArray[np.bool_], shape: tuple[int, ...]) -> Estimate:
+        out.flags.writeable = False
+        if used.flags.writeable:
+            used.flags.writeable = False
+        return Estimate(out.reshape((*shape[:-1], WIDTH)), used)
+
+    def _linearised(self, raw: FloatArray) -> FloatArray:
+        """Readings as if each transducer were its linear part; those outside the range stay outside."""
+        linear = np.array(raw)
+        gain, offset = np.asarray(self.array.gain), np.asarray(self.array.offset)
+        for i, kind in enumerate(self.array.transducers):
+            if not kind.linear and gain[i] != 0:
+                inside = self.array.usable(raw)[..., i]
+                value = gain[i] * kind.linearise((raw[..., i] - offset[i]) / gain[i]) + offset[i]
+                linear[..., i] = np.where(inside, value, np.nan)
+        return linear
+
+    def _run_patterns(
+        self, frames: FloatArray, used: npt.NDArray[np.bool_], pending: npt.NDArray[np.bool_], out: FloatArray
+    ) -> None:
+        """Frames in which a sensor is out, grouped by the sensors that are left."""
+        index = np.flatnonzero(pending)
+        patterns, group = np.unique(used[index], axis=0, return_inverse=True)
+        for g, pattern in enumerate(patterns):
+            rows = index[group.reshape(-1) == g]
+            if pattern.sum() < self._needed:
+                out[rows] = np.nan
+                out[rows, WIDTH - 2] = np.inf
+                out[rows, STATUS] = Status.INCOMPLETE
+                continue
+            part = np.empty((len(rows), WIDTH))
+            self._run(np.ascontiguousarray(frames[rows][:, pattern]), pattern, part)
+            out[rows] = part
+
+    def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
+        key = pattern.tobytes()
+        arrays = self._prepared.get(key)
+        if arrays is None:
+            if len(self._prepared) >= _MOST_PATTERNS:
+                self._prepared.pop(next(iter(self._prepared)))
+            arrays = self._prepared[key] = self._prepare(pattern)
+        self._compiled(frames, *arrays, out)
+
+    @property
+    def _compiled(self) -> Any:
+        compiled = self.__dict__.get("_loop")
+        if compiled is None:
+            compiled = self.__dict__["_loop"] = _kernel()
+        return compiled
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[FloatArray, ...]:
+        """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
+        from scipy.special import chdtri
+
+        array, field = self.array.select(pattern), self.field.select(pattern)
+        n = len(array)
+        scale = 1 / np.asarray(array.noise)
+        table = np.ascontiguousarray(np.swapaxes(field.coefficients * scale[:, None], 2, 3))
+        basis, edges = _scan_geometry(field(self._scan) * scale[:, None], self.friction)
+        degrees = max(n - self._needed, 1)
+        limits = np.array([
+            2 * np.log(1 / self._false_alarm) ,
+            float(chdtri(degrees, self._false_alarm)),
+            self._ambiguity,
+            0.02 * self._shallowest,
+            0.1 * self._shallowest,
+        ])
+        scan_step = self._scan[1] - self._scan[0]
+        geometry = np.array([field.start, field.step, self._scan[0], scan_step, self.friction])
+        # a sensor with an infinite range is compared with the largest float: NaN and infinity then fall outside
+        big = np.finfo(np.float64).max
+        low, high = np.maximum(np.asarray(array.low), -big), np.minimum(np.asarray(array.high), big)
+        score = np.empty((2, self._scan.size), dtype=np.float32)
+        return np.array(array.offset), scale, low, high, basis, edges, table, geometry, limits, score
+
+
+def _scan_geometry(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m)."""
+    normal, tangential = fields[..., 0], fields[..., 1]
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    q1 = normal / np.where(size > 0, size, 1)
+    along = np.sum(q1 * tangential, axis=1, keepdims=True)
+    rest = tangential - along * q1
+    across = np.linalg.norm(rest, axis=1, keepdims=True)
+    q2 = rest / np.where(across > 0, across, 1)
+    edges = []
+    for sign in (-1.0, 1.0):
+        n, t = (1.0, sign * friction) if np.isfinite(friction) else (0.0, sign)
+        edge = np.stack([n * size[:, 0] + t * along[:, 0], t * across[:, 0]])
+        length = np.hypot(*edge)
+        edges.append(edge / np.where(length > 0, length, 1))
+    basis = np.stack([q1.T, q2.T], axis=1)
+    return basis.astype(np.float32, order="C"), np.concatenate(edges).astype(np.float32, order="C")
