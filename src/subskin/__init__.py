@@ -22,7 +22,7 @@ from .errors import (
     SubskinError,
     ValidityWarning,
 )
-from .estimate import Estimate, Locator, Rival, Status
+from .estimate import Calibration, Estimate, Health, Locator, Rival, Status, calibrate
 from .field import State, Strain, Stress
 from .finger import Finger
 from .material import Material

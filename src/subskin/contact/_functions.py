@@ -8,7 +8,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["FAR", "far_shear_field", "log_ratio", "root"]
+__all__ = ["FAR", "far_shear_field", "gap", "log_ratio", "root"]
 
 FAR = 100.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
@@ -16,19 +16,35 @@ FAR = 100.0
 _TINY = float(np.finfo(np.float64).tiny)
 
 
-def root(z: ComplexArray, a: FloatArray) -> ComplexArray:
-    """sqrt(z^2 - a^2), about z far away. Of two principal roots, so that the cut is the contact -a <= y <= a."""
-    return np.asarray(np.sqrt(z - a) * np.sqrt(z + a))
+def root(z: ComplexArray, a: FloatArray, inset: FloatArray | float = 0.0) -> ComplexArray:
+    """sqrt(z^2 - b^2), b = a - inset, about z far away; its cut is the contact itself.
+
+    Of two principal roots. In their product all parts of the imaginary one are >= 0; the real one is a
+    difference that loses the little that matters deep beneath the contact, but re * im = x y.
+    """
+    s = np.asarray(np.sqrt(z - a + inset) * np.sqrt(z + a - inset))
+    inside = s.imag > 0
+    s.real = np.where(inside, z.imag * z.real / np.where(inside, s.imag, 1.0), s.real)
+    return s
+
+
+def gap(x: FloatArray, from_start: FloatArray, from_end: FloatArray, from_centre: FloatArray) -> ComplexArray:
+    """(z - start) (z - end), z^2 - a^2 for a contact: both parts without cancellation deep beneath it."""
+    value = np.empty(np.broadcast_shapes(x.shape, from_start.shape), dtype=np.complex128)
+    value.real = from_start * from_end - x**2
+    value.imag = 2 * x * from_centre
+    return value
 
 
 def log_ratio(
     x: FloatArray, from_start: FloatArray, from_end: FloatArray, from_centre: FloatArray, h: FloatArray
 ) -> ComplexArray:
-    """log((z - end) / (z - start)) for a stretch of half length `h`; the imaginary part is the angle that it subtends.
+    """log((z - end) / (z - start)) for a stretch of half length `h`.
 
-    The point is given by its depth and its distances along y from the start, the end and the centre, which only the
-    caller can find without loss. On the surface at an end the angle is pi/2 and the logarithm finite, so that the
-    infinities of neighbouring stretches cancel.
+    Its imaginary part is the angle that the stretch subtends. The point is given by its depth and its
+    distances along y from the start, the end and the centre, which only the caller can find without loss. On
+    the surface at an end the angle is pi/2 and the logarithm finite, so that the infinities of neighbouring
+    stretches cancel.
     """
     to_start = np.maximum(from_start**2 + x**2, _TINY)
     to_end = np.maximum(from_end**2 + x**2, _TINY)
@@ -44,7 +60,8 @@ def log_ratio(
 def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:
     """Im(F + i x F') far away, from the moments m_k = integral of t^k p(t) dt about the origin of z.
 
-    F = -sum of m_k / z^(k+1), so F + i x F' = -sum of m_k (y - i k x) / z^(k+2): the part that cancels, i x, is gone.
+    F = -sum of m_k / z^(k+1), so F + i x F' = -sum of m_k (y - i k x) / z^(k+2): the part that cancels, i x,
+    is gone.
     """
     inverse = 1 / z
     total = np.zeros_like(z)

@@ -1,7 +1,7 @@
-"""What every contact has to say: the Cauchy transforms of its pressure and shear, and the pressure and shear themselves.
+"""What every contact has to say: its pressure and shear, and their Cauchy transforms.
 
-With z = y + i x the transform of a pressure p is F(z) = integral of p(t) / (t - z) dt; it alone, with its derivative,
-gives the whole field in a half plane (DESIGN.md, "One idea carries everything").
+With z = y + i x the transform of a pressure p is F(z) = integral of p(t) / (t - z) dt; it alone, with its
+derivative, gives the whole field in a half plane (DESIGN.md, "One idea carries everything").
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ __all__ = ["Contact", "ContactSum", "ProportionalContact", "Transforms"]
 
 
 class Transforms(NamedTuple):
-    """Cauchy transforms of the pressure (`p`) and of the shear (`q`) with their derivatives in z (`dp`, `dq`).
+    """Cauchy transforms of the pressure (`p`) and of the shear (`q`), and their derivatives (`dp`, `dq`).
 
-    `hq` is Im(q + i x dq). Deep beneath a contact its two parts cancel all but a share of (half width / depth)^2, which
-    is then all the stress that a drag causes there; so each contact says how to find it without that loss.
+    `hq` is Im(q + i x dq). Deep beneath a contact its two parts cancel all but a share of (half width /
+    depth)^2, which is then all the stress that a drag causes there; so each contact says how to find it
+    without that loss.
     """
 
     p: ComplexArray
@@ -35,14 +36,14 @@ class Transforms(NamedTuple):
 
 
 def times_depth(z: ComplexArray, derivative: ComplexArray) -> ComplexArray:
-    """X F'(z), which is 0 on the surface: F' grows there more slowly than 1/x, save at the singular points."""
+    """The depth times F'; 0 on the surface, where F' grows more slowly than 1/x (save at singular points)."""
     product = np.asarray(z.imag * derivative)
     surface = z.imag == 0
     return np.where(surface, 0.0, product) if surface.any() else product
 
 
 def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
-    """Force * unit, where no force makes nothing even of an infinite unit pressure."""
+    """A force times a unit pressure: no force makes nothing, even of an infinite one."""
     with np.errstate(invalid="ignore"):
         return _check.read_only(np.where(force == 0, 0.0, force * unit))
 
@@ -50,7 +51,8 @@ def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
 class Contact(ABC):
     """Traction on the skin's surface. Pressure presses in (+x), shear drags the surface towards +y.
 
-    Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a field.
+    Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a
+    field.
     """
 
     @property
@@ -86,7 +88,9 @@ class Contact(ABC):
 
     @abstractmethod
     def expand(self, axes: int = 1) -> Self:
-        """The same contact with `axes` axes of length one appended to its batch, to broadcast against points."""
+        """The same contact, its batch lengthened by `axes` axes of length one, to broadcast against
+        points.
+        """
 
     def __add__(self, other: object) -> ContactSum:
         if not isinstance(other, Contact):
@@ -132,14 +136,16 @@ class ContactSum(Contact):
         first, *rest = self.parts
         total = first.transforms(z)
         for part in rest:
-            total = Transforms(*(a + b for a, b in zip(total, part.transforms(z), strict=True)))
+            more = part.transforms(z)
+            p, dp, q, dq = (np.asarray(a + b) for a, b in zip(total[:4], more[:4], strict=True))
+            total = Transforms(p, dp, q, dq, np.asarray(total.hq + more.hq))
         return total
 
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return np.asarray(sum(part.pressure(y) for part in self.parts), dtype=np.float64)
+        return _check.read_only(np.asarray(sum(part.pressure(y) for part in self.parts)))
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return np.asarray(sum(part.shear(y) for part in self.parts), dtype=np.float64)
+        return _check.read_only(np.asarray(sum(part.shear(y) for part in self.parts)))
 
     def singular_points(self) -> tuple[FloatArray, ...]:  # noqa: D102
         return tuple(point for part in self.parts for point in part.singular_points())
@@ -152,8 +158,9 @@ class ContactSum(Contact):
 class ProportionalContact(Contact):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle).
 
-    A subclass gives `unit_transform` (two formulas) and `unit_pressure`, both for N = 1 N/m at position 0. One with a
-    part that is not proportional (a punch's moment, a zone that sticks) adds it in `transforms`, `pressure` and `shear`.
+    A subclass gives `unit_transform` (two formulas) and `unit_pressure`, both for N = 1 N/m at position 0.
+    One with a part that is not proportional (a punch's moment, a zone that sticks) adds it in `transforms`,
+    `pressure` and `shear`.
 
     Parameters
     ----------
@@ -217,7 +224,7 @@ class ProportionalContact(Contact):
         return np.asarray(f.imag + times_depth(z, df).real, dtype=np.float64)
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
-        z = z - self.position
+        z = self._centred(z)
         f, df = self.unit_transform(z)
         h = self.unit_shear_field(z, f, df)
         normal, tangential = self.normal_force, self.tangential_force
@@ -229,8 +236,11 @@ class ProportionalContact(Contact):
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return scaled(self.tangential_force, self.unit_pressure(self._from_centre(y)))
 
+    def _centred(self, z: ComplexArray) -> ComplexArray:
+        return np.asarray(z - np.asarray(self.position, dtype=np.float64))
+
     def _from_centre(self, y: npt.ArrayLike) -> FloatArray:
-        return np.asarray(_check.real("y", y, unit="m") - self.position, dtype=np.float64)
+        return np.asarray(_check.real("y", y, unit="m") - np.asarray(self.position, dtype=np.float64))
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
         shape = self.shape

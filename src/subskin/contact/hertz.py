@@ -19,16 +19,16 @@ from .spread import SpreadContact, pressing
 __all__ = ["Hertz"]
 
 _WIDEST = 0.3
-"""Half width / radius beyond which `from_radius` warns: the parabola that stands for the circle, y^2/(2R), is then
-already 2 % off at the edge of the contact, and the surface slopes by 0.3."""
+"""Half width / radius beyond which `from_radius` warns: the parabola that stands for the circle, y^2/(2R), is
+then already 2 % off at the edge of the contact, and the surface slopes by 0.3."""
 
 
 @dataclass(frozen=True)
 class Hertz(SpreadContact):
     """A cylinder on the skin: pressure 2N/(pi a^2) sqrt(a^2 - y^2), F(z) = -2/(z + s), s = sqrt(z^2 - a^2).
 
-    Source: memo eq. (16); FORMULAS.md section 2, "Hertz"; Johnson, Contact Mechanics (1985), section 4.2. The drag is
-    proportional to the pressure: the contact slides. Where it sticks in the middle see `PartialSlip`.
+    Source: memo eq. (16); FORMULAS.md section 2, "Hertz"; Johnson, Contact Mechanics (1985), section 4.2. The
+    drag is proportional to the pressure: the contact slides. Where it sticks in the middle see `PartialSlip`.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ class Hertz(SpreadContact):
     ) -> Self:
         """A rigid cylinder of `radius` R [m] on a skin of `material`, in plane strain.
 
-        a = 2 sqrt(N R (1 - nu^2) / (pi E)) with N = P cos(angle). The memo's eq. (17) is twice this, the full width
-        (FORMULAS.md section 1). `parameters` are the subclass's own.
+        a = 2 sqrt(N R (1 - nu^2) / (pi E)) with N = P cos(angle). The memo's eq. (17) is twice this, the full
+        width (FORMULAS.md section 1). `parameters` are the subclass's own.
 
         Raises
         ------
@@ -86,13 +86,13 @@ class Hertz(SpreadContact):
         >>> round(1e3 * float(finger_tip.half_width), 4)
         0.874
         """
-        n = pressing(_normal(force, angle), "Hertz contact")
+        n = pressing(force, angle, "Hertz contact")
         r = _check.real("radius", radius, unit="m", above=0.0)
         a = 2 * np.sqrt(n * r / (np.pi * material.plane_strain_modulus))
         if (a / r > _WIDEST).any():
             message = (
-                f"half width / radius = {float(np.max(a / r)):.3g}: above {_WIDEST} Hertz's parabola is no longer the "
-                "cylinder and the slopes are not small; take less force or a stiffer skin"
+                f"half width / radius = {float(np.max(a / r)):.3g}: above {_WIDEST} Hertz's parabola is no "
+                "longer the cylinder and the slopes are not small; take less force or a stiffer skin"
             )
             warnings.warn(message, ValidityWarning, stacklevel=2)
         return cls(force=force, angle=angle, position=position, half_width=a, **parameters)
@@ -108,9 +108,3 @@ class Hertz(SpreadContact):
     def singular_points(self) -> tuple[FloatArray, ...]:
         """None: the pressure falls to 0 at the edges."""
         return ()
-
-
-def _normal(force: npt.ArrayLike, angle: npt.ArrayLike) -> FloatArray:
-    return np.asarray(
-        _check.real("force", force, unit="N/m") * np.cos(_check.real("angle", angle, unit="rad"))
-    )

@@ -19,18 +19,20 @@ __all__ = ["PartialSlip"]
 
 @dataclass(frozen=True)
 class PartialSlip(Hertz):
-    """A Hertz contact that is dragged by less than friction can hold: it sticks for |y - position| < c and slips beyond.
+    """A Hertz contact that is dragged by less than friction can hold: it sticks for |y - position| < c and
+    slips beyond.
 
-    The shear is mu times the Hertz pressure, less the same on the narrower stick zone, c = a sqrt(1 - |T|/(mu N)).
-    Source: FORMULAS.md section 2, "Cattaneo-Mindlin traction"; Johnson, Contact Mechanics (1985), section 7.2. It
-    holds for a force that presses first and then drags.
+    The shear is mu times the Hertz pressure, less the same on the narrower stick zone, c = a sqrt(1 - |T|/(mu
+    N)). Source: FORMULAS.md section 2, "Cattaneo-Mindlin traction"; Johnson, Contact Mechanics (1985),
+    section 7.2. It holds for a force that presses first and then drags.
 
     Parameters
     ----------
     force : array_like
         Magnitude P of the resultant [N/m], >= 0.
     angle : array_like, optional
-        Angle from the inward normal [rad], positive where it drags the skin towards +y; |tan(angle)| <= friction.
+        Angle from the inward normal [rad], positive where it drags the skin towards +y; |tan(angle)| <=
+        friction.
     position : array_like, optional
         Centre y [m].
     half_width : array_like
@@ -75,36 +77,42 @@ class PartialSlip(Hertz):
     @property
     def stick_half_width(self) -> FloatArray:
         """Half the width c of the zone that sticks [m]; 0 where the contact is about to slide."""
-        return np.asarray(self._a * np.sqrt(1 - self._slip))
+        return _check.read_only(self._a * np.sqrt(1 - self._slip))
+
+    @property
+    def _inset(self) -> FloatArray:
+        """Width a - c of each zone that slips, to its own accuracy."""
+        return np.asarray(self._a * self._slip / (1 + np.sqrt(1 - self._slip)))
 
     def _unit_moments(self, a: FloatArray) -> list[FloatArray]:
         # (a^(k+2) - c^(k+2)) / (a^2 - c^2), the difference divided out
         c = self.stick_half_width
-        powers = {0: 1.0, 2: a**2 + c**2, 4: a**4 + (a * c) ** 2 + c**4, 6: (a**2 + c**2) * (a**4 + c**4)}
         zero = np.zeros(np.broadcast_shapes(a.shape, c.shape))
-        return [zero + (self.SERIES[k // 2] * powers[k] if k in powers else 0.0) for k in range(7)]
+        even = (zero + 1.0, a**2 + c**2, a**4 + (a * c) ** 2 + c**4, (a**2 + c**2) * (a**4 + c**4))
+        return [zero if k % 2 else self.SERIES[k // 2] * even[k // 2] for k in range(7)]
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
-        z = z - self.position
+        z = self._centred(z)
         normal, tangential, a, c = self.normal_force, self.tangential_force, self._a, self.stick_half_width
         f, df = self.unit_transform(z)
-        # mu N (F_a - (c/a)^2 F_c), written with T = mu N (1 - c^2/a^2) so that little drag leaves no small difference
-        s, r = root(z, a), root(z, c)
-        zone = np.where(c > 0, c**2 / ((s + r) * (z + s) * (z + r)), 0.0)
-        g = f - 2 * zone
+        # mu N (F_a - (c/a)^2 F_c), with mu N = T / (1 - c^2/a^2) divided out: little drag leaves no small
+        # difference
+        s, r = root(z, a), root(z, a, self._inset)
+        sticks = (c > 0) & (self._slip > 0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            dg = df + np.where(c > 0, 2 * zone * (z + s + r) / (s * r), 0.0)
+            zone = np.where(sticks, c**2 / ((s + r) * (z + s) * (z + r)), 0.0)
+            dzone = np.where(sticks, zone * (z + s + r) / (s * r), 0.0)
+        g, dg = f - 2 * zone, df + 2 * dzone
         h = self.unit_shear_field(z, g, dg)
         return Transforms(normal * f, normal * df, tangential * g, tangential * dg, tangential * h)
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         y = self._from_centre(y)
-        a, c = self._a, self.stick_half_width
+        a, inset = self._a, self._inset
         outer = np.sqrt(np.maximum((a - y) * (a + y), 0.0))
-        inner = np.sqrt(np.maximum((c - y) * (c + y), 0.0))
+        inner = np.sqrt(np.maximum((a - y - inset) * (a + y - inset), 0.0))
         # where it slips, q = mu p; where it sticks, the difference of the two roots divided out
-        share = np.where(self._slip > 0, self._slip, 1.0)
-        slips = 2 / (np.pi * a**2 * share) * outer
+        slips = 2 / (np.pi * a**2 * np.where(self._slip > 0, self._slip, 1.0)) * outer
         sticks = 2 / (np.pi * np.where(inner > 0, outer + inner, 1.0))
         return _check.read_only(self.tangential_force * np.where(inner > 0, sticks, slips))
 

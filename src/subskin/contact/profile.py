@@ -12,13 +12,14 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
-from ._functions import FAR, far_shear_field, log_ratio
+from ._functions import FAR, far_shear_field, gap, log_ratio
 from .base import Contact, Transforms, times_depth
 
 __all__ = ["PressureProfile"]
 
 _FAR_ELEMENT = 10.0
-"""Beyond this many half lengths from a stretch its formulas cancel, and their series converges in seven terms."""
+"""Beyond this many half lengths from a stretch its formulas cancel, and their series converges in seven
+terms."""
 
 _TERMS = 7
 _MOMENTS = 10
@@ -27,12 +28,13 @@ _BLOCK = 1 << 15
 
 @dataclass(frozen=True, init=False)
 class PressureProfile(Contact):
-    """Pressure and, independently, shear that vary linearly between nodes and vanish beyond the first and the last.
+    """Pressure and, independently, shear that vary linearly between nodes and vanish beyond the first and the
+    last.
 
-    Each stretch between two nodes adds (p_b - p_a) + p(z) log((z - b)/(z - a)) to F(z), where p(z) is the straight line
-    itself taken at z. Source: FORMULAS.md section 2, "c0 + c1 s"; Johnson, Contact Mechanics (1985), section 2.6. A
-    uniform strip and a ramp are the shortest ones: two nodes. Any smooth pressure is approached with the square of
-    the spacing.
+    Each stretch between two nodes adds (p_b - p_a) + p(z) log((z - b)/(z - a)) to F(z), where p(z) is the
+    straight line itself taken at z. Source: FORMULAS.md section 2, "c0 + c1 s"; Johnson, Contact Mechanics
+    (1985), section 2.6. A uniform strip and a ramp are the shortest ones: two nodes. Any smooth pressure is
+    approached with the square of the spacing.
 
     Parameters
     ----------
@@ -51,7 +53,8 @@ class PressureProfile(Contact):
     Raises
     ------
     InvalidValueError, GeometryError
-        A value that is not finite; fewer than two nodes, nodes that do not ascend, shapes that do not broadcast.
+        A value that is not finite; fewer than two nodes, nodes that do not ascend, shapes that do not
+        broadcast.
 
     Examples
     --------
@@ -154,7 +157,7 @@ class PressureProfile(Contact):
         return _check.read_only(np.where((at < a) | (at > b), 0.0, (va * (b - at) + vb * (at - a)) / (b - a)))
 
     def singular_points(self) -> tuple[FloatArray, ...]:
-        """The ends where pressure or shear jump from 0; NaN where they do not. A kink between nodes is finite."""
+        """The ends where pressure or shear jump from 0, NaN where they do not; at a kink all is finite."""
         ends = []
         for end in (0, -1):
             jumps = (self.node_pressure[..., end] != 0) | (self.node_shear[..., end] != 0)
@@ -169,7 +172,7 @@ class PressureProfile(Contact):
 
 
 class _Stretch(NamedTuple):
-    """What the stretches between nodes need of the points, whatever the tractions on them; last axis: stretches."""
+    """What the stretches between nodes (last axis) need of the points, whatever the tractions on them."""
 
     z: ComplexArray
     start: FloatArray
@@ -186,9 +189,9 @@ class _Stretch(NamedTuple):
         h, centre = 0.5 * (end - start), 0.5 * (start + end)
         y, x = z.real, z.imag
         log = log_ratio(x, y - start, y - end, y - centre, h)
-        kernel = 2 * h / ((z - start) * (z - end))
+        kernel = 2 * h / gap(x, y - start, y - end, y - centre)
         near = (y - centre) ** 2 + x**2 < (_FAR_ELEMENT * h) ** 2
-        w = h / np.where(near, 1.0, z - centre)
+        w: ComplexArray = np.asarray(h / np.where(near, 1.0, z - centre), dtype=np.complex128)
         square = w * w
         moment, slope = np.zeros_like(w), np.zeros_like(w)
         for k in range(_TERMS, 0, -1):

@@ -22,9 +22,9 @@ __all__ = ["FlatPunch"]
 class FlatPunch(SpreadContact):
     """A rigid flat punch: pressure (N + 2 M y / a^2) / (pi sqrt(a^2 - y^2)), y from its centre.
 
-    F(z) = -1/s for a unit force, -2/(s (z + s)) for a unit moment, s = sqrt(z^2 - a^2). Source: memo eq. (14);
-    FORMULAS.md section 2, "flat punch" and "punch moment"; Johnson, Contact Mechanics (1985), section 2.8. The shear
-    has the shape of the force's part alone: a moment tilts, it does not drag.
+    F(z) = -1/s for a unit force, -2/(s (z + s)) for a unit moment, s = sqrt(z^2 - a^2). Source: memo eq.
+    (14); FORMULAS.md section 2, "flat punch" and "punch moment"; Johnson, Contact Mechanics (1985), section
+    2.8. The shear has the shape of the force's part alone: a moment tilts, it does not drag.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ class FlatPunch(SpreadContact):
     half_width : array_like
         Half the width a [m], > 0. By keyword.
     moment : array_like, optional
-        Moment M of the pressure about the centre [N m/m], positive where it presses harder towards +y. By keyword.
+        Moment M of the pressure about the centre [N m/m], positive where it presses harder towards +y. By
+        keyword.
 
     Raises
     ------
@@ -66,8 +67,8 @@ class FlatPunch(SpreadContact):
         most = np.abs(self.normal_force) * self._a / 2
         if (np.abs(self._m) > most * (1 + 1e-12)).any():
             message = (
-                "|moment| > normal force * half_width / 2: one edge of the punch pulls on the skin; a punch that does "
-                "not stick lifts there and the contact is narrower than given"
+                "|moment| > normal force * half_width / 2: one edge of the punch pulls on the skin; a punch "
+                "that does not stick lifts there, and its contact is narrower than given"
             )
             warnings.warn(message, ValidityWarning, stacklevel=3)
 
@@ -77,15 +78,15 @@ class FlatPunch(SpreadContact):
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
         s = root(z, self._a)
-        return -1 / s, z / s**3
+        return -1 / s, z / (s * s * s)
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         t = super().transforms(z)
         if not self._m.any():
             return t
-        z = z - self.position
+        z = self._centred(z)
         s = root(z, self._a)
-        return t._replace(p=t.p - 2 * self._m / (s * (z + s)), dp=t.dp + 2 * self._m / s**3)
+        return t._replace(p=t.p - 2 * self._m / (s * (z + s)), dp=t.dp + 2 * self._m / (s * s * s))
 
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         a = self._a

@@ -21,9 +21,9 @@ __all__ = ["SpreadContact"]
 class SpreadContact(ProportionalContact):
     """A symmetric contact on |y - position| <= half_width.
 
-    Besides the formulas of a `ProportionalContact` a subclass gives `SERIES`, the even moments of its pressure for unit
-    resultant and unit half width: F = -(1/z) sum of SERIES[k] (a/z)^(2k). Far away they take the place of the formulas
-    where these would cancel.
+    Besides the formulas of a `ProportionalContact` a subclass gives `SERIES`, the even moments of its
+    pressure for unit resultant and unit half width: F = -(1/z) sum of SERIES[k] (a/z)^(2k). Far away they
+    take the place of the formulas where these would cancel.
 
     Parameters
     ----------
@@ -69,8 +69,10 @@ class SpreadContact(ProportionalContact):
         return tuple(np.broadcast_to(centre + side * self._a, self.shape) for side in (-1, 1))
 
 
-def pressing(normal: FloatArray, name: str) -> FloatArray:
-    """`normal`, refused unless it presses: only then do the load and the body decide how wide the contact is."""
+def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArray:
+    """N = P cos(angle), refused unless it presses: only then do load and body decide on the width."""
+    p, alpha = _check.real("force", force, unit="N/m"), _check.real("angle", angle, unit="rad")
+    normal = np.asarray(p * np.cos(alpha))
     if not (normal > 0).all():
         raise InvalidValueError(
             f"normal force = {float(np.min(normal)):.6g} N/m",

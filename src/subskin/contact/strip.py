@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
-from ._functions import log_ratio
+from ._functions import gap, log_ratio
 from .spread import SpreadContact
 
 __all__ = ["Strip"]
@@ -17,8 +17,8 @@ __all__ = ["Strip"]
 class Strip(SpreadContact):
     """Uniform pressure and shear over |y - position| <= half_width, F(z) = log((z - a) / (z + a)) / (2 a).
 
-    Source: FORMULAS.md section 2, "uniform"; Johnson, Contact Mechanics (1985), section 2.5. For a pressure that
-    varies along the contact see `PressureProfile`.
+    Source: FORMULAS.md section 2, "uniform"; Johnson, Contact Mechanics (1985), section 2.5. For a pressure
+    that varies along the contact see `PressureProfile`.
 
     Parameters
     ----------
@@ -47,7 +47,8 @@ class Strip(SpreadContact):
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
         a = self._a
-        return log_ratio(z.imag, z.real + a, z.real - a, z.real, a) / (2 * a), 1 / ((z - a) * (z + a))
+        x, y = z.imag, z.real
+        return log_ratio(x, y + a, y - a, y, a) / (2 * a), 1 / gap(x, y + a, y - a, y)
 
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         return np.where(np.abs(y) <= self._a, 1 / (2 * self._a), 0.0)

@@ -74,8 +74,8 @@ class Wedge(SpreadContact):
         Warns
         -----
         ValidityWarning
-            The surface along the flanks slopes by cot(theta/2) > 0.3 (theta < 146.6 degrees): linear theory is for small
-            slopes.
+            The surface along the flanks slopes by cot(theta/2) > 0.3 (theta < 146.6 degrees): linear theory
+            is for small slopes.
 
         Examples
         --------
@@ -91,19 +91,16 @@ class Wedge(SpreadContact):
         slope = 1 / np.tan(theta / 2)
         if (slope > _STEEPEST).any():
             message = (
-                f"the wedge's flanks slope by cot(theta/2) = {float(np.max(slope)):.3g}: linear theory is for small "
-                f"slopes, up to about {_STEEPEST}; take a blunter wedge (vertex_angle > 2.56 rad)"
+                f"the wedge's flanks slope by cot(theta/2) = {float(np.max(slope)):.3g}: linear theory is "
+                f"for small slopes, up to about {_STEEPEST}; take a blunter wedge (vertex_angle > 2.56 rad)"
             )
             warnings.warn(message, ValidityWarning, stacklevel=2)
-        load = np.asarray(
-            _check.real("force", force, unit="N/m") * np.cos(_check.real("angle", angle, unit="rad"))
-        )
-        a = pressing(load, "wedge") / (slope * material.plane_strain_modulus)
+        a = pressing(force, angle, "wedge") / (slope * material.plane_strain_modulus)
         return cls(force=force, angle=angle, position=position, half_width=a)
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
-        # arcsin(a/z) in elliptic coordinates, s = +-n + i m: sums of positive terms only, so that neither part is lost
-        # where the other is large (near the surface) or where a/z is near 1 (at the edges)
+        # arcsin(a/z) in elliptic coordinates, s = +-n + i m: sums of positive terms only, so that neither
+        # part is lost where the other is large (near the surface) or where a/z is near 1 (at the edges)
         a, x, y = self._a, z.imag, z.real
         s = root(z, a)
         m, n = s.imag, np.abs(s.real)

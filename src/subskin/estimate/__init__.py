@@ -1,6 +1,7 @@
 """From readings to the load that made them, with its uncertainty."""
 
+from .calibrate import Calibration, Health, Parameter, Score, calibrate
 from .estimate import Estimate, Rival, Status
 from .locate import Locator
 
-__all__ = ["Estimate", "Locator", "Rival", "Status"]
+__all__ = ["Calibration", "Estimate", "Health", "Locator", "Parameter", "Rival", "Score", "Status", "calibrate"]

@@ -208,6 +208,9 @@ def three_sensor(
     (13). Where two sensors are blind to one place f (1/sqrt(kappa) depths from both), that place is a root
     for whatever readings. Such roots are divided out before the others are sought.
 
+    With spacing = depth and the load over the array, no second load within 45 degrees of the normal has its
+    place over the array. With other spacings one often has: a fourth sensor then decides.
+
     Examples
     --------
     Fig. 6 of the memo: depth 3, spacing 2.5, lengths in any unit, forces in units of E. It prints the
@@ -265,7 +268,7 @@ def three_sensor(
     for item in _with_blind_places(found, determinant.blind_pairs):
         root, note = model.root(item, middle, x, unit, scale, mu)
         roots.append(root)
-        if note is None and item.multiplicity > 1:
+        if note is None and item.multiplicity > 1 and root.verdict is not Verdict.NOT_A_SOLUTION:
             note = _double_root_note(root, item, s, tol)
         notes.extend([] if note is None else [note])
     return ThreeSensorSolution(tuple(roots), degree, tuple(notes))
@@ -354,7 +357,7 @@ def _sensitivity(
 
 
 def _with_blind_places(found: list[RealRoot], pairs: tuple[BlindPair, ...]) -> list[RealRoot]:
-    """The roots in order, with those put back that were divided out; one that is met again counts once more."""
+    """The roots in order, those that were divided out put back; one that is met again counts once more."""
     roots = list(found)
     for pair in pairs:
         same = [root for root in roots if abs(root.place - pair.place) <= _BLIND_PLACE]

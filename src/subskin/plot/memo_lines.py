@@ -7,11 +7,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..contact.line import LineLoad
+from ..estimate.three_sensor import Root, Verdict, three_sensor
 from ..material import Material
+from ..memo import FIGURE_6, eq13
 from ..skin.half_plane import HalfPlane
-from .style import BLACK, BLUE, GREEN, GREY, SINGLE, VERMILLION, new_figure, zero_line
+from .style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    GREEN,
+    GREY,
+    ORANGE,
+    SINGLE,
+    VERMILLION,
+    new_figure,
+    stacked,
+    zero_line,
+)
 
-__all__ = ["figure_2", "figure_3"]
+__all__ = ["figure_2", "figure_3", "figure_6"]
 
 # Modulus, load and length of reference are 1: strains come out in units of P / (E d), places in units of d.
 UNIT_SKIN = HalfPlane(Material(young=1.0, poisson=0.5))
@@ -54,8 +68,8 @@ def _strain_beneath(angle: float, title: str) -> Figure:
         curves.plot(y, UNIT_SKIN.strain(load, x=depth, y=y).xx, color=colour, label=_times_d(depth))
         _mark(curves, _blind_places(depth, angle), 0.0, colour)
     curves.legend(title="depth of the sensor $x$", loc="lower right", title_fontsize=7)
-    curves.set(xlim=(-_REACH, _REACH), xlabel="place of the sensor, from the load, $y/d$")
-    curves.set_ylabel(r"strain $\varepsilon_x E d/P$  ($-$ compressed)")
+    curves.set(xlim=(-_REACH, _REACH), ylim=(-0.5, 0.14), xlabel="place of the sensor, from the load, $y/d$")
+    curves.set_ylabel(r"strain $\varepsilon_x\, E d/P$  ($-$ compressed)")
     return figure
 
 
@@ -89,3 +103,66 @@ def _mark(axes: Axes, places: list[float], height: float, colour: str) -> None:
 
 def _times_d(multiple: float) -> str:
     return "$d$" if multiple == 1 else f"${multiple:g}\\,d$"
+
+
+_VERDICTS = {
+    Verdict.ACCEPTED: ("o", GREEN, "accepted"),
+    Verdict.PULLS: ("v", VERMILLION, "pulls"),
+    Verdict.SLIPS: ("s", ORANGE, "slips"),
+    Verdict.NOT_A_SOLUTION: ("X", GREY, "no solution"),
+}
+
+
+def figure_6() -> Figure:
+    """Finding the place of a load from three readings: the roots of eq. (13) and what becomes of each."""
+    x, b = FIGURE_6.depth, FIGURE_6.spacing
+    readings = -np.array(FIGURE_6.printed)  # printed with compression positive
+    sensors = np.array([-b, 0.0, b])
+    found = three_sensor(readings, sensors, x, young=1.0)
+    left, right, above, below = -8.0, 8.0, 2.3, x + 1.0
+    inner = DOUBLE - 15.0 - 3.0
+    heights = [40.0, inner * (above + below) / (right - left)]
+    figure, (curve, sketch) = stacked(DOUBLE, heights, left=15.0, right=3.0, top=6.0, foot=11.0)
+
+    y = np.linspace(left, right, 801)
+    # f itself spans six decades; over (x^2 + y^2)^4 it has the same roots, and is bounded
+    curve.plot(y, eq13(readings, y, x, b) / (x**2 + y**2) ** 4, color=BLACK)
+    zero_line(curve)
+    curve.set_title("Three readings, four roots, one load")
+    low, high = curve.get_ylim()
+    curve.set(xlim=(left, right), ylim=(low, high), ylabel=r"$f(y)\,/\,(x^2 + y^2)^4$")
+    sketch.axhspan(0.0, below, color="#F2F2F2", linewidth=0)
+    sketch.axhline(0.0, color=BLACK, linewidth=0.9)
+    for root in found.roots:
+        marker, colour, _ = _VERDICTS[root.verdict]
+        for axes, ends in ((curve, [0.0, low]), (sketch, [-above, 0.0])):
+            axes.plot([root.position] * 2, ends, color=colour, linewidth=0.7, linestyle=(0, (2, 2)), zorder=1)
+        curve.plot(root.position, 0.0, marker, color=colour, ms=6, zorder=3)
+        _root(sketch, root)
+    for place, reading, index in zip(sensors, readings, "123", strict=True):
+        sketch.plot(place, x, "o", ms=5, mfc="white", mec=BLACK, mew=0.9)
+        text = rf"$\varepsilon_{{x{index}}} = {reading:+g}$"
+        sketch.text(place, x + 0.62, text, fontsize=7, ha="center", va="center")
+    note = "grey: where a load comes from\nthat presses and, with friction 1,\ndoes not slip"
+    sketch.text(left + 0.15, 0.9 * below, note, fontsize=7, color=GREY, va="bottom")
+    sketch.set(ylim=(below, -above), yticks=[0, 1, 2, 3], ylabel="depth $x$")
+    sketch.set_xlabel(f"place of the load $y$  (depth {x:g}, spacing {b:g})")
+    sketch.spines["left"].set_bounds(below, 0.0)
+    return figure
+
+
+def _root(axes: Axes, root: Root) -> None:
+    """The load of a root on the skin: the cone from which a load may come, its arrow, and the verdict."""
+    length = 2.0
+    _, colour, verdict = _VERDICTS[root.verdict]
+    rim = np.linspace(-np.pi / 4, np.pi / 4, 31)
+    cone = np.column_stack([root.position - length * np.sin(rim), -length * np.cos(rim)])
+    axes.fill(*np.vstack([[root.position, 0.0], cone]).T, color="#DDDDDD", linewidth=0, zorder=0.5)
+    along, into = length * np.sin(root.angle), length * np.cos(root.angle)  # the force on the skin
+    here = (root.position, 0.0)
+    tail, head = (here, (root.position + along, into)) if into < 0 else ((root.position - along, -into), here)
+    axes.annotate("", head, tail, arrowprops={**_ARROW, "color": colour, "linewidth": 1.8}, zorder=3)
+    side = "right" if abs(root.position) < 1 else "center" if abs(root.position) > 3 else "left"
+    shift = {"right": 0.25, "center": 0.0, "left": -0.25}[side]
+    text = f"$y = {root.position:+.3f}$\n${np.degrees(root.angle):+.1f}$°\n{verdict}"
+    axes.text(root.position + shift, 0.25, text, fontsize=7, ha=side, va="top", linespacing=1.3)

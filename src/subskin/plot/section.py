@@ -11,27 +11,28 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from .. import _check
 from .._check import FloatArray
-from ..array import SensorArray
 from ..contact.base import Contact, ContactSum
-from ..contact.line import LineLoad
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..field import State
 from ..finger import Finger
-from .style import BLACK, DOUBLE, NORMAL_95, VERMILLION, house_style, new_figure, zero_line
+from .measured import draw_readings
+from .style import BLACK, DOUBLE, NORMAL_95, VERMILLION, house_style, settled, stacked
 
 __all__ = ["finger_section"]
 
 _MM = 1e3
-_LEFT, _RIGHT, _GAP, _FOOT = 12.0, 18.0, 3.0, 18.0
-"""Margins [mm]: beside the panels, between them, and below them for the label and the legend."""
-_UNITS = {"": (100.0, "measured [%]"), "Pa": (1e-3, "measured [kPa]")}
+_LEFT, _RIGHT, _FOOT = 13.5, 18.0, 9.5
+"""Margins [mm]: beside the panels, and below them for the label."""
+_NARROW = 130.0
+"""A figure below this width [mm] has its legend in one column."""
 
 
 class _Component(NamedTuple):
@@ -128,57 +129,70 @@ def finger_section(
     top = 0.5 * bottom
     with house_style():
         inner = width - _LEFT - _RIGHT
-        heights = [inner * (bottom + top) / (right - left)] + ([0.2 * inner] if frame is not None else [])
-        figure, panels, bar = _sheet(width, heights, 6.0 if title else 1.5)
+        heights = [inner * (bottom + top) / (right - left)]
+        heights += [max(0.2 * inner, 20.0)] if frame is not None else []
+        figure, panels = stacked(
+            width, heights, left=_LEFT, right=_RIGHT, top=7.0 if title else 1.5, foot=_FOOT
+        )
         panels[0].set(xlim=(left, right), ylim=(bottom, -top), ylabel="depth x [mm]")
-        _field(panels[0], bar, finger, contact, COMPONENTS[component], (left, right, bottom))
-        _above(panels[0], contact, forces, top)
+        box = panels[0].get_position()
+        bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
+        drawn = _field(panels[0], finger, contact, COMPONENTS[component], (left, right, bottom))
+        _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
+        scale = _Scale(top, max(force.size for force in forces) or 1.0, min(1.0, inner / 140.0))
+        _above(panels[0], contact, forces, scale, "load" if estimate is None else "true")
         _sensors(panels[0], finger, estimate)
         if estimate is not None:
-            _found(panels[0], estimate, max(force.size for force in forces), top)
+            _found(panels[0], estimate, scale, "\n" if width < _NARROW else " ")
         if frame is not None:
-            _readings(panels[1], finger, contact, estimate, frame)
+            draw_readings(panels[1], finger, contact, estimate, frame)
         panels[-1].set_xlabel("place along the skin y [mm]")
-        figure.text(_LEFT / width, 1.0, title, va="top", fontweight="bold")
-        handles, labels = panels[0].get_legend_handles_labels()
-        spot: dict[str, Any] = {
-            "loc": "lower left",
-            "bbox_to_anchor": (_LEFT / width, 0.0),
-            "borderaxespad": 0.0,
-        }
-        figure.legend(handles, labels, ncols=2, columnspacing=1.5, **spot)
-    return figure
+        _legend(figure, panels[0], columns=1 if width < _NARROW else 2)
+        if title:
+            high = figure.get_figheight() * 25.4
+            figure.text(_LEFT / width, 1 - 1.5 / high, title, va="top", fontweight="bold")
+        return settled(figure)
 
 
-def _sheet(width: float, heights: list[float], title: float) -> tuple[Figure, list[Axes], Axes]:
-    """A figure with panels of the given heights [mm] one below the other, a colour bar beside the first.
+class _Scale(NamedTuple):
+    """How arrows are drawn: the room above the skin [mm of skin], the largest force, the thickness."""
 
-    Laid out by hand: the panels have to be equally wide and the section to scale.
-    """
-    figure = new_figure(width, sum(heights) + _GAP * (len(heights) - 1) + _FOOT + title, layout="none")
-    high = figure.get_figheight() * 25.4
-    inner, y = width - _LEFT - _RIGHT, high - title
-    panels: list[Axes] = []
-    for height in heights:
-        y -= height
-        box = (_LEFT / width, y / high, inner / width, height / high)
-        panels.append(figure.add_axes(box, sharex=panels[0] if panels else None))
-        y -= _GAP
-    panels[0].tick_params(labelbottom=len(heights) == 1)
-    box = ((_LEFT + inner + 2.5) / width, 1 - (title + heights[0]) / high, 2.2 / width, heights[0] / high)
-    return figure, panels, figure.add_axes(box)
+    top: float
+    force: float
+    weight: float
+
+    def length(self, size: float) -> float:
+        """Length of the arrow of a force [mm of skin]: in proportion, but long enough to see its angle."""
+        return 0.85 * self.top * float(np.clip(size / self.force, 0.35, 1.1))
+
+
+def _legend(figure: Figure, axes: Axes, columns: int) -> None:
+    """The legend in a foot added to the figure for it; the panels keep their size."""
+    handles, labels = axes.get_legend_handles_labels()
+    lines = [1 + label.count("\n") for label in labels]
+    rows = -(-len(lines) // columns)
+    extra = 1.0 + 3.9 * max(sum(lines[c * rows : (c + 1) * rows]) for c in range(columns))
+    width, height = figure.get_figwidth() * 25.4, figure.get_figheight() * 25.4
+    figure.set_size_inches(width / 25.4, (height + extra) / 25.4)
+    for panel in figure.axes:
+        x, y, w, h = panel.get_position().bounds
+        panel.set_position((x, (y * height + extra) / (height + extra), w, h * height / (height + extra)))
+    spot: dict[str, Any] = {"loc": "lower left", "borderaxespad": 0.0, "borderpad": 0.2, "columnspacing": 1.5}
+    figure.legend(handles, labels, ncols=columns, bbox_to_anchor=(_LEFT / width, 0.0), **spot)
 
 
 def _resultants(contact: Contact) -> list[_Force]:
-    """The force of each part of the contact, at the part's place."""
-    parts = contact.parts if isinstance(contact, ContactSum) else (contact,)
+    """The force of each part of the contact, where its line of action meets the surface."""
     forces = []
-    for part in parts:
+    for part in contact.parts if isinstance(contact, ContactSum) else (contact,):
         normal, tangential = float(part.normal_force), float(part.tangential_force)
-        place = float(np.asarray(getattr(part, "position", 0.0)))
-        forces.append(
-            _Force(_MM * place, float(np.hypot(normal, tangential)), float(np.arctan2(tangential, normal)))
-        )
+        # far away F = -(N + M/z + ...)/z with M the first moment; a kilometre is far from any finger
+        far = np.array([1e3j], dtype=np.complex128)
+        t = part.transforms(far)
+        first, load = (t.p, normal) if normal else (t.q, tangential)
+        place = 1e3 * float((first * far).imag[0]) / load if load else 0.0
+        size, angle = float(np.hypot(normal, tangential)), float(np.arctan2(tangential, normal))
+        forces.append(_Force(_MM * place, size, angle))
     return forces
 
 
@@ -200,13 +214,8 @@ def _levels(values: FloatArray) -> FloatArray:
 
 
 def _field(
-    axes: Axes,
-    bar: Axes,
-    finger: Finger,
-    contact: Contact,
-    component: _Component,
-    window: tuple[float, float, float],
-) -> None:
+    axes: Axes, finger: Finger, contact: Contact, component: _Component, window: tuple[float, float, float]
+) -> ContourSet:
     left, right, bottom = window
     y = np.linspace(left, right, 481)
     # the first row lies just beneath the surface, on which a contact's edge may be singular
@@ -220,44 +229,54 @@ def _field(
     norm = BoundaryNorm(levels, colours.N, extend="both")
     drawn = axes.contourf(y, x, values, levels, cmap=colours, norm=norm, extend="both")
     drawn.set_edgecolor("face")  # no hairlines between the bands in SVG
-    scale = Colorbar(bar, drawn, label=component.label, ticks=levels.tolist())
-    scale.ax.set_yticklabels([f"{v:g}".replace("-", "−") for v in levels], fontsize=6)
     axes.set_yticks([t for t in MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(0.0, bottom) if t <= bottom])
     axes.spines["left"].set_bounds(bottom, 0.0)
-    axes.set_ylim(bottom, axes.get_ylim()[1])
+    return drawn
 
 
-def _above(axes: Axes, contact: Contact, forces: list[_Force], top: float) -> None:
+def _colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> None:
+    """Bar beside the section, `height` [mm]: if that is too low, only some levels are labelled."""
+    levels = np.asarray(drawn.levels)
+    half = levels.size // 2
+    step = 1 if height / levels.size > 2.7 else 2 if height / levels.size > 1.7 else 3
+    kept = np.arange(half if step == 1 else half - 1)[::step]  # the two around zero stand close
+    ticks = levels[np.concatenate([kept, levels.size - 1 - kept[::-1]])]
+    bar = Colorbar(axes, drawn, label=label, ticks=ticks.tolist())
+    bar.ax.set_yticklabels([f"{v:g}".replace("-", "−") for v in ticks], fontsize=6)
+    bar.minorticks_off()
+
+
+def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, name: str) -> None:
     """The pressure as a hump on the surface, and each part's force."""
-    left, right = axes.get_xlim()
-    y = np.linspace(left, right, 4001)
+    y = np.linspace(*axes.get_xlim(), 4001)
     pressure = contact.pressure(y / _MM)
     finite = pressure[np.isfinite(pressure)]
     if finite.size and finite.max() > 0:
-        singular = bool(contact.singular_points())
-        peak = float(np.quantile(finite[finite > 0], 0.98)) if singular else float(finite.max())
-        height = 0.42 * top * np.clip(np.nan_to_num(pressure / peak, posinf=9.0), -0.5, 1.9)
-        label = "pressure" if singular else f"pressure, at most {peak / 1e3:.3g} kPa"
-        axes.fill_between(
-            y, -height, 0.0, where=height != 0, color="#C9C9C9", linewidth=0, zorder=1.5, label=label
-        )
+        places = [p for p in contact.singular_points() if np.isfinite(p)]
+        infinite = any(np.isinf(contact.pressure(place)) for place in places)
+        peak = float(np.quantile(finite[finite > 0], 0.9)) if infinite else float(finite.max())
+        height = 0.42 * scale.top * np.clip(np.nan_to_num(pressure / peak, posinf=9.0), -0.5, 1.9)
+        label = "pressure" if infinite else f"pressure, at most {peak / 1e3:.3g} kPa"
+        grey: dict[str, Any] = {"color": "#C9C9C9", "linewidth": 0, "zorder": 1.5, "label": label}
+        axes.fill_between(y, -height, 0.0, where=height != 0, **grey)
     axes.axhline(0.0, color=BLACK, linewidth=0.9, zorder=2)
-    strongest = max(force.size for force in forces)
+    thick: dict[str, Any] = {"color": BLACK, "linewidth": 3.6 * scale.weight}
     for force in forces:
-        text = f"true: {force.size:.3g} N/m at {np.degrees(force.angle):.1f}°, y = {force.place:.2f} mm"
-        _arrow(
-            axes, force, force.size / strongest, top, color=BLACK, linewidth=3.2, mutation_scale=15, zorder=3
-        )
-        axes.plot([], [], color=BLACK, linewidth=4.0, label=text)
+        _arrow(axes, force, scale.length(force.size), mutation_scale=14 * scale.weight, zorder=3, **thick)
+        degrees = f"{np.degrees(force.angle):.1f}".replace("-", "−")
+        place = f"{force.place + 0.0:.2f}".replace("-", "−")
+        axes.plot([], [], label=f"{name}: {force.size:.3g} N/m at {degrees}°, y = {place} mm", **thick)
 
 
-def _arrow(axes: Axes, force: _Force, relative: float, top: float, **style: Any) -> None:
-    length = 0.85 * top * min(relative, 1.1)
-    tail = (force.place - length * np.sin(force.angle), -length * np.cos(force.angle))
-    axes.add_patch(FancyArrowPatch(tail, (force.place, 0.0), arrowstyle="-|>", shrinkA=0, shrinkB=0, **style))
+def _arrow(axes: Axes, force: _Force, length: float, **style: Any) -> None:
+    """The force on the skin: an arrow that ends on the surface, or leaves it where the force pulls."""
+    away = (length * np.sin(force.angle), length * np.cos(force.angle))
+    here, pulls = (force.place, 0.0), force.angle**2 > (np.pi / 2) ** 2
+    ends = (here, (force.place + away[0], away[1])) if pulls else ((force.place - away[0], -away[1]), here)
+    axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", shrinkA=0, shrinkB=0, **style))
 
 
-def _found(axes: Axes, estimate: Estimate, strongest: float, top: float) -> None:
+def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     """The load found: its arrow, the wedge of its angle and the bar of its place, both 95 %."""
     place, size, angle = (float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle))
     status = Status(int(np.squeeze(estimate.status))).name.lower().replace("_", " ")
@@ -265,28 +284,27 @@ def _found(axes: Axes, estimate: Estimate, strongest: float, top: float) -> None
         axes.plot([], [], " ", label=f"found: {status}")
         return
     half = NORMAL_95 * np.nan_to_num(np.reshape(estimate.std, 3))
-    force = _Force(_MM * place, size, angle)
-    length = 0.85 * top * min(size / strongest, 1.1)
+    force, length = _Force(_MM * place, size, angle), scale.length(size)
     turn = np.linspace(angle - half[2], angle + half[2], 31)
     rim = np.column_stack([force.place - length * np.sin(turn), -length * np.cos(turn)])
-    axes.add_patch(
-        Polygon(np.vstack([[force.place, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5)
+    wedge = Polygon(
+        np.vstack([[force.place, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5
     )
-    _arrow(axes, force, size / strongest, top, color=VERMILLION, linewidth=1.6, mutation_scale=8, zorder=4)
+    axes.add_patch(wedge)
+    thin: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.6 * scale.weight}
+    _arrow(axes, force, length, mutation_scale=8 * scale.weight, zorder=4, **thin)
     axes.errorbar(
         force.place, 0.0, xerr=_MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4
     )
-    text = (
-        f"found ({status}): {_pm(size, half[1])} N/m at {_pm(np.degrees(angle), np.degrees(half[2]))}°, "
-        f"y = {_pm(force.place, _MM * half[0])} mm"
-    )
-    axes.plot([], [], color=VERMILLION, linewidth=1.2, label=text)
+    degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.place, _MM * half[0])
+    text = f"found ({status}): {_pm(size, half[1])} N/m at {degrees}°,{gap}y = {where} mm"
+    axes.plot([], [], label=text, **thin)
 
 
 def _pm(value: float, half: float) -> str:
     """`value` with its 95 % interval, to two digits of the latter."""
     digits = int(np.clip(1 - np.floor(np.log10(half)), 0, 9)) if half > 0 else 3
-    return f"{value:.{digits}f} ± {half:.{digits}f}"
+    return f"{value:.{digits}f} ± {half:.{digits}f}".replace("-", "−")
 
 
 def _sensors(axes: Axes, finger: Finger, estimate: Estimate | None) -> None:
@@ -306,51 +324,3 @@ def _sensors(axes: Axes, finger: Finger, estimate: Estimate | None) -> None:
     axes.plot(y[used], depth[used], "o", label="sensor", **dot)
     if not used.all():
         axes.plot(y[~used], depth[~used], "X", label="sensor left out", **dot)
-
-
-def _readings(
-    axes: Axes, finger: Finger, contact: Contact, estimate: Estimate | None, frame: FloatArray
-) -> None:
-    """The frame, freed of offset and gain, against what the contact and the load found would give."""
-    array = finger.array
-    live, gain = array.live, np.where(array.live, array.gain, np.nan)
-    measured, half = (
-        (frame - np.asarray(array.offset)) / gain,
-        NORMAL_95 * np.asarray(array.noise) / np.abs(gain),
-    )
-    units = {kind.unit for kind in array.transducers}
-    scale, label = _UNITS.get(units.pop() if len(units) == 1 else "?", (1.0, "measured"))
-
-    loads: list[tuple[Contact, dict[str, Any]]] = [
-        (contact, {"color": BLACK, "linewidth": 3.2, "alpha": 0.25})
-    ]
-    if estimate is not None and np.isfinite(np.squeeze(estimate.position)):
-        found = LineLoad(*(float(np.squeeze(v)) for v in (estimate.force, estimate.angle, estimate.position)))
-        loads.append((found, {"color": VERMILLION, "linewidth": 1.1}))
-    dense = _alike(finger, np.linspace(*axes.get_xlim(), 401) / _MM)
-    for load, style in loads:
-        if dense is not None:
-            axes.plot(_MM * np.asarray(dense.array.y), scale * dense.measure(load), **style)
-        else:
-            at, size = _MM * np.asarray(array.y)[live], scale * finger.measure(load)[live]
-            axes.plot(at, size, "_", ms=10, color=style["color"], mew=style["linewidth"])
-    bars: dict[str, Any] = {
-        "ms": 4.5,
-        "mfc": "white",
-        "mec": BLACK,
-        "mew": 0.9,
-        "ecolor": BLACK,
-        "elinewidth": 0.8,
-    }
-    axes.errorbar(_MM * np.asarray(array.y), scale * measured, yerr=scale * half, fmt="o", zorder=3, **bars)
-    zero_line(axes)
-    axes.set_ylabel(label)
-
-
-def _alike(finger: Finger, y: FloatArray) -> Finger | None:
-    """Sensors like those of the finger all along it; None where they differ from each other."""
-    array = finger.array
-    depth, width = np.asarray(array.depth), np.asarray(array.width)
-    if np.ptp(depth) or np.ptp(width) or len(set(array.transducers)) > 1:
-        return None
-    return Finger(finger.skin, SensorArray(y, depth[0], array.transducers[0], width=width[0]))

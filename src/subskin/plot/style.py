@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
-from os import PathLike
+from os import PathLike, getpid
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,8 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import AutoLocator, FixedLocator
 
-from ..errors import InvalidValueError
+from ..errors import FileError, InvalidValueError
 
 __all__ = [
     "BLACK",
@@ -42,7 +43,7 @@ NORMAL_95 = 1.959964
 """Half a 95 % interval in standard deviations."""
 
 _MM = 1 / 25.4
-_FORMATS = ("pdf", "png", "svg")
+_DPI = 300
 _STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same letters on every machine
@@ -68,7 +69,7 @@ _STYLE: dict[str, Any] = {
     "lines.linewidth": 1.2,
     "lines.markersize": 4.0,
     "patch.linewidth": 0.6,
-    "savefig.dpi": 300,
+    "savefig.dpi": _DPI,
     "svg.hashsalt": "subskin",
     "svg.fonttype": "path",
 }
@@ -88,7 +89,7 @@ def house_style() -> AbstractContextManager[None]:
 
 def new_figure(width: float, height: float, layout: Literal["constrained", "none"] = "constrained") -> Figure:
     """An empty figure of the given size [mm], drawn by Agg and known to no window."""
-    figure = Figure(figsize=(width * _MM, height * _MM))
+    figure = Figure(figsize=(width * _MM, height * _MM), dpi=_DPI)
     if layout == "constrained":
         figure.set_layout_engine(
             ConstrainedLayoutEngine(w_pad=2 / 72, h_pad=2 / 72, wspace=0.03, hspace=0.03)
@@ -97,51 +98,51 @@ def new_figure(width: float, height: float, layout: Literal["constrained", "none
     return figure
 
 
+def settled(figure: Figure) -> Figure:
+    """The figure with its layout and its ticks worked out once and kept.
+
+    Else each further draw would move the panels by a hair, and other settings of the user's change the ticks.
+    """
+    for _ in range(3):  # the ticks depend on the panels' sizes, and these on the ticks' labels
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if isinstance(axis.get_major_locator(), AutoLocator):
+            axis.set_major_locator(FixedLocator(axis.get_majorticklocs().tolist()))
+    return figure
+
+
+def stacked(
+    width: float,
+    heights: Sequence[float],
+    *,
+    left: float,
+    right: float,
+    top: float,
+    foot: float,
+    gap: float = 3.0,
+) -> tuple[Figure, list[Axes]]:
+    """A figure with panels one below the other, of one width and to the millimetre: a panel can be to scale.
+
+    `heights` are those of the panels, the rest are the margins around and the gap between them, all in mm.
+    The panels share the horizontal axis, and only the lowest labels it.
+    """
+    high = sum(heights) + gap * (len(heights) - 1) + top + foot
+    figure = new_figure(width, high, layout="none")
+    panels: list[Axes] = []
+    y = high - top
+    for height in heights:
+        box = (left / width, (y - height) / high, (width - left - right) / width, height / high)
+        panels.append(figure.add_axes(box, sharex=panels[0] if panels else None))
+        y -= height + gap
+    for panel in panels[:-1]:
+        panel.tick_params(labelbottom=False)
+    return figure, panels
+
+
 def zero_line(axes: Axes) -> None:
     """The line of no strain, so that compression and extension are told apart at sight."""
     axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
-
-
-def save(figure: Figure, path: str | PathLike[str], formats: Iterable[str] = ("svg", "png")) -> list[Path]:
-    """Write a figure as `path` with each format's suffix, making the folder where it is missing.
-
-    Each file is written beside its place and then renamed, so that none is ever left half written. The same
-    figure gives the same bytes.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure.
-    path : path-like
-        Where to, without a suffix, e.g. "out/truth".
-    formats : iterable of {"svg", "png", "pdf"}, optional
-        What to write; PNG has 300 dots an inch.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files, in the order of `formats`.
-
-    Raises
-    ------
-    InvalidValueError
-        A format that is not offered; nothing is written then.
-    """
-    target = Path(path)
-    kinds = _formats(formats)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    files = []
-    for kind in kinds:
-        file = target.with_name(f"{target.name}.{kind}")
-        part = file.with_name(f".{file.name}.part")
-        try:
-            with house_style():
-                figure.savefig(part, format=kind, metadata=_UNDATED[kind])
-            part.replace(file)
-        finally:
-            part.unlink(missing_ok=True)
-        files.append(file)
-    return files
 
 
 # What would make two files of one figure differ.
@@ -152,12 +153,63 @@ _UNDATED: dict[str, dict[str, Any]] = {
 }
 
 
-def _formats(formats: Iterable[str]) -> Sequence[str]:
+def save(figure: Figure, path: str | PathLike[str], formats: Iterable[str] | None = None) -> list[Path]:
+    """Write a figure, making the folder where it is missing.
+
+    Each file is written beside its place and then renamed, so that none is ever left half written. The same
+    figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    path : path-like
+        Where to, e.g. "out/truth.png", or "out/truth" for every one of `formats`.
+    formats : iterable of {"svg", "png", "pdf"}, optional
+        What to write, each with its own suffix; PNG has 300 dots an inch. The default is the suffix of
+        `path`, or SVG and PNG where it has none of these.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files, in the order of `formats`.
+
+    Raises
+    ------
+    InvalidValueError
+        A format that is not offered; nothing is written then.
+    FileError
+        A folder or file that cannot be written.
+    """
+    target = Path(path)
+    suffix = target.suffix[1:].lower()
+    if suffix in _UNDATED:
+        target = target.with_suffix("")
+    kinds = _formats(formats if formats is not None else (suffix,) if suffix in _UNDATED else ("svg", "png"))
+    return [_write(figure, target.with_name(f"{target.name}.{kind}"), kind) for kind in kinds]
+
+
+def _formats(formats: Iterable[str]) -> tuple[str, ...]:
     """The formats, checked before anything is drawn."""
     kinds = (formats,) if isinstance(formats, str) else tuple(formats)
     for kind in kinds:
-        if kind not in _FORMATS:
-            raise InvalidValueError(
-                f"format {kind!r}", f"has to be one of {', '.join(_FORMATS)}", 'formats=("svg", "png")'
-            )
+        if kind not in _UNDATED:
+            rule = f"has to be one of {', '.join(sorted(_UNDATED))}"
+            raise InvalidValueError(f"format {kind!r}", rule, 'formats=("svg", "png")')
     return kinds
+
+
+def _write(figure: Figure, file: Path, kind: str) -> Path:
+    part = file.with_name(f".{file.name}.{getpid()}.part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with house_style():
+                figure.savefig(part, format=kind, metadata=_UNDATED[kind])
+            part.replace(file)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise FileError(str(file), f"cannot be written ({reason})", "name another folder") from error
+    return file

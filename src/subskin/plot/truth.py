@@ -29,6 +29,7 @@ from .style import (
     VERMILLION,
     house_style,
     new_figure,
+    settled,
     zero_line,
 )
 
@@ -133,7 +134,7 @@ def truth_against_estimate(
                 cloud.set_norm(LogNorm(1.0, max(most, 2.0)))
             figure.colorbar(clouds[0], ax=[upper, lower], label="ok frames in a cell", aspect=60, pad=0.03)
         _legend(figure, upper, lower)
-    return figure
+        return settled(figure)
 
 
 def _legend(figure: Figure, *panels: Axes) -> None:
@@ -278,7 +279,8 @@ def _reach(frames: _Frames, good: _Frames) -> float:
     if not found.truth.size:
         return 1.0
     size = np.abs(found.error) + np.nan_to_num(found.half)
-    typical = 3.0 * float(np.quantile(np.abs(found.error), 0.95))
+    half, most = np.quantile(np.abs(found.error), [0.5, 0.8])
+    typical = max(10.0 * float(half), 3.0 * float(most))
     return 1.1 * min(float(size.max()), max(typical, float(np.median(size)))) or 1.0
 
 

@@ -17,7 +17,7 @@ class Skin(ABC):
 
     @abstractmethod
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
-        """Stress and strain beneath `contact` at depth x >= 0 [m] and place y [m], broadcast against the batch."""
+        """Stress and strain beneath `contact` (broadcast) at depth x >= 0 [m] and place y [m]."""
 
     def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
         """Stress [Pa] beneath `contact` at depth x >= 0 [m] and place y [m]."""

@@ -82,35 +82,21 @@ class HalfPlane(Skin):
         Warns
         -----
         SingularPointWarning
-            A point of the surface where the stress is infinite; every component is NaN there.
+            A point of the surface where the stress is infinite; every component in the plane is NaN there.
         """
-        stress = self.stress(contact, x, y)
-        return State(stress, self._hooke(stress))
+        fields = _in_blocks(contact, *_points(x, y))
+        return State(self._stress(*fields), self._strain(*fields))
 
     def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
         """Stress [Pa] beneath `contact`; see `state` for shapes, errors and warnings."""
-        xs, ys = _points(x, y)
-        shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
-        xx, yy, xy = (np.empty(shape) for _ in range(3))
-        if not contact.shape and xs.ndim and xs.size > _BLOCK:
-            flat_x, flat_y = xs.reshape(-1), ys.reshape(-1)
-            out = [a.reshape(-1) for a in (xx, yy, xy)]
-            for start in range(0, flat_x.size, _BLOCK):
-                block = slice(start, start + _BLOCK)
-                for target, values in zip(
-                    out, _plane_stress_tensor(contact, flat_x[block], flat_y[block]), strict=True
-                ):
-                    target[block] = values
-        else:
-            xx[...], yy[...], xy[...] = _plane_stress_tensor(contact, xs, ys)
-        zz = self.material.poisson * (xx + yy) if self.plane == "strain" else np.zeros(shape)
-        return Stress(*(_check.read_only(a) for a in (xx, yy, zz, xy)))
+        return self._stress(*_in_blocks(contact, *_points(x, y)))
 
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
 
-        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (FORMULAS.md section 2). Displacements
-        themselves are known only up to a constant in a half plane; their gradient is not. Warns as `state` does.
+        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (FORMULAS.md section 2).
+        Displacements themselves are known only up to a constant in a half plane; their gradient is not. Warns
+        as `state` does.
 
         Examples
         --------
@@ -124,9 +110,7 @@ class HalfPlane(Skin):
         """
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
-        with np.errstate(
-            divide="ignore", invalid="ignore"
-        ):  # singular points are blanked, and warned of, below
+        with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below
             t = contact.transforms(_complex(zeros, ys))
         big_t = t.q / np.pi
         big_f = big_t + 1j * t.p / np.pi
@@ -137,18 +121,24 @@ class HalfPlane(Skin):
         _blank_singular(contact, zeros, ys, ux, uy)
         return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
 
-    def _hooke(self, s: Stress) -> Strain:
-        """Strain from stress (memo eq. 6)."""
+    def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
+        zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
+        return Stress(*(_check.read_only(a) for a in (mean - half, mean + half, zz, xy)))
+
+    def _strain(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Strain:
+        """Hooke's law (memo eq. 6), for the mean and half the difference of the two stresses.
+
+        At nu = 1/2 the difference alone strains the skin. Near the surface it is a small part of either
+        stress, and would be lost in them.
+        """
         e, nu = self.material.young, self.material.poisson
+        turned = (1 + nu) / e * half
         if self.plane == "strain":
-            xx = (1 + nu) / e * ((1 - nu) * s.xx - nu * s.yy)
-            yy = (1 + nu) / e * ((1 - nu) * s.yy - nu * s.xx)
-            zz = np.zeros(s.shape)
+            widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, np.zeros(mean.shape)
         else:
-            xx = (s.xx - nu * s.yy) / e
-            yy = (s.yy - nu * s.xx) / e
-            zz = -nu / e * (s.xx + s.yy)
-        return Strain(*(_check.read_only(np.asarray(a)) for a in (xx, yy, zz, (1 + nu) / e * s.xy)))
+            widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
+        parts = (widened - turned, widened + turned, zz, (1 + nu) / e * xy)
+        return Strain(*(_check.read_only(a) for a in parts))
 
 
 def _points(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -168,19 +158,34 @@ def _complex(x: FloatArray, y: FloatArray) -> ComplexArray:
     return z
 
 
-def _plane_stress_tensor(
-    contact: Contact, x: FloatArray, y: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """sigma_x, sigma_y, tau_xy from the Cauchy transforms (DESIGN.md; FORMULAS.md section 2)."""
+def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """`_fields` over all points; a single contact's over blocks of them."""
+    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
+    out = [np.empty(shape) for _ in range(3)]
+    if not contact.shape and x.size > _BLOCK:
+        flat_x, flat_y = x.reshape(-1), y.reshape(-1)
+        flat = [a.reshape(-1) for a in out]
+        for start in range(0, flat_x.size, _BLOCK):
+            block = slice(start, start + _BLOCK)
+            for target, values in zip(flat, _fields(contact, flat_x[block], flat_y[block]), strict=True):
+                target[block] = values
+    else:
+        for target, values in zip(out, _fields(contact, x, y), strict=True):
+            target[...] = values
+    return out[0], out[1], out[2]
+
+
+def _fields(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (FORMULAS.md section 2)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
         z = _complex(x, y)
         t = contact.transforms(z)
         gp, gq = times_depth(z, t.dp), times_depth(z, t.dq)
-        xx = np.asarray((gp.real - t.p.imag + gq.imag) / np.pi)
-        yy = np.asarray((2 * t.q.real - gq.imag - t.p.imag - gp.real) / np.pi)
+        mean = np.asarray((t.q.real - t.p.imag) / np.pi)
+        half = np.asarray((t.q.real - gq.imag - gp.real) / np.pi)
         xy = np.asarray((gp.imag - t.hq) / np.pi)
-    _blank_singular(contact, x, y, xx, yy, xy)
-    return xx, yy, xy
+    _blank_singular(contact, x, y, mean, half, xy)
+    return mean, half, xy
 
 
 def _blank_singular(contact: Contact, x: FloatArray, y: FloatArray, *components: FloatArray) -> None:

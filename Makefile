@@ -1,0 +1,68 @@
+# Everything a user or a developer runs. Needs Python >= 3.11, pip and make; all else goes into .venv.
+# pip is configured, as everywhere, by its own environment variables and files.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.DEFAULT_GOAL := help
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+JOBS   ?= 2
+BASE   := $(VENV)/.installed
+DEV    := $(VENV)/.installed-dev
+
+.PHONY: help demo test lint types check docs bench figures clean
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
+
+demo: $(BASE) ## the main job on a simulated recording: segment, calibrate, locate; writes out/demo
+	@PATH="$(CURDIR)/$(BIN):$$PATH" bash examples/demo.sh out/demo
+
+test: lint types docs check ## everything: lint, types, the docs without warnings, all tests (what .ci/run runs)
+
+lint: $(DEV) ## ruff: rules and layout
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(DEV) ## mypy, strict, over src
+	$(BIN)/mypy
+
+check: $(DEV) ## pytest: unit, verification, validation, command line, doctests, code blocks of the docs
+	$(BIN)/pytest -q -n $(JOBS)
+
+docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warning is an error
+	$(BIN)/sphinx-build -W --keep-going -q -j $(JOBS) -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
+	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
+
+figures: $(DEV) ## the memo's figures into out/figures, and the drawings of the README and the docs
+	$(BIN)/subskin figures --out out/figures
+	$(BIN)/python docs/images/draw.py
+
+clean: ## remove what was built; .venv stays (rm -r .venv removes that)
+	rm -rf out docs/_build docs/gallery docs/api/generated docs/sg_execution_times.rst
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find src tests docs examples -type d -name __pycache__ -prune -exec rm -rf {} +
+
+# A stamp is as old as the last installation: pip runs again when pyproject.toml has changed.
+$(BIN)/python:
+	@command -v "$(PYTHON)" >/dev/null || { echo "make: no '$(PYTHON)' found. Install Python >= 3.11, or say make PYTHON=/path/to/python" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "make: $$($(PYTHON) --version) is too old, Python >= 3.11 is needed: make PYTHON=python3.12" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import venv, ensurepip' 2>/dev/null || \
+	  { echo "make: '$(PYTHON)' cannot make virtual environments. On Debian and Ubuntu: sudo apt install python3-venv" >&2; exit 1; }
+	"$(PYTHON)" -m venv $(VENV)
+
+$(BASE): pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+$(DEV): pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --editable ".[docs,test]"
+	@touch $(BASE) $@

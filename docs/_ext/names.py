@@ -1,0 +1,48 @@
+"""Docstrings as pages: `Name` between backticks links to what is public; what says nothing is dropped."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from docutils import nodes
+from docutils.parsers.rst import roles
+from sphinx import addnodes
+from sphinx.application import Sphinx
+from sphinx.ext import autosummary
+
+PUBLIC = re.compile(r"(?:subskin\.)?(?:[A-Z]\w+|[a-z_]+\.[\w.]+)(?:\.\w+)*")
+
+
+def name_role(
+    role: str, rawtext: str, text: str, line: int, inliner: Any, options: Any = None, content: Any = ()
+) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+    code = nodes.literal(rawtext, text, classes=["xref", "py"] if PUBLIC.fullmatch(text) else [])
+    if not PUBLIC.fullmatch(text):
+        return [code], []
+    target = text if text.startswith("subskin.") else f"subskin.{text}"
+    link = addnodes.pending_xref(
+        rawtext, code, refdomain="py", reftype="obj", reftarget=target, refwarn=False
+    )
+    return [link], []
+
+
+def drop_object_base(app: Sphinx, tree: nodes.document) -> None:
+    """Take out the line "Bases: object"."""
+    for paragraph in list(tree.findall(nodes.paragraph)):
+        if paragraph.astext() == "Bases: object":
+            paragraph.parent.remove(paragraph)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    roles.register_local_role("name", name_role)
+    app.connect("doctree-read", drop_object_base)
+    # where the first sentence of a docstring does not end
+    autosummary.WELL_KNOWN_ABBREVIATIONS = (
+        *autosummary.WELL_KNOWN_ABBREVIATIONS,
+        "eq.",
+        "eqs.",
+        "Fig.",
+        "Figs.",
+    )
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,145 @@
+"""The forward model as a function of a vector of parameters, for `calibrate`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ..finger import Finger
+from ..skin.half_plane import HalfPlane
+
+__all__ = ["TERMS", "Forward"]
+
+TERMS = ("origin", "depth", "depths", "place", "poisson", "width")
+_UNITS = {"origin": "m", "depth": "m", "depths": "m", "place": "m", "poisson": "", "width": "m"}
+
+
+class Forward:
+    """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
+
+    `place` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn.
+    """
+
+    def __init__(self, finger: Finger, names: Sequence[str]) -> None:
+        self.finger = finger
+        self.names = tuple(t for t in TERMS if t in names)
+        n = len(finger.array)
+        self.tied = "place" in self.names and "origin" in self.names and n > 1
+        if "poisson" in self.names and not isinstance(finger.skin, HalfPlane):
+            raise InvalidValueError("fit = poisson", f"a {type(finger.skin).__name__} has no single Poisson's ratio")
+        counts = {"depths": n, "place": n - 1 if self.tied else n}
+        self.slices: dict[str, slice] = {}
+        at = 0
+        for name in self.names:
+            self.slices[name] = slice(at, at + counts.get(name, 1))
+            at += counts.get(name, 1)
+        self.size = at
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether the depth is among the unknowns."""
+        return "depth" in self.names or "depths" in self.names
+
+    def _depths(self) -> FloatArray:
+        return np.asarray(self.finger.array.depth)
+
+    def start(self, origin: float, depth_factor: float = 1.0) -> FloatArray:
+        """Starting values: the finger as drawn, with the given origin and depths scaled."""
+        p = np.zeros(self.size)
+        depths = self._depths()
+        skin = self.finger.skin
+        values = {
+            "origin": origin,
+            "depth": (depth_factor - 1) * depths.mean(),
+            "depths": (depth_factor - 1) * depths,
+            # away from the ends of its range, where a step in either direction is possible
+            "poisson": min(cast(HalfPlane, skin).material.poisson, 0.45) if "poisson" in self.names else 0.0,
+            "width": max(float(np.asarray(self.finger.array.width).mean()), 0.2 * float(depths.min())),
+        }
+        for name in self.names:
+            p[self.slices[name]] = values.get(name, 0.0)
+        return p
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of p."""
+        depths = self._depths()
+        low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        ranges = {
+            "depth": (-0.9 * depths.min(), 4 * depths.max()),
+            "depths": (-0.9 * depths, 4 * depths),
+            "place": (-depths.max(), depths.max()),
+            "poisson": (0.0, 0.5),
+            "width": (0.0, 4 * depths.max()),
+        }
+        for name, (a, b) in ranges.items():
+            if name in self.names:
+                low[self.slices[name]], high[self.slices[name]] = a, b
+        return low, high
+
+    def scale(self) -> FloatArray:
+        """A typical size of each element of p."""
+        out = np.full(self.size, float(self._depths().mean()))
+        if "poisson" in self.names:
+            out[self.slices["poisson"]] = 0.1
+        return out
+
+    def origin(self, p: FloatArray, fixed: float) -> float:
+        """The origin in p, or the fixed one."""
+        return float(p[self.slices["origin"]][0]) if "origin" in self.names else fixed
+
+    def _places(self, p: FloatArray) -> FloatArray:
+        moves = p[self.slices["place"]]
+        return np.append(moves, -moves.sum()) if self.tied else moves
+
+    def apply(self, p: FloatArray) -> Finger:
+        """The finger with the parameters p."""
+        array, skin = self.finger.array, self.finger.skin
+        changes: dict[str, FloatArray] = {}
+        if self.has_depth:
+            changes["depth"] = self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
+        if "place" in self.names:
+            changes["y"] = np.asarray(array.y) + self._places(p)
+        if "width" in self.names:
+            changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
+        if "poisson" in self.names:
+            plane = cast(HalfPlane, skin)
+            skin = replace(plane, material=replace(plane.material, poisson=float(p[self.slices["poisson"]][0])))
+        return Finger(skin, replace(array, **changes))
+
+    def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """What unit gains would read, shape (m, n): touches at `positions` (m,) with loads (N, T) (m, 2)."""
+        finger = self.apply(p)
+        ones = replace(finger, array=replace(finger.array, gain=1.0))
+        return np.einsum("mnl,ml->mn", ones.receptive_field(positions), load)
+
+    def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """Readings with the finger's own gains and offsets, shape (m, n)."""
+        array = self.finger.array
+        return np.asarray(array.gain) * self.unit(p, positions, load) + np.asarray(array.offset)
+
+    def parameters(self, p: FloatArray, std: FloatArray, sensors: FloatArray) -> list[tuple[str, int | None, float, float, str]]:
+        """(name, sensor, value, standard error, unit) of each element, in absolute values."""
+        fitted = self.apply(p)
+        out: list[tuple[str, int | None, float, float, str]] = []
+        for name in self.names:
+            part = self.slices[name]
+            values = p[part]
+            if name == "depth":
+                values = np.atleast_1d(np.asarray(fitted.array.depth).mean())
+            elif name == "depths":
+                values = np.asarray(fitted.array.depth)
+            elif name == "place":
+                values = np.asarray(fitted.array.y)
+            errors = std[part]
+            if name == "place" and self.tied:  # the last is minus the sum of the others
+                errors = np.append(errors, np.sqrt((errors**2).sum()))
+            each = name in ("depths", "place")
+            label = {"depths": "depth", "place": "y"}.get(name, name)
+            for i, (value, error) in enumerate(zip(values, errors, strict=True)):
+                out.append((label, int(sensors[i]) if each else None, float(value), float(error), _UNITS[name]))
+        return out

@@ -1,0 +1,391 @@
+"""Touches at known places -> the finger's gains, offsets, depth, place on the motor's axis, with standard errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import ConvergenceError, GeometryError, InvalidValueError
+from ..finger import Finger
+from ._forward import TERMS, Forward
+
+__all__ = ["Calibration", "Health", "Parameter", "Score", "calibrate"]
+
+_LINEAR = ("gain", "offset")
+_ROUNDS = 4  # of re-weighting sensors by their residuals
+_DEAD_SIGMA = 4.0
+_WEAK_SHARE = 0.2
+
+
+class Health(IntEnum):
+    """What a calibration says of a sensor."""
+
+    OK = 0
+    WEAK = 1
+    """Its gain is below a fifth of the median."""
+    DEAD = 2
+    """Its gain cannot be told from zero, or it gave no readings; the calibrated finger leaves it out."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A fitted number: `sensor` is None where it holds for the whole finger; `std` is its standard error."""
+
+    name: str
+    sensor: int | None
+    value: float
+    std: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well a finger explains touches at known places.
+
+    `r2` over all live sensors (1 - residual / variance about each sensor's mean), `r2_sensor` and `residual_std` for
+    each, NaN for a dead one.
+    """
+
+    r2: float
+    r2_sensor: FloatArray
+    residual_std: FloatArray
+    touches: int
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What `calibrate` found.
+
+    Parameters
+    ----------
+    finger : Finger
+        The finger with the fitted values; its noise is the residuals' standard deviation, dead sensors have gain 0.
+    origin : float
+        Where the finger's y = 0 lies on the motor's axis [m]: y = position - origin.
+    parameters : tuple of Parameter
+        Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
+        where the model, not noise, limits the fit they are too small.
+    health : tuple of Health
+        Of each sensor.
+    score : Score
+        On the touches used.
+    """
+
+    finger: Finger
+    origin: float
+    parameters: tuple[Parameter, ...]
+    health: tuple[Health, ...]
+    score: Score
+    force: FloatArray
+    angle: FloatArray
+
+    @property
+    def r2(self) -> float:
+        """R^2 on the touches used."""
+        return self.score.r2
+
+    @property
+    def weak(self) -> npt.NDArray[np.bool_]:
+        """Which sensors are weak or dead, shape (n,)."""
+        return np.array([h != Health.OK for h in self.health])
+
+    def evaluate(
+        self,
+        readings: npt.ArrayLike,
+        positions: npt.ArrayLike,
+        *,
+        force: npt.ArrayLike | None = None,
+        angle: npt.ArrayLike = 0.0,
+    ) -> Score:
+        """The score on other touches: held out ones. Arguments as those of `calibrate`."""
+        data, places, load = _touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
+        model = Forward(self.finger, ()).readings(np.empty(0), places - self.origin, load)
+        return _score(data, model, self.finger.array.live)
+
+
+def calibrate(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    *,
+    fit: Sequence[str] = ("gain", "offset", "depth", "origin"),
+    force: npt.ArrayLike | None = None,
+    angle: npt.ArrayLike = 0.0,
+    origin: float | None = None,
+) -> Calibration:
+    """Fit a finger to touches by a line load at known places on a motor's axis.
+
+    Gains and offsets are linear and are eliminated at each trial of the rest; the start is found by a scan over origin
+    and depth, so no guess of the origin is needed. Sensors are weighted by their own residuals.
+
+    Parameters
+    ----------
+    finger : Finger
+        The finger as drawn; what is not fitted is kept.
+    readings : array_like, shape (m, n)
+        One touch a row; NaN where a sensor gave none.
+    positions : array_like, shape (m,)
+        Where each touch was, on the motor's axis [m].
+    fit : sequence of str, optional
+        Any of "gain", "offset" (each sensor), "depth" (one shift of all), "depths" (each sensor's), "origin", "place"
+        (each sensor's along the row), "poisson", "width" (one for all).
+    force, angle : array_like, optional
+        Load of each touch [N/m, rad]. Without `force` every touch carries the same load and the gain is the reading per
+        measured unit *at that load*, taken as 1 N/m: forces found with it are multiples of the calibration's.
+    origin : float, optional
+        Start (or, where "origin" is not fitted, value) of the origin [m]; by default found by the scan, or 0.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Unknown names in `fit`, shapes that do not match, readings or places that are not finite.
+    ConvergenceError
+        Fewer readings than parameters, no sensor that responds, or a fit that did not settle.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> true = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5.4e-3, gain=[80, 110, 90, 100], noise=1e-6))
+    >>> places = np.arange(0, 30e-3, 1e-3)
+    >>> touches = true.read(ss.LineLoad(1.0, position=places - 9e-3), rng=np.random.default_rng(0))
+    >>> drawn = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
+    >>> found = ss.calibrate(drawn, touches, places)
+    >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
+    (9.0, 5.4)
+    """
+    names = _names(fit)
+    data, places, load = _touches(finger, readings, positions, 1.0 if force is None else force, angle)
+    start = 0.0 if origin is None else _check.scalar("origin", origin, unit="m")
+    live = np.isfinite(data).sum(axis=0) >= 2
+    if "gain" not in names:
+        live &= finger.array.live
+    else:  # a reading that never moves is dead, however it fits
+        live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
+    solution = None
+    while live.any():
+        solution = _Fit(finger, names, data, places, load, live, start, scan=origin is None).solve()
+        dead = live & solution.dead()
+        if not dead.any():
+            break
+        live &= ~dead
+    if solution is None or not live.any():
+        raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check columns and places")
+    return solution.result()
+
+
+def _names(fit: Sequence[str]) -> tuple[str, ...]:
+    names = (fit,) if isinstance(fit, str) else tuple(fit)
+    known = (*_LINEAR, *TERMS)
+    for name in names:
+        if name not in known:
+            raise InvalidValueError(f'fit = "{name}"', f"has to be among {', '.join(known)}")
+    if not names:
+        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}")
+    if "depth" in names and "depths" in names:
+        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
+    return tuple(dict.fromkeys(names))
+
+
+def _touches(
+    finger: Finger, readings: npt.ArrayLike, positions: npt.ArrayLike, force: npt.ArrayLike, angle: npt.ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Readings (m, n), places (m,) and loads (N, T) (m, 2), checked."""
+    n = len(finger.array)
+    data = _check.real("readings", readings, finite=False)
+    places = _check.real("positions", positions, unit="m")
+    if data.ndim != 2 or data.shape[1] != n:
+        raise GeometryError(f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column")
+    if places.shape != data.shape[:1]:
+        raise GeometryError(f"positions of shape {places.shape}", f"one place for each of the {len(data)} touches")
+    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), places.shape)
+    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), places.shape)
+    usable = np.where(np.isfinite(data) & (data > finger.array.low) & (data < finger.array.high), data, np.nan)
+    return usable, places, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
+
+
+def _score(data: FloatArray, model: FloatArray, live: npt.NDArray[np.bool_]) -> Score:
+    residual = data - model
+    count = np.isfinite(data).sum(axis=0)
+    seen = live & (count > 0)
+    r2, std = np.full(live.size, np.nan), np.full(live.size, np.nan)
+    rest = np.nansum(residual**2, axis=0)
+    mean = np.nansum(data, axis=0) / np.maximum(count, 1)
+    spread = np.nansum((data - mean) ** 2, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r2[seen] = 1 - rest[seen] / spread[seen]
+        std[seen] = np.sqrt(rest[seen] / count[seen])
+        total = 1 - rest[seen].sum() / spread[seen].sum()
+    return Score(float(total), _check.read_only(r2), _check.read_only(std), len(data))
+
+
+class _Fit:
+    """One weighted least-squares problem, for the sensors that are thought alive."""
+
+    def __init__(
+        self,
+        finger: Finger,
+        names: tuple[str, ...],
+        data: FloatArray,
+        places: FloatArray,
+        load: FloatArray,
+        live: npt.NDArray[np.bool_],
+        origin: float,
+        *,
+        scan: bool,
+    ) -> None:
+        self.finger, self.names, self.places, self.load = finger, names, places, load
+        self.live, self.scan, self.origin = live, scan, origin
+        self.data = data[:, live]
+        self.seen = np.isfinite(self.data)
+        part = replace(finger, array=finger.array.select(live))
+        self.forward = Forward(part, names)
+        count = int(self.seen.sum())
+        self.unknowns = self.forward.size + sum(name in names for name in _LINEAR) * int(live.sum())
+        if count <= self.unknowns:
+            raise ConvergenceError(
+                f"{count} readings for {self.unknowns} parameters", "more readings than parameters are needed",
+                "calibrate on more touches or fit fewer parameters",
+            )
+        self.noise = np.ones(int(live.sum()))
+
+    def linear(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Unit-gain model, gains and offsets that fit best for the other parameters `p`."""
+        unit = self.forward.unit(p, self.places - self.forward.origin(p, self.origin), self.load)
+        array = self.forward.finger.array
+        gain, offset = np.array(array.gain), np.array(array.offset)
+        m = self.seen
+        fit_gain, fit_offset = "gain" in self.names, "offset" in self.names
+        count = m.sum(axis=0)
+        d, u = np.where(m, self.data, 0.0), np.where(m, unit, 0.0)
+        if fit_gain and fit_offset:
+            mean_u, mean_d = u.sum(axis=0) / count, d.sum(axis=0) / count
+            du, dd = np.where(m, unit - mean_u, 0.0), np.where(m, self.data - mean_d, 0.0)
+            gain = _ratio((du * dd).sum(axis=0), (du * du).sum(axis=0))
+            offset = mean_d - gain * mean_u
+        elif fit_gain:
+            gain = _ratio((u * np.where(m, self.data - offset, 0.0)).sum(axis=0), (u * u).sum(axis=0))
+        elif fit_offset:
+            offset = (d - gain * u).sum(axis=0) / count
+        return unit, gain, offset
+
+    def residual(self, p: FloatArray) -> FloatArray:
+        unit, gain, offset = self.linear(p)
+        return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
+
+    def solve(self) -> _Fit:
+        from scipy.optimize import least_squares
+
+        p = self._start()
+        for _ in range(_ROUNDS):
+            if p.size:
+                lower, upper = self.forward.bounds()
+                scale = self.forward.scale()
+                found: Any = least_squares(
+                    self.residual, np.clip(p, lower, upper), bounds=(lower, upper), x_scale=scale, method="trf",
+                    xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=400,
+                )
+                if not found.success:
+                    raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
+                p = found.x
+            unit, gain, offset = self.linear(p)
+            rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
+            degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
+            noise = np.sqrt((rest**2).sum(axis=0) / degrees)
+            # a floor keeps one sensor that happens to fit exactly from taking all the weight
+            self.noise = np.maximum(noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max())))
+        self.p, self.unit, self.gain, self.offset = p, unit, gain, offset
+        self.covariance = self._covariance()
+        return self
+
+    def _start(self) -> FloatArray:
+        """The best of a scan over origin (where it is fitted and not given) and depth."""
+        p0 = self.forward.start(self.origin)
+        origins = [self.origin]
+        if "origin" in self.names and self.scan:
+            y = np.asarray(self.forward.finger.array.y)
+            step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
+            first, last = self.places.min() - y.max(), self.places.max() - y.min()
+            origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
+        trials = [self.forward.start(o, s) for o in origins for s in ((0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,))]
+        costs = [float((self.residual(p) ** 2).sum()) for p in trials]
+        return trials[int(np.argmin(costs))] if p0.size else p0
+
+    def _covariance(self) -> FloatArray:
+        """Inverse Fisher information of all parameters: those of the forward model, then gains, then offsets."""
+        columns = []
+        for k, h in enumerate(1e-4 * self.forward.scale()):
+            shift = np.zeros(self.p.size)
+            shift[k] = h
+            models = [
+                self.forward.unit(q, self.places - self.forward.origin(q, self.origin), self.load)
+                for q in (self.p + shift, self.p - shift)
+            ]
+            columns.append(self.gain * (models[0] - models[1]) / (2 * h))
+        for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
+            if name in self.names:
+                columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
+        jacobian = np.stack([(c / self.noise)[self.seen] for c in columns], axis=-1)
+        size = np.linalg.norm(jacobian, axis=0)
+        size[size == 0] = 1.0
+        information = (jacobian / size).T @ (jacobian / size)
+        return np.asarray(np.linalg.pinv(information, rcond=1e-13, hermitian=True) / np.outer(size, size))
+
+    def dead(self) -> npt.NDArray[np.bool_]:
+        """Which sensors' gains cannot be told from zero."""
+        out = np.zeros(self.live.size, dtype=bool)
+        if "gain" in self.names:
+            first = self.forward.size
+            std = np.sqrt(np.diag(self.covariance))[first : first + self.noise.size]
+            out[self.live] = np.abs(self.gain) < _DEAD_SIGMA * std
+        return out
+
+    def result(self) -> Calibration:
+        index = np.flatnonzero(self.live)
+        std = np.sqrt(np.diag(self.covariance))
+        parameters = self.forward.parameters(self.p, std, index)
+        k = self.forward.size
+        for name, values in (("gain", self.gain), ("offset", self.offset)):
+            if name in self.names:
+                parameters += [(name, int(i), float(v), float(s), "") for i, v, s in zip(index, values, std[k:], strict=False)]
+                k += index.size
+        fitted = self.forward.apply(self.p)
+        whole = self.finger.array
+        values = {name: np.array(getattr(whole, name)) for name in ("y", "depth", "width", "gain", "offset", "noise")}
+        for name in ("y", "depth", "width"):
+            values[name][index] = np.asarray(getattr(fitted.array, name))
+        values["gain"][:] = 0.0
+        values["gain"][index], values["offset"][index], values["noise"][index] = self.gain, self.offset, self.noise
+        finger = Finger(fitted.skin, replace(whole, **values))
+        typical = float(np.median(np.abs(self.gain)))
+        health = [Health.DEAD] * self.live.size
+        for i, g in zip(index, self.gain, strict=True):
+            health[i] = Health.WEAK if abs(g) < _WEAK_SHARE * typical else Health.OK
+        data = np.full((len(self.data), self.live.size), np.nan)
+        data[:, self.live] = self.data
+        model = np.full_like(data, np.nan)
+        model[:, self.live] = self.gain * self.unit + self.offset
+        return Calibration(
+            finger=finger,
+            origin=self.forward.origin(self.p, self.origin),
+            parameters=tuple(Parameter(*p) for p in parameters),
+            health=tuple(health),
+            score=_score(data, model, self.live),
+            force=_check.read_only(np.hypot(*self.load.T)),
+            angle=_check.read_only(np.arctan2(self.load[:, 1], self.load[:, 0])),
+        )
+
+
+def _ratio(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a / np.where(b > 0, b, 1.0))

@@ -1,0 +1,246 @@
+"""Quantities with units, as files and the command line write them -> SI. The only door for units."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from functools import cache
+from typing import Any
+
+from ..errors import InvalidValueError
+
+__all__ = ["format_quantity", "quantity", "si_unit", "unit_scale"]
+
+_EXAMPLES = {"m": "2 mm", "Pa": "0.4 MPa", "rad": "30 deg", "N/m": "40 N/m", "": "0.5"}
+_DIGITS = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
+_NUMBER = re.compile(rf"\s*({_DIGITS})\s*(.*?)\s*", re.DOTALL)
+_COUNT = re.compile(rf"\s*({_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(\D.*?)\s*", re.DOTALL)
+# Names with powers of one digit, joined by * or /: what a unit needs, and nothing that could keep pint busy.
+_WORD, _POWER = r"[A-Za-zµμ°Ω%]+", r"(?:\^-?\d|\*\*-?\d)?"
+_UNIT = re.compile(rf"(?:1|{_WORD}){_POWER}(?:\s*[*/·]\s*{_WORD}{_POWER}){{0,4}}")
+_COMMON = (  # what a misspelt unit may have meant
+    *("m", "mm", "cm", "um", "µm", "inch", "mil", "meter", "metre", "millimeter", "millimetre", "centimeter"),
+    *(
+        "micrometer",
+        "Pa",
+        "kPa",
+        "MPa",
+        "GPa",
+        "hPa",
+        "bar",
+        "mbar",
+        "psi",
+        "pascal",
+        "N",
+        "mN",
+        "kN",
+        "newton",
+    ),
+    *(
+        "deg",
+        "rad",
+        "degree",
+        "radian",
+        "s",
+        "ms",
+        "us",
+        "min",
+        "Hz",
+        "kHz",
+        "V",
+        "mV",
+        "ohm",
+        "kohm",
+        "percent",
+    ),
+)
+_SI = ("m", "Pa", "N", "V", "ohm", "A", "s", "Hz", "F", "T", "K", "N/m")
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    registry: Any = pint.UnitRegistry()
+    return registry
+
+
+def _unit(text: str, name: str) -> Any:
+    """The pint unit that `text` names."""
+    import pint
+
+    seen = f"{name}: unit {_short(text)}"
+    if len(text) > 40 or not _UNIT.fullmatch(text):
+        raise InvalidValueError(seen, "a unit is a name such as mm, kPa or N/m", 'write e.g. "2 mm"')
+    try:
+        return _registry().parse_units(text.replace("·", "*"))
+    except pint.UndefinedUnitError:
+        bad = next((word for word in re.findall(_WORD, text) if not _known(word)), text)
+        close = difflib.get_close_matches(bad, _COMMON, n=1)
+        fix = f'did you mean "{close[0]}"?' if close else "e.g. mm, kPa, deg, N/m"
+        raise InvalidValueError(seen, f'no unit "{bad}" is known', fix) from None
+    except Exception:  # pint lets many kinds of error through, of its parser and of what lies below it
+        raise InvalidValueError(seen, "it cannot be understood", 'write e.g. "mm" or "N/m"') from None
+
+
+def _known(word: str) -> bool:
+    try:
+        _registry().parse_units(word)
+    except Exception:
+        return False
+    return True
+
+
+def _factor(unit: Any, to: str, seen: str) -> float:
+    """SI value of one `unit`, which has to have the dimension of `to`."""
+    registry = _registry()
+    target = registry.parse_units(to) if to else registry.dimensionless
+    fix = f'write e.g. "{_example(to)}"'
+    if unit.dimensionality != target.dimensionality:
+        rule = f"a value in {to} is needed" if to else "a plain number is needed"
+        raise InvalidValueError(seen, rule, fix)
+    try:
+        one, zero = (float(registry.Quantity(v, unit).to(target).magnitude) for v in (1.0, 0.0))
+    except Exception:
+        one = zero = math.nan
+    if zero != 0 or not math.isfinite(one) or one == 0:
+        raise InvalidValueError(seen, "its unit has no fixed ratio to SI", fix)
+    return one
+
+
+def _example(to: str) -> str:
+    return _EXAMPLES.get(to, f"1.5 {to}".strip())
+
+
+def quantity(value: object, to: str, name: str) -> float:
+    """A number with its unit, such as "2 mm", in the SI unit `to`; a bare number is in `to` already.
+
+    Parameters
+    ----------
+    value : str, int or float
+        What was written.
+    to : str
+        SI unit of the result: "m", "Pa", "rad", "N/m", ...; "" for a plain number.
+    name : str
+        What it is called, for the message.
+
+    Raises
+    ------
+    InvalidValueError
+        No number, no known unit, a unit of another dimension, or a number that is not finite.
+
+    Examples
+    --------
+    >>> quantity("2 mm", "m", "depth"), quantity("0.4 MPa", "Pa", "young"), quantity(0.002, "m", "depth")
+    (0.002, 400000.0, 0.002)
+    >>> quantity("2 milimeter", "m", "depth")
+    Traceback (most recent call last):
+    subskin.errors.InvalidValueError: depth: unit "milimeter": no unit "milimeter" is known. Fix: did you ...
+    """
+    fix = f'write e.g. "{_example(to)}"' + (f", or a bare number in {to}" if to else "")
+    seen = f"{name} = {_short(value)}"
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise InvalidValueError(seen, "a number with its unit is needed", fix)
+    if isinstance(value, str):
+        match = _NUMBER.fullmatch(value)
+        if match is None or len(value) > 100:
+            raise InvalidValueError(seen, "it has to begin with a number", fix)
+        number = float(match[1])
+        if match[2]:
+            factor = _factor(_unit(match[2], name), to, seen)
+            inverse = round(1 / factor) if 1e-15 < factor < 1 else 0
+            # divide where that is exact: 7 mm is then the same number as 0.007
+            exact = inverse and math.isclose(1 / factor, inverse, rel_tol=1e-12)
+            number = number / inverse if exact else number * factor
+    else:
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+    if not math.isfinite(number):
+        raise InvalidValueError(seen, "it has to be finite", fix)
+    return number
+
+
+def unit_scale(text: object, to: str | None, name: str) -> float:
+    """What one count is worth in SI, from a unit ("mm", "psi") or a multiple of one ("1e-3 mm", "1/320 mm").
+
+    Parameters
+    ----------
+    text : str
+        The unit. A number, or the ratio of two, may stand before it; a negative one turns the axis round.
+    to : str or None
+        The SI unit it has to be a multiple of; None for that of whatever dimension it has.
+    name : str
+        What it is called, for the message.
+
+    Raises
+    ------
+    InvalidValueError
+        No unit, an unknown one, one of another dimension, or a number that is 0.
+
+    Examples
+    --------
+    >>> unit_scale("1e-3 mm", "m", "x"), unit_scale("1/320 mm", "m", "z"), round(unit_scale("psi", "Pa", "p"), 2)
+    (1e-06, 3.125e-06, 6894.76)
+    """
+    number, unit = _counted(text, name)
+    return number * _factor(unit, _si_name(unit) if to is None else to, f"{name} = {_short(text)}")
+
+
+def si_unit(text: object, name: str) -> str:
+    """The SI unit of the dimension of `text`, which is a unit or a multiple of one.
+
+    Examples
+    --------
+    >>> si_unit("psi", "unit"), si_unit("0.1 mV", "unit")
+    ('Pa', 'V')
+    """
+    return _si_name(_counted(text, name)[1])
+
+
+def _counted(text: object, name: str) -> tuple[float, Any]:
+    """The number before a unit (1 if there is none) and the unit."""
+    seen, fix = f"{name} = {_short(text)}", 'write e.g. "mm", "1e-3 mm" or "1/320 mm"'
+    if not isinstance(text, str) or len(text) > 100:
+        raise InvalidValueError(seen, "a unit is needed", fix)
+    match = _COUNT.fullmatch(text)
+    if match is None:
+        return 1.0, _unit(text.strip(), name)
+    try:
+        number = float(match[1]) / float(match[2] or 1)
+    except ZeroDivisionError:
+        number = 0.0
+    if number == 0 or not math.isfinite(number):
+        raise InvalidValueError(seen, "the number before the unit has to be finite and not 0", fix)
+    return number, _unit(match[3], name)
+
+
+def _si_name(unit: Any) -> str:
+    registry = _registry()
+    if unit.dimensionless:
+        return ""
+    for name in _SI:
+        if registry.parse_units(name).dimensionality == unit.dimensionality:
+            return name
+    return f"{registry.get_base_units(unit)[1]:~C}"
+
+
+def format_quantity(value: float, unit: str) -> str:
+    """`value` in SI as text in the unit that people use for it, to nine digits.
+
+    Examples
+    --------
+    >>> format_quantity(0.0054, "m"), format_quantity(4e5, "Pa")
+    ('5.4 mm', '0.4 MPa')
+    """
+    scale, name = {"m": (1e-3, "mm"), "Pa": (1e6, "MPa"), "rad": (math.pi / 180, "deg")}.get(
+        unit, (1.0, unit)
+    )
+    return f"{value / scale:.9g} {name}".strip()
+
+
+def _short(value: object) -> str:
+    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,181 @@
+"""Section 3 of the memo: a line load found from three strain sensors (eqs. 12 and 13, Fig. 6).
+
+Here y is the load's place on the project's axis, with the sensors 1, 2, 3 at -b, 0 and +b, and alpha is the
+project's `angle`: positive where the load drags the skin towards +y. `subskin.estimate.three_sensor` solves
+these equations.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numpy.polynomial import polynomial
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError
+from ._symbols import given
+
+__all__ = ["FIGURE_6", "Figure6", "eq12", "eq13", "eq13_coefficients"]
+
+
+class Figure6(NamedTuple):
+    """The example of Fig. 6, lengths in one unit and forces in units of E times that length."""
+
+    depth: float
+    spacing: float
+    printed: tuple[float, float, float]
+    """The readings as printed, positive in compression: the negative of what (12) gives."""
+    y: float
+    alpha: float
+    P: float
+    """Place, inclination [rad] and P/E of the load whose readings, rounded, are the printed ones."""
+
+
+FIGURE_6 = Figure6(3.0, 2.5, (-0.048, 0.18, 0.19), y=1.5, alpha=-np.pi / 8, P=2 * np.pi / 3)
+"""Fig. 6 as printed, and the round numbers behind it: found by reconstruction, not given in the memo."""
+
+
+def eq12(
+    P: npt.ArrayLike,
+    alpha: npt.ArrayLike,
+    y: npt.ArrayLike,
+    x: npt.ArrayLike,
+    b: npt.ArrayLike,
+    E: npt.ArrayLike,
+) -> FloatArray:
+    """Equation (12): what three sensors at depth x and spacing b read under a line load.
+
+    With t = y + b, y, y - b for the sensors 1, 2, 3: eps = -3 P [x cos(alpha) - t sin(alpha)] [x^2 - t^2] /
+    (2 pi E [x^2 + t^2]^2). Verdict: correct.
+
+    Parameters
+    ----------
+    P, alpha, y : array_like
+        Force per length [N/m], its inclination [rad] and its place [m].
+    x, b : array_like
+        Depth, > 0, and spacing of the sensors [m].
+    E : array_like
+        Modulus of elasticity [Pa].
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Strains [-] of the sensors, tension positive.
+
+    Raises
+    ------
+    GeometryError
+        Sensors that do not lie beneath the surface.
+
+    Examples
+    --------
+    The example of Fig. 6, with its sign turned.
+
+    >>> six = FIGURE_6
+    >>> eq12(six.P, six.alpha, six.y, six.depth, six.spacing, E=1.0).round(5).tolist()
+    [0.04819, -0.17844, -0.19112]
+    """
+    P, alpha, y, x, b, E = given(P=P, alpha=alpha, y=y, x=x, b=b, E=E)
+    if not (x > 0).all():
+        seen = f"x = {float(x.min()):.6g}"
+        raise GeometryError(seen, "the sensors lie beneath the surface", "x > 0 is their depth")
+    readings = []
+    for t in (y + b, y, y - b):
+        top = -3 * P * (x * np.cos(alpha) - t * np.sin(alpha)) * (x**2 - t**2)
+        readings.append(top / (2 * np.pi * E * (x**2 + t**2) ** 2))
+    return np.stack(np.broadcast_arrays(*readings), axis=-1)
+
+
+def eq13(eps_x: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
+    """Equation (13): the polynomial in the load's place that vanishes where three readings agree, as printed.
+
+    f(y) = 2 eps_2 [x^2 + y^2]^2 [x^2 - (y-b)^2] [x^2 - (y+b)^2] - eps_1 [x^2 + (y+b)^2]^2 [x^2 - y^2] [x^2 -
+    (y-b)^2]
+    - eps_3 [x^2 + (y-b)^2]^2 [x^2 - y^2] [x^2 - (y+b)^2]. Verdict: correct, with caveats: see `ERRATA`.
+
+    Parameters
+    ----------
+    eps_x : array_like, shape (..., 3)
+        Readings of the sensors [-].
+    y : array_like
+        Trial place of the load [m].
+    x, b : array_like
+        Depth and spacing of the sensors [m].
+
+    Returns
+    -------
+    ndarray
+        f(y) [m^8].
+
+    Examples
+    --------
+    >>> readings = eq12(P=1.0, alpha=0.2, y=0.3, x=1.0, b=0.8, E=1.0)
+    >>> abs(eq13(readings, y=[0.3, 0.0], x=1.0, b=0.8)).round(3).tolist()
+    [0.0, 0.137]
+    """
+    e = _readings(eps_x)
+    e1, e2, e3 = e[..., 0], e[..., 1], e[..., 2]
+    y, x, b = given(y=y, x=x, b=b)
+    right, left, middle = (y + b) ** 2, (y - b) ** 2, y**2
+    x2 = x**2
+    return np.asarray(
+        2 * e2 * (x2 + middle) ** 2 * (x2 - left) * (x2 - right)
+        - e1 * (x2 + right) ** 2 * (x2 - middle) * (x2 - left)
+        - e3 * (x2 + left) ** 2 * (x2 - middle) * (x2 - right)
+    )
+
+
+def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
+    """The polynomial (13) multiplied out: coefficients of y^8 down to y^0, as `numpy.roots` takes them.
+
+    The first is 2 eps_2 - eps_1 - eps_3, the second -2 b (eps_1 - eps_3): the degree is below 8 where they
+    vanish. Roots of the product form, every one and with a verdict, are found by
+    `subskin.estimate.three_sensor`.
+
+    Parameters
+    ----------
+    eps_x : array_like, shape (..., 3)
+        Readings of the sensors [-].
+    x, b : float
+        Depth and spacing of the sensors [m].
+
+    Returns
+    -------
+    ndarray, shape (..., 9)
+        Coefficients [m^0 to m^8].
+
+    Examples
+    --------
+    >>> eq13_coefficients([1.0, 3.0, 2.0], x=1.0, b=0.5)[:2].tolist()
+    [3.0, 1.0]
+    """
+    e = _readings(eps_x)
+    depth, spacing = (_check.scalar(name, value, unit="m", above=0.0) for name, value in (("x", x), ("b", b)))
+
+    def plus(t: float) -> FloatArray:  # [x^2 + (y + t)^2]^2
+        square = [depth**2 + t**2, 2 * t, 1.0]
+        return np.asarray(polynomial.polymul(square, square))
+
+    def minus(t: float) -> list[float]:  # x^2 - (y + t)^2
+        return [depth**2 - t**2, -2 * t, -1.0]
+
+    def product(t: float, u: float, v: float) -> FloatArray:
+        return np.asarray(polynomial.polymul(plus(t), polynomial.polymul(minus(u), minus(v))))
+
+    terms = (
+        -product(spacing, 0.0, -spacing),
+        2 * product(0.0, -spacing, spacing),
+        -product(-spacing, 0.0, spacing),
+    )
+    rows = np.stack(terms)
+    return np.asarray((e @ rows)[..., ::-1])
+
+
+def _readings(eps_x: npt.ArrayLike) -> FloatArray:
+    e = _check.real("eps_x", eps_x)
+    if e.ndim == 0 or e.shape[-1] != 3:
+        raise GeometryError(f"eps_x of shape {e.shape}", "three readings are needed, shape (..., 3)")
+    return e

@@ -1,0 +1,381 @@
+"""Section 5 of the memo: strain beneath a cylinder with tangential load, and its slope (eqs. 18 to 22).
+
+The axis is that of (1) to (8): a positive alpha drags the skin towards -y. The memo's a is here the width
+a2 - a1, which makes (18), (20), (21) and (22) wrong. What takes their place has `_corrected` after its
+name, and a `half_width`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..errors import GeometryError
+from ._quadrature import over_contact
+from ._symbols import given
+
+__all__ = [
+    "eq18",
+    "eq18_corrected",
+    "eq19",
+    "eq20",
+    "eq20_corrected",
+    "eq21",
+    "eq21_corrected",
+    "eq22",
+    "eq22_corrected",
+]
+
+
+def eq18(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+    """Equation (18) as printed: the pressure between the edges a1 and a2.
+
+    2P/(pi a^2) [a^2 - (y - (a1 + a2)/2)^2]^(1/2) for a1 < y < a2, with a = a2 - a1.
+
+    Verdict: **wrong**. With a twice too large it does not fall to zero at the edges and carries 0.609 P.
+
+    Parameters
+    ----------
+    P : array_like
+        Force per length [N/m].
+    a1, a2 : array_like
+        Edges of the contact [m].
+    y : array_like
+        Place [m].
+
+    Returns
+    -------
+    ndarray
+        Pressure [Pa], positive in compression.
+
+    Examples
+    --------
+    >>> eq18(P=np.pi, a1=-0.5, a2=0.5, y=[0.0, 0.4999999]).round(4).tolist()
+    [2.0, 1.7321]
+    """
+    return _semi_ellipse(P, a1, a2, y, widths=1.0)
+
+
+def eq18_corrected(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+    """Equation (18) with a = (a2 - a1)/2: the pressure (16) from a1 to a2; arguments as of `eq18`.
+
+    Examples
+    --------
+    >>> eq18_corrected(P=np.pi, a1=-1.0, a2=1.0, y=[0.0, 1.0]).tolist()
+    [2.0, 0.0]
+    """
+    return _semi_ellipse(P, a1, a2, y, widths=0.5)
+
+
+def eq19(
+    pressure: Callable[[FloatArray], FloatArray],
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    alpha: npt.ArrayLike,
+    E: npt.ArrayLike,
+    a1: float,
+    a2: float,
+    kinks: Sequence[float] = (),
+) -> FloatArray:
+    """Equation (19): strain beneath any pressure, nu = 1/2, plane strain.
+
+    The integral of -3 [x cos(alpha) - y0 sin(alpha)] [x^2 - y0^2] P(y - y0)/(2 pi E r^4) over y0, with r^2 =
+    x^2 + y0^2.
+
+    Verdict: correct. Evaluated by quadrature, to about 1e-12 of the largest value for a pressure that is
+    smooth between its edges and kinks.
+
+    Parameters
+    ----------
+    pressure : callable
+        Pressure [Pa] at places [m], zero outside (a1, a2); the shear is its tan(alpha)-fold.
+    x, y : array_like
+        Depth, > 0, and place [m].
+    alpha : array_like
+        Inclination [rad].
+    E : array_like
+        Modulus of elasticity [Pa].
+    a1, a2 : float
+        Edges of the contact [m].
+    kinks : sequence of float, optional
+        Places where the pressure is not smooth [m], e.g. the tip of a wedge.
+
+    Returns
+    -------
+    ndarray
+        eps_x [-].
+
+    Raises
+    ------
+    GeometryError
+        A point that is not beneath the surface; a2 <= a1.
+
+    Examples
+    --------
+    Deep beneath, any contact is a line load.
+
+    >>> from subskin.memo import eq8
+    >>> strain = eq19(lambda s: np.ones_like(s), x=100.0, y=20.0, alpha=0.3, E=1.0, a1=-0.5, a2=0.5)
+    >>> round(float(strain / eq8(P=1.0, alpha=0.3, x=100.0, y=20.0, E=1.0)), 4)
+    1.0
+    """
+    x, y, alpha, E = given(x=x, y=y, alpha=alpha, E=E)
+    left, right = (float(v) for v in given(a1=a1, a2=a2))
+
+    def at(x: float, y: float, alpha: float) -> float:
+        def integrand(s: FloatArray) -> FloatArray:
+            y0 = y - s
+            kernel = -3 * (x * np.cos(alpha) - y0 * np.sin(alpha)) * (x**2 - y0**2)
+            return np.asarray(kernel * pressure(s) / (2 * np.pi * (x**2 + y0**2) ** 2))
+
+        closest = min(x, 1e-12 * abs(right - left)) if len(kinks) else x
+        return over_contact(integrand, left, right, (y, *kinks), closest)
+
+    return _each(at, x, y, alpha) / E
+
+
+def eq20(
+    P: npt.ArrayLike,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    alpha: npt.ArrayLike,
+    E: npt.ArrayLike,
+    a1: npt.ArrayLike,
+    a2: npt.ArrayLike,
+) -> FloatArray:
+    """Equation (20) as printed: strain beneath the pressure (18), by quadrature; a = a2 - a1.
+
+    eps_x = -3P/(pi^2 a^2 E) times the integral from y - a2 to y - a1 of [x cos(alpha) - y0 sin(alpha)]/(x^2 +
+    y0^2)^2 [x^2 - y0^2] [a^2 - (y - y0 - (a1 + a2)/2)^2]^(1/2) dy0. Verdict: **wrong**, as (18) is.
+
+    Parameters
+    ----------
+    P : array_like
+        Force per length [N/m].
+    x, y : array_like
+        Depth, > 0, and place [m].
+    alpha : array_like
+        Inclination [rad].
+    E : array_like
+        Modulus of elasticity [Pa].
+    a1, a2 : array_like
+        Edges of the contact [m].
+
+    Returns
+    -------
+    ndarray
+        eps_x [-].
+
+    Raises
+    ------
+    GeometryError
+        A point that is not beneath the surface; a2 <= a1.
+
+    Examples
+    --------
+    Deep beneath it is the strain of a line load of 0.609 P.
+
+    >>> from subskin.memo import eq8
+    >>> line = eq8(P=1.0, alpha=0.3, x=100.0, y=20.0, E=1.0)
+    >>> round(float(eq20(P=1.0, x=100.0, y=20.0, alpha=0.3, E=1.0, a1=-0.5, a2=0.5) / line), 4)
+    0.609
+    """
+    return _strain(P, x, y, alpha, E, a1, a2, widths=1.0)
+
+
+def eq20_corrected(
+    P: npt.ArrayLike,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    alpha: npt.ArrayLike,
+    E: npt.ArrayLike,
+    a1: npt.ArrayLike,
+    a2: npt.ArrayLike,
+) -> FloatArray:
+    """Equation (20) with a = (a2 - a1)/2: strain beneath a sliding cylinder; arguments as of `eq20`.
+
+    Examples
+    --------
+    >>> strain = eq20_corrected(P=1.0, x=0.5, y=0.0, alpha=0.0, E=1.0, a1=-1.0, a2=1.0)
+    >>> round(strain.item(), 6), round(-3 / np.pi * 0.5 * (1 - 0.5 / np.sqrt(1.25)), 6).item()
+    (-0.263936, -0.263936)
+    """
+    return _strain(P, x, y, alpha, E, a1, a2, widths=0.5)
+
+
+def eq21(
+    P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
+) -> FloatArray:
+    """Equation (21) as printed: slope of the strain beneath the centre of the contact.
+
+    d eps_x/dy = -3 sqrt(3) P/(2 pi^2 a E) [x^2 - (a/2)^2] [x^2 + (a/2)^2]^(-2) sin(alpha). Verdict: **wrong**
+    in four ways, see `ERRATA`; use `eq21_corrected`.
+
+    Parameters
+    ----------
+    P : array_like
+        Force per length [N/m].
+    a : array_like
+        Width of the contact, a2 - a1 [m].
+    x : array_like
+        Depth [m].
+    alpha : array_like
+        Inclination [rad].
+    E : array_like
+        Modulus of elasticity [Pa].
+
+    Returns
+    -------
+    ndarray
+        The expression as printed; its unit is not that of a slope of strain, 1/m, but 1/m^2.
+
+    Examples
+    --------
+    >>> round(eq21(P=np.pi**2, a=2.0, x=0.0, alpha=np.pi / 2, E=1.0).item() / 3**0.5, 12)
+    0.75
+    """
+    P, a, x, alpha, E = given(P=P, a=a, x=x, alpha=alpha, E=E)
+    h2 = (a / 2) ** 2
+    return np.asarray(
+        -3 * np.sqrt(3) * P / (2 * np.pi**2 * a * E) * (x**2 - h2) * (x**2 + h2) ** -2.0 * np.sin(alpha)
+    )
+
+
+def eq21_corrected(
+    P: npt.ArrayLike, half_width: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
+) -> FloatArray:
+    """Slope of the strain beneath the centre of a sliding cylinder, in place of (21); nu = 1/2, plane strain.
+
+    d eps_x/dy = -3 P sin(alpha)/(pi E a^2) [1 - x (x^2 + 2 a^2)/s^3], s^2 = x^2 + a^2, a the half width. It
+    vanishes for every alpha at x = 0.786 a, a depth to keep the sensors away from.
+
+    Parameters
+    ----------
+    P : array_like
+        Force per length [N/m].
+    half_width : array_like
+        Half the width of the contact [m].
+    x : array_like
+        Depth [m].
+    alpha : array_like
+        Inclination [rad].
+    E : array_like
+        Modulus of elasticity [Pa].
+
+    Returns
+    -------
+    ndarray
+        d eps_x/dy [1/m], on the memo's axis.
+
+    Examples
+    --------
+    >>> round(eq21_corrected(P=np.pi, half_width=1.0, x=0.0, alpha=np.pi / 2, E=1.0).item(), 12)
+    -3.0
+    """
+    P, a, x, alpha, E = given(P=P, half_width=half_width, x=x, alpha=alpha, E=E)
+    s = np.hypot(x, a)
+    # 1 - x (x^2 + 2 a^2)/s^3 with s^2 - x^2 = a^2 put in, so that nothing cancels at great depth
+    bracket = a**2 / s**2 * (s**2 - x * s - x**2) / (s * (s + x))
+    return np.asarray(-3 * P * np.sin(alpha) / (np.pi * E * a**2) * bracket)
+
+
+def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
+    """Equation (22) as printed: the slope (21) where the contact is wide.
+
+    -6 sqrt(3) P sin(alpha)/(pi^2 a^3 E), a = a2 - a1.
+
+    Verdict: **wrong**: (21) itself tends to the opposite sign, and both have the wrong dimension and
+    magnitude. Use `eq22_corrected`.
+
+    Parameters
+    ----------
+    P : array_like
+        Force per length [N/m].
+    a : array_like
+        Width of the contact, a2 - a1 [m].
+    alpha : array_like
+        Inclination [rad].
+    E : array_like
+        Modulus of elasticity [Pa].
+
+    Returns
+    -------
+    ndarray
+        The expression as printed [1/m^2].
+
+    Examples
+    --------
+    >>> round(eq22(P=np.pi**2, a=2.0, alpha=np.pi / 2, E=1.0).item() / 3**0.5, 12)
+    -0.75
+    """
+    P, a, alpha, E = given(P=P, a=a, alpha=alpha, E=E)
+    return np.asarray(-6 * np.sqrt(3) * P * np.sin(alpha) / (np.pi**2 * a**3 * E))
+
+
+def eq22_corrected(
+    P: npt.ArrayLike, half_width: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
+) -> FloatArray:
+    """The slope `eq21_corrected` under a wide contact: -3 P sin(alpha)/(pi E half_width^2) [1/m].
+
+    Examples
+    --------
+    >>> round(eq22_corrected(P=np.pi, half_width=1.0, alpha=np.pi / 2, E=1.0).item(), 12)
+    -3.0
+    """
+    P, a, alpha, E = given(P=P, half_width=half_width, alpha=alpha, E=E)
+    return np.asarray(-3 * P * np.sin(alpha) / (np.pi * E * a**2))
+
+
+def _semi_ellipse(
+    P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike, widths: float
+) -> FloatArray:
+    """2P/(pi a^2) [a^2 - (y - centre)^2]^(1/2) between the edges, with a = widths * (a2 - a1)."""
+    P, left, right, y = given(P=P, a1=a1, a2=a2, y=y)
+    if not (right > left).all():
+        raise GeometryError(
+            f"a1 = {left}, a2 = {right}", "the right edge has to lie right of the left one", "swap them"
+        )
+    a = widths * (right - left)
+    inside = (left < y) & (y < right)
+    square = np.maximum(a**2 - (y - (left + right) / 2) ** 2, 0.0)
+    return np.asarray(np.where(inside, 2 * P / (np.pi * a**2) * np.sqrt(square), 0.0))
+
+
+def _strain(
+    P: npt.ArrayLike,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    alpha: npt.ArrayLike,
+    E: npt.ArrayLike,
+    a1: npt.ArrayLike,
+    a2: npt.ArrayLike,
+    widths: float,
+) -> FloatArray:
+    """The integral of (20), with a = widths * (a2 - a1)."""
+    P, x, y, alpha, E, left, right = given(P=P, x=x, y=y, alpha=alpha, E=E, a1=a1, a2=a2)
+
+    def at(x: float, y: float, alpha: float, a1: float, a2: float) -> float:
+        a = widths * (a2 - a1)
+
+        def integrand(y0: FloatArray) -> FloatArray:
+            square = np.maximum(a**2 - (y - y0 - (a1 + a2) / 2) ** 2, 0.0)
+            tilted = (x * np.cos(alpha) - y0 * np.sin(alpha)) / (x**2 + y0**2) ** 2
+            return np.asarray(tilted * (x**2 - y0**2) * np.sqrt(square) / a**2)
+
+        return over_contact(integrand, y - a2, y - a1, (0.0,), x)
+
+    return _each(at, x, y, alpha, left, right) * -3 * P / (np.pi**2 * E)
+
+
+def _each(at: Callable[..., float], x: FloatArray, *others: FloatArray) -> FloatArray:
+    """`at` for each point of the broadcast arrays; the depth comes first and has to be positive."""
+    if not (x > 0).all():
+        raise GeometryError(
+            f"x = {float(x.min()):.6g} m", "the strain is asked for beneath the surface", "take x > 0"
+        )
+    points = np.broadcast(x, *others)
+    values = np.array([at(*map(float, point)) for point in points], dtype=np.float64)
+    return values.reshape(points.shape)

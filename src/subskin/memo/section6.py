@@ -1,0 +1,185 @@
+"""Section 6 of the memo: the elastic medium as a filter, and the density of sensors (eqs. 23 to 26)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ._quadrature import over_contact
+from ._symbols import given
+
+__all__ = ["eq23", "eq24", "eq25", "eq25_corrected", "eq26", "eq26_corrected"]
+
+
+def eq23(
+    pressure: Callable[[FloatArray], FloatArray],
+    d: npt.ArrayLike,
+    y0: npt.ArrayLike,
+    E: npt.ArrayLike,
+    a1: float,
+    a2: float,
+    kinks: Sequence[float] = (),
+) -> FloatArray:
+    """Equation (23): strain beneath a pressure, the integral of P(y)/E h(y0 - y) over y. Verdict: correct.
+
+    Parameters
+    ----------
+    pressure : callable
+        Pressure [Pa] at places [m], zero outside (a1, a2).
+    d, y0 : array_like
+        Depth and place of the sensor [m].
+    E : array_like
+        Modulus of elasticity [Pa].
+    a1, a2 : float
+        Edges of the pressure [m].
+    kinks : sequence of float, optional
+        Places where the pressure is not smooth [m].
+
+    Returns
+    -------
+    ndarray
+        eps_x [-].
+
+    Examples
+    --------
+    >>> strain = eq23(lambda y: np.ones_like(y), d=100.0, y0=20.0, E=1.0, a1=-0.5, a2=0.5)
+    >>> round(float(strain / eq24(d=100.0, y=20.0)), 4)
+    1.0
+    """
+    d, y0, E = given(d=d, y0=y0, E=E)
+    left, right = (float(v) for v in given(a1=a1, a2=a2))
+    points = np.broadcast(d, y0, E)
+    values = []
+    for depth, place, young in points:
+
+        def integrand(y: FloatArray, d: float = depth, y0: float = place, E: float = young) -> FloatArray:
+            return np.asarray(pressure(y)) / E * eq24(d, y0 - y)
+
+        closest = min(depth, 1e-12 * abs(right - left)) if len(kinks) else depth
+        values.append(over_contact(integrand, left, right, (place, *kinks), closest))
+    return np.array(values, dtype=np.float64).reshape(points.shape)
+
+
+def eq24(d: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+    """Equation (24): strain times E under a unit normal line load, -3 d (d^2 - y^2)/(2 pi (d^2 + y^2)^2).
+
+    Verdict: correct.
+
+    Parameters
+    ----------
+    d, y : array_like
+        Depth and distance along the surface [m].
+
+    Returns
+    -------
+    ndarray
+        h(y) [1/m].
+
+    Examples
+    --------
+    >>> round(eq24(d=1.0, y=0.0).item() * 2 * np.pi, 12), eq24(d=1.0, y=1.0).item()
+    (-3.0, -0.0)
+    """
+    d, y = given(d=d, y=y)
+    return np.asarray(-3 * d * (d**2 - y**2) / (2 * np.pi * (d**2 + y**2) ** 2))
+
+
+def eq25(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
+    """Equation (25) as printed: spectrum of h(y), H(s) = -3 pi d s exp(-d abs(2 pi s)).
+
+    Verdict: **wrong for s < 0**: h(y) is even, so its spectrum is; `eq25_corrected` has abs(s).
+
+    Parameters
+    ----------
+    s : array_like
+        Spatial frequency [1/m].
+    d : array_like
+        Depth [m].
+
+    Returns
+    -------
+    ndarray
+        H(s) [-], as printed.
+
+    Examples
+    --------
+    >>> eq25(s=[0.1, -0.1], d=1.0).round(4).tolist()
+    [-0.5028, 0.5028]
+    """
+    s, d = given(s=s, d=d)
+    return np.asarray(-3 * np.pi * d * s * np.exp(-d * np.abs(2 * np.pi * s)))
+
+
+def eq25_corrected(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
+    """Spectrum of h(y) for either sign of s: H(s) = -3 pi d abs(s) exp(-2 pi d abs(s)).
+
+    Arguments as of `eq25`.
+
+    Examples
+    --------
+    >>> eq25_corrected(s=[0.1, -0.1], d=1.0).round(4).tolist()
+    [-0.5028, -0.5028]
+    """
+    s, d = given(s=s, d=d)
+    return np.asarray(-3 * np.pi * d * np.abs(s) * np.exp(-2 * np.pi * d * np.abs(s)))
+
+
+def eq26(f: npt.ArrayLike) -> FloatArray:
+    """Equation (26), left side as printed: the attenuation exp(-1)/(f exp(-f)) against the peak at f = 1.
+
+    f is 2 pi s d.
+
+    Verdict: the formula is right, the printed root f = 10.2 of "attenuation = 10^3" is rounded down, and the
+    sensor density s d > 3.2 that follows falls short; see `eq26_corrected`.
+
+    Parameters
+    ----------
+    f : array_like
+        2 pi times spatial frequency times depth [-].
+
+    Returns
+    -------
+    ndarray
+        Attenuation [-].
+
+    Examples
+    --------
+    >>> round(eq26(10.2).item())
+    970
+    """
+    (f,) = given(f=f)
+    return np.asarray(np.exp(f - 1) / f)
+
+
+def eq26_corrected(attenuation: npt.ArrayLike = 1e3) -> FloatArray:
+    """The root of (26) without rounding: f = -W_{-1}(-1/(e attenuation)), W_{-1} being Lambert's function.
+
+    Samples at twice f make the sensor density s d = f/pi.
+
+    Parameters
+    ----------
+    attenuation : array_like, optional
+        Wanted ratio of the peak response to that at f [-], >= 1.
+
+    Raises
+    ------
+    InvalidValueError
+        An attenuation below 1.
+
+    Examples
+    --------
+    >>> round(eq26_corrected().item(), 6), round(eq26_corrected().item() / np.pi, 6)
+    (10.233413, 3.257397)
+    """
+    from scipy.special import lambertw
+
+    (ratio,) = given(attenuation=attenuation)
+    if not (ratio >= 1).all():
+        raise InvalidValueError(
+            f"attenuation = {float(ratio.min()):.6g}", "has to be >= 1, the value at the peak"
+        )
+    return np.asarray(-lambertw(-1 / (np.e * ratio), k=-1).real)

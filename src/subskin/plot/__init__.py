@@ -1,0 +1,121 @@
+"""Figures: the memo's redrawn, truth against estimate, a finger cut open, and its receptive fields.
+
+The only part of `subskin` that imports matplotlib. The user's own settings of it are left as they are:
+figures are made without pyplot, in a style of their own. Each function returns a `matplotlib.figure.Figure`;
+`save` writes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from os import PathLike
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from ..errors import InvalidValueError
+from .fields import receptive_fields
+from .memo_contacts import figure_9, figure_11, figure_12, figure_13
+from .memo_lines import figure_2, figure_3, figure_6
+from .section import COMPONENTS, finger_section
+from .style import house_style, save, settled
+from .truth import truth_against_estimate
+
+__all__ = [
+    "COMPONENTS",
+    "MEMO_FIGURES",
+    "finger_section",
+    "memo_figure",
+    "receptive_fields",
+    "save",
+    "save_memo_figures",
+    "truth_against_estimate",
+]
+
+_MEMO = {
+    2: figure_2,
+    3: figure_3,
+    6: figure_6,
+    9: figure_9,
+    11: figure_11,
+    12: figure_12,
+    13: figure_13,
+}
+
+MEMO_FIGURES = tuple(_MEMO)
+"""Numbers of the memo's figures that can be redrawn."""
+
+
+def memo_figure(number: int) -> Figure:
+    """One of the memo's figures, drawn anew from the physics of this package.
+
+    Angles follow this package: positive drags the skin towards +y. What the memo prints wrongly is drawn
+    right, with the printed form dashed beside it where that matters (Figs. 11 and 13).
+
+    Parameters
+    ----------
+    number : int
+        Its number in the memo, one of `MEMO_FIGURES`: 2 and 3 (strain beneath a line load), 6 (three sensors,
+        four roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        84 or 174 mm wide.
+
+    Raises
+    ------
+    InvalidValueError
+        A number that is not among them.
+
+    Examples
+    --------
+    >>> figure = memo_figure(2)
+    >>> figure.axes[1].get_title(loc="left"), figure.axes[1].get_xlabel()
+    ('', 'place of the sensor, from the load, $y/d$')
+    """
+    _known(number)
+    with house_style():
+        return settled(_MEMO[number]())
+
+
+def save_memo_figures(
+    numbers: Iterable[int] | None, folder: str | PathLike[str], formats: Iterable[str] = ("svg", "png")
+) -> list[Path]:
+    """Write figures of the memo into `folder`, which is made where it is missing.
+
+    Parameters
+    ----------
+    numbers : iterable of int, or None
+        Which, of `MEMO_FIGURES`; None for all.
+    folder : path-like
+        Where to. Fig. 2 becomes memo_figure_02.svg and memo_figure_02.png.
+    formats : iterable of {"svg", "png", "pdf"}, optional
+        What to write.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files written.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown number or format; nothing is written then.
+    FileError
+        A folder or file that cannot be written.
+    """
+    wanted = MEMO_FIGURES if numbers is None else tuple(numbers)
+    kinds = (formats,) if isinstance(formats, str) else tuple(formats)
+    for number in wanted:
+        _known(number)
+    files = []
+    for number in wanted:
+        files += save(memo_figure(number), Path(folder) / f"memo_figure_{number:02d}", kinds)
+    return files
+
+
+def _known(number: int) -> None:
+    if isinstance(number, bool) or number not in _MEMO:
+        available = ", ".join(map(str, MEMO_FIGURES))
+        raise InvalidValueError(f"memo figure {number!r}", f"there are {available}", "memo_figure(2)")
