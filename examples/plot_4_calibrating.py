@@ -68,9 +68,9 @@ with house_style():
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 # %%
-# With three live barometers the other touches are located as normal loads. Where the dead one leaves a gap of
-# more than two depths, and beyond the ends of the row, a second load would explain the three readings nearly as
-# well, and the status says so.
+# With three live barometers the other touches are located as normal loads. Where the dead one leaves a gap
+# of more than two depths, and beyond the ends of the row, a second load would explain the three readings
+# nearly as well, and the status says so.
 
 found = fitted.locate(touches[1::2], friction=0, search=(-20e-3, 20e-3))
 truth = motor[1::2] - calibration.origin

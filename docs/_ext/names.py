@@ -34,8 +34,18 @@ def drop_object_base(app: Sphinx, tree: nodes.document) -> None:
             paragraph.parent.remove(paragraph)
 
 
+def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Let |x| mean an absolute value, not a substitution; doctests stay as they are."""
+    example = False
+    for i, line in enumerate(lines):
+        example = line.strip().startswith(">>>") or (example and bool(line.strip()))
+        if not example:
+            lines[i] = line.replace("|", r"\|")
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     roles.register_local_role("name", name_role)
+    app.connect("autodoc-process-docstring", keep_bars)
     app.connect("doctree-read", drop_object_base)
     # where the first sentence of a docstring does not end
     autosummary.WELL_KNOWN_ABBREVIATIONS = (

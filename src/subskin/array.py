@@ -55,8 +55,8 @@ class SensorArray:
     Examples
     --------
     >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, noise=1e-4)
-    >>> len(array), array.y.tolist()
-    (4, [-0.009, -0.003, 0.003, 0.009])
+    >>> len(array), (array.y * 1e3).round(6).tolist()
+    (4, [-9.0, -3.0, 3.0, 9.0])
     """
 
     y: npt.ArrayLike
@@ -73,9 +73,13 @@ class SensorArray:
     def __post_init__(self) -> None:
         y = np.atleast_1d(_check.real("y", self.y, unit="m"))
         if y.ndim != 1 or not y.size:
-            raise GeometryError(f"y of shape {y.shape}", "one place a sensor is needed, shape (n,)", "y=[-1e-3, 1e-3]")
+            raise GeometryError(
+                f"y of shape {y.shape}", "one place a sensor is needed, shape (n,)", "y=[-1e-3, 1e-3]"
+            )
         checked = {
-            "depth": _check.real("depth", self.depth, unit="m", above=0.0, fix="depth is measured into the skin"),
+            "depth": _check.real(
+                "depth", self.depth, unit="m", above=0.0, fix="depth is measured into the skin"
+            ),
             "gain": _check.real("gain", self.gain),
             "offset": _check.real("offset", self.offset),
             "noise": _check.real("noise", self.noise, at_least=0.0),
@@ -88,15 +92,19 @@ class SensorArray:
         for name, values in checked.items():
             if values.shape not in ((), (1,), y.shape):
                 raise GeometryError(
-                    f"{name} of shape {values.shape}", f"one value, or one for each of the {y.size} sensors, is needed"
+                    f"{name} of shape {values.shape}",
+                    f"one value, or one for each of the {y.size} sensors, is needed",
                 )
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(values, y.shape).copy()))
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
-        kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
+        kinds = (
+            (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
+        )
         if len(kinds) != y.size or not all(isinstance(k, Transducer) for k in kinds):
             raise GeometryError(
-                f"transducer = {self.transducer!r}", f"one Transducer, or one for each of the {y.size} sensors, is needed"
+                f"transducer = {self.transducer!r}",
+                f"one Transducer, or one for each of the {y.size} sensors, is needed",
             )
         object.__setattr__(self, "transducer", kinds)
 
@@ -137,7 +145,7 @@ class SensorArray:
     @property
     def live(self) -> npt.NDArray[np.bool_]:
         """Which sensors have a gain; a dead one has gain 0."""
-        return np.asarray(self.gain) != 0
+        return np.asarray(np.asarray(self.gain) != 0)
 
     def select(self, sensors: npt.ArrayLike) -> SensorArray:
         """The sensors of the given indices, or of a mask, as an array of their own."""
@@ -154,10 +162,16 @@ class SensorArray:
         step = np.asarray(self.resolution)
         if step.any():
             safe = np.where(step > 0, step, 1.0)
-            readings = np.where(step > 0, np.clip(np.round(readings / safe) * safe, self.low, self.high), readings)
-        return readings
+            readings = np.where(
+                step > 0, np.clip(np.round(readings / safe) * safe, self.low, self.high), readings
+            )
+        return np.asarray(readings)
 
     def usable(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
         """Which readings, shape (..., n), can be used: finite, within the range, of a live sensor."""
-        inside = (readings > np.asarray(self.low)) & (readings < np.asarray(self.high))
-        return inside & np.isfinite(readings) & self.live
+        return np.asarray(self.inside(readings) & self.live)
+
+    def inside(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
+        """Which readings, shape (..., n), are finite and within the range."""
+        within = (readings > np.asarray(self.low)) & (readings < np.asarray(self.high))
+        return np.asarray(within & np.isfinite(readings))

@@ -34,7 +34,7 @@ class _Tensor:
 
     @property
     def trace(self) -> FloatArray:
-        """xx + yy + zz."""
+        """Xx + yy + zz."""
         return self.xx + self.yy + self.zz
 
 

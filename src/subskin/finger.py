@@ -51,8 +51,8 @@ class Finger:
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4))
-    >>> finger.read(ss.LineLoad(force=40.0, position=1e-3)).round(4).tolist()
-    [0.0031, -0.0, -0.0239, -0.0]
+    >>> finger.read(ss.LineLoad(force=40.0, position=0.5e-3)).round(4).tolist()
+    [0.003, -0.0043, -0.0198, 0.002]
     """
 
     skin: Skin
@@ -60,7 +60,9 @@ class Finger:
 
     def __post_init__(self) -> None:
         if not isinstance(self.skin, Skin):
-            raise InvalidValueError(f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
+            raise InvalidValueError(
+                f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))"
+            )
         if not isinstance(self.array, SensorArray):
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
 
@@ -74,7 +76,9 @@ class Finger:
         groups: list[_Group] = []
         for kind in dict.fromkeys(kinds):
             for count in np.unique(nodes):
-                index = np.array([i for i, k in enumerate(kinds) if k == kind and nodes[i] == count], dtype=np.intp)
+                index = np.array(
+                    [i for i, k in enumerate(kinds) if k == kind and nodes[i] == count], dtype=np.intp
+                )
                 if index.size:
                     t, w = np.polynomial.legendre.leggauss(int(count))
                     y = ys[index, None] + 0.5 * widths[index, None] * t
@@ -157,9 +161,13 @@ class Finger:
         """
         y, depth = np.asarray(self.array.y), np.asarray(self.array.depth)
         reach = 1.5 * float(depth.max())
-        ends = _check.real("search", (y.min() - reach, y.max() + reach) if search is None else search, unit="m")
+        ends = _check.real(
+            "search", (y.min() - reach, y.max() + reach) if search is None else search, unit="m"
+        )
         if ends.shape != (2,) or not ends[0] < ends[1]:
-            raise InvalidValueError(f"search = {search!r}", "two ascending places are needed", "search=(-5e-3, 5e-3)")
+            raise InvalidValueError(
+                f"search = {search!r}", "two ascending places are needed", "search=(-5e-3, 5e-3)"
+            )
         return ReceptiveField.from_function(
             self.receptive_field, float(ends[0]), float(ends[1]), step=float(depth.min()) / 16
         )

@@ -197,7 +197,7 @@ class EnergyDensity(Transducer):
 
 @dataclass(frozen=True)
 class MaxCompressiveStrain(Transducer):
-    """Largest compressive principal strain [-], >= 0 (Phillips and Johnson 1981 fit it to receptors). Not linear."""
+    """Largest compressive principal strain [-], >= 0 (after Phillips and Johnson 1981). Not linear."""
 
     @property
     def unit(self) -> str:  # noqa: D102

@@ -353,6 +353,19 @@ def test_noise_splits_a_double_root_and_the_tolerance_mends_it():
     assert seen == {0, 2}
 
 
+def test_wild_numbers_neither_warn_nor_fail():
+    rng = np.random.default_rng(8)
+    for _ in range(300):
+        depth = 10 ** rng.uniform(-6, 3)
+        y = depth * (np.cumsum(10 ** rng.uniform(-3, 2.5, 3)) + rng.standard_normal())
+        readings = rng.standard_normal(3) * 10 ** rng.uniform(-250, 250, 3)
+        given = {"poisson": rng.uniform(0, 0.5), "plane": rng.choice(["strain", "stress"])}
+        found = three_sensor(readings, y, depth, young=1e6, tolerance=rng.choice([0.0, 1e-12, 0.1]), **given)
+        for root in found.roots:
+            assert np.isfinite(root.position)
+            assert np.isfinite(root.force) == (root.verdict is not Verdict.NOT_A_SOLUTION)
+
+
 # --- Bad input ---
 
 

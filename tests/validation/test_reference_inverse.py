@@ -72,7 +72,7 @@ AMBIGUOUS = {
 
 
 def accepted_loads(b, reach, count):
-    """Of loads within `reach` of the middle and 45 degrees of the normal: place, angle and the accepted roots."""
+    """Place, angle and accepted roots of loads within `reach` of the middle and 45 degrees of the normal."""
     rng = np.random.default_rng(12)
     y = np.array([-b, 0.0, b])
     for _ in range(count):
@@ -96,7 +96,7 @@ def test_share_of_ambiguous_readings(b, share):
 
 @pytest.mark.parametrize(("b", "least", "most"), [(1.0, 0.0, 0.0), (0.8, 0.1, 0.3), (0.5, 0.7, 0.95)])
 def test_second_load_within_the_array(b, least, most):
-    """With spacing = depth there is none for loads over the array (FORMULAS.md: 0 of 3000); otherwise there often is."""
+    """With spacing = depth there is none for loads over the array (FORMULAS.md: 0 of 3000)."""
     inside = [sum(abs(r.position) <= b for r in accepted) for _, _, accepted in accepted_loads(b, b, 400)]
     assert min(inside) == 1
     assert least <= np.mean(np.array(inside) > 1) <= most

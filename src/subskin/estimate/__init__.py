@@ -4,4 +4,14 @@ from .calibrate import Calibration, Health, Parameter, Score, calibrate
 from .estimate import Estimate, Rival, Status
 from .locate import Locator
 
-__all__ = ["Calibration", "Estimate", "Health", "Locator", "Parameter", "Rival", "Score", "Status", "calibrate"]
+__all__ = [
+    "Calibration",
+    "Estimate",
+    "Health",
+    "Locator",
+    "Parameter",
+    "Rival",
+    "Score",
+    "Status",
+    "calibrate",
+]

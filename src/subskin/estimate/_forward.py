@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
@@ -31,7 +32,9 @@ class Forward:
         n = len(finger.array)
         self.tied = "place" in self.names and "origin" in self.names and n > 1
         if "poisson" in self.names and not isinstance(finger.skin, HalfPlane):
-            raise InvalidValueError("fit = poisson", f"a {type(finger.skin).__name__} has no single Poisson's ratio")
+            raise InvalidValueError(
+                "fit = poisson", f"a {type(finger.skin).__name__} has no single Poisson's ratio"
+            )
         counts = {"depths": n, "place": n - 1 if self.tied else n}
         self.slices: dict[str, slice] = {}
         at = 0
@@ -99,30 +102,36 @@ class Forward:
     def apply(self, p: FloatArray) -> Finger:
         """The finger with the parameters p."""
         array, skin = self.finger.array, self.finger.skin
-        changes: dict[str, FloatArray] = {}
+        changes: dict[str, Any] = {}
         if self.has_depth:
-            changes["depth"] = self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
+            changes["depth"] = (
+                self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
+            )
         if "place" in self.names:
             changes["y"] = np.asarray(array.y) + self._places(p)
         if "width" in self.names:
             changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
         if "poisson" in self.names:
             plane = cast(HalfPlane, skin)
-            skin = replace(plane, material=replace(plane.material, poisson=float(p[self.slices["poisson"]][0])))
+            skin = replace(
+                plane, material=replace(plane.material, poisson=float(p[self.slices["poisson"]][0]))
+            )
         return Finger(skin, replace(array, **changes))
 
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read, shape (m, n): touches at `positions` (m,) with loads (N, T) (m, 2)."""
         finger = self.apply(p)
         ones = replace(finger, array=replace(finger.array, gain=1.0))
-        return np.einsum("mnl,ml->mn", ones.receptive_field(positions), load)
+        return np.asarray(np.einsum("mnl,ml->mn", ones.receptive_field(positions), load))
 
     def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Readings with the finger's own gains and offsets, shape (m, n)."""
         array = self.finger.array
-        return np.asarray(array.gain) * self.unit(p, positions, load) + np.asarray(array.offset)
+        return np.asarray(np.asarray(array.gain) * self.unit(p, positions, load) + np.asarray(array.offset))
 
-    def parameters(self, p: FloatArray, std: FloatArray, sensors: FloatArray) -> list[tuple[str, int | None, float, float, str]]:
+    def parameters(
+        self, p: FloatArray, std: FloatArray, sensors: npt.NDArray[np.intp]
+    ) -> list[tuple[str, int | None, float, float, str]]:
         """(name, sensor, value, standard error, unit) of each element, in absolute values."""
         fitted = self.apply(p)
         out: list[tuple[str, int | None, float, float, str]] = []
@@ -141,5 +150,7 @@ class Forward:
             each = name in ("depths", "place")
             label = {"depths": "depth", "place": "y"}.get(name, name)
             for i, (value, error) in enumerate(zip(values, errors, strict=True)):
-                out.append((label, int(sensors[i]) if each else None, float(value), float(error), _UNITS[name]))
+                out.append(
+                    (label, int(sensors[i]) if each else None, float(value), float(error), _UNITS[name])
+                )
         return out

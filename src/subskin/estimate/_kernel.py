@@ -39,8 +39,12 @@ def _scan(w, basis, edges, c, s, peak):
     while i + 4 <= n:  # four sensors a pass: the running sums go through memory less often
         w0, w1, w2, w3 = w[i], w[i + 1], w[i + 2], w[i + 3]
         for k in range(m):
-            c[0, k] += (w0 * basis[i, 0, k] + w1 * basis[i + 1, 0, k]) + (w2 * basis[i + 2, 0, k] + w3 * basis[i + 3, 0, k])
-            c[1, k] += (w0 * basis[i, 1, k] + w1 * basis[i + 1, 1, k]) + (w2 * basis[i + 2, 1, k] + w3 * basis[i + 3, 1, k])
+            c[0, k] += (w0 * basis[i, 0, k] + w1 * basis[i + 1, 0, k]) + (
+                w2 * basis[i + 2, 0, k] + w3 * basis[i + 3, 0, k]
+            )
+            c[1, k] += (w0 * basis[i, 1, k] + w1 * basis[i + 1, 1, k]) + (
+                w2 * basis[i + 2, 1, k] + w3 * basis[i + 3, 1, k]
+            )
         i += 4
     while i < n:
         for k in range(m):
@@ -74,11 +78,21 @@ def _fit(w, table, start, step, mu, y, a, fit):
     d2 = d1 * d1
     g11 = g12 = g22 = b1 = b2 = 0.0
     for i in range(n):
-        c1, c2, c3, c4 = table[cell, 1, 0, i], table[cell, 2, 0, i], table[cell, 3, 0, i], table[cell, 4, 0, i]
+        c1, c2, c3, c4 = (
+            table[cell, 1, 0, i],
+            table[cell, 2, 0, i],
+            table[cell, 3, 0, i],
+            table[cell, 4, 0, i],
+        )
         an = table[cell, 0, 0, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
         a[0, i] = d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
         a[1, i] = d2 * (2 * c2 + t * (6 * c3 + t * (12 * c4)))
-        c1, c2, c3, c4 = table[cell, 1, 1, i], table[cell, 2, 1, i], table[cell, 3, 1, i], table[cell, 4, 1, i]
+        c1, c2, c3, c4 = (
+            table[cell, 1, 1, i],
+            table[cell, 2, 1, i],
+            table[cell, 3, 1, i],
+            table[cell, 4, 1, i],
+        )
         at = table[cell, 0, 1, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
         a[2, i] = d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
         a[3, i] = d2 * (2 * c2 + t * (6 * c3 + t * (12 * c4)))
@@ -159,7 +173,7 @@ def _refine(w, table, start, step, mu, y, low, high, tolerance, a, fit):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
-def locate_frames(readings, offset, scale, low, high, basis, edges, table, geometry, limits, score, out):
+def locate_frames(readings, offset, scale, low, high, basis, edges, table, geometry, limits, out):
     """Fill `out`, one row a frame; the columns are named in `estimate.py`.
 
     readings (f, n) raw; offset, scale (1/noise), low, high (n,) of each sensor; basis (n, 2, m), edges (4, m): the scan;
@@ -172,6 +186,7 @@ def locate_frames(readings, offset, scale, low, high, basis, edges, table, geome
     start, step, scan_start, scan_step, mu = geometry[0], geometry[1], geometry[2], geometry[3], geometry[4]
     scan_stop = scan_start + (m - 1) * scan_step
     detection, largest, ambiguity, apart, wide = limits[0], limits[1], limits[2], limits[3], limits[4]
+    score = np.empty((2, m), dtype=np.float32)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
     s = np.full(m + 2, -1, dtype=np.float32)
@@ -254,9 +269,11 @@ def locate_frames(readings, offset, scale, low, high, basis, edges, table, geome
             status = _AMBIGUOUS
         # the profile has to be about as narrow as its curvature at the top says
         reach = max(6.0 * math.sqrt(row[COVARIANCE]), wide)
-        before = int(math.floor((y - reach - scan_start) / scan_step))
-        after = int(math.ceil((y + reach - scan_start) / scan_step))
-        if (before >= 0 and explained - s[before + 1] < ambiguity) or (after < m and explained - s[after + 1] < ambiguity):
+        before = math.floor((y - reach - scan_start) / scan_step)
+        after = math.ceil((y + reach - scan_start) / scan_step)
+        if (before >= 0 and explained - s[before + 1] < ambiguity) or (
+            after < m and explained - s[after + 1] < ambiguity
+        ):
             status = _AMBIGUOUS
         if second >= 0 and abs(places[second] - y) > apart:
             row[RIVAL] = places[second]
@@ -302,12 +319,14 @@ def _widen(s, scan_start, scan_step, y, explained, row):
     The distance to where chi-square has risen by 1.96^2 is read off the scan on either side.
     """
     variance = row[COVARIANCE]
-    if not variance > 0.25 * scan_step * scan_step:  # narrower than the scan resolves: the profile is a parabola there
+    if (
+        not variance > 0.25 * scan_step * scan_step
+    ):  # narrower than the scan resolves: the profile is a parabola there
         return
     m = s.size - 2
     width = 0.0
     for side in (-1, 1):
-        k = int(math.floor((y - scan_start) / scan_step)) + (1 if side > 0 else 0)
+        k = math.floor((y - scan_start) / scan_step) + (1 if side > 0 else 0)
         before, at = 0.0, y
         crossing = math.nan
         while 0 <= k < m:

@@ -105,7 +105,9 @@ class Calibration:
         angle: npt.ArrayLike = 0.0,
     ) -> Score:
         """The score on other touches: held out ones. Arguments as those of `calibrate`."""
-        data, places, load = _touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
+        data, places, load = _touches(
+            self.finger, readings, positions, 1.0 if force is None else force, angle
+        )
         model = Forward(self.finger, ()).readings(np.empty(0), places - self.origin, load)
         return _score(data, model, self.finger.array.live)
 
@@ -172,7 +174,9 @@ def calibrate(
     if "gain" not in names:
         live &= finger.array.live
     else:  # a reading that never moves is dead, however it fits
-        live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
+        live &= np.array(
+            [np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)]
+        )
     solution = None
     while live.any():
         solution = _Fit(finger, names, data, places, load, live, start, scan=origin is None).solve()
@@ -181,7 +185,9 @@ def calibrate(
             break
         live &= ~dead
     if solution is None or not live.any():
-        raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check columns and places")
+        raise ConvergenceError(
+            "no sensor responds to the touches", "at least one has to", "check columns and places"
+        )
     return solution.result()
 
 
@@ -194,24 +200,34 @@ def _names(fit: Sequence[str]) -> tuple[str, ...]:
     if not names:
         raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}")
     if "depth" in names and "depths" in names:
-        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
+        raise InvalidValueError(
+            "fit has both depth and depths", "choose one shift for all, or one depth a sensor"
+        )
     return tuple(dict.fromkeys(names))
 
 
 def _touches(
-    finger: Finger, readings: npt.ArrayLike, positions: npt.ArrayLike, force: npt.ArrayLike, angle: npt.ArrayLike
+    finger: Finger,
+    readings: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    force: npt.ArrayLike,
+    angle: npt.ArrayLike,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Readings (m, n), places (m,) and loads (N, T) (m, 2), checked."""
     n = len(finger.array)
     data = _check.real("readings", readings, finite=False)
     places = _check.real("positions", positions, unit="m")
     if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column")
+        raise GeometryError(
+            f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
+        )
     if places.shape != data.shape[:1]:
-        raise GeometryError(f"positions of shape {places.shape}", f"one place for each of the {len(data)} touches")
+        raise GeometryError(
+            f"positions of shape {places.shape}", f"one place for each of the {len(data)} touches"
+        )
     p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), places.shape)
     a = np.broadcast_to(_check.real("angle", angle, unit="rad"), places.shape)
-    usable = np.where(np.isfinite(data) & (data > finger.array.low) & (data < finger.array.high), data, np.nan)
+    usable = np.where(finger.array.inside(data), data, np.nan)
     return usable, places, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
 
 
@@ -255,7 +271,8 @@ class _Fit:
         self.unknowns = self.forward.size + sum(name in names for name in _LINEAR) * int(live.sum())
         if count <= self.unknowns:
             raise ConvergenceError(
-                f"{count} readings for {self.unknowns} parameters", "more readings than parameters are needed",
+                f"{count} readings for {self.unknowns} parameters",
+                "more readings than parameters are needed",
                 "calibrate on more touches or fit fewer parameters",
             )
         self.noise = np.ones(int(live.sum()))
@@ -293,8 +310,15 @@ class _Fit:
                 lower, upper = self.forward.bounds()
                 scale = self.forward.scale()
                 found: Any = least_squares(
-                    self.residual, np.clip(p, lower, upper), bounds=(lower, upper), x_scale=scale, method="trf",
-                    xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=400,
+                    self.residual,
+                    np.clip(p, lower, upper),
+                    bounds=(lower, upper),
+                    x_scale=scale,
+                    method="trf",
+                    xtol=1e-12,
+                    ftol=1e-12,
+                    gtol=1e-12,
+                    max_nfev=400,
                 )
                 if not found.success:
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
@@ -304,7 +328,9 @@ class _Fit:
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
             # a floor keeps one sensor that happens to fit exactly from taking all the weight
-            self.noise = np.maximum(noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max())))
+            self.noise = np.maximum(
+                noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
+            )
         self.p, self.unit, self.gain, self.offset = p, unit, gain, offset
         self.covariance = self._covariance()
         return self
@@ -318,7 +344,11 @@ class _Fit:
             step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
             first, last = self.places.min() - y.max(), self.places.max() - y.min()
             origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
-        trials = [self.forward.start(o, s) for o in origins for s in ((0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,))]
+        trials = [
+            self.forward.start(o, s)
+            for o in origins
+            for s in ((0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,))
+        ]
         costs = [float((self.residual(p) ** 2).sum()) for p in trials]
         return trials[int(np.argmin(costs))] if p0.size else p0
 
@@ -335,7 +365,9 @@ class _Fit:
             columns.append(self.gain * (models[0] - models[1]) / (2 * h))
         for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
             if name in self.names:
-                columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
+                columns += [
+                    np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)
+                ]
         jacobian = np.stack([(c / self.noise)[self.seen] for c in columns], axis=-1)
         size = np.linalg.norm(jacobian, axis=0)
         size[size == 0] = 1.0
@@ -358,16 +390,23 @@ class _Fit:
         k = self.forward.size
         for name, values in (("gain", self.gain), ("offset", self.offset)):
             if name in self.names:
-                parameters += [(name, int(i), float(v), float(s), "") for i, v, s in zip(index, values, std[k:], strict=False)]
+                parameters += [
+                    (name, int(i), float(v), float(s), "")
+                    for i, v, s in zip(index, values, std[k:], strict=False)
+                ]
                 k += index.size
         fitted = self.forward.apply(self.p)
         whole = self.finger.array
-        values = {name: np.array(getattr(whole, name)) for name in ("y", "depth", "width", "gain", "offset", "noise")}
+        fields: dict[str, Any] = {
+            name: np.array(getattr(whole, name))
+            for name in ("y", "depth", "width", "gain", "offset", "noise")
+        }
         for name in ("y", "depth", "width"):
-            values[name][index] = np.asarray(getattr(fitted.array, name))
-        values["gain"][:] = 0.0
-        values["gain"][index], values["offset"][index], values["noise"][index] = self.gain, self.offset, self.noise
-        finger = Finger(fitted.skin, replace(whole, **values))
+            fields[name][index] = np.asarray(getattr(fitted.array, name))
+        fields["gain"][:] = 0.0
+        fields["gain"][index], fields["offset"][index] = self.gain, self.offset
+        fields["noise"][index] = self.noise
+        finger = Finger(fitted.skin, replace(whole, **fields))
         typical = float(np.median(np.abs(self.gain)))
         health = [Health.DEAD] * self.live.size
         for i, g in zip(index, self.gain, strict=True):

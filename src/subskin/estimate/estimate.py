@@ -35,7 +35,7 @@ _SQUARE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + COVARIANCE
 
 def _column(index: int, text: str) -> property:
     def get(self: Estimate) -> FloatArray:
-        return self.table[..., index]  # type: ignore[no-any-return]
+        return self.table[..., index]
 
     return property(get, doc=text)
 
@@ -49,22 +49,22 @@ class Rival:
     @property
     def position(self) -> FloatArray:
         """Place y [m], shape (...)."""
-        return self.table[..., RIVAL]  # type: ignore[no-any-return]
+        return self.table[..., RIVAL]
 
     @property
     def force(self) -> FloatArray:
         """Magnitude [N/m], shape (...)."""
-        return self.table[..., RIVAL + 1]  # type: ignore[no-any-return]
+        return self.table[..., RIVAL + 1]
 
     @property
     def angle(self) -> FloatArray:
         """Angle from the inward normal [rad], shape (...)."""
-        return self.table[..., RIVAL + 2]  # type: ignore[no-any-return]
+        return self.table[..., RIVAL + 2]
 
     @property
     def chi2(self) -> FloatArray:
         """How much larger its chi-square is than the best one's, shape (...)."""
-        return self.table[..., RIVAL + 3]  # type: ignore[no-any-return]
+        return self.table[..., RIVAL + 3]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,9 @@ class Estimate:
     position = _column(POSITION, "Place of the load y [m].")
     force = _column(FORCE, "Magnitude of the load [N/m].")
     angle = _column(ANGLE, "Angle from the inward normal [rad], positive where it drags the skin towards +y.")
-    residual = _column(RESIDUAL, "Chi-square of the fit: sum of squared residuals in units of each sensor's noise.")
+    residual = _column(
+        RESIDUAL, "Chi-square of the fit: sum of squared residuals in units of each sensor's noise."
+    )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -102,7 +104,7 @@ class Estimate:
     @property
     def covariance(self) -> FloatArray:
         """Covariance of (position [m], force [N/m], angle [rad]), shape (..., 3, 3); inverse Fisher information."""
-        return self.table[..., _SQUARE]  # type: ignore[no-any-return]
+        return self.table[..., _SQUARE]
 
     @property
     def std(self) -> FloatArray:

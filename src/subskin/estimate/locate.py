@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,16 +27,10 @@ def _kernel() -> Any:
     from . import _kernel as module
 
     compiled = module.locate_frames
-    if not compiled.signatures and not any(Path(compiled.stats.cache_path).glob("_kernel.locate_frames-*.nbi")):
-        _log.warning("subskin: compiling the locator; this happens once after installation and takes some seconds")
+    cached = Path(str(compiled.stats.cache_path)).glob("_kernel.locate_frames-*.nbi")
+    if not compiled.signatures and not any(cached):
+        _log.warning("subskin: compiling the locator, once after installation; this takes some seconds")
     return compiled
-
-
-@dataclass(frozen=True)
-class _Prepared:
-    """What the compiled loop needs for one set of sensors."""
-
-    arrays: tuple[FloatArray, ...]
 
 
 class Locator:
@@ -92,7 +85,8 @@ class Locator:
     ) -> None:
         if field.coefficients.shape[2] != len(array):
             raise GeometryError(
-                f"a receptive field of {field.coefficients.shape[2]} sensors, an array of {len(array)}", "they have to match"
+                f"a receptive field of {field.coefficients.shape[2]} sensors, an array of {len(array)}",
+                "they have to match",
             )
         noise = np.asarray(array.noise)
         silent = np.flatnonzero((noise == 0) & array.live)
@@ -108,14 +102,18 @@ class Locator:
         if np.isnan(self.friction):
             raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed")
         shallowest = float(np.asarray(array.depth).min())
-        step = shallowest / 24 if scan_step is None else _check.scalar("scan_step", scan_step, unit="m", above=0.0)
+        step = (
+            shallowest / 24
+            if scan_step is None
+            else _check.scalar("scan_step", scan_step, unit="m", above=0.0)
+        )
         count = max(int(np.ceil((field.stop - field.start) / step - 1e-9)) + 1, 3)
         self._scan = np.linspace(field.start, field.stop, count)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._shallowest = shallowest
         self._needed = 2 if self.friction == 0 else 3
-        self._prepared: dict[bytes, tuple[FloatArray, ...]] = {}
+        self._prepared: dict[bytes, tuple[npt.NDArray[Any], ...]] = {}
         self._all = array.live
         self._all.flags.writeable = False
         self._whole = bool(self._all.all())
@@ -210,7 +208,7 @@ class Locator:
             compiled = self.__dict__["_loop"] = _kernel()
         return compiled
 
-    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[FloatArray, ...]:
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
         from scipy.special import chdtri
 
@@ -220,23 +218,26 @@ class Locator:
         table = np.ascontiguousarray(np.swapaxes(field.coefficients * scale[:, None], 2, 3))
         basis, edges = _scan_geometry(field(self._scan) * scale[:, None], self.friction)
         degrees = max(n - self._needed, 1)
-        limits = np.array([
-            2 * np.log(1 / self._false_alarm) ,
-            float(chdtri(degrees, self._false_alarm)),
-            self._ambiguity,
-            0.02 * self._shallowest,
-            0.1 * self._shallowest,
-        ])
+        limits = np.array(
+            [
+                2 * np.log(1 / self._false_alarm),
+                float(chdtri(degrees, self._false_alarm)),
+                self._ambiguity,
+                0.02 * self._shallowest,
+                0.1 * self._shallowest,
+            ]
+        )
         scan_step = self._scan[1] - self._scan[0]
         geometry = np.array([field.start, field.step, self._scan[0], scan_step, self.friction])
         # a sensor with an infinite range is compared with the largest float: NaN and infinity then fall outside
         big = np.finfo(np.float64).max
         low, high = np.maximum(np.asarray(array.low), -big), np.minimum(np.asarray(array.high), big)
-        score = np.empty((2, self._scan.size), dtype=np.float32)
-        return np.array(array.offset), scale, low, high, basis, edges, table, geometry, limits, score
+        return np.array(array.offset), scale, low, high, basis, edges, table, geometry, limits
 
 
-def _scan_geometry(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArray]:
+def _scan_geometry(
+    fields: FloatArray, friction: float
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m)."""
     normal, tangential = fields[..., 0], fields[..., 1]
     size = np.linalg.norm(normal, axis=1, keepdims=True)

@@ -259,14 +259,13 @@ def three_sensor(
         return ThreeSensorSolution((), -1, (*notes, Note(Degeneracy.NO_CONTACT, text)))
 
     found, degree = real_roots(determinant, tol)
-    unit = scale * skin.young * x  # readings of `scale` mean forces of this size
-    model = _Model(s, e, kappa, 2 * factor / np.pi, determinant.blind_pairs)
+    model = _Model(s, e, kappa, 2 * factor / np.pi, determinant.blind_pairs, middle, x, scale, skin.young * x)
     roots: list[Root] = []
     nominal = 8 if kappa > 0 else 4
     if degree < nominal:
         notes.append(Note(Degeneracy.DEGREE_DROPS, _degree_text(degree, nominal)))
     for item in _with_blind_places(found, determinant.blind_pairs):
-        root, note = model.root(item, middle, x, unit, scale, mu)
+        root, note = model.root(item, mu)
         roots.append(root)
         if note is None and item.multiplicity > 1 and root.verdict is not Verdict.NOT_A_SOLUTION:
             note = _double_root_note(root, item, s, tol)
@@ -276,49 +275,52 @@ def three_sensor(
 
 @dataclass(frozen=True)
 class _Model:
-    """Readings of a unit scale as a function of place, N and T; lengths in depths, forces in E * depth."""
+    """Readings, in units of `scale`, as a function of place [depths from the middle] and N, T [E * depth]."""
 
     s: FloatArray
     e: FloatArray
     kappa: float
     constant: float
     blind_pairs: tuple[BlindPair, ...]
+    middle: float
+    depth: float
+    scale: float
+    stiffness: float
 
-    def root(
-        self, item: RealRoot, middle: float, x: float, unit: float, scale: float, mu: float
-    ) -> tuple[Root, Note | None]:
+    def root(self, item: RealRoot, mu: float) -> tuple[Root, Note | None]:
         """The load at a root, found from all three readings by least squares."""
         t = self.s - item.place
         q = 1 + t * t
         h = 1 - self.kappa * t * t
         g = -self.constant * h / q**2
+        position = self.middle + self.depth * item.place
         blind = self._blind(item.place)
-        position = middle + x * item.place
         residual = float(np.abs(self.e[blind]).max(initial=0.0))
         if blind.any() and (item.multiplicity == 1 or residual > _BLIND_READING):
             nothing = Sensitivity(np.nan, np.nan, np.nan)
             false = Verdict.NOT_A_SOLUTION
             return Root(position, np.nan, np.nan, false, item.multiplicity, residual, 0.0, nothing), None
-        reach = max(1.0, float(np.abs(t).max()))  # columns of like size, else a distant load costs digits
         g = np.where(blind, 0.0, g)
+        reach = max(1.0, float(np.abs(t).max()))  # columns of like size, else a distant load costs digits
         matrix = g[:, None] * np.stack([np.ones(3), t / reach], axis=-1)
         solution = np.linalg.lstsq(matrix, self.e)[0]
-        residual = float(np.abs(matrix @ solution - self.e).max())
         n, tangential = float(solution[0]), float(solution[1] / reach)
 
         slope = self.constant * 2 * t * (self.kappa * q + 2 * h) / q**3  # dg/dt
         jacobian = np.stack([-slope * (n + t * tangential) - g * tangential, g, g * t], axis=-1)
         singular = item.multiplicity > 1 or bool(blind.any())
-        sensitivity = _UNBOUNDED if singular else _sensitivity(jacobian, n, tangential, x, unit, scale)
+        rows = np.full(3, np.inf) if singular else _sensitivity(jacobian, n, tangential)
+        with np.errstate(over="ignore"):
+            rows = rows * np.array([self.depth, self.scale * self.stiffness, 1.0]) / self.scale
         root = Root(
             position=position,
-            force=unit * float(np.hypot(n, tangential)),
+            force=self.scale * self.stiffness * float(np.hypot(n, tangential)),
             angle=float(np.arctan2(tangential + 0.0, n)),  # -0.0 would turn pi into -pi
             verdict=_verdict(n, tangential, mu),
             multiplicity=item.multiplicity,
-            residual=residual,
-            det_jacobian=scale * float(np.linalg.det(jacobian)),
-            sensitivity=sensitivity,
+            residual=float(np.abs(matrix @ solution - self.e).max()),
+            det_jacobian=self.scale * float(np.linalg.det(jacobian)),
+            sensitivity=Sensitivity(*rows.tolist()),
         )
         if not blind.any():
             return root, None
@@ -334,26 +336,21 @@ class _Model:
         return blind
 
 
-_UNBOUNDED = Sensitivity(np.inf, np.inf, np.inf)
-
-
 def _verdict(n: float, t: float, mu: float) -> Verdict:
     if n < 0:
         return Verdict.PULLS
     return Verdict.SLIPS if abs(t) > mu * n * (1 + _CONE_SLACK) else Verdict.ACCEPTED
 
 
-def _sensitivity(
-    jacobian: FloatArray, n: float, t: float, x: float, unit: float, scale: float
-) -> Sensitivity:
-    """Standard deviations of position, force and angle per unit of noise in each reading."""
+def _sensitivity(jacobian: FloatArray, n: float, t: float) -> FloatArray:
+    """Norms of the rows of d(place, P, angle) / d(readings), in the model's units."""
     try:
-        inverse = np.linalg.inv(jacobian) / scale
+        inverse = np.linalg.inv(jacobian)
     except np.linalg.LinAlgError:
-        return _UNBOUNDED
+        return np.full(3, np.inf)
     p = float(np.hypot(n, t))
-    turn = np.array([[x, 0, 0], [0, unit * n / p, unit * t / p], [0, -t / p**2, n / p**2]])
-    return Sensitivity(*np.linalg.norm(turn @ inverse, axis=1).tolist())
+    turn = np.array([[1, 0, 0], [0, n / p, t / p], [0, -t / p**2, n / p**2]])
+    return np.asarray(np.linalg.norm(turn @ inverse, axis=1))
 
 
 def _with_blind_places(found: list[RealRoot], pairs: tuple[BlindPair, ...]) -> list[RealRoot]:

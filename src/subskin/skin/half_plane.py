@@ -161,7 +161,7 @@ def _complex(x: FloatArray, y: FloatArray) -> ComplexArray:
 def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """`_fields` over all points; a single contact's over blocks of them."""
     shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
-    out = [np.empty(shape) for _ in range(3)]
+    out: list[FloatArray] = [np.empty(shape) for _ in range(3)]
     if not contact.shape and x.size > _BLOCK:
         flat_x, flat_y = x.reshape(-1), y.reshape(-1)
         flat = [a.reshape(-1) for a in out]
