@@ -154,7 +154,7 @@ class SensorArray:
         return replace(self, transducer=tuple(self.transducers[i] for i in index), **chosen)
 
     def digitise(self, measured: FloatArray, rng: np.random.Generator | None = None) -> FloatArray:
-        """Readings, shape (..., n), from the measured quantities: gain, offset, noise (with `rng`), range, resolution."""
+        """Readings (..., n) from the measured quantities: gain, offset, noise (with `rng`), range, resolution."""
         readings = np.asarray(self.gain) * measured + np.asarray(self.offset)
         if rng is not None:
             readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)

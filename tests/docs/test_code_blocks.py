@@ -34,6 +34,7 @@ FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 FENCE = re.compile(r"^(?P<indent> *)(?P<ticks>`{3,})(?P<language>[^`\n]*)$")
 MARK = re.compile(r"^<!-- (?P<kind>file|not run): (?P<value>.+) -->$")
 MOST_NOT_RUN = 4
+WIDEST = 90  # columns that a page shows without a scroll bar
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,12 @@ def run_page(text: str, folder: Path, page: str) -> None:
 def test_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     run_page(page.read_text(encoding="utf-8"), tmp_path, str(page.relative_to(ROOT)))
+
+
+def test_code_fits_the_page() -> None:
+    found = [(page.name, block) for page in PAGES for block in blocks(page.read_text("utf-8"))]
+    lines = [(name, line) for name, block in found for line in block.code.splitlines()]
+    assert [(name, line) for name, line in lines if len(line) > WIDEST] == []
 
 
 def test_few_blocks_are_left_out() -> None:

@@ -173,19 +173,19 @@ def _refine(w, table, start, step, mu, y, low, high, tolerance, a, fit):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
-def locate_frames(readings, offset, scale, low, high, basis, edges, table, geometry, limits, out):
+def locate_frames(readings, sensors, basis, edges, table, options, out):
     """Fill `out`, one row a frame; the columns are named in `estimate.py`.
 
-    readings (f, n) raw; offset, scale (1/noise), low, high (n,) of each sensor; basis (n, 2, m), edges (4, m): the scan;
-    table (cells, 5, 2, n): whitened receptive field; geometry: start, step of the table, start, step of the scan, mu;
-    limits: detection, largest residual, ambiguity, rivals nearer than this are the same load. Frames in which a sensor
-    cannot be used are left with status -1.
+    readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, m) and
+    edges (4, m): the scan; table (cells, 5, 2, n): whitened receptive field; options: start and step of the table,
+    start and step of the scan, mu, then the thresholds of `locate._prepare`. Frames in which a sensor cannot be used
+    are left with status -1.
     """
     frames, n = readings.shape
     m = edges.shape[1]
-    start, step, scan_start, scan_step, mu = geometry[0], geometry[1], geometry[2], geometry[3], geometry[4]
+    start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
+    detection, largest, ambiguity, apart, wide = options[5], options[6], options[7], options[8], options[9]
     scan_stop = scan_start + (m - 1) * scan_step
-    detection, largest, ambiguity, apart, wide = limits[0], limits[1], limits[2], limits[3], limits[4]
     score = np.empty((2, m), dtype=np.float32)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
@@ -203,8 +203,8 @@ def locate_frames(readings, offset, scale, low, high, basis, edges, table, geome
         usable = True
         for i in range(n):
             r = readings[f, i]
-            usable &= low[i] < r < high[i]
-            w[i] = (r - offset[i]) * scale[i]
+            usable &= sensors[2, i] < r < sensors[3, i]
+            w[i] = (r - sensors[0, i]) * sensors[1, i]
             total += w[i] * w[i]
         row[:] = math.nan
         row[RIVAL + 3] = math.inf

@@ -117,6 +117,9 @@ class Locator:
         self._all = array.live
         self._all.flags.writeable = False
         self._whole = bool(self._all.all())
+        self._whole_key = self._all.tobytes()
+        self._sensors = len(array)
+        self._compiled: Any = None
         self._linear = all(t.linear for t in array.transducers)
 
     def __call__(self, readings: npt.ArrayLike) -> Estimate:
@@ -138,7 +141,7 @@ class Locator:
             A last axis that is not the number of sensors.
         """
         raw = np.asarray(readings, dtype=np.float64)
-        n = len(self.array)
+        n = self._sensors
         if raw.ndim == 0 or raw.shape[-1] != n:
             raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")
         if not self._linear:
@@ -147,22 +150,20 @@ class Locator:
         out = np.empty((len(frames), WIDTH))
         if self._whole:
             self._run(frames, self._all, out)
-            pending = out[:, STATUS] < 0 if len(out) > 1 else out[0, STATUS] < 0
-            if not np.any(pending):
-                used = np.broadcast_to(self._all, raw.shape)
-                return self._pack(out, used, raw.shape)
+            if raw.ndim == 1 and out[0, STATUS] >= 0:  # the shortest way for a frame by itself
+                out.flags.writeable = False
+                return Estimate(out[0], self._all)
+            pending = out[:, STATUS] < 0
         else:
             pending = np.ones(len(frames), dtype=bool)
-        used = self.array.usable(frames)
-        self._run_patterns(frames, used, np.atleast_1d(pending), out)
-        return self._pack(out, used.reshape(raw.shape), raw.shape)
-
-    @staticmethod
-    def _pack(out: FloatArray, used: npt.NDArray[np.bool_], shape: tuple[int, ...]) -> Estimate:
-        out.flags.writeable = False
-        if used.flags.writeable:
+        if pending.any():
+            used = self.array.usable(frames)
+            self._run_patterns(frames, used, pending, out)
             used.flags.writeable = False
-        return Estimate(out.reshape((*shape[:-1], WIDTH)), used)
+        else:
+            used = np.broadcast_to(self._all, frames.shape)
+        out.flags.writeable = False
+        return Estimate(out.reshape((*raw.shape[:-1], WIDTH)), used.reshape(raw.shape))
 
     def _linearised(self, raw: FloatArray) -> FloatArray:
         """Readings as if each transducer were its linear part; those outside the range stay outside."""
@@ -193,20 +194,15 @@ class Locator:
             out[rows] = part
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
-        key = pattern.tobytes()
+        key = self._whole_key if pattern is self._all else pattern.tobytes()
         arrays = self._prepared.get(key)
         if arrays is None:
             if len(self._prepared) >= _MOST_PATTERNS:
                 self._prepared.pop(next(iter(self._prepared)))
             arrays = self._prepared[key] = self._prepare(pattern)
+        if self._compiled is None:
+            self._compiled = _kernel()
         self._compiled(frames, *arrays, out)
-
-    @property
-    def _compiled(self) -> Any:
-        compiled = self.__dict__.get("_loop")
-        if compiled is None:
-            compiled = self.__dict__["_loop"] = _kernel()
-        return compiled
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
@@ -218,21 +214,21 @@ class Locator:
         table = np.ascontiguousarray(np.swapaxes(field.coefficients * scale[:, None], 2, 3))
         basis, edges = _scan_geometry(field(self._scan) * scale[:, None], self.friction)
         degrees = max(n - self._needed, 1)
-        limits = np.array(
+        options = np.array(
             [
-                2 * np.log(1 / self._false_alarm),
-                float(chdtri(degrees, self._false_alarm)),
+                *(field.start, field.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
+                2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
+                float(chdtri(degrees, self._false_alarm)),  # more than this left: unexplained
                 self._ambiguity,
-                0.02 * self._shallowest,
-                0.1 * self._shallowest,
+                0.02 * self._shallowest,  # two minima nearer than this are one load
+                0.1 * self._shallowest,  # a profile wider than this may be ambiguous
             ]
         )
-        scan_step = self._scan[1] - self._scan[0]
-        geometry = np.array([field.start, field.step, self._scan[0], scan_step, self.friction])
         # a sensor with an infinite range is compared with the largest float: NaN and infinity then fall outside
         big = np.finfo(np.float64).max
         low, high = np.maximum(np.asarray(array.low), -big), np.minimum(np.asarray(array.high), big)
-        return np.array(array.offset), scale, low, high, basis, edges, table, geometry, limits
+        sensors = np.stack([np.asarray(array.offset), scale, low, high])
+        return sensors, basis, edges, table, options
 
 
 def _scan_geometry(

@@ -78,7 +78,7 @@ def _unit(text: str, name: str) -> Any:
     except pint.UndefinedUnitError:
         bad = next((word for word in re.findall(_WORD, text) if not _known(word)), text)
         close = difflib.get_close_matches(bad, _COMMON, n=1)
-        fix = f'did you mean "{close[0]}"?' if close else "e.g. mm, kPa, deg, N/m"
+        fix = f'did you mean "{close[0]}"' if close else "e.g. mm, kPa, deg, N/m"
         raise InvalidValueError(seen, f'no unit "{bad}" is known', fix) from None
     except Exception:  # pint lets many kinds of error through, of its parser and of what lies below it
         raise InvalidValueError(seen, "it cannot be understood", 'write e.g. "mm" or "N/m"') from None
@@ -134,9 +134,11 @@ def quantity(value: object, to: str, name: str) -> float:
     --------
     >>> quantity("2 mm", "m", "depth"), quantity("0.4 MPa", "Pa", "young"), quantity(0.002, "m", "depth")
     (0.002, 400000.0, 0.002)
-    >>> quantity("2 milimeter", "m", "depth")
-    Traceback (most recent call last):
-    subskin.errors.InvalidValueError: depth: unit "milimeter": no unit "milimeter" is known. Fix: did you ...
+    >>> try:
+    ...     quantity("2 milimeter", "m", "depth")
+    ... except ValueError as error:
+    ...     print(error)
+    depth: unit "milimeter": no unit "milimeter" is known. Fix: did you mean "millimeter".
     """
     fix = f'write e.g. "{_example(to)}"' + (f", or a bare number in {to}" if to else "")
     seen = f"{name} = {_short(value)}"
@@ -182,8 +184,8 @@ def unit_scale(text: object, to: str | None, name: str) -> float:
 
     Examples
     --------
-    >>> unit_scale("1e-3 mm", "m", "x"), unit_scale("1/320 mm", "m", "z"), round(unit_scale("psi", "Pa", "p"), 2)
-    (1e-06, 3.125e-06, 6894.76)
+    >>> unit_scale("1e-3 mm", "m", "x"), unit_scale("1/320 mm", "m", "z")
+    (1e-06, 3.125e-06)
     """
     number, unit = _counted(text, name)
     return number * _factor(unit, _si_name(unit) if to is None else to, f"{name} = {_short(text)}")

@@ -1,0 +1,153 @@
+"""The tables of `finger.toml` as pydantic models: structure, names, and units that do not depend on each other."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, StrictInt, StrictStr, ValidationInfo
+
+from ..errors import InvalidValueError
+from .units import quantity, si_unit, unit_scale
+
+__all__ = ["CalibrationTable", "ColumnTable", "Document", "LocateTable", "RecordingTable", "SensorsTable"]
+
+
+def _quantity(unit: str) -> PlainValidator:
+    return PlainValidator(lambda value, info: quantity(value, unit, str(info.field_name)))
+
+
+def _quantities(unit: str) -> PlainValidator:
+    """One quantity for all sensors, or a list with one for each."""
+
+    def convert(value: object, info: ValidationInfo) -> float | list[float]:
+        name = str(info.field_name)
+        if isinstance(value, list):
+            return [quantity(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
+        return quantity(value, unit, name)
+
+    return PlainValidator(convert)
+
+
+def _unit_text(value: object, info: ValidationInfo) -> str:
+    unit_scale(value, None, str(info.field_name))
+    return str(value)
+
+
+def _range(value: object, info: ValidationInfo) -> tuple[float, float]:
+    name = str(info.field_name)
+    if not isinstance(value, list) or len(value) != 2:
+        raise InvalidValueError(f"{name} = {value!r}", "two places are needed", f'write {name} = ["-5 mm", "5 mm"]')
+    low, high = (quantity(item, "m", f"{name}[{i}]") for i, item in enumerate(value))
+    if not low < high:
+        raise InvalidValueError(f"{name} = {value!r}", "the first has to be < the second", "swap them")
+    return low, high
+
+
+def _names(value: object, info: ValidationInfo) -> list[str]:
+    name = str(info.field_name)
+    if not isinstance(value, list) or not all(isinstance(item, str) and item for item in value) or not value:
+        raise InvalidValueError(f"{name} = {value!r}", "a list of names is needed", f'write {name} = ["s0", "s1"]')
+    twice = next((item for item in value if value.count(item) > 1), None)
+    if twice is not None:
+        raise InvalidValueError(f'{name} holds "{twice}" twice', "each name may stand once")
+    return list(value)
+
+
+Length = Annotated[float, _quantity("m")]
+Pressure = Annotated[float, _quantity("Pa")]
+Time = Annotated[float, _quantity("s")]
+Number = Annotated[float, _quantity("")]
+Lengths = Annotated[float | list[float], _quantities("m")]
+UnitText = Annotated[str, PlainValidator(_unit_text)]
+Names = Annotated[list[str], PlainValidator(_names)]
+Readings = Annotated[Any, PlainValidator(lambda value: value)]  # units follow from [recording], so they wait
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SkinTable(_Table):
+    """[skin]: what is pressed."""
+
+    kind: Literal["half_plane"] = "half_plane"
+    young: Pressure
+    poisson: Number = 0.5
+    plane: Literal["strain", "stress"] = "strain"
+
+
+class SensorsTable(_Table):
+    """[sensors]: where they are and how each turns what it measures into a reading."""
+
+    count: StrictInt | None = None
+    pitch: Length | None = None
+    centre: Length = 0.0
+    y: Lengths | None = None
+    depth: Lengths
+    kind: Annotated[Any, PlainValidator(lambda value: value)] = "normal_strain"
+    exact: StrictBool = False
+    width: Lengths = 0.0
+    gain: Readings = 1.0
+    offset: Readings = 0.0
+    noise: Readings = 0.0
+    low: Readings = None
+    high: Readings = None
+    resolution: Readings = 0.0
+
+
+class LocateTable(_Table):
+    """[locate]: options of `Finger.locate`."""
+
+    friction: Number | None = None
+    search: Annotated[tuple[float, float], PlainValidator(_range)] | None = None
+    false_alarm: Number | None = None
+    ambiguity: Number | None = None
+
+
+class ColumnTable(_Table):
+    """A column of a recording and what one count of it is worth."""
+
+    column: StrictStr = Field(min_length=1)
+    unit: UnitText | None = None
+
+
+class RecordingTable(_Table):
+    """[recording]: how to read a raw recording."""
+
+    sensors: Names
+    unit: UnitText | None = None
+    time: ColumnTable | None = None
+    position: ColumnTable | None = None
+    press: ColumnTable | None = None
+    early: Number = 0.4
+    before: Time = 0.3
+    hold: Time = 0.5
+
+
+class CalibrationTable(_Table):
+    """[calibration]: what `calibrate` wrote."""
+
+    origin: Length = 0.0
+    source: StrictStr = ""
+    fit: list[StrictStr] = []
+    touches: StrictInt = 0
+    r2: Number | None = None
+    r2_held_out: Number | None = None
+    dead: list[StrictStr] = []
+    weak: list[StrictStr] = []
+    std: dict[str, Any] = {}
+
+
+class Document(_Table):
+    """The whole file."""
+
+    skin: SkinTable
+    sensors: SensorsTable
+    locate: LocateTable = LocateTable()
+    recording: RecordingTable | None = None
+    calibration: CalibrationTable = CalibrationTable()
+
+
+def reading_unit(recording: RecordingTable | None) -> str | None:
+    """SI unit of the readings; None where the file does not give one."""
+    return None if recording is None or recording.unit is None else si_unit(recording.unit, "unit")

@@ -1,0 +1,40 @@
+"""Where a key stands in a TOML text: parsers tell it for a syntax error, and for nothing else."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["key_line"]
+
+_HEADER = re.compile(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
+_KEY = re.compile(r"""\s*((?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)(?:\s*\.\s*(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+))*)\s*=""")
+_PART = re.compile(r'"[^"]*"|\'[^\']*\'|[A-Za-z0-9_-]+')
+
+
+def _parts(dotted: str) -> tuple[str, ...]:
+    return tuple(part.strip("\"'") for part in _PART.findall(dotted))
+
+
+def key_line(text: str, path: tuple[str, ...]) -> int | None:
+    """Line, from 1, on which the key `path` or, failing that, its nearest parent is set; None for neither.
+
+    Examples
+    --------
+    >>> key_line("[skin]\\nyoung = 1\\n\\n[sensors]\\ndepth = -1\\n", ("sensors", "depth"))
+    5
+    """
+    best, line_of_best = 0, None
+    table: tuple[str, ...] = ()
+    for number, line in enumerate(text.splitlines(), start=1):
+        header, key = _HEADER.match(line), _KEY.match(line)
+        if header:
+            table = _parts(header[1])
+            here = table
+        elif key:
+            here = (*table, *_parts(key[1]))
+        else:
+            continue
+        shared = len(here) if here == path[: len(here)] else 0
+        if shared > best:
+            best, line_of_best = shared, number
+    return line_of_best
