@@ -64,6 +64,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
     "remove_config_comments": True,
+    "thumbnail_size": (480, 336),
     "show_memory": False,
     "show_signature": False,
     "min_reported_time": 3600,

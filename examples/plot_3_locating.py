@@ -10,7 +10,7 @@ they say.
 import numpy as np
 
 import subskin as ss
-from subskin.plot.section import finger_section
+from subskin.plot import finger_section
 
 skin = ss.HalfPlane(ss.Material(young=0.4e6))
 array = ss.SensorArray.line(count=8, pitch=1.5e-3, depth=2e-3, noise=5e-4)

@@ -10,8 +10,8 @@ touches by a wire, a millimetre apart, tell all of it.
 import numpy as np
 
 import subskin as ss
+from subskin.plot import truth_against_estimate
 from subskin.plot.style import BLUE, GREEN, ORANGE, VERMILLION, house_style, new_figure
-from subskin.plot.truth import truth_against_estimate
 
 skin = ss.HalfPlane(ss.Material(young=0.4e6))
 kind = ss.MeanPressure()

@@ -43,9 +43,16 @@ def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, l
             lines[i] = line.replace("|", r"\|")
 
 
+def skip_fields(app: Sphinx, what: str, name: str, obj: object, skip: bool, options: object) -> bool | None:
+    """Leave out a named tuple's "Alias for field number 0", and a field's default that is a built-in type."""
+    alias = (getattr(obj, "__doc__", None) or "").startswith("Alias for field number")
+    return True if alias or (isinstance(obj, type) and obj.__module__ == "builtins") else None
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     roles.register_local_role("name", name_role)
     app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("autodoc-skip-member", skip_fields)
     app.connect("doctree-read", drop_object_base)
     # where the first sentence of a docstring does not end
     autosummary.WELL_KNOWN_ABBREVIATIONS = (

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
-from subskin.plot.section import finger_section
+from subskin.plot import finger_section
 from subskin.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, save
 
 HERE = Path(__file__).parent

@@ -5,9 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.polynomial.polynomial import polyder, polyval
 
 from subskin.contact import LineLoad
 from subskin.errors import GeometryError, InvalidValueError
+from subskin.estimate._three_sensor_roots import Determinant
 from subskin.estimate.three_sensor import Degeneracy, Verdict, three_sensor
 from subskin.material import Material
 from subskin.skin import HalfPlane
@@ -131,6 +133,20 @@ def test_every_real_root_where_sensors_are_blind_together():
             pairs = [(a, b) for i, a in enumerate(y) for b in y[:i] if abs(a - b) == 2]
             assert [r.position for r in false] == sorted(0.5 * (a + b) for a, b in pairs)
             assert all(np.isnan(r.force) and np.isnan(r.angle) and r.residual > 1e-3 for r in false)
+
+
+def test_derivatives_of_the_product_form():
+    rng = np.random.default_rng(1)
+    rows = [-0.7, 0.0, 0.9], [-1.0, 0.0, 1.0]
+    for kappa, s in ((1.0, rows[0]), (1.0, rows[1]), (0.4, rows[0]), (0.0, rows[1])):
+        determinant = Determinant(np.array(s), rng.standard_normal(3), kappa)
+        coefficients, sizes = determinant.expand()
+        for f in (-1.3, 0.2, 2.5):
+            jet, size = determinant(f)
+            expected = [polyval(f, polyder(coefficients, m)) for m in (0, 1, 2)]
+            assert (jet.v, jet.d, 2 * jet.h) == pytest.approx(tuple(expected), rel=1e-11)
+            assert abs(jet.v) <= size * (1 + 1e-12)
+        assert (np.abs(coefficients) <= sizes * (1 + 1e-12)).all()
 
 
 # --- The load of each root ---
@@ -259,6 +275,24 @@ def test_spacing_is_the_depth_and_the_load_lies_over_the_middle():
     assert np.isinf(root.sensitivity).all()
 
 
+def test_false_root_that_is_a_root_twice():
+    found = three_sensor([0.1, -0.2, 0.1], [-1.0, 0.0, 1.0], 1.0, young=1.0)  # f is even in the place
+    root = nearest(found, 0.0)
+    assert (root.position, root.multiplicity, root.verdict) == (0.0, 2, Verdict.NOT_A_SOLUTION)
+    assert root.residual == pytest.approx(0.5)
+    assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_DEPTH]
+
+
+@pytest.mark.parametrize("b", [0.6, 1.0, 2.0])
+def test_order_of_the_sensors_does_not_matter(b):
+    y = np.array([-b, 0.0, b])
+    readings = read(0.0, 0.0, y) if b == 0.6 else read(0.3, 0.2, y)
+    sorted_ = three_sensor(readings, y, 1.0, young=1.0)
+    assert sorted_.notes
+    for order in ([2, 1, 0], [1, 0, 2], [2, 0, 1]):
+        assert str(three_sensor(readings[order], y[order], 1.0, young=1.0)) == str(sorted_)
+
+
 @pytest.mark.parametrize("off", [1e-8, 1e-5])
 def test_a_load_close_to_the_false_root_is_told_from_it(off):
     y = [-1.0, 0.0, 1.0]
@@ -320,6 +354,17 @@ def test_degree_seven_and_six():
     uneven = three_sensor([-0.1, -0.2, -0.4], [0.0, 0.5, 1.5], 1.0, young=1.0)  # on a line along y
     assert uneven.degree == 7
     assert all(abs(r.position) < 1e3 for s in (seven, six, uneven) for r in s.roots)
+
+
+def test_degree_drops_with_readings_that_were_rounded():
+    rng = np.random.default_rng(9)
+    for _ in range(50):
+        y = np.cumsum(rng.uniform(0.2, 1.0, 3))
+        offset, slope = rng.uniform(-1, 1, 2)
+        found = three_sensor(offset + slope * y, y, 1.0, young=1.0)
+        assert found.degree == 7
+        level = three_sensor(offset * (1 + 1e-15 * rng.standard_normal(3)), y, 1.0, young=1.0)
+        assert level.degree == 6
 
 
 @pytest.mark.parametrize("silent", [(0,), (1,), (2,), (0, 1), (0, 2), (1, 2)])

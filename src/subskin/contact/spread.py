@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -30,7 +30,7 @@ class SpreadContact(ProportionalContact):
     force, angle, position : array_like
         As of every contact.
     half_width : array_like
-        Half the contact's width a [m], > 0. By keyword.
+        Half the contact's width a [m], > 0; required.
 
     Raises
     ------
@@ -38,7 +38,7 @@ class SpreadContact(ProportionalContact):
         A value out of range; shapes that do not broadcast.
     """
 
-    half_width: npt.ArrayLike = field(kw_only=True)
+    half_width: npt.ArrayLike = np.nan  # required: NaN is refused below, and the order of arguments kept
 
     SERIES: ClassVar[tuple[float, float, float, float]]
 

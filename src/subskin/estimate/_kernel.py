@@ -64,7 +64,7 @@ def _scan(w, basis, edges, c, s, peak):
         peak[k] = (s[k + 1] > s[k]) & (s[k + 1] >= s[k + 2])
 
 
-@nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
+@nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy", inline="always")
 def _fit(w, table, start, step, mu, y, a, fit):
     """The best admissible forces for a load at y, with derivatives of S/2.
 
@@ -143,7 +143,7 @@ def _fit(w, table, start, step, mu, y, a, fit):
     fit[10], fit[11], fit[12] = a1, a2, uu
 
 
-@nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
+@nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy", inline="always")
 def _refine(w, table, start, step, mu, y, low, high, tolerance, a, fit):
     """Newton on dS/dy = 0 from y within [low, high], halving where Newton would leave; returns y.
 

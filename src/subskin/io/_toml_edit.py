@@ -1,0 +1,89 @@
+"""Another finger's numbers written into a finger.toml, comments and layout kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .._check import FloatArray
+from ..finger import Finger
+from ..skin.half_plane import HalfPlane
+from .units import format_quantity
+
+__all__ = ["edited"]
+
+_PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "noise": ""}
+_SAME = 1e-9
+
+
+def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[str, Any]) -> str:
+    """`text`, which describes `old`, changed to describe `new`; [calibration] is written anew."""
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    skin, sensors = document["skin"], document["sensors"]
+    if isinstance(old.skin, HalfPlane) and isinstance(new.skin, HalfPlane):
+        if new.skin.material.poisson != old.skin.material.poisson:
+            _set(skin, "poisson", _number(new.skin.material.poisson))
+        if new.skin.material.young != old.skin.material.young:
+            _set(skin, "young", format_quantity(new.skin.material.young, "Pa"))
+    for name, unit in _PER_SENSOR.items():
+        before, after = (np.asarray(getattr(f.array, name)) for f in (old, new))
+        if not _same(before, after):
+            _set(sensors, name, _values(after, unit))
+    if not _same(np.asarray(old.array.y), np.asarray(new.array.y)):
+        for name in ("count", "pitch", "centre"):
+            sensors.pop(name, None)  # type: ignore[union-attr, arg-type, call-arg]
+        _set(sensors, "y", [format_quantity(float(v), "m") for v in np.asarray(new.array.y)])
+    if "calibration" in document:
+        del document["calibration"]
+    table = tomlkit.table()
+    table.add("origin", format_quantity(origin, "m"))
+    for name, value in facts.items():
+        if isinstance(value, Mapping):
+            inner = tomlkit.table()
+            for key, item in value.items():
+                inner.add(key, _plain(item))
+            table.add(name, inner)
+        else:
+            table.add(name, _plain(value))
+    if not text.endswith("\n\n"):
+        document.add(tomlkit.nl())
+    document.add("calibration", table)
+    return tomlkit.dumps(document)
+
+
+def _set(table: Any, name: str, value: Any) -> None:
+    """Set a key; a new one goes below the last that has a value, not below the comments that end the table."""
+    import tomlkit
+
+    if name in table:
+        table[name] = value
+        return
+    keys = [key for key in table if not isinstance(table[key], dict)]
+    if keys:
+        table.value._insert_after(keys[-1], name, tomlkit.item(value))
+    else:
+        table.add(name, value)
+
+
+def _same(a: FloatArray, b: FloatArray) -> bool:
+    return a.shape == b.shape and bool((np.abs(a - b) <= _SAME * np.maximum(np.abs(a), np.abs(b))).all())
+
+
+def _values(values: FloatArray, unit: str) -> Any:
+    """One value where all sensors have the same, a list otherwise."""
+    texts = [format_quantity(float(v), unit) if unit else _number(float(v)) for v in values]
+    return texts[0] if len(set(texts)) == 1 else texts
+
+
+def _number(value: float) -> float:
+    return float(f"{value:.9g}")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return _number(value)
+    return [_plain(item) for item in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,356 @@
+"""`finger.toml`: a finger, how to search with it, how to read its recordings. Read, checked, and written again."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import transducer as kinds
+from ..array import SensorArray
+from ..errors import FileError, InvalidValueError, SubskinError
+from ..finger import Finger
+from ..material import Material
+from ..skin.half_plane import HalfPlane
+from ..transducer import Transducer
+from ._toml_lines import key_line
+from .files import read_bytes, write_bytes
+from .recording import Column, RecordingFormat
+from .units import quantity, si_unit, unit_scale
+
+if TYPE_CHECKING:
+    from . import _schema
+
+__all__ = ["KINDS", "FingerFile", "load_finger", "parse_finger", "save_finger"]
+
+KINDS: Mapping[str, type[Transducer]] = {
+    "normal_strain": kinds.NormalStrain,
+    "lateral_strain": kinds.LateralStrain,
+    "shear_strain": kinds.ShearStrain,
+    "normal_stress": kinds.NormalStress,
+    "mean_pressure": kinds.MeanPressure,
+    "volume_resistance": kinds.VolumeResistance,
+    "energy_density": kinds.EnergyDensity,
+    "max_compressive_strain": kinds.MaxCompressiveStrain,
+}
+"""Names of the transducers in a file."""
+
+_IN_READINGS = ("offset", "noise", "low", "high", "resolution")
+_MOST_SENSORS = 10_000
+
+
+@dataclass(frozen=True)
+class FingerFile:
+    """What a `finger.toml` says.
+
+    Parameters
+    ----------
+    finger : Finger
+        The skin and the sensors.
+    names : tuple of str
+        Name of each sensor's column in a table of readings: those of [recording], or s0, s1, ...
+    search : (float, float) or None
+        Where loads are looked for, on the finger's own axis [m]; None for the default of `Finger.locator`.
+    options : mapping
+        Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
+    recording : RecordingFormat or None
+        How to read a raw recording; None where the file has no [recording].
+    origin : float
+        Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
+    text : str
+        The file itself; `with_finger` changes it and keeps its comments.
+    """
+
+    finger: Finger
+    names: tuple[str, ...]
+    search: tuple[float, float] | None = None
+    options: Mapping[str, float] | None = None
+    recording: RecordingFormat | None = None
+    origin: float = 0.0
+    text: str = ""
+
+    def locator(self, **changes: Any) -> Any:
+        """`Finger.locator` with the options of the file; `changes` take the place of some.
+
+        Raises
+        ------
+        InvalidValueError
+            An option out of range, a sensor without noise.
+        """
+        options = {**(self.options or {}), **changes}
+        return self.finger.locator(**{"search": self.search, **options})
+
+    def with_finger(self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None) -> FingerFile:
+        """The same file with another finger's numbers in it, and `facts` in its [calibration].
+
+        What does not change is left as it stands, comments are kept.
+        """
+        from ._toml_edit import edited
+
+        text = edited(self.text, self.finger, finger, origin, facts or {})
+        return replace(parse_finger(text, "the file as changed"), search=self.search)
+
+
+def load_finger(path: str | Path) -> FingerFile:
+    """Read a finger from `path`.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read, is no TOML, or holds a wrong key or value. The message names the file, the line,
+        what was seen, the rule and the fix.
+    """
+    data = read_bytes(path)
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise FileError(f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8") from None
+    return parse_finger(text, str(path))
+
+
+def save_finger(file: FingerFile, path: str | Path) -> None:
+    """Write `file` to `path`, whole or not at all.
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
+    write_bytes(path, file.text.encode("utf-8"))
+
+
+def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
+    """The finger that `text` describes; `name` is what messages call it.
+
+    Raises
+    ------
+    FileError
+        As `load_finger`.
+
+    Examples
+    --------
+    >>> file = parse_finger('''
+    ... [skin]
+    ... young = "0.4 MPa"
+    ...
+    ... [sensors]
+    ... count = 4
+    ... pitch = "6 mm"
+    ... depth = "5 mm"
+    ... ''')
+    >>> len(file.finger.array), file.names, round(float(file.finger.array.depth[0]), 6)
+    (4, ('s0', 's1', 's2', 's3'), 0.005)
+    """
+    document = _document(text, name)
+    try:
+        return _build(document, text)
+    except _Misplaced as wrong:
+        error = wrong.error
+        raise _at(text, name, wrong.path, error.seen, error.rule, error.fix) from None
+
+
+class _Misplaced(Exception):
+    """An error and the key that it is about."""
+
+    def __init__(self, error: SubskinError, *path: str) -> None:
+        self.error, self.path = error, path
+
+
+def _at(text: str, name: str, path: tuple[str, ...], seen: str, rule: str, fix: str) -> FileError:
+    line = key_line(text, path)
+    place = f"{name}, line {line}" if line else name
+    table = f"[{path[0]}] " if len(path) > 1 else ""
+    return FileError(f"{place}: {table}{seen}", rule, fix)
+
+
+def _document(text: str, name: str) -> _schema.Document:
+    from pydantic import ValidationError
+
+    from ._schema import Document
+
+    if not text.strip():
+        raise FileError(f"{name} is empty", "it needs at least [skin] young and [sensors] count, pitch, depth")
+    try:
+        raw = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        found = re.search(r"(.*?)\s*\(at (?:line (\d+), column \d+|end of document)\)", str(error))
+        line = found[2] or str(len(text.splitlines())) if found else None
+        what = found[1] if found else str(error)[:80]
+        rule = f"not TOML: {what[:1].lower()}{what[1:]}"
+        raise FileError(f"{name}, line {line}" if line else name, rule, 'write key = "value"') from None
+    try:
+        return Document.model_validate(raw)
+    except ValidationError as invalid:
+        raise _explained(text, name, Document, invalid.errors(include_url=False)) from None
+
+
+def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
+    """The first of pydantic's errors by line, in the words of this project."""
+    found = []
+    for error in errors:
+        path = tuple(str(part) for part in error["loc"])
+        keys = path
+        while keys and keys[-1].isdigit():
+            keys = keys[:-1]
+        key = keys[-1] if keys else name
+        seen = f"{key} = {_short(error['input'])}"
+        context = error.get("ctx", {}).get("error")
+        if isinstance(context, SubskinError):
+            seen, rule, fix = context.seen, context.rule, context.fix
+        elif error["type"] == "extra_forbidden":
+            known = _keys(model, keys[:-1])
+            close = difflib.get_close_matches(key, known, n=1)
+            what = "table" if len(keys) == 1 else "key"
+            seen, rule = f'{what} "{key}"', f"no such {what} is known"
+            fix = f'did you mean "{close[0]}"' if close else f"known here: {', '.join(known)}"
+        elif error["type"] == "missing":
+            seen, rule = f'"{key}" is missing', "it is needed"
+            keys = keys[:-1]
+            fix = f"add a table [{key}]" if len(path) == 1 else f"add {key} = ... to [{'.'.join(keys)}]"
+        else:
+            what = error["msg"][:1].lower() + error["msg"][1:]
+            rule, fix = what.replace("input should be", "it has to be"), ""
+        found.append((key_line(text, keys) or 0, keys, seen, rule, fix))
+    _, keys, seen, rule, fix = min(found, key=lambda item: item[0])
+    return _at(text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix)
+
+
+def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
+    """Keys known in the table at `path`."""
+    for part in path:
+        annotation = model.model_fields[part].annotation
+        options = [annotation, *getattr(annotation, "__args__", ())]
+        model = next((o for o in options if hasattr(o, "model_fields")), model)
+    return list(model.model_fields)
+
+
+def _build(document: _schema.Document, text: str) -> FingerFile:
+    skin, recording = document.skin, document.recording
+    try:
+        material = Material(young=skin.young, poisson=skin.poisson)
+    except SubskinError as error:
+        raise _Misplaced(error, "skin", _key(error)) from None
+    array = _array(document)
+    names = tuple(f"s{i}" for i in range(len(array))) if recording is None else tuple(recording.sensors)
+    if len(names) != len(array):
+        seen = f"sensors names {len(names)} columns"
+        rule = f"one for each of the {len(array)} sensors of [sensors] is needed"
+        raise _Misplaced(InvalidValueError(seen, rule), "recording", "sensors")
+    given = document.locate
+    options = {k: v for k in ("friction", "false_alarm", "ambiguity") if (v := getattr(given, k)) is not None}
+    for key, value in options.items():
+        if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
+            rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
+            raise _Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
+    return FingerFile(
+        finger=Finger(HalfPlane(material, skin.plane), array),
+        names=names,
+        search=given.search,
+        options=options,
+        recording=_recording(recording),
+        origin=document.calibration.origin,
+        text=text,
+    )
+
+
+def _array(document: _schema.Document) -> SensorArray:
+    table = document.sensors
+    try:
+        transducers = _transducers(table.kind, table.exact)
+        parameters = _in_readings(document, transducers)
+        for key in ("depth", "width"):
+            parameters[key] = getattr(table, key)
+        if table.y is not None:
+            for key in ("count", "pitch", "centre"):
+                if key in table.model_fields_set:
+                    rule, fix = "y already says where the sensors are", f"leave out y or {key}"
+                    raise InvalidValueError(f"{key} beside y", rule, fix)
+            return SensorArray(y=table.y, transducer=transducers, **parameters)
+        if table.count is None or table.pitch is None:
+            fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
+            raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a place", fix)
+        if table.count > _MOST_SENSORS:
+            raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
+        return SensorArray.line(table.count, table.pitch, centre=table.centre, transducer=transducers, **parameters)
+    except SubskinError as error:
+        raise _Misplaced(error, "sensors", _key(error)) from None
+
+
+def _transducers(kind: object, exact: bool) -> Transducer | tuple[Transducer, ...]:
+    def one(name: object) -> Transducer:
+        if not isinstance(name, str) or name not in KINDS:
+            close = difflib.get_close_matches(str(name), list(KINDS), n=1)
+            fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(KINDS)}"
+            raise InvalidValueError(f"kind = {_short(name)}", "no such kind of sensor is known", fix)
+        return kinds.VolumeResistance(exact=exact) if name == "volume_resistance" else KINDS[name]()
+
+    return tuple(one(name) for name in kind) if isinstance(kind, list) else one(kind)
+
+
+def _in_readings(document: _schema.Document, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
+    """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
+    from ._schema import reading_unit
+
+    table, unit = document.sensors, reading_unit(document.recording) or ""
+    measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
+    per = measured.pop() if len(measured) == 1 else unit
+    units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
+    values = {}
+    for key in ("gain", *_IN_READINGS):
+        value = getattr(table, key)
+        if value is None:
+            continue
+        if isinstance(value, list):
+            values[key] = [_limit(v, units.get(key, unit), f"{key}[{i}]") for i, v in enumerate(value)]
+        else:
+            values[key] = _limit(value, units.get(key, unit), key)
+    return values
+
+
+def _limit(value: object, unit: str, name: str) -> float:
+    """A quantity; low and high may be infinite, as they are where they are not given."""
+    if name.startswith(("low", "high")) and isinstance(value, float) and abs(value) == np.inf:
+        return value
+    return quantity(value, unit, name)
+
+
+def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
+    if table is None:
+        return None
+
+    def column(key: str, unit: str) -> Column | None:
+        entry = getattr(table, key)
+        if entry is None:
+            return None
+        try:
+            return Column(entry.column, 1.0 if entry.unit is None else unit_scale(entry.unit, unit, "unit"))
+        except SubskinError as error:
+            raise _Misplaced(error, "recording", key, "unit") from None
+
+    scale = 1.0 if table.unit is None else unit_scale(table.unit, si_unit(table.unit, "unit"), "unit")
+    time, position, press = (column(k, u) for k, u in (("time", "s"), ("position", "m"), ("press", "m")))
+    try:
+        return RecordingFormat(
+            sensors=tuple(table.sensors), scale=scale, time=time or Column("time"), position=position, press=press,
+            early=table.early, before=table.before, hold=table.hold,
+        )  # fmt: skip
+    except SubskinError as error:
+        raise _Misplaced(error, "recording", _key(error)) from None
+
+
+def _key(error: SubskinError) -> str:
+    """The key that an error of the model is about: its message begins with it."""
+    found = re.match(r"[a-z_]+", error.seen)
+    return {"transducer": "kind"}.get(found[0], found[0]) if found else ""
+
+
+def _short(value: object) -> str:
+    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
