@@ -39,7 +39,13 @@ with house_style():
     for panel, (name, contact) in zip(panels.flat, contacts.items(), strict=True):
         strain = 100 * skin.strain(contact, x, y).xx
         drawn = panel.contourf(
-            y / a, x[:, 0] / a, strain, levels, cmap="RdBu_r", norm="symlog", extend="both"
+            y / a,
+            x[:, 0] / a,
+            strain,
+            levels,
+            cmap="RdBu_r",
+            norm="symlog",
+            extend="both",
         )
         shown = np.minimum(contact.pressure(y) * a / contact.normal_force, 1.1)
         panel.fill_between(y / a, -shown, 0, where=np.abs(y) <= a, color="#C9C9C9", lw=0)
@@ -52,7 +58,9 @@ with house_style():
         panel.set(ylabel="depth $x/a$", yticks=[0, 1, 2, 3])
     for panel in panels[1]:
         panel.set(xlabel="place $y/a$")
-    figure.colorbar(drawn, ax=panels, label=r"strain $\varepsilon_x$ [%]", ticks=levels, format="%g")
+    figure.colorbar(
+        drawn, ax=panels, label=r"strain $\varepsilon_x$ [%]", ticks=levels, format="%g"
+    )
 
 # %%
 # How soon does the shape stop to matter? The largest difference from a line load of the same force and
@@ -64,4 +72,7 @@ for depth in (0.5, 1.0, 2.0, 4.0, 8.0):
         np.abs(skin.strain(c, depth * a, y * depth).xx - line).max() / np.abs(line).max()
         for c in contacts.values()
     ]
-    print(f"depth {depth:3.1f} a: ", ", ".join(f"{n} {o:.3f}" for n, o in zip(contacts, off, strict=True)))
+    print(
+        f"depth {depth:3.1f} a: ",
+        ", ".join(f"{n} {o:.3f}" for n, o in zip(contacts, off, strict=True)),
+    )

@@ -15,7 +15,15 @@ import numpy as np
 
 import subskin as ss
 from subskin.estimate.three_sensor import Verdict, three_sensor
-from subskin.plot.style import BLACK, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure
+from subskin.plot.style import (
+    BLACK,
+    GREEN,
+    GREY,
+    ORANGE,
+    VERMILLION,
+    house_style,
+    new_figure,
+)
 
 sensors = np.array([-2.5, 0.0, 2.5])
 depth = 3.0
@@ -39,25 +47,49 @@ with house_style():
     figure = new_figure(174, 100)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[0.7, 1])
     for i, root in enumerate(found.roots):
-        style = {"color": colours[root.verdict], "lw": 2 if root.verdict is Verdict.ACCEPTED else 1}
+        style = {
+            "color": colours[root.verdict],
+            "lw": 2 if root.verdict is Verdict.ACCEPTED else 1,
+        }
         load = ss.LineLoad(root.force, root.angle, root.position)
-        label = f"y = {root.position:.2f}, {np.degrees(root.angle):.0f}°: {root.verdict.name.lower()}"
-        below.plot(y, skin.strain(load, x=depth, y=y).xx, ls=["-", "--", "-", "-."][i], label=label, **style)
+        lean = f"{np.degrees(root.angle):.0f}°"
+        label = f"y = {root.position:.2f}, {lean}: {root.verdict.name.lower()}"
+        below.plot(
+            y,
+            skin.strain(load, x=depth, y=y).xx,
+            ls=["-", "--", "-", "-."][i],
+            label=label,
+            **style,
+        )
         # a load that presses ends on the surface, one that pulls starts there
         along = 2.2 * np.array([np.sin(root.angle), np.cos(root.angle)])
         ends = [np.array([root.position, 0]), np.array([root.position, 0]) + along]
         if root.normal_force > 0:
             ends = [end - along for end in ends]
-        arrow = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 12, **style}
+        arrow = {
+            "arrowstyle": "-|>",
+            "shrinkA": 0,
+            "shrinkB": 0,
+            "mutation_scale": 12,
+            **style,
+        }
         above.annotate("", xy=ends[1], xytext=ends[0], arrowprops=arrow)
     above.axhline(0, color=BLACK)
     above.plot(sensors, np.full(3, depth), "s", color=BLACK, ms=5)
     above.set(
-        ylim=(3.6, -2.6), yticks=[0, 3], ylabel="depth", title="the four loads (the arrows are of one length)"
+        ylim=(3.6, -2.6),
+        yticks=[0, 3],
+        ylabel="depth",
+        title="the four loads (the arrows are of one length)",
     )
     above.spines["left"].set_bounds(3.6, 0)
     below.plot(sensors, readings, "o", color=BLACK, ms=5, zorder=5)
     below.axhline(0, color=GREY, lw=0.5, zorder=0)
-    below.set(xlim=(-8, 9), ylim=(-0.6, 0.6), xlabel="place along the skin", ylabel=r"strain $\varepsilon_x$")
+    below.set(
+        xlim=(-8, 9),
+        ylim=(-0.6, 0.6),
+        xlabel="place along the skin",
+        ylabel=r"strain $\varepsilon_x$",
+    )
     below.set_title("what each makes at the sensors' depth")
     figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=4)

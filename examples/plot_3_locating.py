@@ -37,7 +37,11 @@ figure_without = finger_section(finger, touch, lost, readings=worse)
 # A thousand touches by a wire, one frame each: how often does the interval hold the truth?
 
 rng = np.random.default_rng(0)
-many = ss.LineLoad(force=40.0, angle=rng.uniform(-0.6, 0.6, 1000), position=rng.uniform(-5e-3, 5e-3, 1000))
+many = ss.LineLoad(
+    force=40.0,
+    angle=rng.uniform(-0.6, 0.6, 1000),
+    position=rng.uniform(-5e-3, 5e-3, 1000),
+)
 all_found = finger.locate(finger.read(many, rng=rng))
 truth = np.stack([many.position, np.full(1000, 40.0), many.angle], axis=-1)
 estimate = np.stack([all_found.position, all_found.force, all_found.angle], axis=-1)

@@ -15,7 +15,9 @@ from subskin.plot.style import BLUE, GREEN, ORANGE, VERMILLION, house_style, new
 
 skin = ss.HalfPlane(ss.Material(young=0.4e6))
 kind = ss.MeanPressure()
-drawn = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=6e-3, depth=5e-3, transducer=kind))
+drawn = ss.Finger(
+    skin, ss.SensorArray.line(count=4, pitch=6e-3, depth=5e-3, transducer=kind)
+)
 
 # What is really there; the touches are read from it, with noise.
 real_array = ss.SensorArray.line(
@@ -38,7 +40,11 @@ touches = real.read(ss.LineLoad(force=40.0, position=motor - 14.2e-3), rng=rng)
 calibration = ss.calibrate(drawn, touches[::2], motor[::2], force=40.0)
 for parameter in calibration.parameters:
     sensor = "" if parameter.sensor is None else f" {parameter.sensor}"
-    print(f"{parameter.name + sensor:10s} {parameter.value:12.6g} +- {parameter.std:.2g} {parameter.unit}")
+    name, value = (
+        f"{parameter.name}{sensor}",
+        f"{parameter.value:12.6g} +- {parameter.std:.2g}",
+    )
+    print(f"{name:10s} {value} {parameter.unit}")
 print("health:", ", ".join(h.name for h in calibration.health))
 
 held_out = calibration.evaluate(touches[1::2], motor[1::2], force=40.0)

@@ -20,10 +20,14 @@ rng = np.random.default_rng(0)
 
 
 def trial(count: int, spacing: float, touches: int = 1500) -> tuple[float, float]:
-    """Median standard deviation of the place [depths]; share of touches that are not told for sure."""
-    finger = ss.Finger(skin, ss.SensorArray.line(count=count, pitch=spacing, depth=1.0, noise=noise))
+    """Median std of the place [depths]; share of touches that are not told for sure."""
+    finger = ss.Finger(
+        skin, ss.SensorArray.line(count=count, pitch=spacing, depth=1.0, noise=noise)
+    )
     reach = 0.5 * spacing * (count - 1)
-    load = ss.LineLoad(1.0, rng.uniform(-0.7, 0.7, touches), rng.uniform(-reach, reach, touches))
+    load = ss.LineLoad(
+        1.0, rng.uniform(-0.7, 0.7, touches), rng.uniform(-reach, reach, touches)
+    )
     found = finger.locate(finger.read(load, rng=rng))
     sure = found.status == ss.Status.OK
     return float(np.sqrt(np.median(found.covariance[sure, 0, 0]))), 1 - float(sure.mean())
@@ -41,12 +45,20 @@ results = {count: np.array([trial(count, s) for s in spacings]) for count in (3,
 with house_style():
     figure = new_figure(174, 76)
     left, right = figure.subplots(1, 2)
-    for (count, result), colour in zip(results.items(), (VERMILLION, ORANGE, GREEN, BLUE), strict=True):
+    for (count, result), colour in zip(
+        results.items(), (VERMILLION, ORANGE, GREEN, BLUE), strict=True
+    ):
         left.plot(spacings, 100 * result[:, 1], color=colour, label=f"{count} sensors")
         if count > 3:  # of three sensors too few touches are left to compare
             right.plot(spacings, result[:, 0], color=colour)
-    left.set(xlabel="spacing / depth", ylabel="not told for sure [% of touches]", ylim=(-2, 102))
+    left.set(
+        xlabel="spacing / depth",
+        ylabel="not told for sure [% of touches]",
+        ylim=(-2, 102),
+    )
     left.set_title("ambiguity")
-    right.set(xlabel="spacing / depth", ylabel="std of the place / depth", ylim=(0, 0.012))
+    right.set(
+        xlabel="spacing / depth", ylabel="std of the place / depth", ylim=(0, 0.012)
+    )
     right.set_title("accuracy of the others")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)

@@ -22,7 +22,18 @@ from .errors import (
     SubskinError,
     ValidityWarning,
 )
-from .estimate import Calibration, Estimate, Health, Locator, Rival, Status, calibrate
+from .estimate import (
+    Calibration,
+    Estimate,
+    Health,
+    Locator,
+    Rival,
+    Status,
+    ThreeSensorSolution,
+    Verdict,
+    calibrate,
+    three_sensor,
+)
 from .field import State, Strain, Stress
 from .finger import Finger
 from .material import Material
@@ -80,9 +91,12 @@ __all__ = [
     "Stress",
     "Strip",
     "SubskinError",
+    "ThreeSensorSolution",
     "Transducer",
     "ValidityWarning",
+    "Verdict",
     "VolumeResistance",
     "Wedge",
     "calibrate",
+    "three_sensor",
 ]

@@ -3,6 +3,7 @@
 from .calibrate import Calibration, Health, Parameter, Score, calibrate
 from .estimate import Estimate, Rival, Status
 from .locate import Locator
+from .three_sensor import Degeneracy, ThreeSensorSolution, Verdict, three_sensor
 
 __all__ = [
     "Calibration",

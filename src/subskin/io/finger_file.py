@@ -86,7 +86,9 @@ class FingerFile:
         options = {**(self.options or {}), **changes}
         return self.finger.locator(**{"search": self.search, **options})
 
-    def with_finger(self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None) -> FingerFile:
+    def with_finger(
+        self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None
+    ) -> FingerFile:
         """The same file with another finger's numbers in it, and `facts` in its [calibration].
 
         What does not change is left as it stands, comments are kept.
@@ -111,7 +113,9 @@ def load_finger(path: str | Path) -> FingerFile:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise FileError(f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8") from None
+        raise FileError(
+            f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8"
+        ) from None
     return parse_finger(text, str(path))
 
 
@@ -176,7 +180,9 @@ def _document(text: str, name: str) -> _schema.Document:
     from ._schema import Document
 
     if not text.strip():
-        raise FileError(f"{name} is empty", "it needs at least [skin] young and [sensors] count, pitch, depth")
+        raise FileError(
+            f"{name} is empty", "it needs at least [skin] young and [sensors] count, pitch, depth"
+        )
     try:
         raw = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -219,7 +225,9 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
             rule, fix = what.replace("input should be", "it has to be"), ""
         found.append((key_line(text, keys) or 0, keys, seen, rule, fix))
     _, keys, seen, rule, fix = min(found, key=lambda item: item[0])
-    return _at(text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix)
+    return _at(
+        text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix
+    )
 
 
 def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
@@ -278,7 +286,9 @@ def _array(document: _schema.Document) -> SensorArray:
             raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a place", fix)
         if table.count > _MOST_SENSORS:
             raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
-        return SensorArray.line(table.count, table.pitch, centre=table.centre, transducer=transducers, **parameters)
+        return SensorArray.line(
+            table.count, table.pitch, centre=table.centre, transducer=transducers, **parameters
+        )
     except SubskinError as error:
         raise _Misplaced(error, "sensors", _key(error)) from None
 
@@ -294,7 +304,9 @@ def _transducers(kind: object, exact: bool) -> Transducer | tuple[Transducer, ..
     return tuple(one(name) for name in kind) if isinstance(kind, list) else one(kind)
 
 
-def _in_readings(document: _schema.Document, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
+def _in_readings(
+    document: _schema.Document, transducers: Transducer | tuple[Transducer, ...]
+) -> dict[str, Any]:
     """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
     from ._schema import reading_unit
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import GeometryError, InvalidValueError, SubskinError
+from ..errors import GeometryError, InvalidValueError
 
 __all__ = ["Column", "Presses", "RecordingFormat", "segment"]
 
@@ -167,7 +167,9 @@ def segment(
     if back.size:
         i = int(back[0]) + 1
         seen = f"time[{i}] = {seconds[i]:.6g}"
-        raise InvalidValueError(seen, f"time must not go back (it was {seconds[i - 1]:.6g})", "sort the recording")
+        raise InvalidValueError(
+            seen, f"time must not go back (it was {seconds[i - 1]:.6g})", "sort the recording"
+        )
     RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
     z = tracks.get("press")
     free, first, stop = _from_readings(data, seconds, hold) if z is None else _from_depth(z, seconds, hold)
@@ -177,7 +179,9 @@ def segment(
     first, stop, base = first[kept], stop[kept], base[kept]
     if not first.size:
         what = "no plateau of the indenter's depth" if z is not None else "no contact in the readings"
-        raise InvalidValueError(what, "a recording needs a press with free skin before it", _fix(z is not None))
+        raise InvalidValueError(
+            what, "a recording needs a press with free skin before it", _fix(z is not None)
+        )
     # the early part by time, not by frames: the rate may change
     until = seconds[first] + early * (seconds[stop - 1] - seconds[first])
     early_stop = np.maximum(np.searchsorted(seconds, until, side="right"), first + 1)
@@ -191,7 +195,9 @@ def segment(
         start=_check.read_only(seconds[first]),
         stop=_check.read_only(seconds[stop - 1]),
         position=None if place is None else _check.read_only(_mean(place[:, None], first, stop)[0][:, 0]),
-        depth=None if z is None else _check.read_only(_mean(z[:, None], first, stop)[0][:, 0] - float(z.min())),
+        depth=None
+        if z is None
+        else _check.read_only(_mean(z[:, None], first, stop)[0][:, 0] - float(z.min())),
         reading=_check.read_only(loaded - rest),
         std=_check.read_only(np.sqrt(loaded_var + rest_var)),
         skipped=skipped,
@@ -226,7 +232,10 @@ def _from_depth(
     del shift
     windows = z.size - width + 1
     centre = width // 2
-    span = maximum_filter1d(z, width)[centre : centre + windows] - minimum_filter1d(z, width)[centre : centre + windows]
+    span = (
+        maximum_filter1d(z, width)[centre : centre + windows]
+        - minimum_filter1d(z, width)[centre : centre + windows]
+    )
     level = span <= _LEVEL * stroke
     edges = np.diff(np.concatenate([[0], level.astype(np.int8), [0]]))
     first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
