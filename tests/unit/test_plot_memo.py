@@ -151,3 +151,5 @@ def test_figure_13_slopes_are_those_of_the_curves_and_vanish_at_the_blind_depth(
     assert blind == pytest.approx(np.interp(0.0, -right[:200], x[:200]), abs=1e-4)
     assert right[0] > 0 > right[-1]
     assert printed[0] < 0 < printed[-1]  # as printed: of the other sign
+    eq21 = 3 * np.sqrt(3) / (4 * np.pi**2) * (x**2 - 1) / (x**2 + 1) ** 2  # with the full width 2 for its a
+    np.testing.assert_allclose(printed, eq21, rtol=0, atol=1e-14)

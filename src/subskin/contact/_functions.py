@@ -10,7 +10,7 @@ from .._check import ComplexArray, FloatArray
 
 __all__ = ["FAR", "far_shear_field", "gap", "log_ratio", "root"]
 
-FAR = 100.0
+FAR = 40.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
 
 _TINY = float(np.finfo(np.float64).tiny)

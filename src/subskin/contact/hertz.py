@@ -53,7 +53,7 @@ class Hertz(SpreadContact):
     (40545.7, 0.0)
     """
 
-    SERIES = (1.0, 1 / 4, 1 / 8, 5 / 64)
+    SERIES = (1.0, 1 / 4, 1 / 8, 5 / 64, 7 / 128)
 
     @classmethod
     def from_radius(

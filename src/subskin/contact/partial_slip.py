@@ -88,8 +88,11 @@ class PartialSlip(Hertz):
         # (a^(k+2) - c^(k+2)) / (a^2 - c^2), the difference divided out
         c = self.stick_half_width
         zero = np.zeros(np.broadcast_shapes(a.shape, c.shape))
-        even = (zero + 1.0, a**2 + c**2, a**4 + (a * c) ** 2 + c**4, (a**2 + c**2) * (a**4 + c**4))
-        return [zero if k % 2 else self.SERIES[k // 2] * even[k // 2] for k in range(7)]
+        even = [
+            sum((a ** (2 * (k - j)) * c ** (2 * j) for j in range(k + 1)), zero)
+            for k in range(len(self.SERIES))
+        ]
+        return [zero if k % 2 else self.SERIES[k // 2] * even[k // 2] for k in range(2 * len(even) - 1)]
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         z = self._centred(z)

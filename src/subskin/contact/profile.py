@@ -22,7 +22,7 @@ _FAR_ELEMENT = 10.0
 terms."""
 
 _TERMS = 7
-_MOMENTS = 10
+_MOMENTS = 12
 _BLOCK = 1 << 15
 
 
@@ -125,7 +125,7 @@ class PressureProfile(Contact):
     def _shear_moments(self) -> tuple[FloatArray, list[FloatArray]]:
         """The shear's centroid (the middle, where that lies outside), and its moments about it."""
         a, b = self.nodes[..., :-1], self.nodes[..., 1:]
-        t, w = np.polynomial.legendre.leggauss((_MOMENTS + 2) // 2)  # exact for a line times t^9
+        t, w = np.polynomial.legendre.leggauss((_MOMENTS + 2) // 2)  # exact for a line times t^11
         fraction = 0.5 * (1 + t)
         at = a[..., None] + (b - a)[..., None] * fraction
         q = self.node_shear[..., :-1, None] * (1 - fraction) + self.node_shear[..., 1:, None] * fraction

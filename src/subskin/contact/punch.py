@@ -59,7 +59,7 @@ class FlatPunch(SpreadContact):
 
     moment: npt.ArrayLike = field(default=0.0, kw_only=True)
 
-    SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16)
+    SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16, 35 / 128)
 
     def __post_init__(self) -> None:
         self._set("moment", _check.real("moment", self.moment, unit="N m/m"))

@@ -40,7 +40,7 @@ class SpreadContact(ProportionalContact):
 
     half_width: npt.ArrayLike = np.nan  # required: NaN is refused below, and the order of arguments kept
 
-    SERIES: ClassVar[tuple[float, float, float, float]]
+    SERIES: ClassVar[tuple[float, ...]]
 
     def __post_init__(self) -> None:
         fix = "half of the contact's width in metres; a contact of no width is a LineLoad"
@@ -52,9 +52,9 @@ class SpreadContact(ProportionalContact):
         return np.asarray(self.half_width, dtype=np.float64)
 
     def _unit_moments(self, a: FloatArray) -> list[FloatArray]:
-        """Moments 0 to 6 of the shear with unit resultant, for the half widths `a`."""
+        """The moments of the shear with unit resultant, for the half widths `a`."""
         zero = np.zeros_like(a)
-        return [zero if k % 2 else self.SERIES[k // 2] * a**k for k in range(7)]
+        return [zero if k % 2 else self.SERIES[k // 2] * a**k for k in range(2 * len(self.SERIES) - 1)]
 
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
         h = np.array(super().unit_shear_field(z, f, df))

@@ -43,7 +43,7 @@ class Strip(SpreadContact):
     [20000.0, 20000.0, 0.0]
     """
 
-    SERIES = (1.0, 1 / 3, 1 / 5, 1 / 7)
+    SERIES = (1.0, 1 / 3, 1 / 5, 1 / 7, 1 / 9)
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
         a = self._a

@@ -51,7 +51,7 @@ class Wedge(SpreadContact):
     [38110.9, 16768.0, 0.0]
     """
 
-    SERIES = (1.0, 1 / 6, 3 / 40, 5 / 112)
+    SERIES = (1.0, 1 / 6, 3 / 40, 5 / 112, 35 / 1152)
 
     @classmethod
     def from_angle(

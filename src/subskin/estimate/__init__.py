@@ -7,6 +7,7 @@ from .three_sensor import Degeneracy, ThreeSensorSolution, Verdict, three_sensor
 
 __all__ = [
     "Calibration",
+    "Degeneracy",
     "Estimate",
     "Health",
     "Locator",
@@ -14,5 +15,8 @@ __all__ = [
     "Rival",
     "Score",
     "Status",
+    "ThreeSensorSolution",
+    "Verdict",
     "calibrate",
+    "three_sensor",
 ]

@@ -23,7 +23,8 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
     import tomlkit
 
     document = tomlkit.parse(text)
-    skin, sensors = document["skin"], document["sensors"]
+    skin: Any = document["skin"]
+    sensors: Any = document["sensors"]
     if isinstance(old.skin, HalfPlane) and isinstance(new.skin, HalfPlane):
         if new.skin.material.poisson != old.skin.material.poisson:
             _set(skin, "poisson", _number(new.skin.material.poisson))
@@ -35,7 +36,7 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
             _set(sensors, name, _values(after, unit))
     if not _same(np.asarray(old.array.y), np.asarray(new.array.y)):
         for name in ("count", "pitch", "centre"):
-            sensors.pop(name, None)  # type: ignore[union-attr, arg-type, call-arg]
+            sensors.pop(name, None)
         _set(sensors, "y", [format_quantity(float(v), "m") for v in np.asarray(new.array.y)])
     if "calibration" in document:
         del document["calibration"]

@@ -18,11 +18,11 @@ def _parts(dotted: str) -> tuple[str, ...]:
 
 
 def key_line(text: str, path: tuple[str, ...]) -> int | None:
-    """Line, from 1, on which the key `path` or, failing that, its nearest parent is set; None for neither.
+    r"""Line, from 1, on which the key `path` or, failing that, its nearest parent is set; None for neither.
 
     Examples
     --------
-    >>> key_line("[skin]\\nyoung = 1\\n\\n[sensors]\\ndepth = -1\\n", ("sensors", "depth"))
+    >>> key_line("[skin]\nyoung = 1\n\n[sensors]\ndepth = -1\n", ("sensors", "depth"))
     5
     """
     best, line_of_best = 0, None

@@ -314,7 +314,7 @@ def _in_readings(
     measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    values = {}
+    values: dict[str, Any] = {}
     for key in ("gain", *_IN_READINGS):
         value = getattr(table, key)
         if value is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ __all__ = ["Column", "Presses", "RecordingFormat", "segment"]
 IndexArray = npt.NDArray[np.intp]
 
 _LEVEL = 0.01  # a plateau holds its depth to this share of the stroke
-_FREE = 0.1  # the skin is free, and the indenter no press, up to this share of the stroke above the rest
+_SHALLOW = 0.1  # a plateau no further above the lowest depth than this share of the stroke is no press
 _TOUCH = 0.15  # without a depth: readings beyond this share of the largest change tell of contact
 _HELD = 0.9  # and the plateau begins where this share of the press's own peak is reached
 _FEWEST = 3  # frames in a plateau
@@ -112,13 +113,13 @@ def segment(
     """Find the presses in a recording and take each one's reading.
 
     With `press`, the indenter's depth, a press is a plateau of it: depth that stays within 1 % of the whole stroke for
-    at least `hold`, more than 10 % of the stroke above the lowest depth. Up to these 10 % the skin is free; the
-    last `before` seconds of that are the base from which the reading is taken.
+    at least `hold`, more than 10 % of the stroke above the lowest depth. Within 1 % of the lowest depth the skin is
+    free; the last `before` seconds of that (or as many as there are) are the base that is taken off.
 
-    Without `press` the readings tell: contact is where a sensor has moved from where it began by more than 15 % of
-    the largest such change in the recording, and the plateau begins where 90 % of the press's own peak are
-    reached. Drift and a skin that does not come back have to stay below these 15 %, and so are presses that are weaker
-    overlooked.
+    Without `press` the readings tell. Contact is where a sensor has moved from where it began by more than 15 % of the
+    largest such move of any, for at least `hold`; the plateau begins where 90 % of the press's own peak is reached and
+    ends where it falls for good below half of it. The base is the calmest stretch of `before` since the press
+    before. So weaker presses are overlooked, and drift has to stay below these 15 %.
 
     Parameters
     ----------
@@ -147,8 +148,8 @@ def segment(
     >>> t = np.arange(0.0, 6.0, 0.01)
     >>> z = 2e-3 * np.clip(np.minimum(t - 1, 5 - t), 0, 1)
     >>> found = segment(1e5 + 3e6 * z[:, None], t, press=z)
-    >>> len(found), round(float(found.reading[0, 0]), 3), round(float(found.depth[0]) * 1e3, 3)
-    (1, 6000.0, 2.0)
+    >>> len(found), round(float(found.reading[0, 0]), 1), round(float(found.depth[0]) * 1e3, 3)
+    (1, 5999.6, 2.0)
     """
     data = _check.real("readings", readings, finite=False)
     if data.ndim != 2 or not data.size:
@@ -172,11 +173,11 @@ def segment(
         )
     RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
     z = tracks.get("press")
-    free, first, stop = _from_readings(data, seconds, hold) if z is None else _from_depth(z, seconds, hold)
-    base = _last_free(free, first)
-    kept = base >= 0
-    skipped = int((~kept).sum())
-    first, stop, base = first[kept], stop[kept], base[kept]
+    found = (
+        _from_readings(data, seconds, before, hold) if z is None else _from_depth(z, seconds, before, hold)
+    )
+    kept = found.base_stop > found.base_start
+    first, stop, base_start, base_stop = (part[kept] for part in found)
     if not first.size:
         what = "no plateau of the indenter's depth" if z is not None else "no contact in the readings"
         raise InvalidValueError(
@@ -184,61 +185,130 @@ def segment(
         )
     # the early part by time, not by frames: the rate may change
     until = seconds[first] + early * (seconds[stop - 1] - seconds[first])
-    early_stop = np.maximum(np.searchsorted(seconds, until, side="right"), first + 1)
-    early_stop = np.minimum(early_stop, stop)
-    since = np.searchsorted(seconds, seconds[base] - before, side="left")
-    since = np.maximum(since, _run_start(free, base))
+    early_stop = np.clip(np.searchsorted(seconds, until, side="right"), first + 1, stop)
     loaded, loaded_var = _mean(data, first, early_stop)
-    rest, rest_var = _mean(data, since, base + 1)
-    place = tracks.get("position")
+    rest, rest_var = _mean(data, base_start, base_stop)
     return Presses(
         start=_check.read_only(seconds[first]),
         stop=_check.read_only(seconds[stop - 1]),
-        position=None if place is None else _check.read_only(_mean(place[:, None], first, stop)[0][:, 0]),
-        depth=None
-        if z is None
-        else _check.read_only(_mean(z[:, None], first, stop)[0][:, 0] - float(z.min())),
+        position=_level(tracks.get("position"), first, stop),
+        depth=None if z is None else _level(z - z.min(), first, stop),
         reading=_check.read_only(loaded - rest),
         std=_check.read_only(np.sqrt(loaded_var + rest_var)),
-        skipped=skipped,
+        skipped=int((~kept).sum()),
     )
+
+
+def _level(track: FloatArray | None, first: IndexArray, stop: IndexArray) -> FloatArray | None:
+    """Mean of a place on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
+    return None if track is None else _check.read_only(_mean(track[:, None], first, stop)[0][:, 0].round(12))
 
 
 def _fix(by_depth: bool) -> str:
     if by_depth:
-        return "check the column and the sign of press (deeper is larger; a negative unit turns it round), and hold"
+        return (
+            "check the column, hold, and the sign of press: deeper is larger, a negative unit turns it round"
+        )
     return "give [recording] press, the indenter's depth, if it was recorded"
 
 
-def _from_depth(
-    z: FloatArray, time: FloatArray, hold: float
-) -> tuple[npt.NDArray[np.bool_], IndexArray, IndexArray]:
-    """Which frames are free, and first and past-the-last frame of each plateau."""
+class _Found(NamedTuple):
+    """First and past-the-last frame of each plateau, and of the free skin before it."""
+
+    first: IndexArray
+    stop: IndexArray
+    base_start: IndexArray
+    base_stop: IndexArray
+
+
+def _from_depth(z: FloatArray, time: FloatArray, before: float, hold: float) -> _Found:
     low = float(z.min())
     stroke = float(z.max()) - low
-    free = z <= low + _FREE * stroke
-    if stroke == 0:
-        return free, np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
-    # From each frame, how far the depth stays within the level: frames are cut into runs greedily, deepest level
-    # first would miss a slow approach, so a run is anchored at the frame from which it lasts `hold`.
+    level = _span(z[:, None], _frames(time, hold))
+    begin, end = _runs(level <= _LEVEL * stroke)
+    stop = end + _frames(time, hold) - 1
+    held = z[(begin + stop) // 2] > low + _SHALLOW * stroke
+    first, stop = begin[held], stop[held]
+    frames = np.arange(z.size)
+    free = z <= low + _LEVEL * stroke
+    last = np.maximum.accumulate(np.where(free, frames, -1))[first]
+    # the free run that holds the last free frame begins after the frame that was last not free
+    run = np.maximum.accumulate(np.where(free, -1, frames))[last] + 1
+    since = np.searchsorted(time, time[last] - before, side="left")
+    return _Found(first, stop, np.maximum(run, since), last + 1)
+
+
+def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: float) -> _Found:
+    begin = max(int(np.searchsorted(time, time[0] + hold, side="right")), 1)
+    seen = np.isfinite(data)
+    start = np.array(
+        [np.median(c[ok][:begin]) if ok.any() else 0.0 for c, ok in zip(data.T, seen.T, strict=True)]
+    )
+    moved = np.where(seen, np.abs(np.where(seen, data, 0.0) - start), 0.0).max(axis=1)
+    if moved.size > 2:  # a single wild frame is no contact
+        moved[1:-1] = np.median(np.stack([moved[:-2], moved[1:-1], moved[2:]]), axis=0)
+    onset, end = _runs(moved > _TOUCH * moved.max())
+    long = time[end - 1] - time[onset] >= hold
+    onset, end = onset[long], end[long]
+    first, stop, base = onset.copy(), end.copy(), np.zeros_like(onset)
+    count = _frames(time, before)
+    calm = _span(np.where(seen, data, start), count)
+    previous = 0
+    for k, (a, e) in enumerate(zip(onset, end, strict=True)):
+        part = moved[a:e]
+        first[k] = a + int(np.argmax(part >= _HELD * part.max()))
+        stop[k] = e - int(np.argmax(part[::-1] >= 0.5 * part.max()))
+        room = calm[previous : max(a - count, previous)]
+        base[k] = previous + int(np.argmin(room)) if room.size else -1
+        previous = int(e)
+    return _Found(first, stop, np.maximum(base, 0), np.where(base < 0, 0, base + count))
+
+
+def _frames(time: FloatArray, seconds: float) -> int:
+    """How many frames last so long, at the usual rate."""
+    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    return max(round(seconds / step) if step > 0 else _FEWEST, _FEWEST)
+
+
+def _span(data: FloatArray, width: int) -> FloatArray:
+    """Largest less smallest value over `width` frames, summed over sensors, for each frame they may begin at."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    step = float(np.median(np.diff(time))) if z.size > 1 else 0.0
-    width = max(int(round(hold / step)) if step > 0 else _FEWEST, _FEWEST)
-    if width > z.size:
-        return free, np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
-    # origin: the window of frame i reaches from i to i + width - 1
-    shift = -((width - 1) // 2) if width % 2 else -(width // 2)
-    del shift
-    windows = z.size - width + 1
-    centre = width // 2
-    span = (
-        maximum_filter1d(z, width)[centre : centre + windows]
-        - minimum_filter1d(z, width)[centre : centre + windows]
-    )
-    level = span <= _LEVEL * stroke
-    edges = np.diff(np.concatenate([[0], level.astype(np.int8), [0]]))
-    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    stop = last - 1 + width
-    held = z[(first + stop) // 2] > low + _FREE * stroke
-    return free, first[held], stop[held]
+    windows = len(data) - width + 1
+    if windows < 1:
+        return np.empty(0)
+    high, low = (f(data, width, axis=0) for f in (maximum_filter1d, minimum_filter1d))
+    return np.asarray((high - low).sum(axis=1)[width // 2 : width // 2 + windows])
+
+
+def _runs(flags: npt.NDArray[np.bool_]) -> tuple[IndexArray, IndexArray]:
+    """First and past-the-last index of each run of true."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+
+
+def _mean(data: FloatArray, start: IndexArray, stop: IndexArray) -> tuple[FloatArray, FloatArray]:
+    """Mean of the frames start to stop of each sensor and the variance of that mean; NaN counts as missing.
+
+    The variance is that of successive differences, which a slow trend (drift, relaxation) does not inflate.
+    """
+    seen = np.isfinite(data)
+    # sums of what is left of the largest value keep the digits that absolute pressures would use up
+    level = np.where(seen.any(axis=0), np.where(seen, data, -np.inf).max(axis=0), 0.0)
+    away = np.where(seen, data - level, 0.0)
+    total, count = _sums(away, start, stop), _sums(seen.astype(np.float64), start, stop)
+    pair = seen[1:] & seen[:-1]
+    jump = np.where(pair, away[1:] - away[:-1], 0.0) ** 2
+    jumps, pairs = _sums(jump, start, stop - 1), _sums(pair.astype(np.float64), start, stop - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = total / count
+        variance = jumps / (2 * pairs) / count
+    return np.where(count > 0, mean + level, np.nan), variance
+
+
+def _sums(values: FloatArray, start: IndexArray, stop: IndexArray) -> FloatArray:
+    """Sum over the frames start to stop, past-the-last; 0 over none."""
+    padded = np.concatenate([values, np.zeros((1, values.shape[1]))])
+    pairs = np.stack([start, np.maximum(stop, start)], axis=-1).reshape(-1)
+    total = np.add.reduceat(padded, pairs, axis=0)[::2]
+    return np.where((stop > start)[:, None], total, 0.0)

@@ -1,0 +1,19 @@
+"""Fixtures for all tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+_SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of reference values and recordings beside the repository; the test is skipped where there is none."""
+    if not _SHARED.is_dir():
+        pytest.skip(
+            "needs the reference values and recordings in ../shared, which do not ship with the project"
+        )
+    return _SHARED
