@@ -1,7 +1,7 @@
 """Every contact's stress against a quadrature of Flamant's line load that shares nothing with the closed forms.
 
-The surface is t = +-a cos(theta), so that the edges' roots are smooth in theta and y - t is known without loss beside an
-edge; panels of 16 Gauss points shrink by half towards the edge, the point and the centre.
+The surface is t = +-a cos(theta), so that the edges' roots are smooth in theta and y - t is known without loss beside
+an edge; panels of 16 Gauss points shrink by half towards the edge, the point and the centre.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ SKIN = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
-def panels(start, end, towards):
+def panels(start, end, towards, halvings=56):
     """Gauss nodes and weights on [start, end], panels halving towards each of `towards`."""
     cuts = [start, end]
     for place in towards:
         for side in (-1, 1):
-            cuts += [place + side * (end - start) * 0.5**k for k in range(42)]
+            cuts += [place + side * (end - start) * 0.5**k for k in range(halvings)]
     cuts = np.unique(np.clip([*cuts, *towards], start, end))
     half, middle = 0.5 * np.diff(cuts)[:, None], 0.5 * (cuts[1:] + cuts[:-1])[:, None]
     return (middle + half * NODES).ravel(), (half * WEIGHTS).ravel()
@@ -36,14 +36,14 @@ def line_loads(x, offset, weight):
 
 
 def half(density, a, x, y):
-    """The contact's right half. Each piece is measured from where y - t, or the pressure, has to be known without loss."""
+    """The contact's right half, each piece measured from where y - t, or the pressure, must be known without loss."""
     if 0 < y < a:
         edge, tip = (
             2 * np.arcsin(np.sqrt((a - y) / (2 * a))),
             np.arcsin(y / a),
-        )  # theta at t = y, and pi/2 - theta
+        )  # theta at t = y; pi/2 - theta
         u, w1 = panels(0.0, edge, [0.0, edge])
-        v, w2 = panels(0.0, tip, [0.0, tip])
+        v, w2 = panels(0.0, tip, [0.0, tip], halvings=42)
         pieces = [
             (-2 * a * np.sin(edge - u / 2) * np.sin(u / 2), edge - u, tip + u, w1),
             (2 * a * np.sin(edge + v / 2) * np.sin(v / 2), edge + v, tip - v, w2),
@@ -154,7 +154,7 @@ def test_partial_slip(angle):
 
 
 def test_partial_slip_of_little_drag():
-    """The slip zones are then 1e-9 a wide and the shear a small difference; far out on the surface it is all there is."""
+    """The shear is then a small difference of large ones, and far out on the surface it is all there is."""
     contact = ss.PartialSlip(force=3.0, angle=1e-9, half_width=A, friction=0.7)
     line = ss.LineLoad(force=3.0, angle=1e-9)
     far, near = SKIN.stress(contact, 0.0, 1e6 * A), SKIN.stress(line, 0.0, 1e6 * A)

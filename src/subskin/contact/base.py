@@ -42,6 +42,14 @@ def times_depth(z: ComplexArray, derivative: ComplexArray) -> ComplexArray:
     return np.where(surface, 0.0, product) if surface.any() else product
 
 
+def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """N = P cos(angle) and T = P sin(angle); np.pi / 2 stands for the right angle that it rounds, np.pi likewise."""
+    p, alpha = np.asarray(force, dtype=np.float64), np.asarray(angle, dtype=np.float64)
+    size = np.abs(alpha)
+    normal = p * np.where(size == np.pi / 2, 0.0, np.cos(alpha))
+    return _check.read_only(normal), _check.read_only(p * np.where(size == np.pi, 0.0, np.sin(alpha)))
+
+
 def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
     """A force times a unit pressure: no force makes nothing, even of an infinite one."""
     with np.errstate(invalid="ignore"):
@@ -205,11 +213,11 @@ class ProportionalContact(Contact):
 
     @property
     def normal_force(self) -> FloatArray:  # noqa: D102
-        return np.asarray(self.force * np.cos(self.angle), dtype=np.float64)
+        return resolve(self.force, self.angle)[0]
 
     @property
     def tangential_force(self) -> FloatArray:  # noqa: D102
-        return np.asarray(self.force * np.sin(self.angle), dtype=np.float64)
+        return resolve(self.force, self.angle)[1]
 
     @abstractmethod
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -12,7 +12,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
 from ._functions import FAR, far_shear_field
-from .base import ProportionalContact
+from .base import ProportionalContact, resolve
 
 __all__ = ["SpreadContact"]
 
@@ -71,8 +71,7 @@ class SpreadContact(ProportionalContact):
 
 def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArray:
     """N = P cos(angle), refused unless it presses: only then do load and body decide on the width."""
-    p, alpha = _check.real("force", force, unit="N/m"), _check.real("angle", angle, unit="rad")
-    normal = np.asarray(p * np.cos(alpha))
+    normal, _ = resolve(_check.real("force", force, unit="N/m"), _check.real("angle", angle, unit="rad"))
     if not (normal > 0).all():
         raise InvalidValueError(
             f"normal force = {float(np.min(normal)):.6g} N/m",

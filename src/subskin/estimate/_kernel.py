@@ -17,8 +17,6 @@ import numpy as np
 
 from .estimate import COVARIANCE, FORCE, POSITION, RESIDUAL, RIVAL, STATUS
 
-# Columns of the scan's geometry, per grid position (see `locate._scan_geometry`).
-_EDGE_MINUS, _EDGE_PLUS = 0, 2
 _CANDIDATES = 4
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 
@@ -263,17 +261,23 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
         force = math.hypot(normal, tangential)
         row[POSITION], row[FORCE], row[FORCE + 1] = y, force, math.atan2(tangential, normal)
         _covariance(fits[best], force, mu, row)
-        _widen(s, scan_start, scan_step, y, explained, row)
         status = _OK
-        if y <= scan_start or y >= scan_stop:
+        margin = 0.02 * scan_step
+        if y <= scan_start + margin or y >= scan_stop - margin:
             status = _AMBIGUOUS
-        # the profile has to be about as narrow as its curvature at the top says
-        reach = max(6.0 * math.sqrt(row[COVARIANCE]), wide)
-        before = math.floor((y - reach - scan_start) / scan_step)
-        after = math.ceil((y + reach - scan_start) / scan_step)
-        if (before >= 0 and explained - s[before + 1] < ambiguity) or (
-            after < m and explained - s[after + 1] < ambiguity
-        ):
+        if row[COVARIANCE] < (scan_stop - scan_start) ** 2:
+            _widen(s, scan_start, scan_step, y, explained, row)
+            # the profile has to be about as narrow as its curvature at the top says
+            reach = max(6.0 * math.sqrt(row[COVARIANCE]), wide)
+            before = math.floor((y - reach - scan_start) / scan_step)
+            after = math.ceil((y + reach - scan_start) / scan_step)
+            if before >= 0 and explained - s[before + 1] < ambiguity:
+                status = _AMBIGUOUS
+            if after < m and explained - s[after + 1] < ambiguity:
+                status = _AMBIGUOUS
+        else:  # the readings do not determine the place
+            status = _AMBIGUOUS
+        if not row[COVARIANCE + 5] < 1.0:  # nor the angle: a load at any other would do
             status = _AMBIGUOUS
         if second >= 0 and abs(places[second] - y) > apart:
             row[RIVAL] = places[second]
@@ -292,14 +296,16 @@ def _covariance(fit, force, mu, row):
     g11, g12, g22, a1, a2, uu = fit[7], fit[8], fit[9], fit[10], fit[11], fit[12]
     cos, sin = normal / force, tangential / force
     if mu == 0.0:  # the angle is known: two unknowns
-        det = uu * g11 - a1 * a1
+        det = max(uu * g11 - a1 * a1, 0.0)
         row[COVARIANCE], row[COVARIANCE + 1], row[COVARIANCE + 2] = g11 / det, -a1 / det, 0.0
         row[COVARIANCE + 3], row[COVARIANCE + 4], row[COVARIANCE + 5] = uu / det, 0.0, 0.0
         return
     yy = g11 * g22 - g12 * g12
     yn = g12 * a2 - a1 * g22
     yt = a1 * g12 - g11 * a2
-    det = uu * yy + a1 * yn + a2 * yt
+    det = max(
+        uu * yy + a1 * yn + a2 * yt, 0.0
+    )  # 0, and so an infinite variance, where rounding has made it less
     nn = (uu * g22 - a2 * a2) / det
     nt = (a1 * a2 - uu * g12) / det
     tt = (uu * g11 - a1 * a1) / det
@@ -320,7 +326,7 @@ def _widen(s, scan_start, scan_step, y, explained, row):
     """
     variance = row[COVARIANCE]
     if (
-        not variance > 0.25 * scan_step * scan_step
+        variance < 0.25 * scan_step * scan_step
     ):  # narrower than the scan resolves: the profile is a parabola there
         return
     m = s.size - 2

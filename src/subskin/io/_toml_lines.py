@@ -27,7 +27,7 @@ def key_line(text: str, path: tuple[str, ...]) -> int | None:
     """
     best, line_of_best = 0, None
     table: tuple[str, ...] = ()
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(text.split("\n"), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:
             table = _parts(header[1])

@@ -157,7 +157,9 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
         return _build(document, text)
     except _Misplaced as wrong:
         error = wrong.error
-        raise _at(text, name, wrong.path, error.seen, error.rule, error.fix) from None
+        raise _at(
+            text, name, wrong.path, _as_written(error.seen, text, wrong.path), error.rule, error.fix
+        ) from None
 
 
 class _Misplaced(Exception):
@@ -165,6 +167,15 @@ class _Misplaced(Exception):
 
     def __init__(self, error: SubskinError, *path: str) -> None:
         self.error, self.path = error, path
+
+
+def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
+    """`depth = -0.005` as the file has it: `depth = "-5 mm"`."""
+    value: Any = tomllib.loads(text)
+    for part in path:
+        value = value.get(part) if isinstance(value, dict) else None
+    known = isinstance(value, str) and re.fullmatch(r"\w+ = \S+", seen)
+    return f"{path[-1]} = {_short(value)}" if known else seen
 
 
 def _at(text: str, name: str, path: tuple[str, ...], seen: str, rule: str, fix: str) -> FileError:
@@ -223,8 +234,9 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
         else:
             what = error["msg"][:1].lower() + error["msg"][1:]
             rule, fix = what.replace("input should be", "it has to be"), ""
-        found.append((key_line(text, keys) or 0, keys, seen, rule, fix))
-    _, keys, seen, rule, fix = min(found, key=lambda item: item[0])
+        found.append((error["type"] != "extra_forbidden", key_line(text, keys) or 0, keys, seen, rule, fix))
+    # a key that is not known comes first: it is often the misspelt name of one that is missing
+    *_, keys, seen, rule, fix = min(found, key=lambda item: item[:2])
     return _at(
         text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix
     )
@@ -271,29 +283,34 @@ def _build(document: _schema.Document, text: str) -> FingerFile:
 def _array(document: _schema.Document) -> SensorArray:
     table = document.sensors
     try:
-        transducers = _transducers(table.kind, table.exact)
+        places = _places(table)
+        transducers = _transducers(table.kind, table.exact, len(places))
         parameters = _in_readings(document, transducers)
-        for key in ("depth", "width"):
-            parameters[key] = getattr(table, key)
-        if table.y is not None:
-            for key in ("count", "pitch", "centre"):
-                if key in table.model_fields_set:
-                    rule, fix = "y already says where the sensors are", f"leave out y or {key}"
-                    raise InvalidValueError(f"{key} beside y", rule, fix)
-            return SensorArray(y=table.y, transducer=transducers, **parameters)
-        if table.count is None or table.pitch is None:
-            fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
-            raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a place", fix)
-        if table.count > _MOST_SENSORS:
-            raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
-        return SensorArray.line(
-            table.count, table.pitch, centre=table.centre, transducer=transducers, **parameters
+        return SensorArray(
+            y=places, depth=table.depth, width=table.width, transducer=transducers, **parameters
         )
     except SubskinError as error:
         raise _Misplaced(error, "sensors", _key(error)) from None
 
 
-def _transducers(kind: object, exact: bool) -> Transducer | tuple[Transducer, ...]:
+def _places(table: _schema.SensorsTable) -> list[float]:
+    """Places of the sensors along the row [m]."""
+    if table.y is not None:
+        for key in ("count", "pitch", "centre"):
+            if key in table.model_fields_set:
+                fix = f"leave out y or {key}"
+                raise InvalidValueError(f"{key} beside y", "y already says where the sensors are", fix)
+        return table.y if isinstance(table.y, list) else [table.y]
+    if table.count is None or table.pitch is None:
+        fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
+        raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a place", fix)
+    if table.count > _MOST_SENSORS:
+        raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
+    row = SensorArray.line(table.count, table.pitch, depth=1.0, centre=table.centre)
+    return [float(y) for y in np.asarray(row.y)]
+
+
+def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Transducer, ...]:
     def one(name: object) -> Transducer:
         if not isinstance(name, str) or name not in KINDS:
             close = difflib.get_close_matches(str(name), list(KINDS), n=1)
@@ -301,7 +318,15 @@ def _transducers(kind: object, exact: bool) -> Transducer | tuple[Transducer, ..
             raise InvalidValueError(f"kind = {_short(name)}", "no such kind of sensor is known", fix)
         return kinds.VolumeResistance(exact=exact) if name == "volume_resistance" else KINDS[name]()
 
-    return tuple(one(name) for name in kind) if isinstance(kind, list) else one(kind)
+    if isinstance(kind, list):
+        if len(kind) != count:
+            seen, rule = (
+                f"kind lists {len(kind)}",
+                f"one kind, or one for each of the {count} sensors, is needed",
+            )
+            raise InvalidValueError(seen, rule)
+        return tuple(one(name) for name in kind)
+    return one(kind)
 
 
 def _in_readings(

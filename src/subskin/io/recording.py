@@ -149,7 +149,7 @@ def segment(
     >>> z = 2e-3 * np.clip(np.minimum(t - 1, 5 - t), 0, 1)
     >>> found = segment(1e5 + 3e6 * z[:, None], t, press=z)
     >>> len(found), round(float(found.reading[0, 0]), 1), round(float(found.depth[0]) * 1e3, 3)
-    (1, 5999.6, 2.0)
+    (1, 6000.0, 2.0)
     """
     data = _check.real("readings", readings, finite=False)
     if data.ndim != 2 or not data.size:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import FileError, InvalidValueError
-from .files import read_bytes, replacing
+from .files import read_bytes, replacing, write_bytes
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -128,8 +128,8 @@ class Table:
             seen = f'{where}: a single column "{self.columns[0][:60]}"'
             return FileError(seen, "columns have to be separated by commas", "export the table with commas")
         close = difflib.get_close_matches(column, self.columns, n=1)
-        lower = {name.strip().lower(): name for name in self.columns}
-        meant = lower.get(column.strip().lower()) or (close[0] if close else None)
+        lower = {name.lower(): name for name in self.columns}
+        meant = lower.get(column.lower()) or (close[0] if close else None)
         seen = f'{where}: there is no column "{column}"' + (f", needed for {why}" if why else "")
         have = ", ".join(self.columns[:20]) + (", ..." if len(self.columns) > 20 else "")
         rule = f"the columns are {have}"
@@ -195,17 +195,20 @@ def _csv(data: bytes, name: str) -> pa.Table:
     header = next(_lines(data), None)
     if header is None:
         raise FileError(f"{name} is empty", "a table with a header is needed")
-    columns = header[1]
-    _named(columns, f"{name}, line {header[0]}")
     try:
-        return arrow_csv.read_csv(
+        table = arrow_csv.read_csv(
             io.BytesIO(data),
             convert_options=arrow_csv.ConvertOptions(
                 null_values=list(_MISSING), strings_can_be_null=True, true_values=[], false_values=[]
             ),
         )
     except (pa.ArrowException, UnicodeDecodeError, ValueError) as error:
-        raise _broken(data, name, len(columns), str(error)) from None
+        raise _broken(data, name, len(header[1]), str(error)) from None
+    if any(pa.types.is_binary(column.type) for column in table.columns):
+        raise _broken(data, name, len(header[1]), "bytes that are no text")
+    table = table.rename_columns([column.strip() for column in table.column_names])
+    _named(table.column_names, f"{name}, line {header[0]}")
+    return table
 
 
 def _named(columns: list[str], where: str) -> None:
@@ -237,7 +240,7 @@ def _broken(data: bytes, name: str, width: int, reason: str) -> FileError:
     last = rows[-1][0] if rows else 0
     for line, count in rows:
         if count != width:
-            seen = f"{name}, line {line}: {count} cells where the header has {width}"
+            seen = f"{name}, line {line}: {count} cell{'s'[: count != 1]} where the header has {width}"
             if line == last and count < width:
                 return FileError(
                     seen, "the file ends in the middle of a line", "copy it again, or delete that line"
@@ -267,20 +270,16 @@ def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence
         lengths = ", ".join(f"{name} {len(a)}" for name, a in arrays.items())
         raise InvalidValueError(f"columns of lengths {lengths}", "they have to be equal")
     table = pa.table(arrays)
-    options = arrow_csv.WriteOptions(quoting_style="needed")
-    if str(path) == "-":
-        import sys
-
-        buffer = io.BytesIO()
-        arrow_csv.write_csv(table, buffer, options)
-        sys.stdout.buffer.write(buffer.getvalue())
-        sys.stdout.buffer.flush()
-        return
-    with replacing(path) as part:
-        if Path(path).suffix.lower() in _PARQUET:
+    if Path(path).suffix.lower() in _PARQUET:
+        with replacing(path) as part:
             pq.write_table(table, str(part))
-        else:
-            arrow_csv.write_csv(table, str(part), options)
+        return
+    head = io.StringIO()  # pyarrow puts every name of a header in quotes
+    csv.writer(head, lineterminator="\n").writerow(arrays)
+    body = io.BytesIO(head.getvalue().encode())
+    body.seek(0, io.SEEK_END)
+    arrow_csv.write_csv(table, body, arrow_csv.WriteOptions(include_header=False, quoting_style="needed"))
+    write_bytes(path, body.getvalue())
 
 
 def _arrow(values: npt.ArrayLike | Sequence[str]) -> Any:

@@ -77,8 +77,9 @@ def _unit(text: str, name: str) -> Any:
         return _registry().parse_units(text.replace("·", "*"))
     except pint.UndefinedUnitError:
         bad = next((word for word in re.findall(_WORD, text) if not _known(word)), text)
-        close = difflib.get_close_matches(bad, _COMMON, n=1)
-        fix = f'did you mean "{close[0]}"' if close else "e.g. mm, kPa, deg, N/m"
+        names = {name.lower(): name for name in reversed(_COMMON)}
+        close = difflib.get_close_matches(bad.lower(), list(names), n=1)
+        fix = f'did you mean "{names[close[0]]}"' if close else "e.g. mm, kPa, deg, N/m"
         raise InvalidValueError(seen, f'no unit "{bad}" is known', fix) from None
     except Exception:  # pint lets many kinds of error through, of its parser and of what lies below it
         raise InvalidValueError(seen, "it cannot be understood", 'write e.g. "mm" or "N/m"') from None

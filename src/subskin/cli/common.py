@@ -1,0 +1,156 @@
+"""What the commands share: options, values with units, rows, tables for people, JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+__all__ = [
+    "add_command",
+    "add_rows",
+    "add_shared",
+    "chosen_rows",
+    "number",
+    "quantity_range",
+    "say",
+    "show",
+    "write_json",
+]
+
+
+def add_command(commands: Any, name: str, run: Any, help: str, examples: str) -> argparse.ArgumentParser:
+    """A sub-parser with its description and examples."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=help,
+        description=help[:1].upper() + help[1:] + ".",
+        epilog=f"examples:\n{examples}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def add_shared(parser: argparse.ArgumentParser, what: str) -> None:
+    """-o and --json."""
+    parser.add_argument(
+        "-o", "--out", metavar="FILE", help=f"{what}; CSV, or Parquet for .parquet; - for standard output"
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def add_rows(parser: argparse.ArgumentParser, verb: str) -> None:
+    """--every and --rows."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--every", type=int, metavar="N", help=f"{verb} rows 0, N, 2N, ...")
+    group.add_argument(
+        "--rows", metavar="LIST", help=f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20"
+    )
+
+
+def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
+    """Which of `count` rows --every or --rows names; all without them."""
+    import numpy as np
+
+    from ..errors import InvalidValueError
+
+    chosen = np.zeros(count, dtype=bool)
+    if options.every is not None:
+        if options.every < 1:
+            raise InvalidValueError(
+                f"--every {options.every}", "has to be >= 1", "--every 2 takes every second row"
+            )
+        chosen[:: options.every] = True
+    elif options.rows is not None:
+        for part in options.rows.split(","):
+            match = re.fullmatch(r"\s*(\d{1,12})(?:\s*-\s*(\d{1,12}))?\s*", part)
+            if match is None:
+                raise InvalidValueError(
+                    f'--rows "{options.rows}"', "rows are whole numbers", "--rows 10,30,50 or 0-9,20"
+                )
+            first, last = int(match[1]), int(match[2] or match[1])
+            if last >= count or first > last:
+                seen = f"--rows {part.strip()}"
+                raise InvalidValueError(
+                    seen, f"the table has rows 0 to {count - 1}", "rows are counted from 0"
+                )
+            chosen[first : last + 1] = True
+    else:
+        chosen[:] = True
+    return chosen
+
+
+def quantity_range(text: str, unit: str, name: str) -> tuple[float, float]:
+    """A range, as "-5 mm .. 5 mm" or "-5..5 mm", or one value, in SI."""
+    from ..errors import InvalidValueError
+    from ..io.units import quantity
+
+    parts = [part.strip() for part in text.split("..")]
+    if len(parts) == 1:
+        value = quantity(parts[0], unit, name)
+        return value, value
+    if len(parts) != 2:
+        raise InvalidValueError(f'{name} "{text}"', "a value or a range is needed", f'{name} "-5 mm .. 5 mm"')
+    if re.fullmatch(r"[-+.\deE]+", parts[0]):  # -5..5 mm: the unit belongs to both
+        parts[0] += " " + re.sub(r"^\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", "", parts[1])
+    low, high = (quantity(part.strip(), unit, name) for part in parts)
+    if low > high:
+        raise InvalidValueError(f'{name} "{text}"', "the first has to be <= the second", "swap them")
+    return low, high
+
+
+def say(options: argparse.Namespace) -> TextIO:
+    """Where text for people goes: not into a table or JSON that is written to standard output."""
+    return sys.stderr if options.json or getattr(options, "out", None) == "-" else sys.stdout
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number for people."""
+    return "-" if not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def show(
+    out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1
+) -> None:
+    """A table for people; the first `left` columns are text, the rest numbers."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(
+        title=Text(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    )
+    for i, column in enumerate(columns):
+        table.add_column(Text(column), justify="left" if i < left else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
+    console.print(table)
+
+
+def write_json(value: Mapping[str, Any]) -> None:
+    """Print `value` as JSON; what is not a number is null."""
+    json.dump(_plain(value), sys.stdout, allow_nan=False, indent=2)
+    sys.stdout.write("\n")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

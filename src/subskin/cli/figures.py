@@ -1,0 +1,48 @@
+"""`subskin figures`: the memo's figures, redrawn."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .common import add_command, write_json
+
+_EXAMPLES = """\
+  subskin figures -o figures
+  subskin figures -o figures --only 6,13 --formats svg
+"""
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands, "figures", run, "redraw the memo's Figs. 2, 3, 6, 9, 11, 12 and 13", _EXAMPLES
+    )
+    parser.add_argument(
+        "-o", "--out", metavar="FOLDER", required=True, help="folder for the figures; made if missing"
+    )
+    parser.add_argument("--only", metavar="LIST", help="numbers of the figures, e.g. 6,13")
+    parser.add_argument(
+        "--formats", metavar="LIST", default="svg,png", help="svg, png, pdf (default svg,png)"
+    )
+    parser.add_argument("--json", action="store_true", help="print the names of the files as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..errors import InvalidValueError
+    from ..plot import save_memo_figures
+
+    try:
+        numbers = None if options.only is None else [int(part) for part in options.only.split(",")]
+    except ValueError:
+        raise InvalidValueError(
+            f'--only "{options.only}"', "numbers of figures are needed", "--only 6,13"
+        ) from None
+    formats = [part.strip() for part in options.formats.split(",")]
+    files = [str(path) for path in save_memo_figures(numbers, options.out, formats)]
+    if options.json:
+        write_json({"files": files})
+    else:
+        print("\n".join(files))
+    return 0

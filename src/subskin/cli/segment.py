@@ -1,0 +1,123 @@
+"""`subskin segment`: a raw recording -> its presses."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from .common import add_command, add_shared, number, say, show, write_json
+
+if TYPE_CHECKING:
+    from ..io.recording import Presses, RecordingFormat
+    from ..io.tables import Table
+
+_EXAMPLES = """\
+  subskin segment finger.toml raw.csv -o presses.csv
+  subskin segment finger.toml raw.csv -o presses.parquet --early 0.2 --before "0.1 s"
+"""
+_NOTES = """\
+The table [recording] of the finger file says how to read the recording. A press is a plateau of the indenter's
+depth; its reading is the mean over the first part of the plateau (rubber relaxes) less the mean just before the
+indenter leaves its rest. Where no depth is recorded, contact is found from the readings.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(commands, "segment", run, "cut a raw recording into presses", _EXAMPLES)
+    parser.description = f"{parser.description}\n\n{_NOTES}"
+    parser.add_argument("finger", help="finger.toml with a table [recording]")
+    parser.add_argument("recording", help="the recording, CSV or Parquet; - for standard input")
+    parser.add_argument(
+        "--early", type=float, metavar="SHARE", help="share of a plateau that is averaged (0.4)"
+    )
+    parser.add_argument("--before", metavar="TIME", help='time averaged before a press ("0.3 s")')
+    parser.add_argument("--hold", metavar="TIME", help='least duration of a plateau ("0.5 s")')
+    add_shared(parser, "table of presses")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..errors import FileError
+    from ..io.finger_file import load_finger
+    from ..io.tables import read_table, write_table
+
+    file = load_finger(options.finger)
+    if file.recording is None:
+        fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
+        raise FileError(options.finger, "it has no table [recording] that says how to read one", fix)
+    table = read_table(options.recording)
+    presses = _segment(options, file.recording, table)
+    columns = _columns(presses, file.recording.sensors)
+    if options.out is not None:
+        write_table(options.out, columns)
+    if options.json:
+        write_json({"presses": len(presses), "skipped": presses.skipped, "columns": columns})
+        return 0
+    out = say(options)
+    print(f"{len(presses)} presses in {len(table)} frames" + _skipped(presses), file=out)
+    if options.out is None:
+        _show(out, presses, file.recording.sensors)
+    return 0
+
+
+def _segment(options: argparse.Namespace, how: RecordingFormat, table: Table) -> Presses:
+    from ..errors import FileError, SubskinError
+    from ..io.recording import segment
+    from ..io.units import quantity
+
+    if not len(table):
+        raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
+    changed = {name: getattr(how, name) for name in ("early", "before", "hold")}
+    if options.early is not None:
+        changed["early"] = options.early
+    for name in ("before", "hold"):
+        if getattr(options, name) is not None:
+            changed[name] = quantity(getattr(options, name), "s", f"--{name}")
+    readings = table.readings(how.sensors) * how.scale
+    tracks = {}
+    for name in ("time", "position", "press"):
+        column = getattr(how, name)
+        if column is not None:
+            what = f"[recording] {name}"
+            tracks[name] = table.numbers(column.name, finite=True, why=what) * column.scale
+    try:
+        return segment(readings, **tracks, **changed)
+    except SubskinError as error:
+        raise FileError(f"{table.name}: {error.seen}", error.rule, error.fix) from None
+
+
+def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
+    import numpy as np
+
+    columns: dict[str, Any] = {
+        "press": np.arange(len(presses)),
+        "t_start": presses.start,
+        "t_end": presses.stop,
+    }
+    if presses.position is not None:
+        columns["position"] = presses.position
+    if presses.depth is not None:
+        columns["depth"] = presses.depth
+    columns |= {name: presses.reading[:, i] for i, name in enumerate(names)}
+    return columns | {f"{name}_std": presses.std[:, i] for i, name in enumerate(names)}
+
+
+def _skipped(presses: Presses) -> str:
+    return f" ({presses.skipped} left out: no free skin before them)" if presses.skipped else ""
+
+
+def _show(out: Any, presses: Presses, names: tuple[str, ...]) -> None:
+    place = presses.position
+    rows = [
+        [
+            str(i),
+            number(presses.start[i], 6),
+            "-" if place is None else number(place[i] * 1e3),
+            *(number(value) for value in presses.reading[i]),
+        ]
+        for i in range(min(len(presses), 20))
+    ]
+    show(out, "", ["press", "start [s]", "position [mm]", *names], rows)
+    if len(presses) > 20:
+        print(f"... and {len(presses) - 20} more; -o writes them all", file=out)

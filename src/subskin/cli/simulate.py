@@ -1,0 +1,198 @@
+"""`subskin simulate`: readings, or a whole raw recording, of a finger."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from .common import add_command, add_shared, number, quantity_range, say, show, write_json
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ..io.finger_file import FingerFile
+
+_EXAMPLES = """\
+  subskin simulate finger.toml -o readings.csv --count 1000 --force "10..60 N/m" --angle "-30..30 deg" --seed 1
+  subskin simulate finger.toml -o line.csv --count 61 --grid --position "-9..9 mm" --contact hertz --half-width "1 mm"
+  subskin simulate real.toml -o raw.csv --recording --count 31 --drift 40 --relaxation 0.2 --dead 2 --spread 0.2
+"""
+_MOST = 100_000_000  # readings: more would not fit into memory
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    what = "compute the readings of a finger under random loads, or a raw recording of an indenter"
+    parser = add_command(commands, "simulate", run, what, _EXAMPLES)
+    parser.add_argument("finger", help="finger.toml")
+    loads = parser.add_argument_group("loads", 'each a value or a range, "40 N/m" or "10..60 N/m"')
+    loads.add_argument(
+        "--count", type=int, default=100, metavar="N", help="number of loads, or of presses (100)"
+    )
+    loads.add_argument(
+        "--position", metavar="RANGE", help="where they are (default: over the row of sensors)"
+    )
+    loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='how large they are ("40 N/m")')
+    loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='how they lean ("0 deg")')
+    loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
+    loads.add_argument(
+        "--contact", default="line", metavar="KIND", help="line, strip, hertz, punch or wedge (line)"
+    )
+    loads.add_argument("--half-width", metavar="LENGTH", help="half the width of such a contact")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
+    parser.add_argument(
+        "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
+    )
+    parser.add_argument(
+        "--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3"
+    )
+    raw = parser.add_argument_group(
+        "a raw recording", "an indenter steps along the skin and presses at each place"
+    )
+    raw.add_argument(
+        "--recording", action="store_true", help="write raw frames, as [recording] of the file reads them"
+    )
+    raw.add_argument(
+        "--origin", metavar="LENGTH", help="y = 0 on the motor's axis (default: that of the file, or 0)"
+    )
+    raw.add_argument("--drift", type=float, default=0.0, metavar="SIZE", help="slow drift, in readings (0)")
+    raw.add_argument(
+        "--relaxation", type=float, default=0.2, metavar="SHARE", help="share of a load lost in time (0.2)"
+    )
+    raw.add_argument("--stroke", metavar="LENGTH", default="4 mm", help='how far the indenter goes ("4 mm")')
+    raw.add_argument("--hold", metavar="TIME", default="1.5 s", help='how long a press is held ("1.5 s")')
+    raw.add_argument("--rate", metavar="RATE", default="50 Hz", help='frames a second ("50 Hz")')
+    add_shared(parser, "table of readings, or of frames")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    import numpy as np
+
+    from ..errors import InvalidValueError
+    from ..io.finger_file import load_finger
+    from ..io.tables import write_table
+
+    file = load_finger(options.finger)
+    n = len(file.finger.array)
+    if options.count < 1 or options.count * n > _MOST:
+        raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}")
+    if options.seed < 0:
+        raise InvalidValueError(f"--seed {options.seed}", "has to be >= 0")
+    rng = np.random.default_rng(options.seed)
+    file = _worn(options, file, rng)
+    columns = _frames(options, file, rng) if options.recording else _loads(options, file, rng)
+    count = len(next(iter(columns.values())))
+    if options.out is not None:
+        write_table(options.out, columns)
+    if options.json:
+        write_json({"rows": count, "columns": columns})
+        return 0
+    out = say(options)
+    what = f"{options.count} presses in {count} frames" if options.recording else f"{count} loads"
+    print(f"{what}, {n} sensors" + (f" -> {options.out}" if options.out else ""), file=out)
+    if options.out is None:
+        rows = [[str(i), *(number(values[i]) for values in columns.values())] for i in range(min(count, 20))]
+        show(out, "the first rows, in SI; -o writes them all", ["row", *columns], rows)
+    return 0
+
+
+def _worn(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> FingerFile:
+    """The finger with gains that differ and dead sensors."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from ..errors import InvalidValueError
+
+    if not 0 <= options.spread < 1:
+        raise InvalidValueError(f"--spread {options.spread:g}", "has to be in [0, 1)", "--spread 0.2")
+    array = file.finger.array
+    gain = np.asarray(array.gain) * (1 + options.spread * rng.uniform(-1, 1, len(array)))
+    for part in options.dead.split(",") if options.dead else ():
+        if not part.strip().isdecimal() or int(part) >= len(array):
+            rule = f"sensors are numbered from 0 to {len(array) - 1}"
+            raise InvalidValueError(f'--dead "{options.dead}"', rule, "--dead 2")
+        gain[int(part)] = 0.0
+    return replace(file, finger=replace(file.finger, array=replace(array, gain=gain)))
+
+
+def _contact(options: argparse.Namespace) -> Any:
+    from ..io.synthetic import contact_of
+    from ..io.units import quantity
+
+    width = None if options.half_width is None else quantity(options.half_width, "m", "--half-width")
+    return contact_of(options.contact, width)
+
+
+def _places(options: argparse.Namespace, file: FingerFile, origin: float) -> tuple[float, float]:
+    """The range of positions, on the axis of the tables."""
+    import numpy as np
+
+    if options.position is not None:
+        return quantity_range(options.position, "m", "--position")
+    y = np.asarray(file.finger.array.y)
+    return float(y.min()) + origin, float(y.max()) + origin
+
+
+def _loads(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+    import numpy as np
+
+    origin = _origin(options, file)
+    low, high = _places(options, file, origin)
+    random = rng.uniform(low, high, options.count)
+    position = np.linspace(low, high, options.count) if options.grid else random
+    force = rng.uniform(*quantity_range(options.force, "N/m", "--force"), options.count)
+    angle = rng.uniform(*quantity_range(options.angle, "rad", "--angle"), options.count)
+    contact = _contact(options)(force=force, angle=angle, position=position - origin)
+    readings = file.finger.read(contact, rng=rng)
+    columns: dict[str, Any] = {"position": position, "force": force, "angle": angle}
+    return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
+
+
+def _origin(options: argparse.Namespace, file: FingerFile) -> float:
+    from ..io.units import quantity
+
+    return file.origin if options.origin is None else quantity(options.origin, "m", "--origin")
+
+
+def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+    import numpy as np
+
+    from ..errors import InvalidValueError
+    from ..io.recording import Column, RecordingFormat
+    from ..io.synthetic import simulate_recording
+    from ..io.units import quantity
+
+    origin = _origin(options, file)
+    force, angle = (
+        quantity_range(getattr(options, k), u, f"--{k}") for k, u in (("force", "N/m"), ("angle", "rad"))
+    )
+    if force[0] != force[1] or angle[0] != angle[1]:
+        raise InvalidValueError(
+            "a range of --force or --angle", "an indenter presses alike everywhere", "give one value"
+        )
+    hold, rate = quantity(options.hold, "s", "--hold"), quantity(options.rate, "Hz", "--rate")
+    if not 0 < rate * (hold + 2) * options.count * len(file.names) < _MOST:
+        raise InvalidValueError(f"{options.count} presses at {rate:g} Hz", "that is too long a recording")
+    raw = simulate_recording(
+        file.finger,
+        np.linspace(*_places(options, file, origin), options.count),
+        force=force[0],
+        contact=_contact(options),
+        angle=angle[0],
+        origin=origin,
+        stroke=quantity(options.stroke, "m", "--stroke"),
+        hold=hold,
+        rate=rate,
+        relaxation=options.relaxation,
+        drift=options.drift,
+        rng=rng,
+    )
+    how = file.recording or RecordingFormat(file.names)
+    tracks = {"time": raw.time, "position": raw.position, "press": raw.press}
+    columns = {name: np.round(raw.readings[:, i] / how.scale, 6) for i, name in enumerate(file.names)}
+    for name, values in tracks.items():
+        column = getattr(how, name) or Column(name)
+        columns[column.name] = np.round(values / column.scale, 9)
+    return columns

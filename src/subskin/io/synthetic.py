@@ -1,0 +1,201 @@
+"""A raw recording as an indenter on a real skin would give it, computed: for demonstrations and tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..contact import FlatPunch, Hertz, LineLoad, Strip, Wedge
+from ..contact.base import Contact
+from ..errors import InvalidValueError
+from ..finger import Finger
+
+__all__ = ["CONTACTS", "Recording", "contact_of", "simulate_recording"]
+
+CONTACTS = {"line": LineLoad, "strip": Strip, "hertz": Hertz, "punch": FlatPunch, "wedge": Wedge}
+"""Contacts by the names that the command line uses; all but "line" have a half width."""
+
+_TOUCH = 0.3  # share of the stroke at which the indenter meets the skin
+_PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
+
+
+def contact_of(kind: str, half_width: float | None) -> Callable[..., Contact]:
+    """What makes a contact of `kind` from force, angle and position.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown kind, a width that is missing or that a line has not.
+    """
+    if kind not in CONTACTS:
+        raise InvalidValueError(f'contact = "{kind}"', f"has to be one of {', '.join(CONTACTS)}")
+    if kind == "line":
+        if half_width is not None:
+            raise InvalidValueError("a half width of a line", "a line load has none", 'contact="hertz"')
+        return LineLoad
+    if half_width is None:
+        raise InvalidValueError(f'contact = "{kind}"', "it needs a half width", 'half_width="1 mm"')
+    _check.scalar("half_width", half_width, unit="m", above=0.0)
+    made: Callable[..., Contact] = partial(CONTACTS[kind], half_width=half_width)
+    return made
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Frames of a recording: `time` [s], `position` and `press` [m] of shape (m,), `readings` (m, n)."""
+
+    time: FloatArray
+    position: FloatArray
+    press: FloatArray
+    readings: FloatArray
+
+
+def simulate_recording(
+    finger: Finger,
+    positions: npt.ArrayLike,
+    *,
+    force: float,
+    contact: Callable[..., Contact] = LineLoad,
+    angle: float = 0.0,
+    origin: float = 0.0,
+    stroke: float = 4e-3,
+    ramp: float = 0.5,
+    hold: float = 1.5,
+    rest: float = 0.5,
+    rate: float = 50.0,
+    relaxation: float = 0.2,
+    relaxation_time: float = 1.5,
+    drift: float = 0.0,
+    dead: Sequence[int] = (),
+    rng: np.random.Generator | None = None,
+) -> Recording:
+    """An indenter that steps along the skin and presses at each of `positions`.
+
+    The skin is a standard linear solid: of a load that is held, the share `relaxation` is lost with the time constant
+    `relaxation_time`; on release the reading falls below where it began and comes back as slowly.
+
+    Parameters
+    ----------
+    finger : Finger
+        The finger as it really is; its noise is added.
+    positions : array_like, shape (k,)
+        Where the indenter presses, on its motor's axis [m].
+    force : float
+        Load at the full stroke, before it relaxes [N/m].
+    contact : callable, optional
+        Makes the contact from force, angle and position; see `contact_of`.
+    angle : float, optional
+        Angle of the load [rad].
+    origin : float, optional
+        Where the finger's y = 0 lies on the motor's axis [m].
+    stroke : float, optional
+        How far the indenter goes down [m]; it meets the skin at 30 % of that.
+    ramp, hold, rest : float, optional
+        Time on the way down (and up), on the plateau, and at rest between presses [s].
+    rate : float, optional
+        Frames per second [Hz].
+    relaxation, relaxation_time : float, optional
+        Share of the load that is lost, in [0, 1), and its time constant [s].
+    drift : float, optional
+        Size of a slow drift, each sensor its own, in the unit of the readings.
+    dead : sequence of int, optional
+        Sensors that read nothing but noise and drift.
+    rng : numpy.random.Generator, optional
+        For noise and drift; without it there is no noise, and drift is the same each time.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InvalidValueError
+        A value out of range, a dead sensor that does not exist.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=6e-3, depth=5e-3, gain=-1e5, offset=1e5))
+    >>> raw = simulate_recording(finger, [0.0, 1e-3], force=40.0)
+    >>> raw.readings.shape, float(raw.position[-1]), float(raw.press.max())
+    ((325, 4), 0.001, 0.004)
+    """
+    places = np.atleast_1d(_check.real("positions", positions, unit="m"))
+    sizes = {
+        "stroke": stroke,
+        "ramp": ramp,
+        "hold": hold,
+        "rest": rest,
+        "rate": rate,
+        "relaxation_time": relaxation_time,
+    }
+    for name, value in sizes.items():
+        _check.scalar(name, value, above=0.0)
+    _check.scalar("force", force, unit="N/m", at_least=0.0)
+    _check.scalar("drift", drift, at_least=0.0)
+    share = _check.scalar("relaxation", relaxation, at_least=0.0, at_most=0.99)
+    whole = _check.scalar("origin", origin, unit="m")
+    for sensor in dead:
+        if not 0 <= sensor < len(finger.array):
+            rule = f"sensors are numbered from 0 to {len(finger.array) - 1}"
+            raise InvalidValueError(f"dead = {sensor}", rule)
+    # one press: rest, down, hold, up; a last rest at the end
+    corners = np.cumsum([0.0, rest, ramp, hold, ramp])
+    frames = round((corners[-1] * places.size + rest) * rate)
+    time = np.arange(frames) / rate
+    which = np.minimum((time / corners[-1]).astype(int), places.size - 1)
+    press = stroke * np.interp(time - which * corners[-1], [*corners, corners[-1] + rest], [0, 0, 1, 1, 0, 0])
+    load = force * np.clip((press / stroke - _TOUCH) / (1 - _TOUCH), 0.0, None)
+    felt = _relaxed(load, share, relaxation_time * rate)
+    array = finger.array
+    gain = np.array(array.gain)
+    gain[list(dead)] = 0.0
+    alive = replace(finger, array=replace(array, gain=gain, low=-np.inf, high=np.inf, resolution=0.0))
+    readings = np.tile(np.asarray(array.offset), (frames, 1))
+    moving = felt != 0
+    measured = np.zeros((frames, len(array)))
+    measured[moving] = _measured(alive, contact, felt[moving], angle, places[which[moving]] - whole)
+    readings = alive.array.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
+    bounds = replace(array, gain=1.0, offset=0.0)
+    return Recording(time, places[which], press, bounds.digitise(readings))
+
+
+def _relaxed(load: FloatArray, share: float, frames: float) -> FloatArray:
+    """The load as the skin passes it on: (1 - share) of it at once, `share` through a high pass of `frames`."""
+    from scipy.signal import lfilter
+
+    decay = np.exp(-1 / frames)
+    steps = np.diff(load, prepend=load[:1])
+    # exact for a load that changes linearly from frame to frame
+    fading = lfilter([(1 - decay) * frames], [1.0, -decay], steps)
+    return np.asarray((1 - share) * load + share * fading)
+
+
+def _measured(
+    finger: Finger, contact: Callable[..., Contact], felt: FloatArray, angle: float, places: FloatArray
+) -> FloatArray:
+    """What the transducers measure; the recoil after a press is a load turned round, felt by linear ones only."""
+    values = finger.measure(contact(force=np.abs(felt), angle=angle, position=places))
+    linear = np.array([kind.linear for kind in finger.array.transducers])
+    recoil = (felt < 0)[:, None]
+    return np.where(recoil & linear, -values, np.where(recoil, 0.0, values))
+
+
+def _drift(frames: int, sensors: int, rng: np.random.Generator | None) -> FloatArray:
+    """Slow, smooth, of each sensor its own, of size about 1, and 0 at the start."""
+    source: Any = np.random.default_rng(0) if rng is None else rng
+    phase = source.uniform(0, 2 * np.pi, (len(_PERIODS), sensors))
+    size = source.normal(0, 0.6, (len(_PERIODS), sensors))
+    t = np.linspace(0, 1, frames)[:, None]
+    waves = np.zeros((frames, sensors))
+    for k, period in enumerate(_PERIODS):
+        waves += size[k] * (np.sin(2 * np.pi * t / period + phase[k]) - np.sin(phase[k]))
+    return waves
