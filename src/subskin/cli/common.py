@@ -115,7 +115,7 @@ def say(options: argparse.Namespace) -> TextIO:
 
 def number(value: float, digits: int = 4) -> str:
     """A number for people."""
-    return "-" if not math.isfinite(value) else f"{value:.{digits}g}"
+    return "-" if not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
 
 def show(
@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    if hasattr(value, "tolist"):
+    if hasattr(value, "tolist"):  # a NumPy array or number
         return _plain(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None

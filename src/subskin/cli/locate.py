@@ -1,0 +1,241 @@
+"""`subskin locate`: readings -> where, how hard, at what angle."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from .common import add_command, add_rows, add_shared, chosen_rows, number, say, show, write_json
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from ..estimate.estimate import Estimate
+    from ..io.finger_file import FingerFile
+
+    FloatArray = npt.NDArray[np.float64]
+
+_EXAMPLES = """\
+  subskin locate finger.toml readings.csv -o located.csv
+  subskin locate finger.toml readings.parquet -o located.parquet --truth position --figure truth.png
+  subskin locate calibrated.toml presses.csv -o located.csv --every 2 --skip-used --truth position
+  subskin simulate finger.toml -o - | subskin locate finger.toml - --json
+"""
+_NOTES = """\
+Each row is a frame of raw readings. A missing reading (an empty cell) costs that sensor in that frame. Positions are
+on the axis of the calibration's touches: the finger's own y plus the origin in [calibration].
+"""
+_CHUNK = 100_000
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(commands, "locate", run, "find the load in each frame of readings", _EXAMPLES)
+    parser.description = f"{parser.description}\n\n{_NOTES}"
+    parser.add_argument("finger", help="finger.toml, best as calibrated")
+    parser.add_argument("readings", help="table of readings, CSV or Parquet; - for standard input")
+    parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
+    parser.add_argument("--figure", metavar="FILE", help="draw truth against estimate (.svg, .png or .pdf)")
+    add_rows(parser, "locate only")
+    parser.add_argument(
+        "--skip-used", action="store_true", help="locate the rows that --every or --rows does not name"
+    )
+    add_shared(parser, "table of loads")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    import numpy as np
+
+    from ..errors import FileError, InvalidValueError, SubskinError
+    from ..io.finger_file import load_finger
+    from ..io.tables import read_table, write_table
+
+    if options.skip_used and options.every is None and options.rows is None:
+        raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
+    if options.figure is not None and options.truth is None:
+        raise InvalidValueError("--figure", "it needs the true positions", "--truth position")
+    file = load_finger(options.finger)
+    try:
+        locator = file.locator()
+    except SubskinError as error:
+        raise FileError(f"{options.finger}: {error.seen}", error.rule, error.fix) from None
+    table = read_table(options.readings)
+    readings = table.readings(file.names)
+    truth = None
+    if options.truth is not None:
+        truth = table.numbers(options.truth, finite=True, why="the true position")
+    chosen = chosen_rows(options, len(table)) ^ bool(options.skip_used)
+    rows = np.flatnonzero(chosen)
+    if truth is not None:
+        truth = truth[rows]
+    found = _located(locator, readings[rows])
+    columns = _columns(file, found, rows, truth)
+    score = None
+    if truth is not None:
+        score = _score(columns["position"] - truth, columns["status"])
+        y = truth - file.origin
+        score["beyond_search"] = int(((y < locator.field.start) | (y > locator.field.stop)).sum())
+    if options.figure is not None:
+        _draw(options.figure, truth, columns, np.asarray(found.status))
+    if options.out is not None:
+        write_table(options.out, columns)
+    if options.json:
+        write_json(
+            {"frames": len(rows), "status": _counts(found), "against_truth": score, "columns": columns}
+        )
+    else:
+        _show(options, found, columns, score)
+    return 0
+
+
+def _located(locator: Any, readings: FloatArray) -> Estimate:
+    """All frames, in chunks: memory stays small and the progress bar moves."""
+    import numpy as np
+
+    from ..estimate.estimate import Estimate
+
+    if len(readings) <= _CHUNK:
+        found: Estimate = locator(readings)
+        return found
+    parts = []
+    with _progress(len(readings)) as advance:
+        for first in range(0, len(readings), _CHUNK):
+            parts.append(locator(readings[first : first + _CHUNK]))
+            advance(len(parts[-1].used))
+    return Estimate(np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]))
+
+
+@contextmanager
+def _progress(total: int) -> Iterator[Callable[[int], None]]:
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    bar = Progress(
+        "frames", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
+    )
+    with bar:
+        task = bar.add_task("", total=total)
+        yield lambda count: bar.advance(task, count)
+
+
+def _columns(
+    file: FingerFile, found: Estimate, rows: npt.NDArray[np.intp], truth: FloatArray | None
+) -> dict[str, Any]:
+    import numpy as np
+
+    from ..estimate.estimate import Status
+
+    names = np.array([status.name.lower() for status in Status], dtype=object)
+    std = found.std
+    patterns, group = np.unique(found.used, axis=0, return_inverse=True)
+    sensors = np.array(
+        [" ".join(n for n, on in zip(file.names, p, strict=True) if on) for p in patterns], dtype=str
+    )
+    columns: dict[str, Any] = {
+        "row": rows,
+        "position": found.position + file.origin,
+        "force": found.force,
+        "angle": found.angle,
+        "position_std": std[:, 0],
+        "force_std": std[:, 1],
+        "angle_std": std[:, 2],
+        "status": names[found.status],
+        "residual": found.residual,
+        "second_position": found.second.position + file.origin,
+        "second_chi2": found.second.chi2,
+        "used": sensors[group.reshape(-1)],
+    }
+    if truth is not None:
+        columns |= {"truth": truth, "error": columns["position"] - truth}
+    return columns
+
+
+def _score(error: FloatArray, status: npt.NDArray[np.object_]) -> dict[str, Any]:
+    """Errors of position over the frames that are ok, and over all that were given a place."""
+    import numpy as np
+
+    placed = np.isfinite(error)
+    score: dict[str, Any] = {"frames": len(error)}
+    for name, chosen in (("ok", placed & (status == "ok")), ("placed", placed)):
+        size, e = np.abs(error[chosen]), error[chosen]
+        values: dict[str, float] = {"count": int(chosen.sum())}
+        if size.size:
+            values |= {
+                "median": float(np.median(size)),
+                "percentile_95": float(np.quantile(size, 0.95)),
+                "mean": float(e.mean()),
+                "worst": float(size.max()),
+            }
+        score[name] = values
+    return score
+
+
+def _counts(found: Estimate) -> dict[str, int]:
+    import numpy as np
+
+    from ..estimate.estimate import Status
+
+    counts = np.bincount(found.status.astype(np.intp).reshape(-1), minlength=len(Status))
+    return {status.name.lower(): int(counts[status]) for status in Status}
+
+
+def _draw(path: str, truth: FloatArray | None, columns: dict[str, Any], status: npt.NDArray[np.int8]) -> None:
+    from ..plot import save, truth_against_estimate
+
+    if truth is not None:
+        std = columns["position_std"]
+        save(truth_against_estimate(truth, columns["position"], std=std, status=status), path)
+
+
+_MEANING = {
+    "ok": "one load explains the readings",
+    "ambiguous": "another load explains them nearly as well, or the place is at the edge of the search",
+    "no_contact": "nothing beyond noise",
+    "unexplained": "no pressing load within the friction cone explains the readings",
+    "incomplete": "too few sensors could be used",
+}
+
+
+def _show(
+    options: argparse.Namespace, found: Estimate, columns: dict[str, Any], score: dict[str, Any] | None
+) -> None:
+    out = say(options)
+    counts = [[name, _MEANING[name], str(count)] for name, count in _counts(found).items()]
+    show(out, "frames", ["status", "", "count"], counts, left=2)
+    if score is not None:
+        rows = [
+            [
+                label,
+                str(score[key]["count"]),
+                *(number(score[key].get(k, float("nan")) * 1e3, 3) for k in _ERRORS),
+            ]
+            for key, label in (("ok", "status ok"), ("placed", "all with a place"))
+        ]
+        show(out, "error of position [mm]", ["frames", "count", "median", "95 %", "mean", "worst"], rows)
+        if score["beyond_search"]:
+            print(f"{score['beyond_search']} true places lie beyond the search and cannot be found", file=out)
+    count = len(columns["row"])
+    if options.out is None:
+        names = ["row", "position", "force", "angle", "position_std", "status"]
+        first = [
+            [columns[n][i] if n == "status" else number(float(columns[n][i])) for n in names]
+            for i in range(min(count, 20))
+        ]
+        show(out, "the first frames, in SI; -o writes them all", names, first)
+    elif options.out != "-":
+        print(f"-> {options.out}", file=out)
+    if options.figure is not None:
+        print(f"-> {options.figure}", file=out)
+
+
+_ERRORS = ("median", "percentile_95", "mean", "worst")

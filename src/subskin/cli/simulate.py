@@ -191,7 +191,7 @@ def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Genera
     )
     how = file.recording or RecordingFormat(file.names)
     tracks = {"time": raw.time, "position": raw.position, "press": raw.press}
-    columns = {name: np.round(raw.readings[:, i] / how.scale, 6) for i, name in enumerate(file.names)}
+    columns: dict[str, Any] = {name: raw.readings[:, i] / how.scale for i, name in enumerate(file.names)}
     for name, values in tracks.items():
         column = getattr(how, name) or Column(name)
         columns[column.name] = np.round(values / column.scale, 9)

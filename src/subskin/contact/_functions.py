@@ -14,6 +14,8 @@ FAR = 40.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
 
 _TINY = float(np.finfo(np.float64).tiny)
+_NEAREST = 1e-140
+"""Nearest [m] that a point comes to an end: its square, and a quotient of it, are still numbers."""
 
 
 def root(z: ComplexArray, a: FloatArray, inset: FloatArray | float = 0.0) -> ComplexArray:
@@ -46,8 +48,8 @@ def log_ratio(
     the surface at an end the angle is pi/2 and the logarithm finite, so that the infinities of neighbouring
     stretches cancel.
     """
-    to_start = np.maximum(from_start**2 + x**2, _TINY)
-    to_end = np.maximum(from_end**2 + x**2, _TINY)
+    to_start = np.maximum(from_start**2 + x**2, _NEAREST**2)
+    to_end = np.maximum(from_end**2 + x**2, _NEAREST**2)
     ratio = to_end / to_start
     # log1p where the two distances are nearly equal, log where they are not
     near_one = np.where((ratio > 0.5) & (ratio < 2.0), -4 * h * from_centre / to_start, 0.0)

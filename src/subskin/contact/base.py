@@ -134,11 +134,11 @@ class ContactSum(Contact):
 
     @property
     def normal_force(self) -> FloatArray:  # noqa: D102
-        return np.asarray(sum(part.normal_force for part in self.parts), dtype=np.float64)
+        return _check.read_only(sum(part.normal_force for part in self.parts))
 
     @property
     def tangential_force(self) -> FloatArray:  # noqa: D102
-        return np.asarray(sum(part.tangential_force for part in self.parts), dtype=np.float64)
+        return _check.read_only(sum(part.tangential_force for part in self.parts))
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         first, *rest = self.parts
@@ -150,10 +150,10 @@ class ContactSum(Contact):
         return total
 
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _check.read_only(np.asarray(sum(part.pressure(y) for part in self.parts)))
+        return _check.read_only(sum(part.pressure(y) for part in self.parts))
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _check.read_only(np.asarray(sum(part.shear(y) for part in self.parts)))
+        return _check.read_only(sum(part.shear(y) for part in self.parts))
 
     def singular_points(self) -> tuple[FloatArray, ...]:  # noqa: D102
         return tuple(point for part in self.parts for point in part.singular_points())

@@ -39,7 +39,7 @@ class Hertz(SpreadContact):
     position : array_like, optional
         Centre y [m].
     half_width : array_like
-        Half the width a [m], > 0. By keyword.
+        Half the width a [m], > 0; required.
 
     Raises
     ------

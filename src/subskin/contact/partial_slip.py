@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -36,9 +36,9 @@ class PartialSlip(Hertz):
     position : array_like, optional
         Centre y [m].
     half_width : array_like
-        Half the width a [m], > 0. By keyword.
+        Half the width a [m], > 0; required.
     friction : array_like
-        Coefficient of friction mu [-], > 0. By keyword.
+        Coefficient of friction mu [-], > 0; required.
 
     Raises
     ------
@@ -52,10 +52,13 @@ class PartialSlip(Hertz):
     0.4176
     """
 
-    friction: npt.ArrayLike = field(kw_only=True)
+    friction: npt.ArrayLike = np.nan  # required, as half_width is
 
     def __post_init__(self) -> None:
-        self._set("friction", _check.real("friction", self.friction, above=0.0))
+        self._set(
+            "friction",
+            _check.real("friction", self.friction, above=0.0, fix="rubber on glass: 1; a dry finger: 0.5"),
+        )
         super().__post_init__()
         pulled, held = np.abs(self.tangential_force), np.asarray(self.friction) * self.normal_force
         slides = pulled > held + 1e-12 * np.asarray(

@@ -92,11 +92,11 @@ class PressureProfile(Contact):
 
     @property
     def normal_force(self) -> FloatArray:  # noqa: D102
-        return np.asarray(np.trapezoid(self.node_pressure, self.nodes, axis=-1), dtype=np.float64)
+        return _check.read_only(np.trapezoid(self.node_pressure, self.nodes, axis=-1))
 
     @property
     def tangential_force(self) -> FloatArray:  # noqa: D102
-        return np.asarray(np.trapezoid(self.node_shear, self.nodes, axis=-1), dtype=np.float64)
+        return _check.read_only(np.trapezoid(self.node_shear, self.nodes, axis=-1))
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         shape = np.broadcast_shapes(self.shape, z.shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,7 @@ class FlatPunch(SpreadContact):
     position : array_like, optional
         Centre y [m].
     half_width : array_like
-        Half the width a [m], > 0. By keyword.
+        Half the width a [m], > 0; required.
     moment : array_like, optional
         Moment M of the pressure about the centre [N m/m], positive where it presses harder towards +y. By
         keyword.
@@ -57,7 +57,7 @@ class FlatPunch(SpreadContact):
     [11026.6, 12732.4, 18377.6]
     """
 
-    moment: npt.ArrayLike = field(default=0.0, kw_only=True)
+    moment: npt.ArrayLike = 0.0
 
     SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16, 35 / 128)
 

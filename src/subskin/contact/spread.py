@@ -43,7 +43,7 @@ class SpreadContact(ProportionalContact):
     SERIES: ClassVar[tuple[float, ...]]
 
     def __post_init__(self) -> None:
-        fix = "half of the contact's width in metres; a contact of no width is a LineLoad"
+        fix = "give half of the contact's width in metres; one of no width is a LineLoad"
         self._set("half_width", _check.real("half_width", self.half_width, unit="m", above=0.0, fix=fix))
         super().__post_init__()
 

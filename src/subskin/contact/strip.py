@@ -29,7 +29,7 @@ class Strip(SpreadContact):
     position : array_like, optional
         Centre y [m].
     half_width : array_like
-        Half the width a [m], > 0. By keyword.
+        Half the width a [m], > 0; required.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class Wedge(SpreadContact):
     position : array_like, optional
         Place y of the tip [m].
     half_width : array_like
-        Half the width a of the contact [m], > 0. By keyword.
+        Half the width a of the contact [m], > 0; required.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -73,7 +73,6 @@ def simulate_recording(
     relaxation: float = 0.2,
     relaxation_time: float = 1.5,
     drift: float = 0.0,
-    dead: Sequence[int] = (),
     rng: np.random.Generator | None = None,
 ) -> Recording:
     """An indenter that steps along the skin and presses at each of `positions`.
@@ -84,7 +83,7 @@ def simulate_recording(
     Parameters
     ----------
     finger : Finger
-        The finger as it really is; its noise is added.
+        The finger as it really is; its noise is added. A sensor of gain 0 reads only offset, noise and drift.
     positions : array_like, shape (k,)
         Where the indenter presses, on its motor's axis [m].
     force : float
@@ -105,8 +104,6 @@ def simulate_recording(
         Share of the load that is lost, in [0, 1), and its time constant [s].
     drift : float, optional
         Size of a slow drift, each sensor its own, in the unit of the readings.
-    dead : sequence of int, optional
-        Sensors that read nothing but noise and drift.
     rng : numpy.random.Generator, optional
         For noise and drift; without it there is no noise, and drift is the same each time.
 
@@ -117,7 +114,7 @@ def simulate_recording(
     Raises
     ------
     InvalidValueError
-        A value out of range, a dead sensor that does not exist.
+        A value out of range.
 
     Examples
     --------
@@ -143,10 +140,6 @@ def simulate_recording(
     _check.scalar("drift", drift, at_least=0.0)
     share = _check.scalar("relaxation", relaxation, at_least=0.0, at_most=0.99)
     whole = _check.scalar("origin", origin, unit="m")
-    for sensor in dead:
-        if not 0 <= sensor < len(finger.array):
-            rule = f"sensors are numbered from 0 to {len(finger.array) - 1}"
-            raise InvalidValueError(f"dead = {sensor}", rule)
     # one press: rest, down, hold, up; a last rest at the end
     corners = np.cumsum([0.0, rest, ramp, hold, ramp])
     frames = round((corners[-1] * places.size + rest) * rate)
@@ -156,14 +149,12 @@ def simulate_recording(
     load = force * np.clip((press / stroke - _TOUCH) / (1 - _TOUCH), 0.0, None)
     felt = _relaxed(load, share, relaxation_time * rate)
     array = finger.array
-    gain = np.array(array.gain)
-    gain[list(dead)] = 0.0
-    alive = replace(finger, array=replace(array, gain=gain, low=-np.inf, high=np.inf, resolution=0.0))
-    readings = np.tile(np.asarray(array.offset), (frames, 1))
+    # drift adds before the range and the resolution do their part
+    unbounded = replace(array, low=-np.inf, high=np.inf, resolution=0.0)
     moving = felt != 0
     measured = np.zeros((frames, len(array)))
-    measured[moving] = _measured(alive, contact, felt[moving], angle, places[which[moving]] - whole)
-    readings = alive.array.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
+    measured[moving] = _measured(finger, contact, felt[moving], angle, places[which[moving]] - whole)
+    readings = unbounded.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, offset=0.0)
     return Recording(time, places[which], press, bounds.digitise(readings))
 

@@ -287,8 +287,8 @@ def _arrow(values: npt.ArrayLike | Sequence[str]) -> Any:
 
     array = np.asarray(values)
     if array.dtype.kind == "f":
-        return pa.array(array, mask=np.isnan(array))
-    return pa.array(array.tolist() if array.dtype.kind in "UO" else array)
+        return pa.array(array + 0.0, mask=np.isnan(array))  # no -0
+    return pa.array(array, pa.string()) if array.dtype.kind in "UO" else pa.array(array)
 
 
 def _with_nan(data: Any) -> FloatArray:

@@ -112,11 +112,11 @@ class HalfPlane(Skin):
         zeros = np.zeros_like(ys)
         with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below
             t = contact.transforms(_complex(zeros, ys))
-        big_t = t.q / np.pi
-        big_f = big_t + 1j * t.p / np.pi
-        nu = self.material.poisson
-        kappa = 3 - 4 * nu if self.plane == "strain" else (3 - nu) / (1 + nu)
-        gradient = (0.5 * (kappa * big_f - np.conj(big_f)) + np.conj(big_t)) / (2 * self.material.shear)
+            big_t = t.q / np.pi
+            big_f = big_t + 1j * t.p / np.pi
+            nu = self.material.poisson
+            kappa = 3 - 4 * nu if self.plane == "strain" else (3 - nu) / (1 + nu)
+            gradient = (0.5 * (kappa * big_f - np.conj(big_f)) + np.conj(big_t)) / (2 * self.material.shear)
         uy, ux = (np.array(part, dtype=np.float64) for part in (gradient.real, gradient.imag))
         _blank_singular(contact, zeros, ys, ux, uy)
         return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
