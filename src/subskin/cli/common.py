@@ -140,7 +140,7 @@ def show(
 
 def write_json(value: Mapping[str, Any]) -> None:
     """Print `value` as JSON; what is not a number is null."""
-    json.dump(_plain(value), sys.stdout, allow_nan=False, indent=2)
+    json.dump(_plain(value), sys.stdout, allow_nan=False)
     sys.stdout.write("\n")
 
 
