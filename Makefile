@@ -42,7 +42,7 @@ bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
 figures: $(DEV) ## the memo's figures into out/figures, and the drawings of the README and the docs
-	$(BIN)/subskin figures --out out/figures
+	$(BIN)/subskin figures -o out/figures
 	$(BIN)/python docs/images/draw.py
 
 clean: ## remove what was built; .venv stays (rm -r .venv removes that)

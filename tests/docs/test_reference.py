@@ -13,22 +13,37 @@ import pytest
 import subskin
 
 ROOT = Path(__file__).parents[2]
+PAGES = ["subskin.estimate.three_sensor", "subskin.memo", "subskin.plot"]
 LISTED = re.compile(r"^   (?:\w+\.)*(\w+)$", re.MULTILINE)
 
 
 def test_every_public_name_is_in_the_reference() -> None:
     public = {n for n, v in vars(subskin).items() if not n.startswith("_") and not isinstance(v, ModuleType)}
     assert "Finger" in public
-    listed = set(LISTED.findall((ROOT / "docs/api/index.rst").read_text("utf-8")))
+    page, _, _ = (ROOT / "docs/api/index.rst").read_text("utf-8").partition(".. toctree::")
+    listed = set(LISTED.findall(page)) | set(importlib.import_module(PAGES[0]).__all__)
     assert public - listed == set()
 
 
-@pytest.mark.parametrize("name", ["subskin.estimate.three_sensor", "subskin.memo", "subskin.plot"])
+@pytest.mark.parametrize("name", PAGES)
 def test_modules_with_a_page_say_what_is_public(name: str) -> None:
     module = importlib.import_module(name)
     assert module.__all__
     pages = [page.read_text("utf-8") for page in (ROOT / "docs/api").glob("*.rst")]
     assert sum(f"automodule:: {name}\n" in page for page in pages) == 1
+
+
+def test_every_key_of_the_finger_file_is_on_the_page_of_the_command_line() -> None:
+    schema = importlib.import_module("subskin.io._schema")
+    page = (ROOT / "docs/cli.md").read_text("utf-8")
+    tables = {name: field.annotation for name, field in schema.Document.model_fields.items()}
+    assert len(tables) >= 5
+    for name, annotation in tables.items():
+        assert f"[{name}]" in page
+        model = next(
+            m for m in (annotation, *getattr(annotation, "__args__", ())) if hasattr(m, "model_fields")
+        )
+        assert [key for key in model.model_fields if f"`{key}`" not in page] == [], name
 
 
 @pytest.fixture

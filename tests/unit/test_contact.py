@@ -477,3 +477,14 @@ class TestValidity:
             SKIN.state(wide(), X, Y)
             SKIN.surface_gradient(wide(), [0.3e-3, 5e-3])
             wide().pressure([-2 * A, -A, 0.0, 0.3 * A, A])
+
+
+def test_many_line_loads_are_added_up_in_compiled_code_as_one_by_one():
+    rng = np.random.default_rng(3)
+    loads = [ss.LineLoad(*row) for row in zip(rng.uniform(1, 9, 20), rng.uniform(-3, 3, 20), rng.uniform(-2, 2, 20))]
+    x, y = rng.uniform(0.01, 3, (90, 1)), rng.uniform(-3, 3, (1, 90))  # enough points for the compiled sum
+    skin = ss.HalfPlane(ss.Material(young=2.0, poisson=0.3))
+    together, singly = skin.stress(sum(loads), x, y), [skin.stress(load, x, y) for load in loads]
+    for name in ("xx", "yy", "zz", "xy"):
+        expected = sum(getattr(field, name) for field in singly)
+        np.testing.assert_allclose(getattr(together, name), expected, rtol=0, atol=1e-13 * np.abs(expected).max())

@@ -42,7 +42,8 @@ class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from .. import __version__
 
-        parser.exit(message=f"subskin {__version__}\n")
+        print(f"subskin {__version__}")
+        parser.exit()
 
 
 def _warn(message: Warning | str, *_: object, **__: object) -> None:

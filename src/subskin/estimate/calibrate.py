@@ -327,7 +327,9 @@ class _Fit:
             rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
-            if "gain" not in self.names:  # a few touches on a known finger tell less of its noise than it knows
+            if (
+                "gain" not in self.names
+            ):  # a few touches on a known finger tell less of its noise than it knows
                 noise = np.maximum(noise, np.asarray(self.forward.finger.array.noise))
             # a floor keeps one sensor that happens to fit exactly from taking all the weight
             self.noise = np.maximum(

@@ -81,7 +81,9 @@ def write_bytes(path: str | Path, data: bytes) -> None:
         The file cannot be written.
     """
     if str(path) == "-":
-        sys.stdout.buffer.write(data)
+        rest = memoryview(data)
+        while rest:  # a stream without a buffer may take less than it is given
+            rest = rest[sys.stdout.buffer.write(rest) :]
         sys.stdout.buffer.flush()
         return
     with replacing(path) as part:

@@ -116,10 +116,11 @@ def segment(
     at least `hold`, more than 10 % of the stroke above the lowest depth. Within 1 % of the lowest depth the skin is
     free; the last `before` seconds of that (or as many as there are) are the base that is taken off.
 
-    Without `press` the readings tell. Contact is where a sensor has moved from where it began by more than 15 % of the
-    largest such move of any, for at least `hold`; the plateau begins where 90 % of the press's own peak is reached and
-    ends where it falls for good below half of it. The base is the calmest stretch of `before` since the press
-    before. So weaker presses are overlooked, and drift has to stay below these 15 %.
+    Without `press` the readings tell. Contact is where a sensor has moved from where it began, the way it goes under
+    its strongest press, by more than 15 % of the largest such move of any, for at least `hold`. The plateau begins
+    where 90 % of the press's own peak is reached and ends where it falls for good below half of it. The base is the
+    calmest stretch of `before` since the press before. So weaker presses are overlooked, and drift has to stay below
+    these 15 %.
 
     Parameters
     ----------
@@ -244,7 +245,10 @@ def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: floa
     start = np.array(
         [np.median(c[ok][:begin]) if ok.any() else 0.0 for c, ok in zip(data.T, seen.T, strict=True)]
     )
-    moved = np.where(seen, np.abs(np.where(seen, data, 0.0) - start), 0.0).max(axis=1)
+    move = np.where(seen, np.where(seen, data, 0.0) - start, 0.0)
+    # each sensor's own way under a press; the recoil of relaxed rubber goes the other way
+    largest = np.take_along_axis(move, np.abs(move).argmax(axis=0)[None, :], axis=0)
+    moved = np.maximum(np.sign(largest) * move, 0.0).max(axis=1)
     if moved.size > 2:  # a single wild frame is no contact
         moved[1:-1] = np.median(np.stack([moved[:-2], moved[1:-1], moved[2:]]), axis=0)
     onset, end = _runs(moved > _TOUCH * moved.max())

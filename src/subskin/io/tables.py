@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -278,7 +278,9 @@ def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence
     csv.writer(head, lineterminator="\n").writerow(arrays)
     body = io.BytesIO(head.getvalue().encode())
     body.seek(0, io.SEEK_END)
-    arrow_csv.write_csv(table, body, arrow_csv.WriteOptions(include_header=False, quoting_style="needed"))
+    # "needed" puts every text in quotes
+    style: Literal["none", "needed"] = "needed" if any(map(_needs_quotes, table.columns)) else "none"
+    arrow_csv.write_csv(table, body, arrow_csv.WriteOptions(include_header=False, quoting_style=style))
     write_bytes(path, body.getvalue())
 
 
@@ -289,6 +291,15 @@ def _arrow(values: npt.ArrayLike | Sequence[str]) -> Any:
     if array.dtype.kind == "f":
         return pa.array(array + 0.0, mask=np.isnan(array))  # no -0
     return pa.array(array, pa.string()) if array.dtype.kind in "UO" else pa.array(array)
+
+
+def _needs_quotes(column: Any) -> bool:
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if not pa.types.is_string(column.type):
+        return False
+    return bool(pc.any(pc.match_substring_regex(column, '[",\\r\\n]')).as_py())
 
 
 def _with_nan(data: Any) -> FloatArray:

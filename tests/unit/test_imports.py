@@ -1,0 +1,146 @@
+"""Data flows one way, and so do imports."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import subskin
+
+ROOT = Path(subskin.__file__).parent
+# A module imports only what stands to the left of it, or what stands beside it in its own package.
+ORDER = (
+    "errors",
+    "_check",
+    "material",
+    "field",
+    "contact",
+    "skin",
+    "transducer",
+    "array",
+    "receptive_field",
+    "finger",
+    "estimate",
+    "decide",
+    "io",
+    "memo",
+    "plot",
+    "cli",
+    "__main__",
+)
+MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
+# The one arrow that runs back: `finger.locate` is the estimator's front door, and opens it only when called.
+FRONT_DOOR = ("finger", "estimate", {"locate", "locator"})
+
+
+def part_of(path: Path) -> str:
+    return path.parts[0].removesuffix(".py")
+
+
+def targets(node: ast.Import | ast.ImportFrom, path: Path) -> list[str]:
+    """Parts of subskin that an import statement of the module at `path` names."""
+    if isinstance(node, ast.Import):
+        names = [alias.name for alias in node.names]
+    elif node.level == 0:
+        names = [node.module or ""]
+    else:
+        package = ("subskin", *path.parts[:-1])
+        base = ".".join(package[: len(package) - node.level + 1])
+        names = [f"{base}.{node.module}"] if node.module else [f"{base}.{alias.name}" for alias in node.names]
+    parts = [name.split(".")[1] for name in names if name.startswith("subskin.")]
+    return [
+        part for part in parts if (ROOT / part).is_dir() or (ROOT / f"{part}.py").is_file()
+    ]  # else a name in it
+
+
+def imports(path: Path, source: str) -> list[tuple[str, str, int]]:
+    """(part imported, function it is in, line), without what is imported for the type checker alone."""
+    found: list[tuple[str, str, int]] = []
+
+    def visit(node: ast.AST, function: str) -> None:
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            return
+        if isinstance(node, ast.FunctionDef):
+            function = node.name
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.extend((part, function, node.lineno) for part in targets(node, path))
+        for child in ast.iter_child_nodes(node):
+            visit(child, function)
+
+    visit(ast.parse(source), "")
+    return found
+
+
+def back_arrows(path: Path, source: str) -> list[str]:
+    here = part_of(path)
+    wrong = []
+    for part, function, line in imports(path, source):
+        if part == here or ((here, part) == FRONT_DOOR[:2] and function in FRONT_DOOR[2]):
+            continue
+        if part not in ORDER or ORDER.index(part) > ORDER.index(here):
+            wrong.append(f"{path}:{line} imports {part}")
+    return wrong
+
+
+@pytest.mark.parametrize("path", [m for m in MODULES if m != Path("__init__.py")], ids=str)
+def test_imports_run_one_way(path):
+    assert part_of(path) in ORDER, f"give {path} its place in ORDER"
+    assert back_arrows(path, (ROOT / path).read_text()) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "source"),
+    [
+        ("contact/line.py", "from ..skin import HalfPlane"),
+        ("contact/line.py", "from .. import finger"),
+        ("material.py", "def f():\n    from .contact.base import Contact"),
+        ("array.py", "import subskin.finger"),
+        ("finger.py", "from .estimate.locate import Locator"),
+        ("finger.py", "def read():\n    from .estimate.locate import Locator"),
+        ("estimate/locate.py", "from ..plot import style"),
+        ("io/files.py", "from ..cli.main import main"),
+    ],
+)
+def test_the_walk_sees_an_arrow_that_runs_back(path, source):
+    assert len(back_arrows(Path(path), source)) == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "source"),
+    [
+        ("finger.py", "def locate():\n    from .estimate.locate import Locator"),
+        ("finger.py", "if TYPE_CHECKING:\n    from .estimate.locate import Locator"),
+        (
+            "contact/line.py",
+            "from .base import Contact\nfrom .. import _check\nfrom ..material import Material",
+        ),
+    ],
+)
+def test_the_walk_passes_what_is_allowed(path, source):
+    assert back_arrows(Path(path), source) == []
+
+
+def test_only_plot_imports_matplotlib():
+    users = {
+        part_of(path)
+        for path in MODULES
+        for node in ast.walk(ast.parse((ROOT / path).read_text()))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in ([a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""])
+        if name.split(".")[0] == "matplotlib"
+    }
+    assert users <= {"plot"}
+
+
+def test_import_is_light():
+    """What is slow to load is loaded by the call that needs it."""
+    heavy = ("numba", "matplotlib", "pint", "pydantic", "pandas", "pyarrow", "scipy")
+    code = f"import sys, subskin; print([m for m in {heavy} if m in sys.modules])"
+    seen = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    assert seen == "[]"

@@ -1,0 +1,204 @@
+"""finger.toml: what it says, how a wrong one is refused, and that writing keeps the user's comments."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.errors import FileError
+from subskin.io.finger_file import KINDS, load_finger, parse_finger, save_finger
+
+GOOD = """\
+# my finger
+[skin]
+young = "0.4 MPa"   # soft
+poisson = 0.5
+
+[sensors]
+count = 4
+pitch = "6 mm"
+depth = "5 mm"      # a guess
+kind = "normal_strain"
+noise = 12
+offset = ["1 kPa", 0, 3, 4]
+low = "-1 psi"
+
+[locate]
+friction = 0
+search = ["-10 mm", "10 mm"]
+
+[recording]
+sensors = ["a", "b", "c", "d"]
+unit = "kPa"
+position = { column = "x", unit = "1e-3 mm" }
+press = { column = "z", unit = "1/320 mm" }
+early = 0.3
+"""
+
+
+def test_what_a_file_says():
+    file = parse_finger(GOOD)
+    array = file.finger.array
+    assert file.finger.skin == ss.HalfPlane(ss.Material(0.4e6, 0.5))
+    np.testing.assert_allclose(array.y, [-9e-3, -3e-3, 3e-3, 9e-3], rtol=1e-15)
+    np.testing.assert_array_equal(array.depth, 5e-3)
+    np.testing.assert_array_equal(array.noise, 12.0)
+    np.testing.assert_array_equal(array.offset, [1000.0, 0.0, 3.0, 4.0])
+    np.testing.assert_allclose(array.low, -6894.757293, rtol=1e-9)
+    assert np.isinf(array.high).all()
+    assert file.names == ("a", "b", "c", "d")
+    assert file.search == (-10e-3, 10e-3)
+    assert file.options == {"friction": 0.0}
+    assert file.recording.scale == 1000.0
+    assert file.recording.position.scale == 1e-6
+    assert file.recording.press.scale == pytest.approx(1e-3 / 320, rel=1e-15)
+    assert (file.recording.time.name, file.recording.early, file.recording.before) == ("time", 0.3, 0.3)
+    assert file.origin == 0.0
+
+
+def test_places_kinds_and_plane():
+    file = parse_finger("""
+        [skin]
+        young = 4e5
+        plane = "stress"
+        [sensors]
+        y = ["-2 mm", 0.001]
+        depth = ["2 mm", "3 mm"]
+        kind = ["volume_resistance", "mean_pressure"]
+        exact = true
+        high = inf
+    """)
+    assert file.finger.skin.plane == "stress"
+    np.testing.assert_array_equal(file.finger.array.y, [-2e-3, 1e-3])
+    np.testing.assert_array_equal(file.finger.array.depth, [2e-3, 3e-3])
+    assert file.finger.array.transducers == (ss.VolumeResistance(exact=True), ss.MeanPressure())
+    for name, kind in KINDS.items():
+        text = f'[skin]\nyoung = 1\n[sensors]\ncount = 1\npitch = 1\ndepth = 1\nkind = "{name}"\n'
+        assert parse_finger(text).finger.array.transducers == (kind(),)
+
+
+def test_gain_has_the_unit_of_readings_per_measured_unit():
+    strain = GOOD.replace("noise = 12", 'gain = "-30 kPa"')
+    np.testing.assert_array_equal(parse_finger(strain).finger.array.gain, -30e3)
+    pressure = GOOD.replace("noise = 12", "gain = 0.9").replace("normal_strain", "mean_pressure")
+    np.testing.assert_array_equal(parse_finger(pressure).finger.array.gain, 0.9)
+    volts = GOOD.replace('"kPa"', '"V"').replace('["1 kPa", 0, 3, 4]', '"2 mV"').replace('low = "-1 psi"', "")
+    volts = volts.replace("normal_strain", "mean_pressure").replace("noise = 12", 'gain = "3 mV/kPa"')
+    array = parse_finger(volts).finger.array
+    np.testing.assert_allclose(array.gain, 3e-6, rtol=1e-12)
+    np.testing.assert_allclose(array.offset, 2e-3, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ("depth =", "deph =", 9, 'key "deph": no such key is known. Fix: did you mean "depth"'),
+        ("[skin]", "[skinn]", 2, 'table "skinn": no such table is known. Fix: did you mean "skin"'),
+        ('young = "0.4 MPa"', "", 2, '"young" is missing'),
+        ('"0.4 MPa"', '"0.4 Mpaa"', 3, 'no unit "Mpaa" is known. Fix: did you mean "MPa"'),
+        ('"0.4 MPa"', '"-0.4 MPa"', 3, 'young = "-0.4 MPa": has to be > 0'),
+        ('"0.4 MPa"', "true", 3, "young = True: a number with its unit is needed"),
+        ("poisson = 0.5", "poisson = 0.6", 4, "poisson = 0.6: has to be <= 0.5"),
+        ("poisson = 0.5", "poisson = nan", 4, "has to be finite"),
+        ('"5 mm"', '"-5 mm"', 9, 'depth = "-5 mm": has to be > 0'),
+        ('"5 mm"', '"5 kg"', 9, 'depth = "5 kg": a value in m is needed'),
+        ('"5 mm"', '["5 mm", "6 kg"]', 9, 'depth[1] = "6 kg": a value in m is needed'),
+        ('"5 mm"', '["5 mm", "6 mm"]', 9, "one for each of the 4 sensors"),
+        ('"5 mm"', "5 mm", 9, "not TOML"),
+        ("[skin]", "[skin", 2, "not TOML"),
+        ("count = 4", "count = 4.5", 7, "integer"),
+        ("count = 4", "count = 0", 7, "count = 0: a whole number of sensors >= 1"),
+        ("count = 4", "count = 99999999", 7, "at most"),
+        ("count = 4", "count = 5", 12, "offset of shape (4,): one value, or one for each of the 5 sensors"),
+        ("count = 4", 'y = ["1 mm"]', 8, "pitch beside y"),
+        ("count = 4", "", 6, "count and pitch, is missing"),
+        ('"6 mm"', "0", 8, "pitch = 0: has to be > 0"),
+        ('"normal_strain"', '"normal_stain"', 10, 'did you mean "normal_strain"'),
+        ('"normal_strain"', '["normal_strain"]', 10, "kind lists 1: one kind, or one for each of the 4"),
+        ('"normal_strain"', "3", 10, "kind = 3"),
+        ("noise = 12", "noise = -1", 11, "noise = -1: has to be >= 0"),
+        ("noise = 12", 'noise = "3 m"', 11, 'noise = "3 m": a value in Pa is needed'),
+        ("noise = 12", "exact = 1", 11, "boolean"),
+        ('low = "-1 psi"', "low = 2\nhigh = 1", 13, "low has to be < high"),
+        ("friction = 0", "friction = -1", 16, "friction = -1: has to be >= 0"),
+        ("friction = 0", "false_alarm = 0.9", 16, "(0, 0.5]"),
+        ('["-10 mm", "10 mm"]', '["10 mm", "-10 mm"]', 17, "the first has to be < the second"),
+        ('["-10 mm", "10 mm"]', '"10 mm"', 17, "two places are needed"),
+        ('"d"]', '"d", "e"]', 20, "sensors names 5 columns: one for each of the 4 sensors"),
+        ('"d"]', '"a"]', 20, 'holds "a" twice'),
+        ('"d"]', "4]", 20, "a list of names is needed"),
+        ('unit = "kPa"', 'unit = "kPaa"', 21, 'no unit "kPaa" is known. Fix: did you mean "kPa"'),
+        ('"1e-3 mm"', '"1e-3 s"', 22, 'unit = "1e-3 s": a value in m is needed'),
+        ('column = "x"', 'colum = "x"', 22, 'key "colum": no such key is known. Fix: did you mean "column"'),
+        ("early = 0.3", "early = 3", 24, "early = 3: has to be <= 1"),
+        ("early = 0.3", 'hold = "0 s"', 24, 'hold = "0 s": has to be > 0'),
+        (GOOD, "", None, "is empty"),
+        (GOOD, "\x00", 1, "not TOML"),
+        (GOOD, "a = " + "[" * 5000, None, "not TOML"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_its_line(old, new, line, said):
+    assert old in GOOD
+    with pytest.raises(FileError) as caught:
+        parse_finger(GOOD.replace(old, new), "my.toml")
+    text = str(caught.value)
+    assert said in text
+    assert text.startswith("my.toml, line" if line else "my.toml")
+    if line:
+        assert text.startswith(f"my.toml, line {line}:"), text
+
+
+def test_reading_a_file(tmp_path):
+    path = tmp_path / "finger.toml"
+    with pytest.raises(FileError, match="there is no such file"):
+        load_finger(path)
+    path.write_bytes(b"[skin]\nyoung = \xff\n")
+    with pytest.raises(FileError, match=r"line 2: the file has to be text in UTF-8"):
+        load_finger(path)
+    path.write_text(GOOD.replace("\n", "\r\n"))
+    assert load_finger(path).names == ("a", "b", "c", "d")
+
+
+class TestWriting:
+    def changed(self, file, **fields):
+        return replace(file.finger, array=replace(file.finger.array, **fields))
+
+    def test_only_what_changed_is_written_and_comments_stay(self):
+        file = parse_finger(GOOD)
+        finger = self.changed(file, depth=4.2e-3, gain=[-1.0, -2.0, -3.0, 0.0], noise=[1.0, 2.0, 3.0, 4.0])
+        text = file.with_finger(finger, 3e-3, {"source": "presses.csv", "std": {"origin": "1 um"}}).text
+        lines = text.splitlines()
+        assert lines[:8] == GOOD.splitlines()[:8]
+        assert lines[8] == 'depth = "4.2 mm"      # a guess'
+        assert 'count = 4\npitch = "6 mm"' in text
+        assert text.index("gain =") < text.index("[locate]")
+        again = parse_finger(text)
+        assert again.origin == 3e-3
+        assert again.search == file.search
+        for name in ("y", "depth", "gain", "noise", "offset"):
+            np.testing.assert_allclose(
+                getattr(again.finger.array, name), getattr(finger.array, name), rtol=1e-8
+            )
+        assert "presses.csv" in text
+
+    def test_moved_sensors_and_another_material(self):
+        file = parse_finger(GOOD)
+        finger = self.changed(file, y=np.add(file.finger.array.y, [0, 1e-4, 0, 0]), width=1e-3)
+        finger = replace(finger, skin=ss.HalfPlane(ss.Material(0.4e6, 0.23456789)))
+        again = parse_finger(file.with_finger(finger, 0.0).text)
+        np.testing.assert_allclose(again.finger.array.y, finger.array.y, rtol=1e-8)
+        np.testing.assert_allclose(again.finger.array.width, 1e-3)
+        assert again.finger.skin == finger.skin
+
+    def test_calibrating_twice_leaves_one_table(self):
+        file = parse_finger(GOOD)
+        twice = file.with_finger(file.finger, 1e-3).with_finger(file.finger, 2e-3)
+        assert twice.text.count("[calibration]") == 1
+        assert twice.origin == 2e-3
+
+    def test_saved_whole(self, tmp_path):
+        path = tmp_path / "finger.toml"
+        save_finger(parse_finger(GOOD), path)
+        assert path.read_text() == GOOD
+        assert [p.name for p in tmp_path.iterdir()] == ["finger.toml"]
