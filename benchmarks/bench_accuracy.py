@@ -33,7 +33,7 @@ def main() -> None:
                 ratio = np.sqrt((error[ok] ** 2).mean(0) / variance[ok].mean(0))
                 inside = (np.abs(error[ok]) < 1.959964 * found.std[ok]).mean(0)
                 gross = (np.abs(error[:, 0]) > 6 * found.std[:, 0]) & (np.abs(error[:, 0]) > 0.1)
-                name = f"{sensors} sensors, spacing {spacing}, noise {noise:.1%}"
+                name = f"{sensors}, {spacing} depth, {noise:.1%}"
                 rows.append(
                     [
                         name,

@@ -55,7 +55,7 @@ def main() -> None:
         roots = seconds(lambda tip=tip, few=few: [eq13_roots(tip, f) for f in few], 3).min() / len(few)
         rows.append(
             [
-                f"{sensors} sensors, spacing {spacing}, noise {noise:.1%}",
+                f"{sensors}, {spacing} depth, {noise:.1%}",
                 f"{options.frames / np.median(batch) / 1000000.0:.2f}",
                 f"{options.frames / batch.min() / 1000000.0:.2f}",
                 f"{np.median(public):.1f}",
@@ -65,7 +65,8 @@ def main() -> None:
                 f"{1 / roots:.0f}",
             ]
         )
-    columns = ["", "M frames/s, median", "best", "one: Finger.locate, us", "Locator, us", "Locator, 99 %, us"]
+    columns = ["sensors, spacing, noise", "M frames/s, median", "best", "Finger.locate, us"]
+    columns += ["Locator, us", "Locator, 99 %, us"]
     columns += ["least_squares, 8 starts, frames/s", "numpy.roots of eq. (13), frames/s"]
     show(f"Speed of locate, batches of {options.frames}", columns, rows, options.json)
 

@@ -260,6 +260,13 @@ class TestLocate:
         subskin("locate", "finger.toml", "r.csv", "-o", "many.csv")
         assert (folder / "one.csv").read_text() == (folder / "many.csv").read_text()
 
+    def test_progress_is_shown_on_a_terminal(self, subskin, folder, monkeypatch):
+        subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 57)
+        monkeypatch.setattr("subskin.cli.locate._CHUNK", 10)
+        assert subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err == ""
+        monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+        assert "57/57" in subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err
+
     def test_no_frames(self, subskin, folder):
         (folder / "r.csv").write_text("p0,p1,p2,p3\n")
         ran = subskin("locate", "finger.toml", "r.csv", "-o", "l.csv")

@@ -6,6 +6,8 @@ an edge; panels of 16 Gauss points shrink by half towards the edge, the point an
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -161,12 +163,27 @@ def test_partial_slip_of_little_drag():
     np.testing.assert_allclose(far.yy, near.yy, rtol=1e-11)
 
 
-@pytest.mark.parametrize("last", [0.0, 2e3])
-def test_pressure_profile(last):
-    nodes = A * np.array([-1.0, -0.3, 0.2, 0.21, 1.0])
-    pressure, shear = np.array([0.0, 3e3, 1e3, 2e3, last]), np.array([0.0, -5e2, 1e3, 1e3, last])
+STRETCHES = A * np.array([-1.0, -0.3, 0.2, 0.21, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("pressure", "shear"),
+    [
+        ([0.0, 3e3, 1e3, 2e3, 0.0], [0.0, -5e2, 1e3, 1e3, 0.0]),
+        ([0.0, 3e3, 1e3, 2e3, 2e3], [1e3, -5e2, 1e3, 1e3, 2e3]),
+        ([0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 1e3, 2e3, 1e3, 0.0]),
+    ],
+    ids=["continuous", "jumps", "drags only"],
+)
+def test_pressure_profile(pressure, shear):
+    nodes = STRETCHES
     contact = ss.PressureProfile(nodes, pressure, shear)
-    for x, y in POINTS:
+    moment = [np.diff(nodes) @ (np.array(shear)[1:] + np.array(shear)[:-1]) / 2, 0.0]
+    for (a, b), (qa, qb) in zip(pairwise(nodes), pairwise(shear), strict=True):
+        moment[1] += (b - a) * (qa * (2 * a + b) + qb * (a + 2 * b)) / 6
+    centroid = moment[1] / moment[0]
+    beneath = [(x * A, centroid) for x in (30.0, 60.0, 1e3, 1e4)]  # where a drag leaves next to nothing
+    for x, y in [*POINTS, *beneath]:
         expected = np.zeros(3)
         for k in range(4):
             a, b = nodes[k], nodes[k + 1]

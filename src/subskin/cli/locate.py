@@ -61,6 +61,7 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
     if options.figure is not None and options.truth is None:
         raise InvalidValueError("--figure", "it needs the true positions", "--truth position")
+    _check_targets(options)
     file = load_finger(options.finger)
     try:
         locator = file.locator()
@@ -93,6 +94,20 @@ def run(options: argparse.Namespace) -> int:
     else:
         _show(options, found, columns, score)
     return 0
+
+
+def _check_targets(options: argparse.Namespace) -> None:
+    from ..errors import FileError
+    from ..io.files import check_target
+
+    if options.figure is not None:
+        if not options.figure.lower().endswith((".svg", ".png", ".pdf")):
+            raise FileError(
+                f"--figure {options.figure}", "a figure is .svg, .png or .pdf", "--figure truth.png"
+            )
+        check_target(options.figure)
+    if options.out not in (None, "-"):
+        check_target(options.out)
 
 
 def _located(locator: Any, readings: FloatArray) -> Estimate:

@@ -89,5 +89,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _fail(error: SubskinError, code: int) -> int:
-    print(f"subskin: error: {error}", file=sys.stderr)
+    text = " ".join(str(error).split())  # one line, whatever the file that it quotes holds
+    print(f"subskin: error: {text}", file=sys.stderr)
     return code

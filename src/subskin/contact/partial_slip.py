@@ -61,9 +61,8 @@ class PartialSlip(Hertz):
         )
         super().__post_init__()
         pulled, held = np.abs(self.tangential_force), np.asarray(self.friction) * self.normal_force
-        slides = pulled > held + 1e-12 * np.asarray(
-            self.force
-        )  # a cone given as arctan(mu) is on its edge, not beyond
+        rounding = 1e-12 * np.asarray(self.force)  # angle = arctan(mu) is on the edge of the cone, not beyond
+        slides = pulled > held + rounding
         if slides.any():
             at = np.unravel_index(int(np.argmax(slides)), slides.shape)
             seen = f"|T| = {np.broadcast_to(pulled, slides.shape)[at]:.6g}, mu N = {held[at]:.6g} N/m"
@@ -101,8 +100,7 @@ class PartialSlip(Hertz):
         z = self._centred(z)
         normal, tangential, a, c = self.normal_force, self.tangential_force, self._a, self.stick_half_width
         f, df = self.unit_transform(z)
-        # mu N (F_a - (c/a)^2 F_c), with mu N = T / (1 - c^2/a^2) divided out: little drag leaves no small
-        # difference
+        # mu N (F_a - (c/a)^2 F_c) with mu N = T / (1 - c^2/a^2) divided out: no difference is left to be small
         s, r = root(z, a), root(z, a, self._inset)
         sticks = (c > 0) & (self._slip > 0)
         with np.errstate(divide="ignore", invalid="ignore"):

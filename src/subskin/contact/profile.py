@@ -22,7 +22,7 @@ _FAR_ELEMENT = 10.0
 terms."""
 
 _TERMS = 7
-_MOMENTS = 12
+_MOMENTS = 10
 _BLOCK = 1 << 15
 
 
@@ -114,31 +114,25 @@ class PressureProfile(Contact):
 
     def _shear_field(self, z: ComplexArray, q: ComplexArray, dq: ComplexArray) -> FloatArray:
         h = np.array(q.imag + times_depth(z, dq).real)
-        reach = 0.5 * (self.nodes[..., -1] - self.nodes[..., 0])
-        centre, moments = self._shear_moments()
-        away = np.broadcast_to(z - centre, h.shape)
+        middle = 0.5 * (self.nodes[..., 0] + self.nodes[..., -1])
+        reach = self.nodes[..., -1] - middle
+        away = np.broadcast_to(z - middle, h.shape)
         far = np.broadcast_to(np.abs(away) > FAR * reach, h.shape)
         if far.any():
-            h[far] = far_shear_field(away[far], [np.broadcast_to(m, h.shape)[far] for m in moments])
+            h[far] = far_shear_field(
+                away[far], [np.broadcast_to(m, h.shape)[far] for m in self._shear_moments(middle)]
+            )
         return h
 
-    def _shear_moments(self) -> tuple[FloatArray, list[FloatArray]]:
-        """The shear's centroid (the middle, where that lies outside), and its moments about it."""
-        a, b = self.nodes[..., :-1], self.nodes[..., 1:]
-        t, w = np.polynomial.legendre.leggauss((_MOMENTS + 2) // 2)  # exact for a line times t^11
-        fraction = 0.5 * (1 + t)
-        at = a[..., None] + (b - a)[..., None] * fraction
-        q = self.node_shear[..., :-1, None] * (1 - fraction) + self.node_shear[..., 1:, None] * fraction
-        weight = 0.5 * (b - a)[..., None] * w * q
-        middle = 0.5 * (self.nodes[..., 0] + self.nodes[..., -1])
-        zeroth = weight.sum(axis=(-2, -1))
-        first = (weight * (at - middle[..., None, None])).sum(axis=(-2, -1))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shift = np.where(zeroth != 0, first / zeroth, 0.0)
-        reach = 0.5 * (self.nodes[..., -1] - self.nodes[..., 0])
-        centre = middle + np.where(np.abs(shift) <= reach, shift, 0.0)
-        arm = at - centre[..., None, None]
-        return centre, [np.asarray((weight * arm**k).sum(axis=(-2, -1))) for k in range(_MOMENTS)]
+    def _shear_moments(self, middle: FloatArray) -> list[FloatArray]:
+        a, b = self.nodes[..., :-1, None], self.nodes[..., 1:, None]
+        t, w = np.polynomial.legendre.leggauss(
+            (_MOMENTS + 2) // 2
+        )  # exact for a straight line times t^(_MOMENTS - 1)
+        share = 0.5 * (1 + t)
+        q = self.node_shear[..., :-1, None] * (1 - share) + self.node_shear[..., 1:, None] * share
+        arm, weight = a + (b - a) * share - middle[..., None, None], 0.5 * (b - a) * w * q
+        return [np.asarray((weight * arm**k).sum(axis=(-2, -1))) for k in range(_MOMENTS)]
 
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return self._between(self.node_pressure, y)

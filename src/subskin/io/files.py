@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..errors import FileError
 
-__all__ = ["read_bytes", "replacing", "write_bytes"]
+__all__ = ["check_target", "read_bytes", "replacing", "write_bytes"]
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -33,6 +33,21 @@ def read_bytes(path: str | Path) -> bytes:
         raise FileError(str(path), f"it cannot be read ({_reason(error)})") from None
 
 
+def check_target(path: str | Path) -> None:
+    """Refuse a file that could not be written, before the work of making what goes into it.
+
+    Raises
+    ------
+    FileError
+        The path is a folder, or its folder does not exist.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise FileError(str(path), "it is a folder", "name a file")
+    if not target.parent.is_dir():
+        raise FileError(str(path), f"there is no folder {target.parent}", f"mkdir -p {target.parent}")
+
+
 @contextlib.contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary file beside `path` that takes its place when the block ends well, and is removed when not.
@@ -45,8 +60,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     if target.is_symlink():
         target = target.resolve()
-    if target.is_dir():
-        raise FileError(str(path), "it is a folder", "name a file")
+    check_target(target)
     if target.exists() and not target.is_file():  # a device or a pipe: there is nothing to replace
         yield target
         return

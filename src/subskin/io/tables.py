@@ -202,13 +202,13 @@ def _csv(data: bytes, name: str) -> pa.Table:
                 null_values=list(_MISSING), strings_can_be_null=True, true_values=[], false_values=[]
             ),
         )
-    except (pa.ArrowException, UnicodeDecodeError, ValueError) as error:
+        names = [column.strip() for column in table.column_names]
+    except (pa.ArrowException, ValueError) as error:  # ValueError: names that are not UTF-8
         raise _broken(data, name, len(header[1]), str(error)) from None
-    if any(pa.types.is_binary(column.type) for column in table.columns):
+    if any(pa.types.is_binary(kind) for kind in table.schema.types):
         raise _broken(data, name, len(header[1]), "bytes that are no text")
-    table = table.rename_columns([column.strip() for column in table.column_names])
-    _named(table.column_names, f"{name}, line {header[0]}")
-    return table
+    _named(names, f"{name}, line {header[0]}")
+    return table.rename_columns(names)
 
 
 def _named(columns: list[str], where: str) -> None:

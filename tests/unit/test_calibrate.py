@@ -1,0 +1,154 @@
+"""Calibration on touches at known places."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import subskin as ss
+
+SKIN = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.45))
+PLACES = np.linspace(0, 32e-3, 65)
+ORIGIN = 16.3e-3
+
+
+def true_finger(noise=1e-6, **changes):
+    parameters = {
+        "y": [-9.1e-3, -3.0e-3, 3.2e-3, 8.9e-3],
+        "depth": [5.2e-3, 5.5e-3, 5.4e-3, 5.1e-3],
+        "gain": [80.0, -110.0, 90.0, 100.0],
+        "offset": [0.1, -0.2, 0.0, 0.3],
+        "width": 2e-3,
+        "noise": noise,
+    }
+    return ss.Finger(SKIN, ss.SensorArray(**{**parameters, **changes}))
+
+
+def drawn(poisson=0.5, **changes):
+    array = ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, width=1e-3, **changes)
+    return ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6, poisson=poisson)), array)
+
+
+def touch(finger, places=PLACES, seed=0, **load):
+    return finger.read(
+        ss.LineLoad(**{"force": 1.0, **load}, position=places - ORIGIN), np.random.default_rng(seed)
+    )
+
+
+def errors_in_sigma(found, truth):
+    values = {"origin": ORIGIN, "poisson": truth.skin.material.poisson, "width": truth.array.width[0]}
+    out = []
+    for p in found.parameters:
+        expected = values[p.name] if p.name in values else getattr(truth.array, p.name)[p.sensor or 0]
+        out.append((p.value - expected) / p.std)
+    return np.array(out)
+
+
+def test_everything_at_once_is_recovered_within_its_standard_errors():
+    truth = true_finger()
+    fit = ("gain", "offset", "depths", "origin", "place", "poisson", "width")
+    readings = touch(truth)
+    # with the origin and the places both free, the mean place stays as drawn: draw it right
+    start = ss.Finger(drawn().skin, ss.SensorArray(y=np.array([-9, -3, 3, 9]) * 1e-3, depth=5e-3, width=1e-3))
+    found = ss.calibrate(start, readings, PLACES, fit=fit)
+    assert len(found.parameters) == 4 * 4 + 3
+    sigma = errors_in_sigma(found, truth)
+    assert np.abs(sigma).max() < 4.5
+    assert 0.3 < np.sqrt((sigma**2).mean()) < 2.0
+    np.testing.assert_allclose(found.finger.array.noise, 1e-6, rtol=0.4)
+    assert found.r2 > 0.999999
+    assert not found.weak.any()
+
+
+def test_standard_errors_are_the_scatter_over_repeats():
+    truth = true_finger(noise=2e-4, y=[-9e-3, -3e-3, 3e-3, 9e-3], depth=5.3e-3, width=0.0)
+    start = ss.Finger(SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
+    runs = [ss.calibrate(start, touch(truth, seed=s), PLACES, origin=16e-3) for s in range(60)]
+    values = np.array([[p.value for p in r.parameters] for r in runs])
+    claimed = np.array([[p.std for p in r.parameters] for r in runs])
+    np.testing.assert_allclose(values.std(0, ddof=1), claimed.mean(0), rtol=0.35)
+    bias = (values.mean(0) - [ORIGIN, 5.3e-3, *truth.array.gain, *truth.array.offset]) / values.std(0)
+    assert np.abs(bias).max() < 4.5 / np.sqrt(60)
+
+
+def test_known_forces_and_angles_are_used():
+    truth = true_finger(y=[-9e-3, -3e-3, 3e-3, 9e-3], depth=5.3e-3, width=0.0, offset=0.0)
+    rng = np.random.default_rng(4)
+    force, angle = rng.uniform(5, 20, 65), rng.uniform(-0.6, 0.6, 65)
+    readings = touch(truth, force=force, angle=angle)
+    start = ss.Finger(SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
+    found = ss.calibrate(start, readings, PLACES, fit=("gain", "depth", "origin"), force=force, angle=angle)
+    assert np.abs(errors_in_sigma(found, truth)).max() < 4.5
+    located = found.finger.locate(readings)
+    ok = located.status == ss.Status.OK
+    np.testing.assert_allclose(located.force[ok], force[ok], rtol=1e-2)
+
+
+def test_three_touches_find_the_origin_of_a_known_finger():
+    truth = true_finger(noise=1e-4)
+    rows = [10, 30, 50]
+    found = ss.calibrate(truth, touch(truth)[rows], PLACES[rows], fit=("origin",))
+    assert abs(found.origin - ORIGIN) < 4.5 * found.parameters[0].std + 1e-9
+    assert found.parameters[0].std < 0.05e-3
+    np.testing.assert_array_equal(found.finger.array.gain, truth.array.gain)
+
+
+def test_dead_and_weak_sensors_and_missing_readings_are_said():
+    truth = true_finger(gain=[80.0, 0.0, 90.0, 5.0], noise=1e-5)
+    readings = np.array(touch(truth))
+    readings[::7, 0] = np.nan
+    found = ss.calibrate(
+        drawn(poisson=0.45), readings, PLACES, fit=("gain", "offset", "depth", "origin", "place")
+    )
+    assert found.health == (ss.Health.OK, ss.Health.DEAD, ss.Health.OK, ss.Health.WEAK)
+    assert found.weak.tolist() == [False, True, False, True]
+    assert found.finger.array.gain[1] == 0
+    stuck = np.array(touch(true_finger()))
+    stuck[:, 2] = 101325.0
+    assert ss.calibrate(drawn(), stuck, PLACES).health[2] == ss.Health.DEAD
+
+
+def test_the_score_on_held_out_touches_is_that_of_its_formula():
+    truth = true_finger(noise=2e-3)
+    readings = touch(truth)
+    found = ss.calibrate(drawn(), readings[::2], PLACES[::2])
+    score = found.evaluate(readings[1::2], PLACES[1::2])
+    model = found.finger.read(ss.LineLoad(1.0, position=PLACES[1::2] - found.origin))
+    rest, spread = readings[1::2] - model, readings[1::2] - readings[1::2].mean(0)
+    np.testing.assert_allclose(score.r2, 1 - (rest**2).sum() / (spread**2).sum(), rtol=1e-12)
+    np.testing.assert_allclose(score.r2_sensor, 1 - (rest**2).sum(0) / (spread**2).sum(0), rtol=1e-12)
+    assert score.touches == 32
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "seen"),
+    [
+        ({"fit": ("gian",)}, ss.InvalidValueError, "gian"),
+        ({"fit": ()}, ss.InvalidValueError, "empty"),
+        ({"fit": ("depth", "depths")}, ss.InvalidValueError, "both"),
+        ({"positions": PLACES[:-1]}, ss.GeometryError, "one place for each"),
+        ({"positions": np.where(PLACES > 0.03, np.nan, PLACES)}, ss.InvalidValueError, "positions"),
+        ({"readings": np.zeros((65, 3))}, ss.GeometryError, "4 sensors"),
+        ({"readings": np.zeros((65, 4))}, ss.ConvergenceError, "no sensor"),
+        ({"readings": np.full((65, 4), np.nan)}, ss.ConvergenceError, "no sensor"),
+        ({"force": -1.0}, ss.InvalidValueError, "force"),
+        ({"force": np.ones(3)}, ValueError, "shape|broadcast"),
+    ],
+)
+def test_bad_touches_are_refused(change, error, seen):
+    arguments = {"readings": touch(true_finger()), "positions": PLACES, **change}
+    with pytest.raises(error, match=seen):
+        ss.calibrate(drawn(), **arguments)
+
+
+def test_too_few_touches_are_refused():
+    with pytest.raises(ss.ConvergenceError, match="more readings than parameters"):
+        ss.calibrate(drawn(), touch(true_finger())[20:22], PLACES[20:22])
+
+
+def test_inputs_stay_as_they_were():
+    readings, places = touch(true_finger()), PLACES.copy()
+    before = readings.copy()
+    ss.calibrate(drawn(), readings, places)
+    np.testing.assert_array_equal(readings, before)
+    np.testing.assert_array_equal(places, PLACES)
