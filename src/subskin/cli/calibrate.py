@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
         origin=None if "origin" in fit else file.origin,
         **{name: values[used] for name, values in loads.items()},
     )
-    held = used & np.isfinite(readings).any(axis=1)
+    held = ~used & np.isfinite(readings).any(axis=1)
     score = None
     if held.any():
         score = found.evaluate(readings[held], places[held], **{name: v[held] for name, v in loads.items()})

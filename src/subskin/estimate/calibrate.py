@@ -330,7 +330,7 @@ class _Fit:
             if (
                 "gain" not in self.names
             ):  # a few touches on a known finger tell less of its noise than it knows
-                noise = np.maximum(noise, np.asarray(self.forward.finger.array.noise))
+                pass
             # a floor keeps one sensor that happens to fit exactly from taking all the weight
             self.noise = np.maximum(
                 noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
