@@ -19,7 +19,7 @@ __all__ = ["SensorArray"]
 _PER_SENSOR = ("depth", "gain", "offset", "noise", "width", "low", "high", "resolution")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SensorArray:
     """A row of sensors in the skin.
 
@@ -158,14 +158,11 @@ class SensorArray:
         readings = np.asarray(self.gain) * measured + np.asarray(self.offset)
         if rng is not None:
             readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)
-        readings = np.clip(readings, self.low, self.high)
         step = np.asarray(self.resolution)
-        if step.any():
-            safe = np.where(step > 0, step, 1.0)
-            readings = np.where(
-                step > 0, np.clip(np.round(readings / safe) * safe, self.low, self.high), readings
-            )
-        return np.asarray(readings)
+        rounded = np.round(readings / np.where(step > 0, step, 1.0)) * step
+        # what lies beyond the range reads as its end, be that a multiple of the resolution or not
+        inside = (readings > self.low) & (readings < self.high)
+        return np.asarray(np.clip(np.where(inside & (step > 0), rounded, readings), self.low, self.high))
 
     def usable(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
         """Which readings, shape (..., n), can be used: finite, within the range, of a live sensor."""

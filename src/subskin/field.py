@@ -11,7 +11,7 @@ from ._check import FloatArray
 __all__ = ["State", "Strain", "Stress", "SurfaceGradient"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Tensor:
     """A symmetric tensor of a plane problem: x is depth, y runs along the surface, z out of the plane."""
 
@@ -38,7 +38,7 @@ class _Tensor:
         return self.xx + self.yy + self.zz
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stress(_Tensor):
     """Stress [Pa], positive in tension; `xy` is the shear stress tau_xy.
 
@@ -58,7 +58,7 @@ class Stress(_Tensor):
         return -self.trace / 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Strain(_Tensor):
     """Strain [-], positive in extension; `xy` is the tensor component, half the engineering shear `gamma_xy`.
 
@@ -81,7 +81,7 @@ class Strain(_Tensor):
         return self.trace
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """Stress and strain at the same points."""
 
@@ -104,7 +104,7 @@ class State:
         return 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SurfaceGradient:
     """How the displacement changes along y [-]: `ux` = du_x/dy (the tilt of the surface), `uy` = du_y/dy."""
 

@@ -35,7 +35,7 @@ class _Group(NamedTuple):
     weights: FloatArray  # (nodes,)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Finger:
     """A skin and the sensors in it.
 

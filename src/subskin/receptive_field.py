@@ -24,7 +24,7 @@ _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
 _MOST_CELLS = 1 << 16
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReceptiveField:
     """Readings under a unit normal and a unit tangential line load, as functions of the load's position.
 

@@ -149,3 +149,18 @@ class TestReadings:
         array = row(gain=[1.0, 0.0, 1.0])
         assert array.usable(np.array([np.nan, 1.0, 2.0])).tolist() == [False, False, True]
         assert array.usable(np.array([[np.inf, 1.0, -np.inf]])).tolist() == [[False, False, False]]
+
+
+def test_a_saturated_reading_is_the_end_of_the_range_whatever_the_resolution():
+    array = ss.SensorArray(y=[0.0, 1.0], depth=1.0, low=-100.5, high=100.5, resolution=[8.0, 0.0])
+    readings = array.digitise(np.array([[100.4, 100.4], [101.0, 101.0], [-101.0, -101.0], [3.9, 3.9]]))
+    np.testing.assert_array_equal(readings, [[100.5, 100.4], [100.5, 100.5], [-100.5, -100.5], [0.0, 3.9]])
+    assert array.usable(readings).tolist() == [[False, True], [False, False], [False, False], [True, True]]
+
+
+def test_arrays_and_fingers_are_compared_by_identity():
+    array = ss.SensorArray(y=[0.0, 1.0], depth=1.0)
+    finger = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)
+    assert array == array
+    assert array != ss.SensorArray(y=[0.0, 1.0], depth=1.0)
+    assert {finger: 1}[finger] == 1

@@ -152,3 +152,26 @@ def test_inputs_stay_as_they_were():
     ss.calibrate(drawn(), readings, places)
     np.testing.assert_array_equal(readings, before)
     np.testing.assert_array_equal(places, PLACES)
+
+
+def test_a_parameter_that_the_readings_say_nothing_of_has_no_finite_error():
+    array = ss.SensorArray.line(
+        4, pitch=6e-3, depth=5e-3, transducer=ss.NormalStress(), gain=1e-6, noise=1e-9
+    )
+    finger = ss.Finger(SKIN, array)
+    found = ss.calibrate(finger, touch(finger), PLACES, fit=("gain", "depth", "origin", "poisson"))
+    errors = {p.name: p.std for p in found.parameters}
+    assert errors["poisson"] == np.inf  # stresses in a half plane do not depend on it
+    assert errors["depth"] < 1e-5
+
+
+def test_a_width_of_none_is_fitted_without_leaving_its_range():
+    truth = true_finger(width=0.0, noise=1e-5)
+    found = ss.calibrate(
+        drawn(poisson=0.45),
+        touch(truth),
+        PLACES,
+        fit=("gain", "offset", "depths", "origin", "place", "width"),
+    )
+    width = next(p for p in found.parameters if p.name == "width")
+    assert 0 <= width.value < 0.3e-3

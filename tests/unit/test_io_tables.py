@@ -61,6 +61,7 @@ def test_harmless_differences(tmp_path, text):
 def test_bad_tables(tmp_path):
     assert 't.csv, line 3: column "b" holds "x7"' in message(tmp_path, "a,b\n1,2\n3,x7\n")
     assert 'line 6: column "b" holds "y"' in message(tmp_path, "a,b\n1,2\n\n\n3,4\n5,y\n")
+    assert 'line 4: column "b" holds "x"' in message(tmp_path, "a,b\n1,\n2,NA\n3,x\n")
     assert "is empty" in message(tmp_path, "")
     assert "is empty" in message(tmp_path, "\n\n")
     assert "line 3: 1 cell where the header has 2: the file ends in the middle" in message(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
-  subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,poisson
+  subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,place,poisson
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
 """
 _NOTES = """\
@@ -34,7 +34,10 @@ def add(commands: Any) -> None:
     parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
     parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")
     parser.add_argument(
-        "--fit", metavar="LIST", default="gain,depth,origin", help="what to fit (gain,depth,origin)"
+        "--fit",
+        metavar="LIST",
+        default="gain,offset,depth,origin",
+        help="what to fit (gain,offset,depth,origin)",
     )
     parser.add_argument(
         "--position-column", metavar="NAME", default="position", help="column of places [m] (position)"

@@ -1,7 +1,7 @@
 """What every contact has to say: its pressure and shear, and their Cauchy transforms.
 
 With z = y + i x the transform of a pressure p is F(z) = integral of p(t) / (t - z) dt; it alone, with its
-derivative, gives the whole field in a half plane (DESIGN.md, "One idea carries everything").
+derivative, gives the whole field in a half plane (docs/theory.md).
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def _parts(contact: Contact) -> tuple[Contact, ...]:
     return contact.parts if isinstance(contact, ContactSum) else (contact,)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactSum(Contact):
     """Several contacts at once: tractions add, so do the fields.
 
@@ -176,7 +176,7 @@ class ContactSum(Contact):
         return ContactSum(tuple(part.expand(axes) for part in self.parts))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ProportionalContact(Contact):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle).
 

@@ -23,11 +23,11 @@ _WIDEST = 0.3
 then already 2 % off at the edge of the contact, and the surface slopes by 0.3."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hertz(SpreadContact):
     """A cylinder on the skin: pressure 2N/(pi a^2) sqrt(a^2 - y^2), F(z) = -2/(z + s), s = sqrt(z^2 - a^2).
 
-    Source: memo eq. (16); FORMULAS.md section 2, "Hertz"; Johnson, Contact Mechanics (1985), section 4.2. The
+    Source: memo eq. (16); docs/theory.md; Johnson, Contact Mechanics (1985), section 4.2. The
     drag is proportional to the pressure: the contact slides. Where it sticks in the middle see `PartialSlip`.
 
     Parameters
@@ -68,7 +68,7 @@ class Hertz(SpreadContact):
         """A rigid cylinder of `radius` R [m] on a skin of `material`, in plane strain.
 
         a = 2 sqrt(N R (1 - nu^2) / (pi E)) with N = P cos(angle). The memo's eq. (17) is twice this, the full
-        width (FORMULAS.md section 1). `parameters` are the subclass's own.
+        width (docs/errata.md). `parameters` are the subclass's own.
 
         Raises
         ------

@@ -16,7 +16,7 @@ __all__ = ["LineLoad"]
 _MANY_LOADS, _MANY_POINTS = 8, 4096
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LineLoad(ProportionalContact):
     """A load on a line of no width, F(z) = -1/z (Flamant 1892; memo eqs. 1 to 4).
 
@@ -55,7 +55,7 @@ class LineLoad(ProportionalContact):
         return [_Lines(tuple(parts))] if single and len(parts) >= _MANY_LOADS else parts
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Lines(ContactSum):
     """Many single line loads, added up point by point in compiled code where there are many points."""
 

@@ -17,13 +17,13 @@ from .hertz import Hertz
 __all__ = ["PartialSlip"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PartialSlip(Hertz):
     """A Hertz contact that is dragged by less than friction can hold: it sticks for |y - position| < c and
     slips beyond.
 
     The shear is mu times the Hertz pressure, less the same on the narrower stick zone, c = a sqrt(1 - |T|/(mu
-    N)). Source: FORMULAS.md section 2, "Cattaneo-Mindlin traction"; Johnson, Contact Mechanics (1985),
+    N)). Source: docs/theory.md; Johnson, Contact Mechanics (1985),
     section 7.2. It holds for a force that presses first and then drags.
 
     Parameters

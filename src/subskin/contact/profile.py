@@ -32,7 +32,7 @@ class PressureProfile(Contact):
     last.
 
     Each stretch between two nodes adds (p_b - p_a) + p(z) log((z - b)/(z - a)) to F(z), where p(z) is the
-    straight line itself taken at z. Source: FORMULAS.md section 2, "c0 + c1 s"; Johnson, Contact Mechanics
+    straight line itself taken at z. Source: docs/theory.md; Johnson, Contact Mechanics
     (1985), section 2.6. A uniform strip and a ramp are the shortest ones: two nodes. Any smooth pressure is
     approached with the square of the spacing.
 

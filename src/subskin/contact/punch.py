@@ -18,12 +18,12 @@ from .spread import SpreadContact
 __all__ = ["FlatPunch"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FlatPunch(SpreadContact):
     """A rigid flat punch: pressure (N + 2 M y / a^2) / (pi sqrt(a^2 - y^2)), y from its centre.
 
     F(z) = -1/s for a unit force, -2/(s (z + s)) for a unit moment, s = sqrt(z^2 - a^2). Source: memo eq.
-    (14); FORMULAS.md section 2, "flat punch" and "punch moment"; Johnson, Contact Mechanics (1985), section
+    (14); docs/theory.md and "punch moment"; Johnson, Contact Mechanics (1985), section
     2.8. The shear has the shape of the force's part alone: a moment tilts, it does not drag.
 
     Parameters

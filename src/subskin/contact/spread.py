@@ -17,7 +17,7 @@ from .base import ProportionalContact, resolve
 __all__ = ["SpreadContact"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SpreadContact(ProportionalContact):
     """A symmetric contact on |y - position| <= half_width.
 

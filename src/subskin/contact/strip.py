@@ -13,11 +13,11 @@ from .spread import SpreadContact
 __all__ = ["Strip"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Strip(SpreadContact):
     """Uniform pressure and shear over |y - position| <= half_width, F(z) = log((z - a) / (z + a)) / (2 a).
 
-    Source: FORMULAS.md section 2, "uniform"; Johnson, Contact Mechanics (1985), section 2.5. For a pressure
+    Source: docs/theory.md; Johnson, Contact Mechanics (1985), section 2.5. For a pressure
     that varies along the contact see `PressureProfile`.
 
     Parameters

@@ -22,11 +22,11 @@ _STEEPEST = 0.3
 """Slope beyond which `from_angle` warns: linear theory drops the square of the slope, here 9 %."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wedge(SpreadContact):
     """A blunt rigid wedge: pressure N/(pi a) arccosh(a/|y|), F(z) = -arcsin(a/z) / a.
 
-    Source: memo eq. (15); FORMULAS.md section 2, "wedge"; Johnson, Contact Mechanics (1985), section 5.2.
+    Source: memo eq. (15); docs/theory.md; Johnson, Contact Mechanics (1985), section 5.2.
 
     Parameters
     ----------

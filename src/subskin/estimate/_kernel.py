@@ -3,7 +3,7 @@
 For a load at y the whitened readings are w = A(y) theta + noise, theta = (N, T), A of shape (n, 2). With the forces
 eliminated, the explained part of chi-square is S(y) = max over admissible theta of |w|^2 - |w - A theta|^2; theta is
 admissible in the cone N >= 0, |T| <= mu N. S is scanned on a grid, its local maxima are refined by a safeguarded Newton
-iteration with exact first and second derivatives (FORMULAS.md section 4.1; Golub and Pereyra 1973 without the cone).
+iteration with exact first and second derivatives (docs/locating.md; Golub and Pereyra 1973 without the cone).
 
 Only arrays and numbers go in and out; `locate.py` prepares them.
 """

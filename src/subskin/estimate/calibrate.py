@@ -45,7 +45,7 @@ class Parameter:
     unit: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
     """How well a finger explains touches at known places.
 
@@ -59,7 +59,7 @@ class Score:
     touches: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Calibration:
     """What `calibrate` found.
 
@@ -327,10 +327,9 @@ class _Fit:
             rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
-            if (
-                "gain" not in self.names
-            ):  # a few touches on a known finger tell less of its noise than it knows
-                pass
+            # a few touches on a known finger tell less of its noise than it knows
+            if "gain" not in self.names:
+                noise = np.maximum(noise, np.asarray(self.forward.finger.array.noise))
             # a floor keeps one sensor that happens to fit exactly from taking all the weight
             self.noise = np.maximum(
                 noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
@@ -359,14 +358,16 @@ class _Fit:
     def _covariance(self) -> FloatArray:
         """Inverse Fisher information of all parameters: those of the forward model, then gains, then offsets."""
         columns = []
+        lower, upper = self.forward.bounds()
         for k, h in enumerate(1e-4 * self.forward.scale()):
-            shift = np.zeros(self.p.size)
-            shift[k] = h
-            models = [
+            ends = [self.p.copy(), self.p.copy()]
+            ends[0][k] = min(self.p[k] + h, upper[k])
+            ends[1][k] = max(self.p[k] - h, lower[k])
+            above, below = (
                 self.forward.unit(q, self.places - self.forward.origin(q, self.origin), self.load)
-                for q in (self.p + shift, self.p - shift)
-            ]
-            columns.append(self.gain * (models[0] - models[1]) / (2 * h))
+                for q in ends
+            )
+            columns.append(self.gain * (above - below) / (ends[0][k] - ends[1][k]))
         for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
             if name in self.names:
                 columns += [
@@ -375,8 +376,13 @@ class _Fit:
         jacobian = np.stack([(c / self.noise)[self.seen] for c in columns], axis=-1)
         size = np.linalg.norm(jacobian, axis=0)
         size[size == 0] = 1.0
-        information = (jacobian / size).T @ (jacobian / size)
-        return np.asarray(np.linalg.pinv(information, rcond=1e-13, hermitian=True) / np.outer(size, size))
+        values, vectors = np.linalg.eigh((jacobian / size).T @ (jacobian / size))
+        known = values > 1e-13 * values[-1]
+        covariance = (vectors[:, known] / values[known]) @ vectors[:, known].T
+        # what the readings say nothing of has an infinite variance, not none
+        blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
+        covariance[blind, blind] = np.inf
+        return np.asarray(covariance / np.outer(size, size))
 
     def dead(self) -> npt.NDArray[np.bool_]:
         """Which sensors' gains cannot be told from zero."""

@@ -40,7 +40,7 @@ def _column(index: int, text: str) -> property:
     return property(get, doc=text)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rival:
     """The second-best load: a minimum of chi-square of its own. NaN, and `chi2` infinite, where there is none."""
 
@@ -67,7 +67,7 @@ class Rival:
         return self.table[..., RIVAL + 3]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """The load found in each frame; every field has the batch's shape (...).
 

@@ -37,8 +37,8 @@ class Locator:
     """Finds the load in frames of readings; prepared once, then called on a frame or on millions.
 
     Variable projection: readings are linear in the normal and tangential force, which are eliminated exactly at each
-    trial position, within compression and the friction cone; what remains is a search over position (FORMULAS.md
-    section 4.1). The two best minima of chi-square are refined; the second is the rival.
+    trial position, within compression and the friction cone; what remains is a search over position (memo section 3;
+    docs/locating.md). The two best minima of chi-square are refined; the second is the rival.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ _BLOCK = 4096
 class HalfPlane(Skin):
     """An infinite elastic half plane, x >= 0 being the depth.
 
-    The field of any traction is built from the contact's Cauchy transforms (FORMULAS.md section 2, which is
+    The field of any traction is built from the contact's Cauchy transforms (docs/theory.md, which is
     Muskhelishvili's representation; the memo's eqs. 4, 7 and 8 are its line load at nu = 1/2).
 
     Parameters
@@ -94,7 +94,7 @@ class HalfPlane(Skin):
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
 
-        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (FORMULAS.md section 2).
+        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (docs/theory.md).
         Displacements themselves are known only up to a constant in a half plane; their gradient is not. Warns
         as `state` does.
 
@@ -176,7 +176,7 @@ def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArr
 
 
 def _fields(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (FORMULAS.md section 2)."""
+    """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
         z = _complex(x, y)
         t = contact.transforms(z)
