@@ -241,7 +241,7 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
                 break
             y = peak_y[q]
             lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
-            tolerance = 1e-6 if q == 0 else 1e-3 * max(fits[best, 2] - peak_score[q], 1e-3)
+            tolerance = 1e-5 if q == 0 else 1e-2 * max(fits[best, 2] - peak_score[q], 1e-3)
             places[q] = _refine(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[q])
             if best < 0 or fits[q, 2] > fits[best, 2]:
                 best, second = q, best

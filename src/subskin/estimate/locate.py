@@ -50,7 +50,7 @@ class Locator:
         Coefficient of friction mu: loads lean at most by atan(mu). 0: loads are normal, and the angle is not fitted.
         `inf`: any pressing load.
     scan_step : float, optional
-        Step of the search [m]; the default is a twenty-fourth of the shallowest sensor's depth.
+        Step of the search [m]; the default is a thirty-second of the shallowest sensor's depth.
     false_alarm : float, optional
         Probability with which an untouched skin, or a load that the model explains, is called a contact, or
         unexplained.
@@ -103,7 +103,7 @@ class Locator:
             raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed")
         shallowest = float(np.asarray(array.depth).min())
         step = (
-            shallowest / 24
+            shallowest / 32
             if scan_step is None
             else _check.scalar("scan_step", scan_step, unit="m", above=0.0)
         )
