@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from ..estimate.calibrate import Calibration, Score
+    from ..estimate.calibration import Calibration, Score
     from ..io.finger_file import FingerFile
 
 _EXAMPLES = """\

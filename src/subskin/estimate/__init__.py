@@ -1,6 +1,7 @@
 """From readings to the load that made them, with its uncertainty."""
 
-from .calibrate import Calibration, Health, Parameter, Score, calibrate
+from .calibrate import calibrate
+from .calibration import Calibration, Health, Parameter, Score
 from .estimate import Estimate, Rival, Status
 from .locate import Locator
 from .three_sensor import Degeneracy, ThreeSensorSolution, Verdict, three_sensor

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from enum import IntEnum
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,104 +11,17 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import ConvergenceError, GeometryError, InvalidValueError
+from ..errors import ConvergenceError, InvalidValueError
 from ..finger import Finger
 from ._forward import TERMS, Forward
+from .calibration import Calibration, Health, Parameter, checked_touches, score
 
-__all__ = ["Calibration", "Health", "Parameter", "Score", "calibrate"]
+__all__ = ["calibrate"]
 
 _LINEAR = ("gain", "offset")
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _WEAK_SHARE = 0.2
-
-
-class Health(IntEnum):
-    """What a calibration says of a sensor."""
-
-    OK = 0
-    WEAK = 1
-    """Its gain is below a fifth of the median."""
-    DEAD = 2
-    """Its gain cannot be told from zero, or it gave no readings; the calibrated finger leaves it out."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A fitted number: `sensor` is None where it holds for the whole finger; `std` is its standard error."""
-
-    name: str
-    sensor: int | None
-    value: float
-    std: float
-    unit: str
-
-
-@dataclass(frozen=True, eq=False)
-class Score:
-    """How well a finger explains touches at known places.
-
-    `r2` over all live sensors (1 - residual / variance about each sensor's mean), `r2_sensor` and `residual_std` for
-    each, NaN for a dead one.
-    """
-
-    r2: float
-    r2_sensor: FloatArray
-    residual_std: FloatArray
-    touches: int
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """What `calibrate` found.
-
-    Parameters
-    ----------
-    finger : Finger
-        The finger with the fitted values; its noise is the residuals' standard deviation, dead sensors have gain 0.
-    origin : float
-        Where the finger's y = 0 lies on the motor's axis [m]: y = position - origin.
-    parameters : tuple of Parameter
-        Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
-        where the model, not noise, limits the fit they are too small.
-    health : tuple of Health
-        Of each sensor.
-    score : Score
-        On the touches used.
-    """
-
-    finger: Finger
-    origin: float
-    parameters: tuple[Parameter, ...]
-    health: tuple[Health, ...]
-    score: Score
-    force: FloatArray
-    angle: FloatArray
-
-    @property
-    def r2(self) -> float:
-        """R^2 on the touches used."""
-        return self.score.r2
-
-    @property
-    def weak(self) -> npt.NDArray[np.bool_]:
-        """Which sensors are weak or dead, shape (n,)."""
-        return np.array([h != Health.OK for h in self.health])
-
-    def evaluate(
-        self,
-        readings: npt.ArrayLike,
-        positions: npt.ArrayLike,
-        *,
-        force: npt.ArrayLike | None = None,
-        angle: npt.ArrayLike = 0.0,
-    ) -> Score:
-        """The score on other touches: held out ones. Arguments as those of `calibrate`."""
-        data, places, load = _touches(
-            self.finger, readings, positions, 1.0 if force is None else force, angle
-        )
-        model = Forward(self.finger, ()).readings(np.empty(0), places - self.origin, load)
-        return _score(data, model, self.finger.array.live)
 
 
 def calibrate(
@@ -168,7 +80,7 @@ def calibrate(
     (9.0, 5.4)
     """
     names = _names(fit)
-    data, places, load = _touches(finger, readings, positions, 1.0 if force is None else force, angle)
+    data, places, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle)
     start = 0.0 if origin is None else _check.scalar("origin", origin, unit="m")
     live = np.isfinite(data).sum(axis=0) >= 2
     if "gain" not in names:
@@ -204,46 +116,6 @@ def _names(fit: Sequence[str]) -> tuple[str, ...]:
             "fit has both depth and depths", "choose one shift for all, or one depth a sensor"
         )
     return tuple(dict.fromkeys(names))
-
-
-def _touches(
-    finger: Finger,
-    readings: npt.ArrayLike,
-    positions: npt.ArrayLike,
-    force: npt.ArrayLike,
-    angle: npt.ArrayLike,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Readings (m, n), places (m,) and loads (N, T) (m, 2), checked."""
-    n = len(finger.array)
-    data = _check.real("readings", readings, finite=False)
-    places = _check.real("positions", positions, unit="m")
-    if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(
-            f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
-        )
-    if places.shape != data.shape[:1]:
-        raise GeometryError(
-            f"positions of shape {places.shape}", f"one place for each of the {len(data)} touches"
-        )
-    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), places.shape)
-    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), places.shape)
-    usable = np.where(finger.array.inside(data), data, np.nan)
-    return usable, places, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
-
-
-def _score(data: FloatArray, model: FloatArray, live: npt.NDArray[np.bool_]) -> Score:
-    residual = data - model
-    count = np.isfinite(data).sum(axis=0)
-    seen = live & (count > 0)
-    r2, std = np.full(live.size, np.nan), np.full(live.size, np.nan)
-    rest = np.nansum(residual**2, axis=0)
-    mean = np.nansum(data, axis=0) / np.maximum(count, 1)
-    spread = np.nansum((data - mean) ** 2, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        r2[seen] = 1 - rest[seen] / spread[seen]
-        std[seen] = np.sqrt(rest[seen] / count[seen])
-        total = 1 - rest[seen].sum() / spread[seen].sum()
-    return Score(float(total), _check.read_only(r2), _check.read_only(std), len(data))
 
 
 class _Fit:
@@ -430,7 +302,7 @@ class _Fit:
             origin=self.forward.origin(self.p, self.origin),
             parameters=tuple(Parameter(*p) for p in parameters),
             health=tuple(health),
-            score=_score(data, model, self.live),
+            score=score(data, model, self.live),
             force=_check.read_only(np.hypot(*self.load.T)),
             angle=_check.read_only(np.arctan2(self.load[:, 1], self.load[:, 0])),
         )
