@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -367,7 +368,10 @@ class TestProcess:
     def test_stopped_with_ctrl_c(self, folder):
         """A command that waits for its input is stopped; nothing is written."""
         command = [sys.executable, "-m", "subskin", "locate", "finger.toml", "-", "-o", "l.csv"]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        pipe = subprocess.PIPE
+        # where the tests themselves run in the background, the signal is ignored, and a child inherits that
+        listen = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+        with subprocess.Popen(command, stdin=pipe, stderr=pipe, text=True, preexec_fn=listen) as running:
             time.sleep(1.5)
             running.send_signal(signal.SIGINT)
             _, error = running.communicate(timeout=30)
