@@ -371,7 +371,8 @@ class TestProcess:
         pipe = subprocess.PIPE
         # where the tests themselves run in the background, the signal is ignored, and a child inherits that
         listen = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-        with subprocess.Popen(command, stdin=pipe, stderr=pipe, text=True, preexec_fn=listen) as running:
+        options = {"stdin": pipe, "stderr": pipe, "text": True, "preexec_fn": listen}
+        with subprocess.Popen(command, **options) as running:
             time.sleep(1.5)
             running.send_signal(signal.SIGINT)
             _, error = running.communicate(timeout=30)
