@@ -47,3 +47,19 @@ def test_errors_reach_the_bound_and_intervals_cover(sensors, spacing, noise):
     gross = (np.abs(errors[:, 0]) > 6 * found.std[ok, 0]) & (np.abs(errors[:, 0]) > 0.1)
     assert not gross.any()
     np.testing.assert_allclose(found.residual[ok].mean(), sensors - 3, rtol=0.03)
+
+
+def test_where_chi_square_is_no_parabola_it_is_said_and_the_intervals_widen():
+    """Four sensors at half a depth, 1 % noise: wide and shouldered profiles, which the curvature alone would miss."""
+    array = ss.SensorArray.line(4, pitch=0.5, depth=1.0, noise=1e-2 * FULL_SCALE)
+    finger = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)
+    rng = np.random.default_rng(0)
+    y, angle = rng.uniform(-0.75, 0.75, 200_000), rng.uniform(-0.7, 0.7, 200_000)
+    frames = finger.read(ss.LineLoad(1.0, angle, y), rng)
+    found = finger.locate(frames, search=(-1.25, 1.25))
+    mirrored = finger.locate(frames[:, ::-1], search=(-1.25, 1.25))
+    assert (found.status == mirrored.status).mean() > 0.9995
+    ok = found.status == ss.Status.OK
+    error, std = np.abs(found.position - y), found.std[:, 0]
+    assert (ok & (error > 6 * std) & (error > 0.1)).mean() < 1.2e-4
+    assert (error[ok] < 1.959964 * std[ok]).mean() > 0.943
