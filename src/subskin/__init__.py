@@ -38,7 +38,7 @@ from .field import State, Strain, Stress
 from .finger import Finger
 from .material import Material
 from .receptive_field import ReceptiveField
-from .skin import HalfPlane, Skin
+from .skin import HalfPlane, Layer, Layered, Round, Skin
 from .transducer import (
     EnergyDensity,
     LateralStrain,
@@ -69,6 +69,8 @@ __all__ = [
     "Hertz",
     "InvalidValueError",
     "LateralStrain",
+    "Layer",
+    "Layered",
     "LineLoad",
     "Locator",
     "Material",
@@ -81,6 +83,7 @@ __all__ = [
     "PressureProfile",
     "ReceptiveField",
     "Rival",
+    "Round",
     "SensorArray",
     "ShearStrain",
     "SingularPointWarning",

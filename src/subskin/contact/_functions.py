@@ -8,7 +8,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["FAR", "far_shear_field", "gap", "log_ratio", "root"]
+__all__ = ["FAR", "far_shear_field", "gap", "jinc", "log_ratio", "root"]
 
 FAR = 40.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
@@ -57,6 +57,13 @@ def log_ratio(
     value.real = 0.5 * np.where(near_one == 0, np.log(ratio), np.log1p(near_one))
     value.imag = np.arctan2(2 * h * x + _TINY, x**2 + from_start * from_end)
     return value
+
+
+def jinc(x: FloatArray) -> FloatArray:
+    """2 J1(x) / x, the spectrum of a semi-ellipse; 1 at 0."""
+    from scipy.special import j1
+
+    return np.where(x > 0, 2 * j1(x) / np.where(x > 0, x, 1.0), 1.0)
 
 
 def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:

@@ -1,7 +1,8 @@
-"""What every contact has to say: its pressure and shear, and their Cauchy transforms.
+"""What every contact has to say: its pressure and shear, their Cauchy transforms and their spectra.
 
 With z = y + i x the transform of a pressure p is F(z) = integral of p(t) / (t - z) dt; it alone, with its
-derivative, gives the whole field in a half plane (docs/theory.md).
+derivative, gives the whole field in a half plane (docs/theory.md). Other skins answer wavenumber by
+wavenumber, and ask for the spectrum, the integral of p(t) exp(-i k t) dt (docs/skins.md).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["Contact", "ContactSum", "ProportionalContact", "Transforms"]
+__all__ = ["Contact", "ContactSum", "ProportionalContact", "Spectrum", "Transforms"]
 
 
 class Transforms(NamedTuple):
@@ -34,6 +35,13 @@ class Transforms(NamedTuple):
     q: ComplexArray
     dq: ComplexArray
     hq: FloatArray
+
+
+class Spectrum(NamedTuple):
+    """Fourier transforms of the pressure (`p`) and of the shear (`q`): integral of p(t) exp(-i k t) dt [N/m]."""
+
+    p: ComplexArray
+    q: ComplexArray
 
 
 def times_depth(z: ComplexArray, derivative: ComplexArray) -> ComplexArray:
@@ -82,6 +90,15 @@ class Contact(ABC):
     @abstractmethod
     def transforms(self, z: ComplexArray) -> Transforms:
         """Cauchy transforms at z = y + i x (x >= 0), broadcast against the batch."""
+
+    @abstractmethod
+    def spectrum(self, k: FloatArray) -> Spectrum:
+        """Fourier transforms at the wavenumbers k >= 0 [1/m], broadcast against the batch."""
+
+    @property
+    @abstractmethod
+    def support(self) -> tuple[FloatArray, FloatArray]:
+        """Places y [m] between which the contact lies, each of the batch's shape."""
 
     @abstractmethod
     def pressure(self, y: npt.ArrayLike) -> FloatArray:
@@ -163,6 +180,18 @@ class ContactSum(Contact):
             total = Transforms(p, dp, q, dq, np.asarray(total.hq + more.hq))
         return total
 
+    def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
+        parts = [part.spectrum(k) for part in self.parts]
+        return Spectrum(np.asarray(sum(s.p for s in parts)), np.asarray(sum(s.q for s in parts)))
+
+    @property
+    def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        lows, highs = zip(*(part.support for part in self.parts), strict=True)
+        low, high = lows[0], highs[0]
+        for a, b in zip(lows[1:], highs[1:], strict=True):
+            low, high = np.minimum(low, a), np.maximum(high, b)
+        return np.broadcast_to(low, self.shape), np.broadcast_to(high, self.shape)
+
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return _check.read_only(sum(part.pressure(y) for part in self.parts))
 
@@ -180,9 +209,9 @@ class ContactSum(Contact):
 class ProportionalContact(Contact):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle).
 
-    A subclass gives `unit_transform` (two formulas) and `unit_pressure`, both for N = 1 N/m at position 0.
+    A subclass gives `unit_transform` (two formulas), `unit_pressure` and `unit_spectrum`, for N = 1 N/m at position 0.
     One with a part that is not proportional (a punch's moment, a zone that sticks) adds it in `transforms`,
-    `pressure` and `shear`.
+    `spectrum`, `pressure` and `shear`.
 
     Parameters
     ----------
@@ -241,6 +270,10 @@ class ProportionalContact(Contact):
     def unit_pressure(self, y: FloatArray) -> FloatArray:
         """The pressure with unit resultant, centred at 0 [1/m]."""
 
+    @abstractmethod
+    def unit_spectrum(self, k: FloatArray) -> FloatArray:
+        """Fourier transform of the pressure with unit resultant, centred at 0: real, for it is symmetric."""
+
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
         """Im(F + i x F') of `unit_transform`; a subclass replaces it where the two parts cancel."""
         return np.asarray(f.imag + times_depth(z, df).real, dtype=np.float64)
@@ -251,6 +284,19 @@ class ProportionalContact(Contact):
         h = self.unit_shear_field(z, f, df)
         normal, tangential = self.normal_force, self.tangential_force
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
+
+    def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
+        unit = self.unit_spectrum(k) * self._shifted(k)
+        return Spectrum(np.asarray(self.normal_force * unit), np.asarray(self.tangential_force * unit))
+
+    def _shifted(self, k: FloatArray) -> ComplexArray:
+        """The factor by which a contact's place changes its spectrum."""
+        return np.asarray(np.exp(-1j * k * np.asarray(self.position, dtype=np.float64)))
+
+    @property
+    def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        at = np.broadcast_to(np.asarray(self.position, dtype=np.float64), self.shape)
+        return at, at
 
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return scaled(self.normal_force, self.unit_pressure(self._from_centre(y)))

@@ -13,7 +13,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
 from ..material import Material
-from ._functions import root
+from ._functions import jinc, root
 from .spread import SpreadContact, pressing
 
 __all__ = ["Hertz"]
@@ -100,6 +100,9 @@ class Hertz(SpreadContact):
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
         s = root(z, self._a)
         return -2 / (z + s), 2 / (s * (z + s))
+
+    def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        return jinc(k * self._a)
 
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         a = self._a

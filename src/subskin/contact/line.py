@@ -43,6 +43,9 @@ class LineLoad(ProportionalContact):
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
         return np.asarray(2 * z.imag * (z.real * (f.real**2 + f.imag**2)) ** 2, dtype=np.float64)
 
+    def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        return np.ones_like(k)
+
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         return np.where(y == 0, np.inf, 0.0)
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from ._functions import root
-from .base import Transforms
+from ._functions import jinc, root
+from .base import Spectrum, Transforms
 from .hertz import Hertz
 
 __all__ = ["PartialSlip"]
@@ -109,6 +109,16 @@ class PartialSlip(Hertz):
         g, dg = f - 2 * zone, df + 2 * dzone
         h = self.unit_shear_field(z, g, dg)
         return Transforms(normal * f, normal * df, tangential * g, tangential * dg, tangential * h)
+
+    def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
+        sticks, share = self.stick_half_width, 1 - self._slip
+        outer = jinc(k * self._a)
+        # mu N (outer - (c/a)^2 inner); where nothing slips, nothing drags
+        zone = (outer - share * jinc(k * sticks)) / np.where(self._slip > 0, self._slip, 1.0)
+        shift = self._shifted(k)
+        return Spectrum(
+            np.asarray(self.normal_force * outer * shift), np.asarray(self.tangential_force * zone * shift)
+        )
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         y = self._from_centre(y)

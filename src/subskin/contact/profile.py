@@ -13,7 +13,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
 from ._functions import FAR, far_shear_field, gap, log_ratio
-from .base import Contact, Transforms, times_depth
+from .base import Contact, Spectrum, Transforms, times_depth
 
 __all__ = ["PressureProfile"]
 
@@ -134,6 +134,27 @@ class PressureProfile(Contact):
         arm, weight = a + (b - a) * share - middle[..., None, None], 0.5 * (b - a) * w * q
         return [np.asarray((weight * arm**k).sum(axis=(-2, -1))) for k in range(_MOMENTS)]
 
+    def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
+        shape = np.broadcast_shapes(self.shape, k.shape)
+        p, q = (np.zeros(shape, dtype=np.complex128) for _ in range(2))
+        step = max(1, _BLOCK // max(1, int(np.prod(shape))))
+        wave = np.asarray(k)[..., None]
+        for first in range(0, self.nodes.shape[-1] - 1, step):
+            part = slice(first, first + step + 1)
+            start, end = self.nodes[..., part][..., :-1], self.nodes[..., part][..., 1:]
+            h = 0.5 * (end - start)
+            even, odd = np.sinc(wave * h / np.pi), _spherical_j1(wave * h)
+            shift = h * np.exp(-0.5j * wave * (start + end))
+            for values, total in ((self.node_pressure, p), (self.node_shear, q)):
+                if values.any():
+                    a, b = values[..., part][..., :-1], values[..., part][..., 1:]
+                    total += (shift * ((a + b) * even - 1j * (b - a) * odd)).sum(axis=-1)
+        return Spectrum(p, q)
+
+    @property
+    def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        return self.nodes[..., 0], self.nodes[..., -1]
+
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return self._between(self.node_pressure, y)
 
@@ -163,6 +184,14 @@ class PressureProfile(Contact):
         shape = (*self.shape, *(1,) * axes, self.nodes.shape[-1])
         wide._store(*(v.reshape(shape) for v in (self.nodes, self.node_pressure, self.node_shear)))
         return wide
+
+
+def _spherical_j1(x: FloatArray) -> FloatArray:
+    """(sin x - x cos x) / x^2, the spectrum of a straight line through 0."""
+    small = np.abs(x) < 0.1
+    far, square = np.where(small, 1.0, x), x * x
+    series = x / 3 * (1 - square / 10 * (1 - square / 28 * (1 - square / 54 * (1 - square / 88))))
+    return np.where(small, series, (np.sin(far) - far * np.cos(far)) / far**2)
 
 
 class _Stretch(NamedTuple):

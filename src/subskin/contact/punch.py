@@ -11,8 +11,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
-from ._functions import root
-from .base import Transforms, scaled
+from ._functions import jinc, root
+from .base import Spectrum, Transforms, scaled
 from .spread import SpreadContact
 
 __all__ = ["FlatPunch"]
@@ -87,6 +87,17 @@ class FlatPunch(SpreadContact):
         z = self._centred(z)
         s = root(z, self._a)
         return t._replace(p=t.p - 2 * self._m / (s * (z + s)), dp=t.dp + 2 * self._m / (s * s * s))
+
+    def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        from scipy.special import j0
+
+        return np.asarray(j0(k * self._a))
+
+    def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
+        s = super().spectrum(k)
+        if not self._m.any():
+            return s
+        return s._replace(p=s.p - 1j * k * self._m * jinc(k * self._a) * self._shifted(k))
 
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         a = self._a

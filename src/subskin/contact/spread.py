@@ -64,6 +64,11 @@ class SpreadContact(ProportionalContact):
             h[far] = far_shear_field(np.broadcast_to(z, h.shape)[far], moments)
         return h
 
+    @property
+    def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        low, high = self._edges()
+        return low, high
+
     def _edges(self) -> tuple[FloatArray, ...]:
         centre = np.asarray(self.position, dtype=np.float64)
         return tuple(np.broadcast_to(centre + side * self._a, self.shape) for side in (-1, 1))

@@ -50,6 +50,9 @@ class Strip(SpreadContact):
         x, y = z.imag, z.real
         return log_ratio(x, y + a, y - a, y, a) / (2 * a), 1 / gap(x, y + a, y - a, y)
 
+    def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        return np.asarray(np.sinc(k * self._a / np.pi))
+
     def unit_pressure(self, y: FloatArray) -> FloatArray:  # noqa: D102
         return np.where(np.abs(y) <= self._a, 1 / (2 * self._a), 0.0)
 

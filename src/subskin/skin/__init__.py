@@ -2,5 +2,7 @@
 
 from .base import Skin
 from .half_plane import HalfPlane
+from .layered import Layer, Layered
+from .round import Round
 
-__all__ = ["HalfPlane", "Skin"]
+__all__ = ["HalfPlane", "Layer", "Layered", "Round", "Skin"]

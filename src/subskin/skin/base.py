@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+import numpy as np
 import numpy.typing as npt
 
+from .. import _check
+from .._check import FloatArray
 from ..contact.base import Contact
 from ..field import State, Strain, Stress
 
@@ -26,3 +29,17 @@ class Skin(ABC):
     def strain(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Strain:
         """Strain [-] beneath `contact` at depth x >= 0 [m] and place y [m]."""
         return self.state(contact, x, y).strain
+
+    @property
+    def thickness(self) -> float:
+        """Depth of the rigid base or core [m]; infinite where there is none."""
+        return np.inf
+
+    @property
+    def grounded(self) -> bool:
+        """Whether displacements are absolute; on a half plane they are known up to a constant."""
+        return False
+
+    def surface_drop(self, y: npt.ArrayLike) -> FloatArray:
+        """How far the undeformed surface lies beneath its tangent at y = 0 [m]; 0 for a flat skin."""
+        return np.zeros_like(_check.real("y", y, unit="m"))

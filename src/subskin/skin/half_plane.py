@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import ComplexArray, FloatArray
+from .._check import FloatArray
 from ..contact.base import Contact, times_depth
-from ..errors import GeometryError, InvalidValueError, SingularPointWarning
+from ..errors import InvalidValueError
 from ..field import State, Strain, Stress, SurfaceGradient
 from ..material import Material
+from ._points import blank_singular, complex_points, points
 from .base import Skin
 
 __all__ = ["HalfPlane"]
@@ -84,12 +84,12 @@ class HalfPlane(Skin):
         SingularPointWarning
             A point of the surface where the stress is infinite; every component in the plane is NaN there.
         """
-        fields = _in_blocks(contact, *_points(x, y))
+        fields = _in_blocks(contact, *points(x, y))
         return State(self._stress(*fields), self._strain(*fields))
 
     def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
         """Stress [Pa] beneath `contact`; see `state` for shapes, errors and warnings."""
-        return self._stress(*_in_blocks(contact, *_points(x, y)))
+        return self._stress(*_in_blocks(contact, *points(x, y)))
 
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
@@ -111,14 +111,14 @@ class HalfPlane(Skin):
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
         with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below
-            t = contact.transforms(_complex(zeros, ys))
+            t = contact.transforms(complex_points(zeros, ys))
             big_t = t.q / np.pi
             big_f = big_t + 1j * t.p / np.pi
             nu = self.material.poisson
             kappa = 3 - 4 * nu if self.plane == "strain" else (3 - nu) / (1 + nu)
             gradient = (0.5 * (kappa * big_f - np.conj(big_f)) + np.conj(big_t)) / (2 * self.material.shear)
         uy, ux = (np.array(part, dtype=np.float64) for part in (gradient.real, gradient.imag))
-        _blank_singular(contact, zeros, ys, ux, uy)
+        blank_singular(contact, zeros, ys, ux, uy)
         return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
 
     def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
@@ -141,23 +141,6 @@ class HalfPlane(Skin):
         return Strain(*(_check.read_only(a) for a in parts))
 
 
-def _points(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
-    if (xs < 0).any():
-        raise GeometryError(
-            f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x"
-        )
-    shape = _check.broadcast(x=xs, y=ys)
-    return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
-
-
-def _complex(x: FloatArray, y: FloatArray) -> ComplexArray:
-    """The point z = y + i x, with x = -0.0 made +0.0: branch cuts are approached from inside the body."""
-    z = np.empty(np.broadcast_shapes(x.shape, y.shape), dtype=np.complex128)
-    z.real, z.imag = y, x + 0.0
-    return z
-
-
 def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """`_fields` over all points; a single contact's over blocks of them."""
     shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
@@ -178,25 +161,11 @@ def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArr
 def _fields(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        z = _complex(x, y)
+        z = complex_points(x, y)
         t = contact.transforms(z)
         gp, gq = times_depth(z, t.dp), times_depth(z, t.dq)
         mean = np.asarray((t.q.real - t.p.imag) / np.pi)
         half = np.asarray((t.q.real - gq.imag - gp.real) / np.pi)
         xy = np.asarray((gp.imag - t.hq) / np.pi)
-    _blank_singular(contact, x, y, mean, half, xy)
+    blank_singular(contact, x, y, mean, half, xy)
     return mean, half, xy
-
-
-def _blank_singular(contact: Contact, x: FloatArray, y: FloatArray, *components: FloatArray) -> None:
-    """NaN, and a warning, where the stress is infinite."""
-    if (x > 0).all():
-        return
-    for place in contact.singular_points():
-        bad = (x == 0) & (y == place)
-        if bad.any():
-            where = float(np.broadcast_to(place, bad.shape)[bad][0])
-            message = f"the stress is infinite on the surface at y = {where:.6g} m; NaN is returned there"
-            warnings.warn(message, SingularPointWarning, stacklevel=5)
-            for component in components:
-                component[bad] = np.nan

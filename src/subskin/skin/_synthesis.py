@@ -1,0 +1,150 @@
+"""From a skin's answer to each wavenumber to its answer to a contact: one sum over wavenumbers for all points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+from ..contact.base import Contact
+from ..field import State, Strain, Stress
+from ..material import Material
+
+__all__ = ["Response", "hooke", "panels", "reach", "synthesise"]
+
+Response = Callable[[FloatArray], FloatArray]
+"""Amplitudes at depths x, shape (x, k, 3, 2): of sigma_x, tau_xy and eps_y, under p = cos(k y) and under q = sin(k y).
+
+sigma_x and eps_y go with cos(k y), tau_xy with sin(k y).
+"""
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_PHASE = 12.0
+"""Phase [rad] that 16 Gauss nodes integrate to rounding, with something to spare."""
+
+_TABLE = 1 << 22
+"""Most elements of a table of exp(i k y)."""
+
+
+def panels(last: float, reach: float) -> tuple[FloatArray, FloatArray]:
+    """Wavenumbers in (0, last) [1/m] and weights for integrands that oscillate like cos(k reach); finer towards 0.
+
+    Towards 0 the panels shrink threefold each, for what a skin does at long waves depends on log k: a stiff layer on a
+    soft one bends, a nearly incompressible one is squeezed.
+    """
+    width = _PHASE / reach
+    small = min(width, last) * 3.0 ** np.arange(-12, 1)
+    count = max(int(np.ceil((last - small[-1]) / width)), 0)
+    edges = np.concatenate([[0.0], small, np.linspace(small[-1], last, count + 1)[1:]])
+    half = 0.5 * np.diff(edges)[:, None]
+    return (edges[:-1, None] + half * (1 + _NODES)).reshape(-1), (half * _WEIGHTS).reshape(-1)
+
+
+def reach(contact: Contact, y: FloatArray) -> float:
+    """The largest distance [m] between a point of the contact and one of the places y."""
+    low, high = contact.support
+    if not y.size or not low.size:
+        return 0.0
+    return max(float(y.max() - low.min()), float(high.max() - y.min()), 0.0)
+
+
+def synthesise(
+    contact: Contact,
+    x: FloatArray,
+    y: FloatArray,
+    k: FloatArray,
+    weights: FloatArray,
+    response: Response,
+) -> FloatArray:
+    """Sum over k of weight * response * spectrum * exp(i k y) / pi: sigma_x, tau_xy, eps_y, shape (3, ...).
+
+    Points (x and y of one shape) broadcast against the contact's batch. Where an axis is the contact's alone or the
+    points' alone, the sum is a matrix product.
+    """
+    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
+    axes = len(shape)
+    batch = (1,) * (axes - len(contact.shape)) + contact.shape
+    places = (1,) * (axes - x.ndim) + x.shape
+    shared = [i for i in range(axes) if batch[i] > 1 and places[i] > 1]
+    own = [i for i in range(axes) if i not in shared and batch[i] > 1]
+    free = [i for i in range(axes) if i not in shared and i not in own]
+    order = shared + own + free
+    spectrum = contact.expand(1).spectrum(k)
+    p, q = (np.broadcast_to(s, (*contact.shape, k.size)).reshape(*batch, k.size) for s in spectrum)
+    together, rows, columns = (int(np.prod([shape[i] for i in part])) for part in (shared, own, free))
+    p, q = (np.multiply(s.transpose(*order, axes).reshape(together, rows, k.size), weights) for s in (p, q))
+    xs, ys = (a.reshape(places).transpose(order).reshape(together, columns) for a in (x, y))
+    depths, which = np.unique(xs, return_inverse=True)
+    which = which.reshape(xs.shape)
+    out = np.empty((3, together, rows, columns))
+    size = max(1, _TABLE // max(1, 6 * k.size))  # depths at a time
+    for first in range(0, depths.size, size):
+        answers = response(depths[first : first + size])
+        for i in range(together):
+            table = _Waves(k, ys[i])
+            for j in np.unique(which[i]):
+                if first <= j < first + size:
+                    chosen = np.flatnonzero(which[i] == j)
+                    out[:, i][:, :, chosen] = _at_depth(answers[j - first], p[i], q[i], table, chosen)
+    back = np.argsort(order)
+    lengths = [shape[i] for i in order]
+    return out.reshape(3, *lengths).transpose(0, *(1 + back))
+
+
+class _Waves:
+    """exp(i k y) at the places y, those that occur twice evaluated once."""
+
+    def __init__(self, k: FloatArray, y: FloatArray) -> None:
+        self.k, self.y = k, y
+        self.places, self.index = np.unique(y, return_inverse=True)
+        few = self.places.size * k.size <= _TABLE and self.places.size <= 0.5 * y.size
+        self.table = self._waves(self.places) if few else None
+
+    def _waves(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        phase = self.k[:, None] * y
+        return np.cos(phase), np.sin(phase)
+
+    def blocks(self, chosen: npt.NDArray[np.intp]) -> list[tuple[slice, tuple[FloatArray, FloatArray]]]:
+        """Slices of `chosen` and cos and sin there, shape (k, slice)."""
+        if self.table is not None:
+            at = self.index[chosen]
+            return [(slice(None), (self.table[0][:, at], self.table[1][:, at]))]
+        size = max(1, _TABLE // self.k.size)
+        starts = range(0, chosen.size, size)
+        return [(slice(s, s + size), self._waves(self.y[chosen[s : s + size]])) for s in starts]
+
+
+def _at_depth(
+    answer: FloatArray, p: ComplexArray, q: ComplexArray, waves: _Waves, chosen: npt.NDArray[np.intp]
+) -> FloatArray:
+    """Fields (3, rows, chosen) at one depth: `answer` (k, 3, 2), spectra (rows, k) with their weights."""
+    # sigma_x and eps_y go with cos under p and turn with q; tau_xy the other way round
+    turns = np.array([[1, 1j], [-1j, 1], [1, 1j]])
+    factors = (answer * turns).transpose(1, 2, 0) / np.pi  # (3, 2, k)
+    out = np.zeros((3, len(p), chosen.size))
+    loads = [(factors[:, i], spectrum) for i, spectrum in enumerate((p, q)) if spectrum.any()]
+    for part, (cos, sin) in waves.blocks(chosen):
+        for factor, spectrum in loads:
+            for field, f in zip(out[:, :, part], factor, strict=True):
+                # the smaller of the two sides of the product takes the factor
+                if len(p) < cos.shape[1]:
+                    left = spectrum * f
+                    field += left.real @ cos - left.imag @ sin
+                else:
+                    right = f[:, None] * (cos + 1j * sin)
+                    field += spectrum.real @ right.real - spectrum.imag @ right.imag
+    return out
+
+
+def hooke(fields: FloatArray, material: Material) -> State:
+    """Stress and strain in plane strain from sigma_x, tau_xy [Pa] and eps_y [-], shape (3, ...): finite at nu = 1/2."""
+    sx, txy, ey = fields
+    nu, double = material.poisson, 2 * material.shear
+    sy = (double * ey + nu * sx) / (1 - nu)
+    ex = (1 - 2 * nu) / (1 - nu) * sx / double - nu / (1 - nu) * ey
+    stress = [_check.read_only(a) for a in (sx, sy, nu * (sx + sy), txy)]
+    strain = [_check.read_only(a) for a in (ex, ey, np.zeros(ey.shape), txy / double)]
+    return State(Stress(*stress), Strain(*strain))

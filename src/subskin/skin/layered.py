@@ -1,0 +1,201 @@
+"""Layers on a rigid base or on a half plane: the skin of a robot's finger, where it is flat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..contact.base import Contact
+from ..errors import InvalidValueError
+from ..field import State, Strain, Stress
+from ..material import Material
+from . import _layer_modes as modes
+from ._points import points
+from ._synthesis import hooke, panels, reach, synthesise
+from .base import Skin
+from .half_plane import HalfPlane
+
+__all__ = ["Layer", "Layered"]
+
+_DECAY = 42.0
+"""exp(-42) is far below rounding, also with the polynomials of k that stand before it."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of a skin.
+
+    Parameters
+    ----------
+    material : Material
+        Young's modulus and Poisson's ratio.
+    thickness : float
+        Thickness [m], > 0.
+    bond : {"bonded", "frictionless"}, optional
+        How it holds to what lies beneath it: it sticks, or it slides without friction and does not lift.
+
+    Raises
+    ------
+    InvalidValueError
+        A thickness that is not > 0, a bond of another name.
+    """
+
+    material: Material
+    thickness: float
+    bond: Literal["bonded", "frictionless"] = "bonded"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise InvalidValueError(
+                f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)"
+            )
+        fix = "leave out a layer that is not there"
+        value = _check.scalar("thickness", self.thickness, unit="m", above=0.0, fix=fix)
+        object.__setattr__(self, "thickness", value)
+        if self.bond not in ("bonded", "frictionless"):
+            raise InvalidValueError(f"bond = {self.bond!r}", 'has to be "bonded" or "frictionless"')
+
+
+@dataclass(frozen=True)
+class Layered(Skin):
+    """Elastic layers, the first at the surface, on a rigid base or on a half plane; plane strain.
+
+    Poisson's ratio may be 1/2 exactly. The field is the half plane's closed form for the first layer's material, plus
+    what the interfaces send back, summed over wavenumbers (docs/skins.md; a single bonded layer: Johnson, Contact
+    Mechanics (1985), section 5.8).
+
+    Parameters
+    ----------
+    layers : Layer or sequence of Layer
+        From the surface down.
+    base : Material, optional
+        The half plane on which they lie; none for a rigid base.
+
+    Raises
+    ------
+    InvalidValueError
+        No layer, or something that is none.
+
+    Examples
+    --------
+    Six millimetres of rubber bonded to bone, felt 2 mm beneath a knife edge. On a half plane it would be -0.023873.
+
+    >>> import subskin as ss
+    >>> rubber = ss.Material(young=0.4e6, poisson=0.5)
+    >>> skin = ss.Layered(ss.Layer(rubber, thickness=6e-3))
+    >>> strain = skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0)
+    >>> round(float(strain.xx), 6)
+    -0.025617
+    """
+
+    layers: Layer | Sequence[Layer]
+    base: Material | None = None
+
+    def __post_init__(self) -> None:
+        layers = (self.layers,) if isinstance(self.layers, Layer) else tuple(self.layers)
+        if not layers or not all(isinstance(layer, Layer) for layer in layers):
+            fix = "Layered(Layer(Material(young=0.4e6), thickness=4e-3))"
+            raise InvalidValueError(f"layers = {self.layers!r}", "one Layer or more are needed", fix)
+        object.__setattr__(self, "layers", layers)
+        if self.base is not None and not isinstance(self.base, Material):
+            raise InvalidValueError(f"base = {self.base!r}", "a Material is needed, or None for a rigid base")
+
+    @property
+    def stack(self) -> tuple[Layer, ...]:
+        """The layers as a tuple."""
+        return (self.layers,) if isinstance(self.layers, Layer) else tuple(self.layers)
+
+    @property
+    def thickness(self) -> float:
+        """Depth of the rigid base [m]; infinite on a half plane."""
+        return self._total if self.base is None else np.inf
+
+    @property
+    def grounded(self) -> bool:
+        """Whether displacements are absolute: the base is rigid."""
+        return self.base is None
+
+    @cached_property
+    def _modes(self) -> modes.Stack:
+        rows = [
+            modes.Layer(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded")
+            for e in self.stack
+        ]
+        return modes.Stack(tuple(rows), self.base)
+
+    @cached_property
+    def _total(self) -> float:
+        return float(self._modes.tops[-1])
+
+    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
+        """Stress [Pa] and strain [-] beneath `contact`; an interface belongs to the layer above it.
+
+        Parameters
+        ----------
+        contact : Contact
+            What presses; a batch broadcasts against the points.
+        x, y : array_like
+            Depth, from 0 to the base [m], and place along the surface [m].
+
+        Raises
+        ------
+        GeometryError
+            A point above the surface or within a rigid base, or shapes that do not broadcast.
+
+        Warns
+        -----
+        SingularPointWarning
+            A point of the surface where the stress is infinite; every component in the plane is NaN there.
+        """
+        xs, ys = points(x, y, self.thickness)
+        shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
+        if not np.prod(shape):
+            return hooke(np.zeros((3, *shape)), self.stack[0].material)
+        k, weights = panels(_DECAY / self._decay(xs), max(reach(contact, ys), self._total) + 2 * self._total)
+        fields = synthesise(contact, xs, ys, k, weights, lambda depths: self._response(k, depths))
+        upper = xs <= self.stack[0].thickness
+        if upper.any():
+            whole = HalfPlane(self.stack[0].material).state(contact, xs, ys)
+            closed = np.stack([whole.stress.xx, whole.stress.xy, whole.strain.yy])
+            fields += np.where(upper, closed, 0.0)
+        return self._state(fields, np.broadcast_to(xs, shape))
+
+    def _decay(self, x: FloatArray) -> float:
+        """What is summed falls at least as exp(-k times this): an echo in the first layer, all of it deeper down."""
+        first = self.stack[0].thickness
+        return float(np.where(x <= first, 2 * first - x, x).min())
+
+    def _response(self, k: FloatArray, x: FloatArray) -> FloatArray:
+        """sigma_x, tau_xy and eps_y at depths x; in the first layer less those of a half plane."""
+        y = self._modes.amplitudes(k, x, remainder=True)
+        along = k[:, None] * y[:, :, 1] / (2 * self.stack[0].material.shear)
+        return np.stack([y[:, :, 2], y[:, :, 3], along], axis=2)
+
+    def _state(self, fields: FloatArray, x: FloatArray) -> State:
+        """Hooke's law of the layer in which each point lies."""
+        materials = [layer.material for layer in self.stack] + ([] if self.base is None else [self.base])
+        places = self._modes.places(x)
+        states = [hooke(fields, m) for m in materials]
+
+        def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
+            components = ("xx", "yy", "zz", "xy")
+            return [_check.read_only(np.choose(places, [getattr(t, c) for t in tensors])) for c in components]
+
+        return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))
+
+    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
+        """Displacement of the surface per traction at the wavenumbers k > 0 [1/m], shape (..., 2, 2) [m/Pa].
+
+        p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x = C[0, 1] cos(k y),
+        u_y = C[1, 1] sin(k y).
+        """
+        waves = _check.real("k", k, unit="1/m", above=0.0)
+        y = self._modes.amplitudes(waves.reshape(-1), np.zeros(1))[0, :, :2]
+        return np.asarray(y / (2 * self.stack[0].material.shear)).reshape(*waves.shape, 2, 2)

@@ -1,0 +1,188 @@
+"""A round finger: an elastic annulus on a rigid core, pressed from outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..contact.base import Contact
+from ..errors import GeometryError, InvalidValueError
+from ..field import State
+from ..material import Material
+from ._around import DEEPEST, periodic_transforms
+from ._points import blank_singular, complex_points, points
+from ._ring_modes import Ring
+from ._synthesis import hooke, synthesise
+from .base import Skin
+
+__all__ = ["Round"]
+
+_DECAY = 42.0
+
+
+@dataclass(frozen=True)
+class Round(Skin):
+    """A round finger: rubber between a rigid core and a circular surface, bonded to the core; plane strain.
+
+    Depth is x = radius - r, and y = radius * phi runs along the surface; a contact's pressure acts along the local
+    normal. Strains along x and y are the radial one and that along the circle. The field is a full disk's closed form,
+    plus what the core sends back, summed over harmonics (docs/skins.md; Michell 1899).
+
+    Parameters
+    ----------
+    material : Material
+        Young's modulus and Poisson's ratio, up to 1/2 exactly.
+    radius : float
+        Outer radius R [m], > 0.
+    core_radius : float
+        Radius of the rigid core [m], from R/20 to R.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A radius that is not > 0, a core that is too thin or not within the finger.
+
+    Examples
+    --------
+    A finger of 8 mm radius on a core of 4 mm, felt 2 mm beneath a knife edge. On a half plane it would be -0.023873.
+
+    >>> import subskin as ss
+    >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)
+    >>> strain = skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0)
+    >>> round(float(strain.xx), 6)
+    -0.029992
+    """
+
+    material: Material
+    radius: float
+    core_radius: float
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise InvalidValueError(
+                f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)"
+            )
+        outer = _check.scalar("radius", self.radius, unit="m", above=0.0)
+        inner = _check.scalar("core_radius", self.core_radius, unit="m", above=0.0)
+        if not np.exp(-DEEPEST) * outer < inner < outer:
+            raise GeometryError(
+                f"core_radius = {inner:.6g} m, radius = {outer:.6g} m",
+                "the core has to lie within the finger and have at least a twentieth of its radius",
+                f"core_radius between {0.05 * outer:.3g} and {outer:.3g} m",
+            )
+        object.__setattr__(self, "radius", outer)
+        object.__setattr__(self, "core_radius", inner)
+
+    @property
+    def thickness(self) -> float:
+        """Depth of the core [m]."""
+        return self.radius - self.core_radius
+
+    @property
+    def grounded(self) -> bool:
+        """Displacements are absolute: the core is rigid."""
+        return True
+
+    def surface_drop(self, y: npt.ArrayLike) -> FloatArray:
+        """How far the undeformed surface lies beneath its tangent at y = 0 [m]."""
+        return np.asarray(2 * self.radius * np.sin(0.5 * _check.real("y", y, unit="m") / self.radius) ** 2)
+
+    @cached_property
+    def _ring(self) -> Ring:
+        return Ring(self.material.poisson, self.radius, self.core_radius)
+
+    @cached_property
+    def _harmonics(self) -> FloatArray:
+        """Those that the core sends back: what is left out is less than exp(-42) of them."""
+        return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
+
+    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
+        """Stress [Pa] and strain [-] beneath `contact`.
+
+        Parameters
+        ----------
+        contact : Contact
+            What presses, not wider than half the circumference; a batch broadcasts against the points.
+        x, y : array_like
+            Depth, from 0 to the core [m], and place along the surface [m], which repeats every 2 pi R.
+
+        Raises
+        ------
+        GeometryError
+            A point outside the skin, a contact that reaches round the finger, or shapes that do not broadcast.
+
+        Warns
+        -----
+        SingularPointWarning
+            A point of the surface where the stress is infinite; every component in the plane is NaN there.
+        """
+        xs, ys = points(x, y, self.thickness)
+        shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
+        if not np.prod(shape):
+            return hooke(np.zeros((3, *shape)), self.material)
+        n = self._harmonics
+        weights = np.where(n == 0, 0.5, 1.0) / self.radius
+
+        def response(depths: FloatArray) -> FloatArray:
+            answer = self._ring.stresses(n, depths)
+            answer[:, :, 2] /= 2 * self.material.shear
+            return answer
+
+        fields = synthesise(contact, xs, ys, n / self.radius, weights, response)
+        return hooke(fields + self._disk(contact, xs, ys), self.material)
+
+    def _disk(self, contact: Contact, x: FloatArray, y: FloatArray) -> FloatArray:
+        """sigma_x, tau_xy and eps_y of a full disk: the half plane's formulas at a depth of R log(R / r)."""
+        low, high = contact.support
+        centre = 0.5 * (low + high)
+        half, turn = 0.5 * float(np.max(high - low, initial=0.0)), 2 * np.pi * self.radius
+        if half > 0.25 * turn:
+            raise GeometryError(
+                f"a contact {2 * half:.6g} m wide", f"it reaches round the finger, {turn:.6g} m about"
+            )
+        around = np.remainder(y - centre + 0.5 * turn, turn) - 0.5 * turn + centre
+        rho = 1 - np.minimum(x, self.thickness) / self.radius
+        depth = -self.radius * np.log(rho)
+        factor = 0.5 * self.radius * (1 - rho) * (1 + rho)
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # singular points are blanked, and warned of, below
+            z = complex_points(np.broadcast_to(depth, around.shape), around)
+            t = periodic_transforms(contact, z, self.radius)
+            surface = z.imag == 0
+            gp, gq = (np.where(surface, 0.0, factor * d) for d in (t.dp, t.dq))
+            rest = np.where(surface, 0.0, (factor - depth) * t.dq.real)
+            mean = np.asarray((t.q.real - t.p.imag) / np.pi)
+            difference = np.asarray((t.q.real - gq.imag - gp.real) / np.pi) / rho**2
+            shear = np.asarray((gp.imag - t.hq - rest) / np.pi) / rho**2
+        blank_singular(contact, depth, around, mean, difference, shear)
+        nu, young = self.material.poisson, self.material.young
+        along = (1 + nu) / young * ((1 - 2 * nu) * mean + difference)
+        return np.stack([mean - difference, shear, along])
+
+    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
+        """Displacement of the surface per traction at k = n / radius, n = 0, 1, 2 ..., shape (..., 2, 2) [m/Pa].
+
+        u_x points inwards. p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x =
+        C[0, 1] cos(k y), u_y = C[1, 1] sin(k y).
+
+        Raises
+        ------
+        InvalidValueError
+            A wavenumber that does not fit round the finger.
+        """
+        waves = _check.real("k", k, unit="1/m", at_least=0.0)
+        n = np.round(waves * self.radius)
+        if (np.abs(waves * self.radius - n) > 1e-9 * np.maximum(n, 1)).any():
+            raise InvalidValueError(
+                f"k * radius = {(waves * self.radius).tolist()}",
+                "waves on a round finger close: k has to be a whole number over the radius",
+                "k = n / skin.radius",
+            )
+        compliance = self._ring.displacements(n.reshape(-1)) / (2 * self.material.shear)
+        return np.asarray(compliance).reshape(*waves.shape, 2, 2)
