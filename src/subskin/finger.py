@@ -13,7 +13,7 @@ from ._check import FloatArray
 from .array import SensorArray
 from .contact.base import Contact
 from .contact.line import LineLoad
-from .errors import InvalidValueError
+from .errors import GeometryError, InvalidValueError
 from .receptive_field import ReceptiveField
 from .skin.base import Skin
 from .transducer import Transducer
@@ -65,6 +65,13 @@ class Finger:
             )
         if not isinstance(self.array, SensorArray):
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
+        deepest = float(np.asarray(self.array.depth).max())
+        if deepest > self.skin.thickness * (1 + 1e-12):
+            raise GeometryError(
+                f"depth = {deepest:.6g} m",
+                f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick",
+                "a thicker skin or shallower sensors",
+            )
 
     def _groups(self, linear: bool) -> list[_Group]:
         a = self.array
@@ -152,21 +159,36 @@ class Finger:
     def tabulate(self, search: tuple[float, float] | None = None) -> ReceptiveField:
         """The receptive field as a table over the load positions `search` [m].
 
-        The default reaches 1.5 depths beyond the outermost sensors.
+        The default reaches 1.5 depths beyond the outermost sensors. Tables are kept: the next call with the same
+        `search` costs nothing.
 
         Raises
         ------
         InvalidValueError
-            Where `search` is not two ascending places.
+            Where `search` is not two ascending places, or goes more than once round a finger.
         """
+        tables: dict[tuple[float, ...] | None, ReceptiveField] = self.__dict__.setdefault("_tables", {})
+        key = None if search is None else tuple(search)
+        if key not in tables:
+            tables[key] = self._tabulate(search)
+        return tables[key]
+
+    def _tabulate(self, search: tuple[float, float] | None) -> ReceptiveField:
         y, depth = np.asarray(self.array.y), np.asarray(self.array.depth)
         reach = 1.5 * float(depth.max())
-        ends = _check.real(
-            "search", (y.min() - reach, y.max() + reach) if search is None else search, unit="m"
-        )
+        whole = (y.min() - reach, y.max() + reach)
+        middle = 0.5 * (whole[0] + whole[1])
+        half = min(0.5 * (whole[1] - whole[0]), 0.5 * self.skin.period)
+        ends = _check.real("search", (middle - half, middle + half) if search is None else search, unit="m")
         if ends.shape != (2,) or not ends[0] < ends[1]:
             raise InvalidValueError(
                 f"search = {search!r}", "two ascending places are needed", "search=(-5e-3, 5e-3)"
+            )
+        if ends[1] - ends[0] > self.skin.period * (1 + 1e-12):
+            raise InvalidValueError(
+                f"search = {search!r}",
+                f"the finger is {self.skin.period:.6g} m about, and places repeat after that",
+                "a narrower search",
             )
         return ReceptiveField.from_function(
             self.receptive_field, float(ends[0]), float(ends[1]), step=float(depth.min()) / 16

@@ -23,7 +23,7 @@ _NOTES = """\
 Fits the finger to touches at known places, one a row, and writes the finger file with the fitted numbers in it;
 comments stay. Rows that --every or --rows leaves out are held out, and scored. What can be fitted: gain, offset
 (each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), place
-(each sensor's along the row), poisson, width (all alike).
+(each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
 """
 
 

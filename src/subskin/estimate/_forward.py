@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,12 +12,15 @@ import numpy.typing as npt
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..finger import Finger
-from ..skin.half_plane import HalfPlane
 
 __all__ = ["TERMS", "Forward"]
 
-TERMS = ("origin", "depth", "depths", "place", "poisson", "width")
-_UNITS = {"origin": "m", "depth": "m", "depths": "m", "place": "m", "poisson": "", "width": "m"}
+TERMS = ("origin", "depth", "depths", "place", "poisson", "width", "thickness")
+_UNITS = {
+    "origin": "m", "depth": "m", "depths": "m", "place": "m", "poisson": "", "width": "m", "thickness": "m",
+}  # fmt: skip
+_SHALLOWEST_BASE = 1.001
+"""A trial's base is kept this much below its deepest sensor."""
 
 
 class Forward:
@@ -31,10 +34,17 @@ class Forward:
         self.names = tuple(t for t in TERMS if t in names)
         n = len(finger.array)
         self.tied = "place" in self.names and "origin" in self.names and n > 1
-        if "poisson" in self.names and not isinstance(finger.skin, HalfPlane):
-            raise InvalidValueError(
-                "fit = poisson", f"a {type(finger.skin).__name__} has no single Poisson's ratio"
-            )
+        material = finger.skin.single_material
+        self.poisson = 0.5 if material is None else material.poisson
+        for name in ("poisson", "thickness"):
+            if name in self.names and (
+                material is None or (name == "thickness" and not np.isfinite(finger.skin.thickness))
+            ):
+                raise InvalidValueError(
+                    f"fit = {name}",
+                    f"a {type(finger.skin).__name__} like this has no single {name}",
+                    "a Layered skin of one layer, or a Round one, has both; a HalfPlane has poisson",
+                )
         counts = {"depths": n, "place": n - 1 if self.tied else n}
         self.slices: dict[str, slice] = {}
         at = 0
@@ -55,13 +65,15 @@ class Forward:
         """Starting values: the finger as drawn, with the given origin and depths scaled."""
         p = np.zeros(self.size)
         depths = self._depths()
-        skin = self.finger.skin
+        thickness = self.finger.skin.thickness
         values = {
             "origin": origin,
             "depth": (depth_factor - 1) * depths.mean(),
             "depths": (depth_factor - 1) * depths,
             # away from the ends of its range, where a step in either direction is possible
-            "poisson": min(cast(HalfPlane, skin).material.poisson, 0.45) if "poisson" in self.names else 0.0,
+            "poisson": min(self.poisson, 0.45),
+            # thinner than drawn as well: thicker than a few depths, the base is not felt
+            "thickness": min(thickness, 3 * float(depths.max())) if np.isfinite(thickness) else 0.0,
             "width": max(float(np.asarray(self.finger.array.width).mean()), 0.2 * float(depths.min())),
         }
         for name in self.names:
@@ -78,6 +90,10 @@ class Forward:
             "place": (-depths.max(), depths.max()),
             "poisson": (0.0, 0.5),
             "width": (0.0, 4 * depths.max()),
+            "thickness": (
+                0.2 * depths.min(),
+                min(100 * depths.max(), 0.95 * self.finger.skin.period / (2 * np.pi)),
+            ),
         }
         for name, (a, b) in ranges.items():
             if name in self.names:
@@ -112,9 +128,11 @@ class Forward:
         if "width" in self.names:
             changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
         if "poisson" in self.names:
-            plane = cast(HalfPlane, skin)
-            skin = replace(
-                plane, material=replace(plane.material, poisson=float(p[self.slices["poisson"]][0]))
+            skin = skin.changed(poisson=float(p[self.slices["poisson"]][0]))
+        if "thickness" in self.names:
+            deepest = float(np.max(changes.get("depth", self._depths())))
+            skin = skin.changed(
+                thickness=max(float(p[self.slices["thickness"]][0]), _SHALLOWEST_BASE * deepest)
             )
         return Finger(skin, replace(array, **changes))
 

@@ -80,13 +80,31 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class SkinTable(_Table):
-    """[skin]: what is pressed."""
+class MaterialTable(_Table):
+    """[skin.base]: the half plane beneath the layers."""
 
-    kind: Literal["half_plane"] = "half_plane"
     young: Pressure
     poisson: Number = 0.5
-    plane: Literal["strain", "stress"] = "strain"
+
+
+class LayerTable(MaterialTable):
+    """[[skin.layers]]: one layer, the first at the surface."""
+
+    thickness: Length
+    bond: Literal["bonded", "frictionless"] = "bonded"
+
+
+class SkinTable(_Table):
+    """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
+
+    kind: Literal["half_plane", "layers", "round"] = "half_plane"
+    young: Pressure | None = None
+    poisson: Number | None = None
+    plane: Literal["strain", "stress"] | None = None
+    radius: Length | None = None
+    core_radius: Length | None = None
+    layers: list[LayerTable] | None = None
+    base: MaterialTable | None = None
 
 
 class SensorsTable(_Table):

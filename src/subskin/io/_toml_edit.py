@@ -9,7 +9,7 @@ import numpy as np
 
 from .._check import FloatArray
 from ..finger import Finger
-from ..skin.half_plane import HalfPlane
+from ..skin import Layered, Round, Skin
 from .units import format_quantity
 
 __all__ = ["edited"]
@@ -25,11 +25,7 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
     document = tomlkit.parse(text)
     skin: Any = document["skin"]
     sensors: Any = document["sensors"]
-    if isinstance(old.skin, HalfPlane) and isinstance(new.skin, HalfPlane):
-        if new.skin.material.poisson != old.skin.material.poisson:
-            _set(skin, "poisson", _number(new.skin.material.poisson))
-        if new.skin.material.young != old.skin.material.young:
-            _set(skin, "young", format_quantity(new.skin.material.young, "Pa"))
+    _edit_skin(skin, old.skin, new.skin)
     for name, unit in _PER_SENSOR.items():
         before, after = (np.asarray(getattr(f.array, name)) for f in (old, new))
         if not _same(before, after):
@@ -54,6 +50,23 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
         document.add(tomlkit.nl())
     document.add("calibration", table)
     return tomlkit.dumps(document)
+
+
+def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
+    """What `calibrate` can change of a skin: Poisson's ratio and the thickness of a single material."""
+    before, after = old.single_material, new.single_material
+    if before is None or after is None:
+        return
+    place = table["layers"][0] if isinstance(new, Layered) else table
+    if after.poisson != before.poisson:
+        _set(place, "poisson", _number(after.poisson))
+    if after.young != before.young:
+        _set(place, "young", format_quantity(after.young, "Pa"))
+    if new.thickness != old.thickness:
+        name, value = (
+            ("core_radius", new.core_radius) if isinstance(new, Round) else ("thickness", new.thickness)
+        )
+        _set(place, name, format_quantity(value, "m"))
 
 
 def _set(table: Any, name: str, value: Any) -> None:

@@ -6,7 +6,7 @@ import re
 
 __all__ = ["key_line"]
 
-_HEADER = re.compile(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
+_HEADER = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(
     r"""\s*((?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)(?:\s*\.\s*(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+))*)\s*="""
 )
@@ -24,13 +24,19 @@ def key_line(text: str, path: tuple[str, ...]) -> int | None:
     --------
     >>> key_line("[skin]\nyoung = 1\n\n[sensors]\ndepth = -1\n", ("sensors", "depth"))
     5
+    >>> key_line("[[skin.layers]]\nyoung = 1\n[[skin.layers]]\nyoung = 2\n", ("skin", "layers", "1", "young"))
+    4
     """
+    seen: dict[tuple[str, ...], int] = {}
     best, line_of_best = 0, None
     table: tuple[str, ...] = ()
     for number, line in enumerate(text.split("\n"), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:
-            table = _parts(header[1])
+            table = _parts(header[2])
+            if header[1] == "[[":
+                seen[table] = seen.get(table, -1) + 1
+                table = (*table, str(seen[table]))
             here = table
         elif key:
             here = (*table, *_parts(key[1]))

@@ -16,9 +16,8 @@ from .. import transducer as kinds
 from ..array import SensorArray
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..finger import Finger
-from ..material import Material
-from ..skin.half_plane import HalfPlane
 from ..transducer import Transducer
+from ._skin import Misplaced, build_skin, key_of
 from ._toml_lines import key_line
 from .files import read_bytes, write_bytes
 from .recording import Column, RecordingFormat
@@ -155,25 +154,21 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     document = _document(text, name)
     try:
         return _build(document, text)
-    except _Misplaced as wrong:
+    except Misplaced as wrong:
         error = wrong.error
         raise _at(
             text, name, wrong.path, _as_written(error.seen, text, wrong.path), error.rule, error.fix
         ) from None
 
 
-class _Misplaced(Exception):
-    """An error and the key that it is about."""
-
-    def __init__(self, error: SubskinError, *path: str) -> None:
-        self.error, self.path = error, path
-
-
 def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
     """`depth = -0.005` as the file has it: `depth = "-5 mm"`."""
     value: Any = tomllib.loads(text)
     for part in path:
-        value = value.get(part) if isinstance(value, dict) else None
+        if isinstance(value, list) and part.isdigit():
+            value = value[int(part)]
+        else:
+            value = value.get(part) if isinstance(value, dict) else None
     known = isinstance(value, str) and re.fullmatch(r"\w+ = \S+", seen)
     return f"{path[-1]} = {_short(value)}" if known else seen
 
@@ -181,8 +176,13 @@ def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
 def _at(text: str, name: str, path: tuple[str, ...], seen: str, rule: str, fix: str) -> FileError:
     line = key_line(text, path)
     place = f"{name}, line {line}" if line else name
-    table = f"[{path[0]}] " if len(path) > 1 else ""
+    table = f"[{_dotted(path[:-1])}] " if len(path) > 1 else ""
     return FileError(f"{place}: {table}{seen}", rule, fix)
+
+
+def _dotted(path: tuple[str, ...]) -> str:
+    """The name of a table; which one of an array of tables, the line tells."""
+    return ".".join(part for part in path if not part.isdigit())
 
 
 def _document(text: str, name: str) -> _schema.Document:
@@ -230,7 +230,7 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
         elif error["type"] == "missing":
             seen, rule = f'"{key}" is missing', "it is needed"
             keys = keys[:-1]
-            fix = f"add a table [{key}]" if len(path) == 1 else f"add {key} = ... to [{'.'.join(keys)}]"
+            fix = f"add a table [{key}]" if len(path) == 1 else f"add {key} = ... to [{_dotted(keys)}]"
         else:
             what = error["msg"][:1].lower() + error["msg"][1:]
             rule, fix = what.replace("input should be", "it has to be"), ""
@@ -245,32 +245,35 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
 def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
     """Keys known in the table at `path`."""
     for part in path:
-        annotation = model.model_fields[part].annotation
-        options = [annotation, *getattr(annotation, "__args__", ())]
+        if part.isdigit():  # which of the tables of an array
+            continue
+        options = [model.model_fields[part].annotation]
+        while any(hasattr(o, "__args__") for o in options):  # Optional, list
+            options = [inner for o in options for inner in getattr(o, "__args__", (o,))]
         model = next((o for o in options if hasattr(o, "model_fields")), model)
     return list(model.model_fields)
 
 
 def _build(document: _schema.Document, text: str) -> FingerFile:
-    skin, recording = document.skin, document.recording
+    recording = document.recording
+    skin, array = build_skin(document.skin), _array(document)
     try:
-        material = Material(young=skin.young, poisson=skin.poisson)
+        finger = Finger(skin, array)
     except SubskinError as error:
-        raise _Misplaced(error, "skin", _key(error)) from None
-    array = _array(document)
+        raise Misplaced(error, "sensors", key_of(error)) from None
     names = tuple(f"s{i}" for i in range(len(array))) if recording is None else tuple(recording.sensors)
     if len(names) != len(array):
         seen = f"sensors names {len(names)} columns"
         rule = f"one for each of the {len(array)} sensors of [sensors] is needed"
-        raise _Misplaced(InvalidValueError(seen, rule), "recording", "sensors")
+        raise Misplaced(InvalidValueError(seen, rule), "recording", "sensors")
     given = document.locate
     options = {k: v for k in ("friction", "false_alarm", "ambiguity") if (v := getattr(given, k)) is not None}
     for key, value in options.items():
         if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
             rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
-            raise _Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
+            raise Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
     return FingerFile(
-        finger=Finger(HalfPlane(material, skin.plane), array),
+        finger=finger,
         names=names,
         search=given.search,
         options=options,
@@ -290,7 +293,7 @@ def _array(document: _schema.Document) -> SensorArray:
             y=places, depth=table.depth, width=table.width, transducer=transducers, **parameters
         )
     except SubskinError as error:
-        raise _Misplaced(error, "sensors", _key(error)) from None
+        raise Misplaced(error, "sensors", key_of(error)) from None
 
 
 def _places(table: _schema.SensorsTable) -> list[float]:
@@ -369,7 +372,7 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
         try:
             return Column(entry.column, 1.0 if entry.unit is None else unit_scale(entry.unit, unit, "unit"))
         except SubskinError as error:
-            raise _Misplaced(error, "recording", key, "unit") from None
+            raise Misplaced(error, "recording", key, "unit") from None
 
     scale = 1.0 if table.unit is None else unit_scale(table.unit, si_unit(table.unit, "unit"), "unit")
     time, position, press = (column(k, u) for k, u in (("time", "s"), ("position", "m"), ("press", "m")))
@@ -379,13 +382,7 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
             early=table.early, before=table.before, hold=table.hold,
         )  # fmt: skip
     except SubskinError as error:
-        raise _Misplaced(error, "recording", _key(error)) from None
-
-
-def _key(error: SubskinError) -> str:
-    """The key that an error of the model is about: its message begins with it."""
-    found = re.match(r"[a-z_]+", error.seen)
-    return {"transducer": "kind"}.get(found[0], found[0]) if found else ""
+        raise Misplaced(error, "recording", key_of(error)) from None
 
 
 def _short(value: object) -> str:

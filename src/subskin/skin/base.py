@@ -10,7 +10,9 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
+from ..errors import InvalidValueError
 from ..field import State, Strain, Stress
+from ..material import Material
 
 __all__ = ["Skin"]
 
@@ -39,6 +41,29 @@ class Skin(ABC):
     def grounded(self) -> bool:
         """Whether displacements are absolute; on a half plane they are known up to a constant."""
         return False
+
+    @property
+    def period(self) -> float:
+        """Distance along the surface after which it repeats [m]; infinite for a flat skin."""
+        return np.inf
+
+    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
+        """The same skin with another Poisson's ratio or thickness [m]: what `calibrate` can fit of it.
+
+        Raises
+        ------
+        InvalidValueError
+            Where the skin has no one number of that name.
+        """
+        name, value = ("poisson", poisson) if poisson is not None else ("thickness", thickness)
+        raise InvalidValueError(
+            f"{name} = {value:.6g}", f"a {type(self).__name__} has no single {name} to change"
+        )
+
+    @property
+    def single_material(self) -> Material | None:
+        """The one material of which the skin is made; None where there are several."""
+        return None
 
     def surface_drop(self, y: npt.ArrayLike) -> FloatArray:
         """How far the undeformed surface lies beneath its tangent at y = 0 [m]; 0 for a flat skin."""

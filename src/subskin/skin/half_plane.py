@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -90,6 +90,15 @@ class HalfPlane(Skin):
     def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
         """Stress [Pa] beneath `contact`; see `state` for shapes, errors and warnings."""
         return self._stress(*_in_blocks(contact, *points(x, y)))
+
+    @property
+    def single_material(self) -> Material:  # noqa: D102
+        return self.material
+
+    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:  # noqa: D102
+        if poisson is None or thickness is not None:
+            return super().changed(thickness=thickness)
+        return replace(self, material=replace(self.material, poisson=poisson))
 
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].

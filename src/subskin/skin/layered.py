@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -121,6 +121,19 @@ class Layered(Skin):
     def grounded(self) -> bool:
         """Whether displacements are absolute: the base is rigid."""
         return self.base is None
+
+    @property
+    def single_material(self) -> Material | None:  # noqa: D102
+        return self.stack[0].material if len(self.stack) == 1 and self.base is None else None
+
+    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
+        """A single layer with another Poisson's ratio or thickness [m]."""
+        if self.single_material is None:
+            return super().changed(poisson=poisson, thickness=thickness)
+        layer = self.stack[0]
+        if poisson is not None:
+            layer = replace(layer, material=replace(layer.material, poisson=poisson))
+        return replace(self, layers=layer if thickness is None else replace(layer, thickness=thickness))
 
     @cached_property
     def _modes(self) -> modes.Stack:

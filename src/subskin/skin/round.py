@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -84,6 +84,21 @@ class Round(Skin):
         return self.radius - self.core_radius
 
     @property
+    def period(self) -> float:
+        """The circumference [m]."""
+        return 2 * np.pi * self.radius
+
+    @property
+    def single_material(self) -> Material:  # noqa: D102
+        return self.material
+
+    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
+        """The same outer radius, on a core that leaves another thickness [m], or another Poisson's ratio."""
+        material = self.material if poisson is None else replace(self.material, poisson=poisson)
+        core = self.core_radius if thickness is None else self.radius - thickness
+        return replace(self, material=material, core_radius=core)
+
+    @property
     def grounded(self) -> bool:
         """Displacements are absolute: the core is rigid."""
         return True
@@ -145,7 +160,8 @@ class Round(Skin):
             raise GeometryError(
                 f"a contact {2 * half:.6g} m wide", f"it reaches round the finger, {turn:.6g} m about"
             )
-        around = np.remainder(y - centre + 0.5 * turn, turn) - 0.5 * turn + centre
+        # whole turns only: a point on a contact's edge stays exactly there
+        around = y - turn * np.round((y - centre) / turn)
         rho = 1 - np.minimum(x, self.thickness) / self.radius
         depth = -self.radius * np.log(rho)
         factor = 0.5 * self.radius * (1 - rho) * (1 + rho)
