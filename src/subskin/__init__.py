@@ -1,5 +1,6 @@
 """Solid mechanics for touch: from a pressed skin to what its sensors read, and back."""
 
+from . import design
 from .array import SensorArray
 from .contact import (
     Contact,
@@ -101,5 +102,6 @@ __all__ = [
     "VolumeResistance",
     "Wedge",
     "calibrate",
+    "design",
     "three_sensor",
 ]

@@ -56,9 +56,7 @@ def by_quadrature(contact, k):
 def test_spectrum(contact):
     seen = contact.spectrum(WAVES)
     expected = np.array([by_quadrature(contact, k) for k in WAVES])
-    tolerance = (
-        2e-8 if isinstance(contact, ss.FlatPunch) else 1e-10
-    )  # the integrand of a punch is infinite at the edges
+    tolerance = 2e-7 if isinstance(contact, ss.FlatPunch) else 1e-10  # a punch is infinite at its edges
     assert np.abs(seen.p - expected[:, 0]).max() < tolerance * 40
     assert np.abs(seen.q - expected[:, 1]).max() < tolerance * 40
     assert seen.p[0] == pytest.approx(float(contact.normal_force), rel=1e-12)

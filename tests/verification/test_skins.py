@@ -303,7 +303,7 @@ def test_limits_of_long_waves_do_not_commute():
     for nu in (0.5, 0.4999, 0.3):
         layer = ss.Layered(ss.Layer(ss.Material(young, nu), height))
         k = 1e-6 / height
-        y = layer._modes.amplitudes(np.array([k]), np.array([depth]))[0, 0, :, 0]
+        y = layer.modes.amplitudes(np.array([k]), np.array([depth]))[0, 0, :, 0]
         double = young / (1 + nu)
         strain = (1 - 2 * nu) / (1 - nu) * y[2] / double - nu / (1 - nu) * k * y[1] / double
         if nu == 0.5:
@@ -343,13 +343,52 @@ def test_compliance_is_what_the_strain_integrates_to():
             for layer, a, b in zip(skin.stack, ends, ends[1:], strict=False):
                 t, w = np.polynomial.legendre.leggauss(40)
                 depth = a + 0.5 * (b - a) * (1 + t)
-                y = skin._modes.amplitudes(np.array([k]), depth)[:, 0]
+                y = skin.modes.amplitudes(np.array([k]), depth)[:, 0]
                 nu, double = layer.material.poisson, 2 * layer.material.shear
                 along = k * y[:, 1] / (2 * skin.stack[0].material.shear)
                 strain = (1 - 2 * nu) / (1 - nu) * y[:, 2] / double - nu / (1 - nu) * along
                 total += 0.5 * (b - a) * w @ strain
             expected = skin.surface_compliance(k)
             assert -total == pytest.approx(expected[0], abs=1e-12 * abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["round-0.5", "round-0.3", "thin round"])
+def test_influence_on_a_round_finger_is_the_sum_of_its_waves(name):
+    skin, step, count = SKINS[name], 0.05 * A, 400
+    seen = skin.surface_influence(step, count)
+    n = np.arange(1.0, 3e5)
+    k = n / skin.radius
+    share = step * np.sinc(0.5 * k * step / np.pi) ** 2 / (np.pi * skin.radius)
+    c, mean = skin.surface_compliance(k) * share[:, None, None], skin.surface_compliance(np.zeros(1))[0]
+    scale = np.abs(seen).max()
+    for j in (0, 1, 9, 60, 399):
+        cos, sin = np.cos(k * j * step), np.sin(k * j * step)
+        waves = [[c[:, 0, 0] @ cos, -c[:, 0, 1] @ sin], [c[:, 1, 0] @ sin, c[:, 1, 1] @ cos]]
+        expected = np.array(waves) + mean * np.eye(2) * step / (2 * np.pi * skin.radius)
+        assert np.abs(seen[:, :, j] - expected).max() < (1e-10 if j > 1 else 1e-7) * scale  # the sum's end
+
+
+@pytest.mark.parametrize(
+    "name", ["layer-0.5", "layer-0.3", "epidermis", "three on a half plane", "loose layer"]
+)
+def test_influence_on_layers_is_the_integral_of_their_waves(name):
+    """By the trapezoidal rule in log k, which shares nothing with the panels; differences where there is no datum."""
+    skin, step = SKINS[name], 0.2 * A
+    seen = skin.surface_influence(step, 61)
+    k = np.exp(np.linspace(np.log(1e-7 / A), np.log(600 / A), 400_001))
+    weight = k * (np.log(k[1]) - np.log(k[0])) * step * np.sinc(0.5 * k * step / np.pi) ** 2 / np.pi
+    c = skin.surface_compliance(k) * weight[:, None, None]
+
+    def expected(j):
+        cos, sin = np.cos(k * j * step), np.sin(k * j * step)
+        return np.array([[c[:, 0, 0] @ cos, -c[:, 0, 1] @ sin], [c[:, 1, 0] @ sin, c[:, 1, 1] @ cos]])
+
+    scale = np.abs(seen[:, :, 1:] - seen[:, :, :1]).max()
+    absolute = np.array([[skin.grounded, True], [True, skin.grounded and name != "loose layer"]])
+    for j in (9, 20, 60):
+        difference = seen[:, :, j] - seen[:, :, 4] - expected(j) + expected(4)
+        assert np.abs(difference).max() < 2e-6 * scale
+        assert np.abs((seen[:, :, j] - expected(j))[absolute]).max() < 2e-6 * scale
 
 
 def test_a_surface_point_of_infinite_stress_is_blanked():

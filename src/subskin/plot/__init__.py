@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from ..errors import InvalidValueError
 from .fields import receptive_fields
+from .half_plane import half_plane_map_figure
 from .memo_contacts import figure_9, figure_11, figure_12, figure_13
 from .memo_lines import figure_2, figure_3, figure_6
 from .section import COMPONENTS, finger_section
@@ -25,6 +26,7 @@ __all__ = [
     "COMPONENTS",
     "MEMO_FIGURES",
     "finger_section",
+    "half_plane_map_figure",
     "memo_figure",
     "receptive_fields",
     "save",

@@ -32,6 +32,23 @@ class Skin(ABC):
         """Strain [-] beneath `contact` at depth x >= 0 [m] and place y [m]."""
         return self.state(contact, x, y).strain
 
+    @abstractmethod
+    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
+        """Displacement of the surface per traction at the wavenumbers k > 0 [1/m], shape (..., 2, 2) [m/Pa].
+
+        p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x = C[0, 1] cos(k y),
+        u_y = C[1, 1] sin(k y). u_x points into the skin.
+        """
+
+    @abstractmethod
+    def surface_influence(self, step: float, count: int) -> FloatArray:
+        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+
+        A hat is a traction that falls linearly from 1 Pa to 0 within one step on either side. First index: u_x, u_y;
+        second: of pressure, of shear; j = 0 ... count - 1 towards +y. Where the skin is not `grounded`, u_x of pressure
+        and u_y of shear lack a constant.
+        """
+
     @property
     def thickness(self) -> float:
         """Depth of the rigid base or core [m]; infinite where there is none."""

@@ -130,6 +130,61 @@ class HalfPlane(Skin):
         blank_singular(contact, zeros, ys, ux, uy)
         return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
 
+    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
+        """Displacement of the surface per traction at the wavenumbers k > 0 [1/m], shape (..., 2, 2) [m/Pa].
+
+        p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x = C[0, 1] cos(k y),
+        u_y = C[1, 1] sin(k y). Source: docs/theory.md, kappa and the surface gradient.
+
+        Raises
+        ------
+        InvalidValueError
+            k <= 0.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=1e6, poisson=0.0))
+        >>> skin.surface_compliance(1e3).round(11).tolist()
+        [[2e-09, -1e-09], [-1e-09, 2e-09]]
+        """
+        waves = _check.real("k", k, unit="1/m", above=0.0)
+        straight, across = self._softness
+        return np.asarray(np.array([[straight, -across], [-across, straight]]) / waves[..., None, None])
+
+    def surface_influence(self, step: float, count: int) -> FloatArray:
+        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+
+        A hat is a traction that falls linearly from 1 Pa to 0 within one step on either side. First index: u_x, u_y;
+        second: of pressure, of shear; j = 0 ... count - 1 towards +y. u_x of pressure and u_y of shear lack a constant,
+        as all displacements of a half plane do: they are those relative to a line load's at a distance of 1 m.
+
+        A hat is the second difference of y |y| / 2 over the step, so u is that of the twice integrated kernel:
+        y^2 log|y| / 2 - 3 y^2 / 4 for log|y| (Johnson, Contact Mechanics (1985), section 2.6).
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=1e6, poisson=0.5))
+        >>> influence = skin.surface_influence(step=1e-4, count=3)
+        >>> (influence[0, 0] * 1e10).round(4).tolist()
+        [5.1138, 4.4519, 4.0772]
+        """
+        h = _check.scalar("step", step, unit="m", above=0.0)
+        straight, across = self._softness
+        log = (-straight / np.pi * h) * (np.log(h) + _hat_logarithm(count))
+        half = np.full(count, 0.5 * across * h)
+        half[:1] = 0.0
+        return _check.read_only(np.array([[log, half], [-half, log]]))
+
+    @property
+    def _softness(self) -> tuple[float, float]:
+        """K C[0, 0] = 2 / E* and -k C[0, 1] = (kappa - 1) / (4 G) [1/Pa]; the latter is 0 at nu = 1/2."""
+        e, nu = self.material.young, self.material.poisson
+        if self.plane == "strain":
+            return 2 * (1 - nu**2) / e, (1 + nu) * (1 - 2 * nu) / e
+        return 2 / e, (1 - nu) / e
+
     def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
         zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
         return Stress(*(_check.read_only(a) for a in (mean - half, mean + half, zz, xy)))
@@ -148,6 +203,25 @@ class HalfPlane(Skin):
             widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
         parts = (widened - turned, widened + turned, zz, (1 + nu) / e * xy)
         return Strain(*(_check.read_only(a) for a in parts))
+
+
+def _hat_logarithm(count: int) -> FloatArray:
+    """The integral of (1 - |t|) log|j - t| over |t| < 1, for j = 0 ... count - 1.
+
+    It is half the second difference of j^2 log j, less 3/2: a difference that loses ever more digits. So the logarithms
+    of (j + 1) / j and (j - 1) / j are taken apart, and from j = 8 on the Taylor series of the second difference.
+    """
+    j = np.arange(count, dtype=np.float64)
+    out = np.log(np.maximum(j, 1.0))
+    n = j[2:8]
+    out[2:8] += 0.5 * ((n + 1) ** 2 * np.log1p(1 / n) + (n - 1) ** 2 * np.log1p(-1 / n)) - 1.5
+    out[:2] = np.array([-1.5, 2 * np.log(2) - 1.5])[:count]
+    inverse = 1 / j[8:] ** 2
+    tail = np.zeros_like(inverse)
+    for m in range(20, 2, -2):
+        tail = (tail + 2 / (m * (m - 1) * (m - 2))) * inverse
+    out[8:] -= tail
+    return out
 
 
 def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -16,7 +16,8 @@ from ..contact.base import Contact
 from ..errors import InvalidValueError
 from ..field import State, Strain, Stress
 from ..material import Material
-from . import _layer_modes as modes
+from . import _layer_modes as _modes
+from ._influence import arranged, hat_spectrum, wave_sum
 from ._points import points
 from ._synthesis import hooke, panels, reach, synthesise
 from .base import Skin
@@ -112,6 +113,11 @@ class Layered(Skin):
         """The layers as a tuple."""
         return (self.layers,) if isinstance(self.layers, Layer) else tuple(self.layers)
 
+    def material_at(self, depth: float) -> Material:
+        """The material at a depth [m]; at an interface that of the layer above."""
+        materials = [layer.material for layer in self.stack] + [self.base or self.stack[-1].material]
+        return materials[int(self.modes.places(np.array([depth]))[0])]
+
     @property
     def thickness(self) -> float:
         """Depth of the rigid base [m]; infinite on a half plane."""
@@ -136,16 +142,17 @@ class Layered(Skin):
         return replace(self, layers=layer if thickness is None else replace(layer, thickness=thickness))
 
     @cached_property
-    def _modes(self) -> modes.Stack:
+    def modes(self) -> _modes.Stack:
+        """The same layers, wavenumber by wavenumber."""
         rows = [
-            modes.Layer(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded")
+            _modes.Layer(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded")
             for e in self.stack
         ]
-        return modes.Stack(tuple(rows), self.base)
+        return _modes.Stack(tuple(rows), self.base)
 
     @cached_property
     def _total(self) -> float:
-        return float(self._modes.tops[-1])
+        return float(self.modes.tops[-1])
 
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
         """Stress [Pa] and strain [-] beneath `contact`; an interface belongs to the layer above it.
@@ -187,14 +194,14 @@ class Layered(Skin):
 
     def _response(self, k: FloatArray, x: FloatArray) -> FloatArray:
         """sigma_x, tau_xy and eps_y at depths x; in the first layer less those of a half plane."""
-        y = self._modes.amplitudes(k, x, remainder=True)
+        y = self.modes.amplitudes(k, x, remainder=True)
         along = k[:, None] * y[:, :, 1] / (2 * self.stack[0].material.shear)
         return np.stack([y[:, :, 2], y[:, :, 3], along], axis=2)
 
     def _state(self, fields: FloatArray, x: FloatArray) -> State:
         """Hooke's law of the layer in which each point lies."""
         materials = [layer.material for layer in self.stack] + ([] if self.base is None else [self.base])
-        places = self._modes.places(x)
+        places = self.modes.places(x)
         states = [hooke(fields, m) for m in materials]
 
         def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
@@ -210,5 +217,38 @@ class Layered(Skin):
         u_y = C[1, 1] sin(k y).
         """
         waves = _check.real("k", k, unit="1/m", above=0.0)
-        y = self._modes.amplitudes(waves.reshape(-1), np.zeros(1))[0, :, :2]
+        y = self.modes.amplitudes(waves.reshape(-1), np.zeros(1))[0, :, :2]
         return np.asarray(y / (2 * self.stack[0].material.shear)).reshape(*waves.shape, 2, 2)
+
+    def surface_influence(self, step: float, count: int) -> FloatArray:
+        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+
+        As `Skin.surface_influence`. On a half plane, u_x lacks a constant; so does u_y there, and where a layer slides.
+        """
+        h = _check.scalar("step", step, unit="m", above=0.0)
+        return _influence(self, h, int(count))
+
+
+@lru_cache(maxsize=8)
+def _influence(skin: Layered, step: float, count: int) -> FloatArray:
+    """The half plane's influence, with its constant set at the distance `datum`, and what the interfaces add."""
+    first, datum = skin.stack[0], skin.modes.tops[-1]
+    half = HalfPlane(first.material)
+    k, weights = panels(_DECAY / (2 * first.thickness), step * count + 2 * datum)
+    own, flat = skin.surface_compliance(k), half.surface_compliance(k)
+    hat = hat_spectrum(k, step) * weights / np.pi
+    extra = (own - flat) * hat[:, None, None]
+    even, odd = wave_sum(k, np.stack([extra[:, 0, 0], extra[:, 1, 1]]), extra[:, 1, 0], step, count)
+    out = arranged(even[0], even[1], odd) + half.surface_influence(step, count)
+    bonded = all(layer.bond == "bonded" for layer in skin.stack)
+    for i, absolute in enumerate((skin.grounded, skin.grounded and bonded)):
+        area = step * weights / np.pi
+        if absolute:
+            # log(distance / datum) stands for (cos(k y) - exp(-k datum)) / k: what that takes off is put back
+            constant = area @ (flat[:, i, i] * np.exp(-k * datum)) + flat[0, i, i] * k[
+                0
+            ] / np.pi * step * np.log(datum)
+        else:
+            constant = -area @ ((own - flat)[:, i, i] * np.exp(-((k * datum) ** 2)))
+        out[i, i] += constant
+    return _check.read_only(out)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -15,14 +15,18 @@ from ..errors import GeometryError, InvalidValueError
 from ..field import State
 from ..material import Material
 from ._around import DEEPEST, periodic_transforms
+from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._points import blank_singular, complex_points, points
 from ._ring_modes import Ring
 from ._synthesis import hooke, synthesise
 from .base import Skin
+from .half_plane import HalfPlane
 
 __all__ = ["Round"]
 
 _DECAY = 42.0
+_FARTHEST = 0.9
+"""Share of the circumference over which influences are given: its whole is a distance of 0 again."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +116,8 @@ class Round(Skin):
         return Ring(self.material.poisson, self.radius, self.core_radius)
 
     @cached_property
-    def _harmonics(self) -> FloatArray:
-        """Those that the core sends back: what is left out is less than exp(-42) of them."""
+    def harmonics(self) -> FloatArray:
+        """The harmonics that the core sends back: what is left out is less than exp(-42) of them."""
         return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
 
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
@@ -140,7 +144,7 @@ class Round(Skin):
         shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
         if not np.prod(shape):
             return hooke(np.zeros((3, *shape)), self.material)
-        n = self._harmonics
+        n = self.harmonics
         weights = np.where(n == 0, 0.5, 1.0) / self.radius
 
         def response(depths: FloatArray) -> FloatArray:
@@ -202,3 +206,55 @@ class Round(Skin):
             )
         compliance = self._ring.displacements(n.reshape(-1)) / (2 * self.material.shear)
         return np.asarray(compliance).reshape(*waves.shape, 2, 2)
+
+    def surface_influence(self, step: float, count: int) -> FloatArray:
+        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+
+        As `Skin.surface_influence`; u_x points inwards.
+
+        Raises
+        ------
+        GeometryError
+            Distances that go nearly round the finger.
+        """
+        h = _check.scalar("step", step, unit="m", above=0.0)
+        if h * count > _FARTHEST * self.period:
+            raise GeometryError(
+                f"distances of up to {h * count:.6g} m",
+                f"the finger is only {self.period:.6g} m about",
+                "a narrower window",
+            )
+        return _influence(self, h, int(count))
+
+
+@lru_cache(maxsize=8)
+def _influence(skin: Round, step: float, count: int) -> FloatArray:
+    """The half plane's influence, the difference between it and a full disk's, and what the core adds.
+
+    A disk's compliance (R/4G) (kappa/(n + 1) + 1/(n - 1)) and its like sum to logarithms: sum of exp(i n t)/n =
+    -log(2 sin(t/2)) + i (pi - t)/2, turned by one wave either way.
+    """
+    kappa, shear, radius = 3 - 4 * skin.material.poisson, skin.material.shear, skin.radius
+
+    def disk(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """4 pi G times u_x of a pressure and u_y of a pressure, less the half plane's, at the distance y."""
+        t = np.abs(y) / radius
+        log = -np.log(2 * np.sin(0.5 * t)) + 0.5j * (np.pi - t)
+        before, after = np.exp(1j * t) * log, np.exp(-1j * t) * log - 1 - 0.5 * np.exp(1j * t)
+        even = kappa * after.real + before.real + (kappa + 1) * np.log(np.abs(y))
+        odd = before.imag - kappa * after.imag - (1 - kappa) * 0.5 * np.pi
+        return np.asarray(even), np.asarray(np.sign(y) * odd)
+
+    n = skin.harmonics
+    extra = skin.surface_compliance(n / radius)
+    high = np.where(n > 1, n, 2.0)
+    straight, across = kappa / (high + 1) + 1 / (high - 1), 1 / (high - 1) - kappa / (high + 1)
+    known = radius / (4 * shear) * np.array([[straight, across], [across, straight]]).transpose(2, 0, 1)
+    extra = extra - np.where(n > 1, 1.0, 0.0)[:, None, None] * known
+    weights = hat_spectrum(n / radius, step) * np.where(n == 0, 0.5, 1.0) / (np.pi * radius)
+    extra = extra * weights[:, None, None]
+    even, odd = wave_sum(n / radius, np.stack([extra[:, 0, 0], extra[:, 1, 1]]), extra[:, 1, 0], step, count)
+    scale = 4 * np.pi * shear
+    bent = [hat_mean(lambda y, i=i: disk(y)[i] / scale, step, count) for i in (0, 1)]
+    half = HalfPlane(skin.material).surface_influence(step, count)
+    return _check.read_only(arranged(even[0] + bent[0], even[1] + bent[0], odd + bent[1]) + half)

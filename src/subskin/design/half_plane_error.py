@@ -1,0 +1,280 @@
+"""How wrong is the half plane? A finger's own skin against the half plane that the memo assumes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..contact import Hertz, LineLoad
+from ..contact.base import Contact
+from ..errors import ConvergenceError, InvalidValueError
+from ..estimate import Status, calibrate
+from ..finger import Finger
+from ..skin import HalfPlane, Layered, Round, Skin
+
+__all__ = ["HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
+
+_PLACES = 41
+_ANGLES = (-0.4, 0.0, 0.4)
+_NOISE_SHARE = 0.05
+"""Noise, of the largest reading, with which biases are found: wide enough that a wrong model still 'explains' them."""
+
+
+@dataclass(frozen=True, eq=False)
+class LocatingError:
+    """Errors of `locate` on readings free of noise, over touches all along the row at several angles.
+
+    Parameters
+    ----------
+    position, force, angle : ndarray, shape (places, angles)
+        Error of the place [m], of the force relative to the true one [-], of the angle [rad].
+    status : dict of str to int
+        How many touches come out with each status at the finger's own noise.
+    """
+
+    position: FloatArray
+    force: FloatArray
+    angle: FloatArray
+    status: dict[str, int]
+
+    def summary(self) -> dict[str, dict[str, float]]:
+        """Median and worst size of each error."""
+        out = {}
+        for name in ("position", "force", "angle"):
+            size = np.abs(getattr(self, name))
+            found = size[np.isfinite(size)]
+            values = (float(np.median(found)), float(found.max())) if found.size else (np.nan, np.nan)
+            out[name] = dict(zip(("median", "worst"), values, strict=True))
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class HalfPlaneError:
+    """What `half_plane_error` found.
+
+    Parameters
+    ----------
+    finger : Finger
+        The finger in question; its skin is taken for the truth.
+    half_width : float
+        Half width of the touches [m]; 0 for line loads.
+    places, angles : ndarray
+        Where the touches were [m] and at which angles [rad].
+    beneath : ndarray, shape (n,)
+        Reading of each sensor straight beneath a normal touch, over the half plane's.
+    normal, tangential : float
+        Largest difference of the readings anywhere along the row, relative to the largest reading, under a normal and
+        under a tangential load.
+    as_drawn, calibrated, own : LocatingError
+        What `locate` makes of the readings with the half plane as drawn, with a half plane whose gains and depth were
+        fitted to touches at known places, and with the finger's own skin (what is left is the touches' width).
+    depth : float
+        Mean depth that this calibration finds [m]: where it differs from the true one, depth makes up for the skin.
+    """
+
+    finger: Finger
+    half_width: float
+    places: FloatArray
+    angles: FloatArray
+    beneath: FloatArray
+    normal: float
+    tangential: float
+    as_drawn: LocatingError
+    calibrated: LocatingError
+    own: LocatingError
+    depth: float
+
+
+def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 1000.0) -> HalfPlaneError:
+    """Errors made by taking the skin of `finger` for a half plane of the material around its sensors.
+
+    Touches are spread over the row, out to its outermost sensors, at angles of -0.4, 0 and 0.4 rad. Their readings in
+    the finger's own skin are free of noise, so every error is the model's.
+
+    Parameters
+    ----------
+    finger : Finger
+        With a skin that is not a half plane, e.g. `Layered` or `Round`.
+    half_width : float, optional
+        Half width of the touches [m], as Hertz contacts; 0, the default, for line loads.
+    snr : float, optional
+        Largest reading over the sensors' noise, which decides how many touches are said to be unexplained.
+
+    Raises
+    ------
+    InvalidValueError
+        A half plane, which is not wrong about itself; fewer than three sensors.
+
+    Examples
+    --------
+    Rubber of three depths on bone, sensors one depth apart: read as a half plane, touches are misplaced a little, and
+    their angles by much more.
+
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.Layered(ss.Layer(ss.Material(young=0.4e6), thickness=6e-3))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=2e-3, depth=2e-3, noise=1e-4))
+    >>> found = ss.design.half_plane_error(finger)
+    >>> found.beneath.round(3).tolist()[0], round(float(np.rad2deg(np.abs(found.as_drawn.angle).max())), 1)
+    (1.073, 9.3)
+    """
+    if isinstance(finger.skin, HalfPlane):
+        raise InvalidValueError(
+            "a finger whose skin is a half plane",
+            "its error against itself is 0",
+            'describe the real skin: kind = "layers" or "round" in finger.toml',
+        )
+    needed = 3
+    if len(finger.array) < needed:
+        raise InvalidValueError(f"{len(finger.array)} sensors", f"locate needs at least {needed}")
+    width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
+    ratio = _check.scalar("snr", snr, above=0.0)
+    y = np.asarray(finger.array.y)
+    places, angles = np.linspace(y.min(), y.max(), _PLACES), np.array(_ANGLES)
+    flat = Finger(half_plane_of(finger), finger.array)
+    difference, beneath = _readings(finger, flat, places, width)
+    readings = finger.read(_touch(angles, places[:, None], width))
+    quiet = float(np.abs(readings - np.asarray(finger.array.offset)).max()) / ratio
+    noisy = replace(finger.array, noise=quiet)
+    calibrated, depth = _calibrated(Finger(flat.skin, noisy), finger, places, width)
+    models = (flat, calibrated, finger)
+    errors = [
+        _locating(replace(f, array=replace(f.array, noise=quiet)), readings, places, angles) for f in models
+    ]
+    return HalfPlaneError(
+        finger=finger,
+        half_width=width,
+        places=_check.read_only(places),
+        angles=_check.read_only(angles),
+        beneath=_check.read_only(beneath),
+        normal=float(difference[0]),
+        tangential=float(difference[1]),
+        as_drawn=errors[0],
+        calibrated=errors[1],
+        own=errors[2],
+        depth=depth,
+    )
+
+
+def _readings(
+    finger: Finger, flat: Finger, places: FloatArray, half_width: float
+) -> tuple[FloatArray, FloatArray]:
+    """Largest difference under a normal and a tangential touch over the largest reading; factors straight beneath."""
+    normal, tangential = _touch(0.0, places, half_width), _touch(0.5 * np.pi, places, half_width)
+    fields = [
+        np.stack([f.measure(touch, linear=True) for touch in (normal, tangential)], axis=-1)
+        for f in (finger, flat)
+    ]
+    difference = np.abs(fields[0] - fields[1]).max(axis=(0, 1)) / np.abs(fields[0]).max(axis=(0, 1))
+    above = _touch(0.0, np.asarray(finger.array.y), half_width)  # one touch above each sensor
+    own, flats = (np.diagonal(f.measure(above, linear=True)) for f in (finger, flat))
+    return difference, own / flats
+
+
+def half_plane_of(finger: Finger) -> HalfPlane:
+    """The half plane of the material in which the sensors of a finger lie: what one would take the skin for."""
+    skin = finger.skin
+    if isinstance(skin, Layered):
+        return HalfPlane(skin.material_at(float(np.asarray(finger.array.depth).mean())))
+    if isinstance(skin, Round):
+        return HalfPlane(skin.material)
+    raise InvalidValueError(f"a skin of kind {type(skin).__name__}", "Layered or Round is needed")
+
+
+def half_plane_map(
+    thickness: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    *,
+    poisson: float = 0.5,
+    half_width: float = 0.0,
+    count: int = 6,
+    progress: Callable[[], object] | None = None,
+) -> dict[str, FloatArray]:
+    """How wrong the half plane is, over the skin's thickness and the finger's radius, both in depths of the sensors.
+
+    Sensors of normal strain, `count` of them one depth apart.
+
+    Parameters
+    ----------
+    thickness : array_like, shape (m,)
+        Thickness over depth, > 1.
+    radius : array_like, shape (k,)
+        Radius over depth; `inf` for a flat skin.
+    poisson, half_width : float, optional
+        Poisson's ratio, and half width of the touches in depths.
+    count : int, optional
+        Number of sensors.
+    progress : callable, optional
+        Called before each of the k * m cells.
+
+    Returns
+    -------
+    dict
+        Arrays (k, m): `beneath`, the strain straight beneath a normal touch over the half plane's; `reading`, the
+        largest difference of a reading relative to the largest one, normal or tangential; `position`, the worst error
+        of place in depths, and `angle`, that of the angle [rad], of `locate` with the half plane as drawn. NaN where
+        the core would be thinner than a twentieth of the finger.
+    """
+    from ..array import SensorArray
+    from ..material import Material
+    from ..skin import Layer
+
+    heights = _check.real("thickness", thickness, above=1.0)
+    radii = _check.real("radius", radius, above=1.0, finite=False)
+    array = SensorArray.line(count, pitch=1.0, depth=1.0, noise=_NOISE_SHARE)
+    names = ("beneath", "reading", "position", "angle")
+    out = {name: np.full((radii.size, heights.size), np.nan) for name in names}
+    material = Material(1.0, poisson)
+    flat = Finger(HalfPlane(material), array)
+    y, angles = np.asarray(array.y), np.array(_ANGLES)
+    places = np.linspace(y.min(), y.max(), _PLACES)
+    for i, r in enumerate(np.atleast_1d(radii)):
+        for j, h in enumerate(np.atleast_1d(heights)):
+            if progress is not None:
+                progress()
+            if h > 0.95 * r:
+                continue
+            skin: Skin = Layered(Layer(material, h)) if np.isinf(r) else Round(material, r, r - h)
+            finger = Finger(skin, array)
+            difference, beneath = _readings(finger, flat, places, half_width)
+            readings = finger.read(_touch(angles, places[:, None], half_width))
+            errors = _locating(flat, readings / np.abs(readings).max(), places, angles).summary()
+            out["beneath"][i, j], out["reading"][i, j] = beneath[count // 2], difference.max()
+            for name in ("position", "angle"):
+                out[name][i, j] = errors[name]["worst"]
+    return out
+
+
+def _touch(angle: npt.ArrayLike, place: npt.ArrayLike, half_width: float) -> Contact:
+    if half_width:
+        return Hertz(1.0, angle, place, half_width=half_width)
+    return LineLoad(1.0, angle, place)
+
+
+def _calibrated(flat: Finger, finger: Finger, places: FloatArray, half_width: float) -> tuple[Finger, float]:
+    """The half plane with gains and depth fitted to normal touches of the true finger at known places."""
+    touches = finger.read(_touch(0.0, places, half_width))
+    try:
+        found = calibrate(flat, touches, places, fit=("gain", "depth"), force=1.0, origin=0.0).finger
+    except ConvergenceError:
+        found = flat
+    return found, float(np.asarray(found.array.depth).mean())
+
+
+def _locating(finger: Finger, readings: FloatArray, places: FloatArray, angles: FloatArray) -> LocatingError:
+    counts = np.bincount(finger.locate(readings).status.reshape(-1), minlength=len(Status))
+    status = {s.name.lower(): int(counts[s]) for s in Status}
+    wide = _NOISE_SHARE * float(np.abs(readings - np.asarray(finger.array.offset)).max())
+    if (np.asarray(finger.array.noise) < wide).any():
+        finger = replace(finger, array=replace(finger.array, noise=wide))
+    found = finger.locate(readings)
+    return LocatingError(
+        _check.read_only(found.position - places[:, None]),
+        _check.read_only(found.force - 1),
+        _check.read_only(found.angle - angles),
+        status,
+    )
