@@ -38,6 +38,21 @@ from .estimate import (
 from .field import State, Strain, Stress
 from .finger import Finger
 from .material import Material
+from .pressing import (
+    Certificate,
+    ContactSolution,
+    Cylinder,
+    Edge,
+    Flat,
+    Indenter,
+    ParticleOnFlat,
+    PressStatus,
+    Profile,
+    RoundedFlat,
+    RoundedWedge,
+    SineRidges,
+    press,
+)
 from .receptive_field import ReceptiveField
 from .skin import HalfPlane, Layer, Layered, Round, Skin
 from .transducer import (
@@ -56,18 +71,24 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Calibration",
+    "Certificate",
     "Contact",
+    "ContactSolution",
     "ContactSum",
     "ConvergenceError",
+    "Cylinder",
+    "Edge",
     "EnergyDensity",
     "Estimate",
     "FileError",
     "Finger",
+    "Flat",
     "FlatPunch",
     "GeometryError",
     "HalfPlane",
     "Health",
     "Hertz",
+    "Indenter",
     "InvalidValueError",
     "LateralStrain",
     "Layer",
@@ -81,12 +102,18 @@ __all__ = [
     "NormalStress",
     "NotLinearError",
     "PartialSlip",
+    "ParticleOnFlat",
+    "PressStatus",
     "PressureProfile",
+    "Profile",
     "ReceptiveField",
     "Rival",
     "Round",
+    "RoundedFlat",
+    "RoundedWedge",
     "SensorArray",
     "ShearStrain",
+    "SineRidges",
     "SingularPointWarning",
     "Skin",
     "State",
@@ -103,5 +130,6 @@ __all__ = [
     "Wedge",
     "calibrate",
     "design",
+    "press",
     "three_sensor",
 ]

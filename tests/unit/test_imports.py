@@ -20,7 +20,7 @@ ORDER = (
     "field",
     "contact",
     "skin",
-    "press",
+    "pressing",
     "transducer",
     "array",
     "receptive_field",

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from ..contact import LineLoad
 from ..errors import InvalidValueError
 from ..finger import Finger
 
@@ -19,14 +20,22 @@ TERMS = ("origin", "depth", "depths", "place", "poisson", "width", "thickness")
 _UNITS = {
     "origin": "m", "depth": "m", "depths": "m", "place": "m", "poisson": "", "width": "m", "thickness": "m",
 }  # fmt: skip
-_SHALLOWEST_BASE = 1.001
-"""A trial's base is kept this much below its deepest sensor."""
+_ABOVE_BASE = 0.999
+"""Deepest that a trial puts a sensor, of the skin's thickness where that is not fitted."""
+
+_ABOVE_CENTRE = 0.9
+"""Deepest that a trial puts a sensor in a round finger whose thickness is fitted, of its radius."""
+
+_THICKEST = 0.94
+"""Largest thickness of a round finger, of its radius; its core has at least a twentieth of it."""
 
 
 class Forward:
     """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
 
-    `place` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn.
+    `place` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn. `thickness`
+    is what lies beneath the deepest sensor, and without it the depths end at the base: no sensor leaves the skin on the
+    way.
     """
 
     def __init__(self, finger: Finger, names: Sequence[str]) -> None:
@@ -61,39 +70,46 @@ class Forward:
     def _depths(self) -> FloatArray:
         return np.asarray(self.finger.array.depth)
 
-    def start(self, origin: float, depth_factor: float = 1.0) -> FloatArray:
-        """Starting values: the finger as drawn, with the given origin and depths scaled."""
+    @property
+    def _radius(self) -> float:
+        return self.finger.skin.period / (2 * np.pi)
+
+    def start(self, origin: float, depth_factor: float = 1.0, height: float = 3.0) -> FloatArray:
+        """Starting values: the finger as drawn, with the given origin, depths scaled, and `height` of these thick.
+
+        Within the bounds.
+        """
         p = np.zeros(self.size)
         depths = self._depths()
-        thickness = self.finger.skin.thickness
         values = {
             "origin": origin,
             "depth": (depth_factor - 1) * depths.mean(),
             "depths": (depth_factor - 1) * depths,
             # away from the ends of its range, where a step in either direction is possible
             "poisson": min(self.poisson, 0.45),
-            # thinner than drawn as well: thicker than a few depths, the base is not felt
-            "thickness": min(thickness, 3 * float(depths.max())) if np.isfinite(thickness) else 0.0,
+            "thickness": (height - 1) * depth_factor * float(depths.max()),
             "width": max(float(np.asarray(self.finger.array.width).mean()), 0.2 * float(depths.min())),
         }
         for name in self.names:
             p[self.slices[name]] = values.get(name, 0.0)
-        return p
+        return np.clip(p, *self.bounds())
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of p."""
         depths = self._depths()
         low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        if "thickness" in self.names:
+            deepest = _ABOVE_CENTRE * self._radius
+        else:
+            deepest = _ABOVE_BASE * self.finger.skin.thickness
+        room = np.maximum(deepest - depths, 0.0)
         ranges = {
-            "depth": (-0.9 * depths.min(), 4 * depths.max()),
-            "depths": (-0.9 * depths, 4 * depths),
+            "depth": (-0.9 * depths.min(), min(4 * depths.max(), room.min())),
+            "depths": (-0.9 * depths, np.minimum(4 * depths, room)),
             "place": (-depths.max(), depths.max()),
             "poisson": (0.0, 0.5),
             "width": (0.0, 4 * depths.max()),
-            "thickness": (
-                0.2 * depths.min(),
-                min(100 * depths.max(), 0.95 * self.finger.skin.period / (2 * np.pi)),
-            ),
+            "thickness": (0.0, min(100 * depths.max(), _THICKEST * self._radius)),
         }
         for name, (a, b) in ranges.items():
             if name in self.names:
@@ -131,28 +147,45 @@ class Forward:
             skin = skin.changed(poisson=float(p[self.slices["poisson"]][0]))
         if "thickness" in self.names:
             deepest = float(np.max(changes.get("depth", self._depths())))
-            skin = skin.changed(
-                thickness=max(float(p[self.slices["thickness"]][0]), _SHALLOWEST_BASE * deepest)
-            )
+            thickness = min(deepest + float(p[self.slices["thickness"]][0]), _THICKEST * self._radius)
+            skin = skin.changed(thickness=thickness)
         return Finger(skin, replace(array, **changes))
 
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read, shape (m, n): touches at `positions` (m,) with loads (N, T) (m, 2)."""
         finger = self.apply(p)
-        ones = replace(finger, array=replace(finger.array, gain=1.0))
-        return np.asarray(np.einsum("mnl,ml->mn", ones.receptive_field(positions), load))
+        out = np.zeros((len(positions), len(finger.array)))
+        for part, angle in zip(load.T, (0.0, 0.5 * np.pi), strict=True):
+            if part.any():
+                out += finger.measure(LineLoad(1.0, angle, positions), linear=True) * part[:, None]
+        return out
 
     def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Readings with the finger's own gains and offsets, shape (m, n)."""
         array = self.finger.array
         return np.asarray(np.asarray(array.gain) * self.unit(p, positions, load) + np.asarray(array.offset))
 
+    def expansion(self, p: FloatArray) -> FloatArray:
+        """How what is reported follows from p, shape (reported, size).
+
+        The last of tied places is minus the others; the thickness goes down from the deepest sensor.
+        """
+        rows = [np.eye(self.size)[self.slices[name]] for name in self.names]
+        if "thickness" in self.names and self.has_depth:
+            part = self.slices["depths" if "depths" in self.names else "depth"]
+            deepest = int(np.argmax(self._depths() + p[part])) if "depths" in self.names else 0
+            rows[self.names.index("thickness")][0, part.start + deepest] = 1.0
+        if self.tied:
+            i = self.names.index("place")
+            rows[i] = np.concatenate([rows[i], -rows[i].sum(axis=0, keepdims=True)])
+        return np.concatenate(rows) if rows else np.zeros((0, 0))
+
     def parameters(
-        self, p: FloatArray, std: FloatArray, sensors: npt.NDArray[np.intp]
-    ) -> list[tuple[str, int | None, float, float, str]]:
-        """(name, sensor, value, standard error, unit) of each element, in absolute values."""
+        self, p: FloatArray, sensors: npt.NDArray[np.intp]
+    ) -> list[tuple[str, int | None, float, str]]:
+        """(name, sensor, value, unit) of what is reported, in absolute values."""
         fitted = self.apply(p)
-        out: list[tuple[str, int | None, float, float, str]] = []
+        out: list[tuple[str, int | None, float, str]] = []
         for name in self.names:
             part = self.slices[name]
             values = p[part]
@@ -162,13 +195,12 @@ class Forward:
                 values = np.asarray(fitted.array.depth)
             elif name == "place":
                 values = np.asarray(fitted.array.y)
-            errors = std[part]
-            if name == "place" and self.tied:  # the last is minus the sum of the others
-                errors = np.append(errors, np.sqrt((errors**2).sum()))
+            elif name == "thickness":
+                values = np.atleast_1d(fitted.skin.thickness)
             each = name in ("depths", "place")
             label = {"depths": "depth", "place": "y"}.get(name, name)
-            for i, (value, error) in enumerate(zip(values, errors, strict=True)):
-                out.append(
-                    (label, int(sensors[i]) if each else None, float(value), float(error), _UNITS[name])
-                )
+            out += [
+                (label, int(sensors[i]) if each else None, float(value), _UNITS[name])
+                for i, value in enumerate(values)
+            ]
         return out

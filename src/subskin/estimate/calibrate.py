@@ -22,6 +22,8 @@ _LINEAR = ("gain", "offset")
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _WEAK_SHARE = 0.2
+_HEIGHTS = (1.3, 2.0, 5.0, 20.0)
+"""Thicknesses tried, in depths: a base near the sensors and one far below may both be local minima."""
 
 
 def calibrate(
@@ -174,24 +176,13 @@ class _Fit:
         return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
 
     def solve(self) -> _Fit:
-        from scipy.optimize import least_squares
-
-        p = self._start()
+        starts = self._starts()
+        p = starts[0]
+        if len(starts) > 1:
+            p = min((self._least(start, 1e-5) for start in starts), key=lambda found: float(found.cost)).x
         for _ in range(_ROUNDS):
             if p.size:
-                lower, upper = self.forward.bounds()
-                scale = self.forward.scale()
-                found: Any = least_squares(
-                    self.residual,
-                    np.clip(p, lower, upper),
-                    bounds=(lower, upper),
-                    x_scale=scale,
-                    method="trf",
-                    xtol=1e-12,
-                    ftol=1e-12,
-                    gtol=1e-12,
-                    max_nfev=400,
-                )
+                found = self._least(p, 1e-12)
                 if not found.success:
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x
@@ -210,22 +201,40 @@ class _Fit:
         self.covariance = self._covariance()
         return self
 
-    def _start(self) -> FloatArray:
-        """The best of a scan over origin (where it is fitted and not given) and depth."""
-        p0 = self.forward.start(self.origin)
+    def _least(self, p: FloatArray, tolerance: float) -> Any:
+        from scipy.optimize import least_squares
+
+        lower, upper = self.forward.bounds()
+        return least_squares(
+            self.residual,
+            np.clip(p, lower, upper),
+            bounds=(lower, upper),
+            x_scale=self.forward.scale(),
+            method="trf",
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=tolerance,
+            max_nfev=400,
+        )
+
+    def _starts(self) -> list[FloatArray]:
+        """The best of a scan over origin (where it is fitted and not given) and depth; one for each thickness tried."""
         origins = [self.origin]
         if "origin" in self.names and self.scan:
             y = np.asarray(self.forward.finger.array.y)
             step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
             first, last = self.places.min() - y.max(), self.places.max() - y.min()
             origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
-        trials = [
-            self.forward.start(o, s)
-            for o in origins
-            for s in ((0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,))
+        depths = (0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,)
+        if not self.forward.size:
+            return [self.forward.start(self.origin)]
+        return [
+            min(
+                (self.forward.start(o, d, h) for o in origins for d in depths),
+                key=lambda p: float((self.residual(p) ** 2).sum()),
+            )
+            for h in (_HEIGHTS if "thickness" in self.names else (1.0,))
         ]
-        costs = [float((self.residual(p) ** 2).sum()) for p in trials]
-        return trials[int(np.argmin(costs))] if p0.size else p0
 
     def _covariance(self) -> FloatArray:
         """Inverse Fisher information of all parameters: those of the forward model, then gains, then offsets."""
@@ -256,6 +265,19 @@ class _Fit:
         covariance[blind, blind] = np.inf
         return np.asarray(covariance / np.outer(size, size))
 
+    def _reported_covariance(self) -> FloatArray:
+        """The covariance of what is reported: infinite variances stay, and reach what rests on them."""
+        own = self.forward.expansion(self.p)
+        more = len(self.covariance) - self.forward.size
+        turn = np.zeros((len(own) + more, len(self.covariance)))
+        turn[: len(own), : self.forward.size] = own
+        turn[len(own) :, self.forward.size :] = np.eye(more)
+        blind = np.isinf(np.diag(self.covariance))
+        out = turn @ np.where(np.isinf(self.covariance), 0.0, self.covariance) @ turn.T
+        reached = np.flatnonzero((turn[:, blind] != 0).any(axis=1))
+        out[reached, reached] = np.inf
+        return np.asarray(out)
+
     def dead(self) -> npt.NDArray[np.bool_]:
         """Which sensors' gains cannot be told from zero."""
         out = np.zeros(self.live.size, dtype=bool)
@@ -267,16 +289,12 @@ class _Fit:
 
     def result(self) -> Calibration:
         index = np.flatnonzero(self.live)
-        std = np.sqrt(np.diag(self.covariance))
-        parameters = self.forward.parameters(self.p, std, index)
-        k = self.forward.size
+        parameters = self.forward.parameters(self.p, index)
         for name, values in (("gain", self.gain), ("offset", self.offset)):
             if name in self.names:
-                parameters += [
-                    (name, int(i), float(v), float(s), "")
-                    for i, v, s in zip(index, values, std[k:], strict=False)
-                ]
-                k += index.size
+                parameters += [(name, int(i), float(v), "") for i, v in zip(index, values, strict=True)]
+        covariance = self._reported_covariance()
+        std = np.sqrt(np.diag(covariance))
         fitted = self.forward.apply(self.p)
         whole = self.finger.array
         fields: dict[str, Any] = {
@@ -300,7 +318,11 @@ class _Fit:
         return Calibration(
             finger=finger,
             origin=self.forward.origin(self.p, self.origin),
-            parameters=tuple(Parameter(*p) for p in parameters),
+            parameters=tuple(
+                Parameter(name, sensor, value, float(error), unit)
+                for (name, sensor, value, unit), error in zip(parameters, std, strict=True)
+            ),
+            covariance=_check.read_only(covariance),
             health=tuple(health),
             score=score(data, model, self.live),
             force=_check.read_only(np.hypot(*self.load.T)),

@@ -17,6 +17,9 @@ from ._forward import Forward
 __all__ = ["Calibration", "Health", "Parameter", "Score", "checked_touches", "score"]
 
 
+_LOOSE, _HOPELESS, _TIED = 0.1, 10, 0.95
+
+
 class Health(IntEnum):
     """What a calibration says of a sensor."""
 
@@ -65,6 +68,9 @@ class Calibration:
     parameters : tuple of Parameter
         Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
         where the model, not noise, limits the fit they are too small.
+    covariance : ndarray, shape (k, k)
+        Of the k parameters: the inverse Fisher information. A parameter of which the touches say nothing has an
+        infinite variance.
     health : tuple of Health
         Of each sensor.
     score : Score
@@ -74,6 +80,7 @@ class Calibration:
     finger: Finger
     origin: float
     parameters: tuple[Parameter, ...]
+    covariance: FloatArray
     health: tuple[Health, ...]
     score: Score
     force: FloatArray
@@ -89,6 +96,33 @@ class Calibration:
         """Which sensors are weak or dead, shape (n,)."""
         return np.array([h != Health.OK for h in self.health])
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What these touches do not determine of the finger as a whole: a sentence each, from the Fisher information.
+
+        A parameter whose standard error exceeds a tenth of it, and pairs that can hardly be told apart (correlation
+        above 0.95). Gains, offsets and the like of single sensors are left out.
+        """
+        whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name != "origin"]
+        said = []
+        for i in whole:
+            p = self.parameters[i]
+            if not p.std < _LOOSE * abs(p.value):
+                said.append(f"{p.name} is not determined: its standard error is {_share(p)}")
+        std = np.sqrt(np.diag(self.covariance))
+        for n, i in enumerate(whole):
+            for j in whole[n + 1 :]:
+                if np.isfinite(std[[i, j]]).all() and std[i] > 0 and std[j] > 0:
+                    r = float(self.covariance[i, j] / (std[i] * std[j]))
+                    if abs(r) > _TIED:
+                        one, two = self.parameters[i].name, self.parameters[j].name
+                        alone = np.sqrt(1 - min(abs(r), 1.0) ** 2)
+                        said.append(
+                            f"{one} and {two} are hardly told apart (correlation {r:.3f}): were one of them known, "
+                            f"the other's standard error would be {alone:.2g} times as large"
+                        )
+        return tuple(said)
+
     def evaluate(
         self,
         readings: npt.ArrayLike,
@@ -103,6 +137,12 @@ class Calibration:
         )
         model = Forward(self.finger, ()).readings(np.empty(0), places - self.origin, load)
         return score(data, model, self.finger.array.live)
+
+
+def _share(parameter: Parameter) -> str:
+    """A standard error as a percentage of the value."""
+    ratio = parameter.std / abs(parameter.value) if parameter.value else np.inf
+    return f"{100 * ratio:.0f} % of it" if ratio < _HOPELESS else f"more than {_HOPELESS} times the value"
 
 
 def checked_touches(

@@ -23,14 +23,19 @@ from ..errors import GeometryError, InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..field import State
 from ..finger import Finger
+from ..skin import Layered, Round
 from .measured import draw_readings
-from .style import BLACK, DOUBLE, NORMAL_95, VERMILLION, house_style, settled, stacked
+from .style import BLACK, DOUBLE, GREY, NORMAL_95, VERMILLION, house_style, settled, stacked
 
 __all__ = ["finger_section"]
 
 _MM = 1e3
 _LEFT, _RIGHT, _FOOT = 13.5, 18.0, 9.5
 """Margins [mm]: beside the panels, and below them for the label."""
+_BASE = 0.12
+"""Thickness of the base as it is drawn, in thicknesses of the skin."""
+_NEAR_BASE = 1.6
+"""A base that lies no deeper than this many times the picture's usual depth is drawn."""
 _NARROW = 130.0
 """A figure below this width [mm] has its legend in one column."""
 
@@ -126,18 +131,20 @@ def finger_section(
 
     forces = _resultants(contact)
     left, right, bottom = _window(finger, forces)
-    top = 0.5 * bottom
+    top, base = 0.5 * bottom, _MM * finger.skin.thickness
+    foot = bottom if bottom < base else base + _BASE * base
     with house_style():
         inner = width - _LEFT - _RIGHT
-        heights = [inner * (bottom + top) / (right - left)]
+        heights = [inner * (foot + top) / (right - left)]
         heights += [max(0.2 * inner, 20.0)] if frame is not None else []
         figure, panels = stacked(
             width, heights, left=_LEFT, right=_RIGHT, top=7.0 if title else 1.5, foot=_FOOT
         )
-        panels[0].set(xlim=(left, right), ylim=(bottom, -top), ylabel="depth x [mm]")
+        panels[0].set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
         box = panels[0].get_position()
         bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
         drawn = _field(panels[0], finger, contact, COMPONENTS[component], (left, right, bottom))
+        _inside(panels[0], finger, foot)
         _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
         scale = _Scale(top, max(force.size for force in forces) or 1.0, min(1.0, inner / 140.0))
         _above(panels[0], contact, forces, scale, "load" if estimate is None else "true")
@@ -146,7 +153,8 @@ def finger_section(
             _found(panels[0], estimate, scale, "\n" if width < _NARROW else " ")
         if frame is not None:
             draw_readings(panels[1], finger, contact, estimate, frame)
-        panels[-1].set_xlabel("place along the skin y [mm]")
+        arc = ", unrolled" if isinstance(finger.skin, Round) else ""
+        panels[-1].set_xlabel(f"place along the skin y [mm]{arc}")
         _legend(figure, panels[0], columns=1 if width < _NARROW else 2)
         if title:
             high = figure.get_figheight() * 25.4
@@ -201,7 +209,10 @@ def _window(finger: Finger, forces: list[_Force]) -> tuple[float, float, float]:
     y, depth = _MM * np.asarray(finger.array.y), _MM * np.asarray(finger.array.depth)
     places = [*y, *(force.place for force in forces)]
     margin = 1.2 * float(depth.max())
-    return min(places) - margin, max(places) + margin, 1.7 * float(depth.max())
+    bottom, base = 1.7 * float(depth.max()), _MM * finger.skin.thickness
+    if base < _NEAR_BASE * bottom:
+        bottom = base
+    return min(places) - margin, max(places) + margin, bottom
 
 
 def _levels(values: FloatArray) -> FloatArray:
@@ -232,6 +243,23 @@ def _field(
     axes.set_yticks([t for t in MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(0.0, bottom) if t <= bottom])
     axes.spines["left"].set_bounds(bottom, 0.0)
     return drawn
+
+
+def _inside(axes: Axes, finger: Finger, foot: float) -> None:
+    """The rigid base, where it is in the picture, and the interfaces between layers."""
+    skin = finger.skin
+    if _MM * skin.thickness < foot:
+        grey: dict[str, Any] = {
+            "facecolor": "#DDDDDD",
+            "edgecolor": GREY,
+            "hatch": "////",
+            "label": "rigid base",
+        }
+        axes.axhspan(_MM * skin.thickness, foot, linewidth=0, **grey)
+        axes.axhline(_MM * skin.thickness, color=BLACK, linewidth=0.9)
+    if isinstance(skin, Layered):
+        for depth in skin.modes.tops[1 : len(skin.stack) + (skin.base is not None)]:
+            axes.axhline(_MM * depth, color=BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
 
 
 def _colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> None:

@@ -1,0 +1,64 @@
+"""How far a contact strains the skin, for the theory is one of small strains."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..contact import PressureProfile
+from ..errors import SingularPointWarning
+
+if TYPE_CHECKING:
+    from .solution import ContactSolution
+
+__all__ = ["greatest_strain"]
+
+_DEPTHS = (0.1, 0.3, 0.6, 1.0)
+_PLACES = np.linspace(-1.0, 1.0, 7)
+_NODES = 32
+
+
+def greatest_strain(pressed: ContactSolution) -> float:
+    """Greatest principal strain (its size) at a few depths beneath the contact, or what its slope squared adds up to.
+
+    Not at the surface itself: beneath a sharp end it is infinite there, however gently one presses. The slope s is that
+    of the surface over a sixteenth of the contact; it strains by s^2 / 2, which the linear theory leaves out.
+    """
+    low, high = float(pressed.edges[0, 0]), float(pressed.edges[-1, 1])
+    a = max(0.5 * (high - low), pressed.case.step)
+    if pressed.case.influence.periodic:
+        # waves on a flat skin: u k is the slope of the surface, and of the order of the strain beneath it
+        k = 2 * np.pi / (pressed.case.step * pressed.case.y.size)
+        return float(0.5 * k * pressed.certificate.scale)
+    depth_in = pressed.gap - pressed.case.height
+    beneath = depth_in[(pressed.y >= low) & (pressed.y <= high)]
+    span = max(1, beneath.size // 16)
+    slope = np.abs(beneath[span:] - beneath[:-span]) / (span * pressed.case.step)
+    slope = slope[np.isfinite(slope)]
+    depth = np.minimum(np.array(_DEPTHS) * a, pressed.skin.thickness)
+    places = 0.5 * (low + high) + a * _PLACES
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SingularPointWarning)
+        strain = pressed.skin.strain(_thinned(pressed, low, high), depth[:, None], places)
+    mean, half = 0.5 * (strain.xx + strain.yy), 0.5 * (strain.xx - strain.yy)
+    linear = float(np.nanmax(np.abs(mean) + np.hypot(half, strain.xy)))
+    return max(linear, 0.5 * float(slope.max(initial=0.0)) ** 2)
+
+
+def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfile:
+    """The same tractions by few straight lines, of the same resultants."""
+    step = pressed.case.step
+    wide = max((high - low) / (_NODES - 2), step)
+    nodes = np.arange(low - wide, high + 1.5 * wide, wide)
+    parts = []
+    for values in (pressed.pressure, pressed.shear):
+        share = (pressed.y - nodes[0]) / wide
+        at = np.clip(np.floor(share).astype(np.intp), 0, nodes.size - 2)
+        part = np.clip(share - at, 0.0, 1.0)
+        total = np.bincount(at, values * (1 - part), nodes.size) + np.bincount(
+            at + 1, values * part, nodes.size
+        )
+        parts.append(total * step / wide)
+    return PressureProfile(nodes, *parts)

@@ -1,0 +1,366 @@
+"""What presses: rigid profiles, by the height of their surface above the skin's tangent plane."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError
+
+__all__ = [
+    "Cylinder",
+    "Edge",
+    "Flat",
+    "Indenter",
+    "ParticleOnFlat",
+    "Profile",
+    "RoundedFlat",
+    "RoundedWedge",
+    "SineRidges",
+]
+
+
+class Indenter(ABC):
+    """A rigid body. Its height is that of its surface above the skin, 0 at the lowest point; y from its own centre.
+
+    Slopes are taken to be small, as everywhere in the theory; a warning comes with an answer in which they are not.
+    """
+
+    @abstractmethod
+    def height(self, y: npt.ArrayLike) -> FloatArray:
+        """Height [m] at y [m], of the same shape; infinite where the body has ended."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Places y [m] beyond which there is no body."""
+        return -np.inf, np.inf
+
+    def _set(
+        self, name: str, unit: str = "m", above: float | None = None, at_least: float | None = None
+    ) -> None:
+        value = _check.scalar(name, getattr(self, name), unit=unit, above=above, at_least=at_least)
+        object.__setattr__(self, name, value)
+
+
+def _places(y: npt.ArrayLike) -> FloatArray:
+    return _check.real("y", y, unit="m")
+
+
+@dataclass(frozen=True)
+class Cylinder(Indenter):
+    """A cylinder along z, as Hertz takes it: the parabola y^2 / (2 R).
+
+    A circle lies above the parabola by y^4 / (8 R^3), 1 % of the height at y = 0.2 R: less than what small slopes leave
+    out.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R [m], > 0.
+
+    Examples
+    --------
+    >>> float(Cylinder(radius=8e-3).height(0.8e-3))
+    4e-05
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        self._set("radius", above=0.0)
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return np.asarray(_places(y) ** 2 / (2 * self.radius))
+
+
+@dataclass(frozen=True)
+class Flat(Indenter):
+    """A rigid plane without end, as a table; for a round finger pressed on it.
+
+    Examples
+    --------
+    >>> Flat().height([0.0, 1e-3]).tolist()
+    [0.0, 0.0]
+    """
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return np.zeros_like(_places(y))
+
+
+@dataclass(frozen=True)
+class Edge(Indenter):
+    """A rigid plane that ends, as a table's edge: flat for y < 0, nothing for y > 0 (memo Fig. 8).
+
+    Parameters
+    ----------
+    edge_radius : float, optional
+        Radius of the edge [m], >= 0: beyond y = 0 the surface then rises as y^2 / (2 edge_radius). 0 is sharp.
+
+    Examples
+    --------
+    >>> Edge().height([-1e-3, 0.0, 1e-3]).tolist()
+    [0.0, 0.0, inf]
+    """
+
+    edge_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._set("edge_radius", at_least=0.0)
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return _beyond(_places(y), self.edge_radius)
+
+    @property
+    def ends(self) -> tuple[float, float]:  # noqa: D102
+        return -np.inf, np.inf if self.edge_radius else 0.0
+
+
+def _beyond(distance: FloatArray, radius: float) -> FloatArray:
+    """Height beyond the end of a flat, where it is rounded with `radius`."""
+    out = np.maximum(distance, 0.0)
+    return np.asarray(out**2 / (2 * radius) if radius else np.where(distance > 0, np.inf, 0.0))
+
+
+@dataclass(frozen=True)
+class RoundedFlat(Indenter):
+    """A bar with a flat face and rounded edges; with sharp ones it is the flat punch.
+
+    Parameters
+    ----------
+    half_width : float
+        Half the width of the flat part [m], > 0.
+    edge_radius : float, optional
+        Radius of the edges [m], >= 0: beyond the flat the surface rises as distance^2 / (2 edge_radius). 0 is sharp.
+
+    Examples
+    --------
+    >>> RoundedFlat(half_width=1e-3, edge_radius=0.5e-3).height([0.0, 1e-3, 1.1e-3]).round(9).tolist()
+    [0.0, 0.0, 1e-05]
+    """
+
+    half_width: float
+    edge_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._set("half_width", above=0.0)
+        self._set("edge_radius", at_least=0.0)
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return _beyond(np.abs(_places(y)) - self.half_width, self.edge_radius)
+
+    @property
+    def ends(self) -> tuple[float, float]:  # noqa: D102
+        end = np.inf if self.edge_radius else self.half_width
+        return -end, end
+
+
+@dataclass(frozen=True)
+class RoundedWedge(Indenter):
+    """A wedge of small slope with a rounded tip.
+
+    Parameters
+    ----------
+    slope : float
+        Rise of either side, > 0; cot(theta / 2) for a wedge of vertex angle theta.
+    tip_radius : float, optional
+        Radius of the tip [m], >= 0: the parabola that touches both sides at y = +-slope * tip_radius. 0 is sharp.
+
+    Examples
+    --------
+    >>> RoundedWedge(slope=0.2, tip_radius=1e-3).height([0.0, 0.2e-3, 1e-3]).round(9).tolist()
+    [0.0, 2e-05, 0.00018]
+    """
+
+    slope: float
+    tip_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._set("slope", unit="", above=0.0)
+        self._set("tip_radius", at_least=0.0)
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        distance = np.abs(_places(y))
+        reach = self.slope * self.tip_radius
+        side = self.slope * (distance - 0.5 * reach)
+        tip = distance**2 / (2 * self.tip_radius) if self.tip_radius else side
+        return np.asarray(np.where(distance < reach, tip, side))
+
+
+@dataclass(frozen=True)
+class SineRidges(Indenter):
+    """Ridges amplitude (1 - cos(2 pi y / pitch)), on a flat or on a cylinder.
+
+    Parameters
+    ----------
+    pitch : float
+        From crest to crest [m], > 0; a crest is at y = 0.
+    amplitude : float
+        Half the height from trough to crest [m], >= 0.
+    radius : float, optional
+        Radius [m] of the cylinder on which the ridges are, > 0; none for a flat.
+
+    Examples
+    --------
+    >>> SineRidges(pitch=0.5e-3, amplitude=10e-6).height([0.0, 0.25e-3]).round(9).tolist()
+    [0.0, 2e-05]
+    """
+
+    pitch: float
+    amplitude: float
+    radius: float = np.inf
+
+    def __post_init__(self) -> None:
+        self._set("pitch", above=0.0)
+        self._set("amplitude", at_least=0.0)
+        if self.radius != np.inf:
+            self._set("radius", above=0.0)
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        ys = _places(y)
+        return np.asarray(
+            2 * self.amplitude * np.sin(np.pi * ys / self.pitch) ** 2 + ys**2 / (2 * self.radius)
+        )
+
+
+@dataclass(frozen=True)
+class ParticleOnFlat(Indenter):
+    """A particle on a flat: a round cap of a given width and height, its top at y = 0 (memo Fig. 17).
+
+    Parameters
+    ----------
+    half_width : float
+        Half the particle's width where it meets the flat [m], > 0.
+    protrusion : float
+        How far it stands out of the flat [m], > 0.
+    flat_half_width : float, optional
+        Half the width of the flat [m], > half_width; none for a flat without end.
+
+    Raises
+    ------
+    GeometryError
+        A flat that is narrower than the particle.
+
+    Examples
+    --------
+    >>> particle = ParticleOnFlat(half_width=0.2e-3, protrusion=20e-6)
+    >>> particle.height([0.0, 0.1e-3, 1e-3]).round(9).tolist()
+    [0.0, 5e-06, 2e-05]
+    """
+
+    half_width: float
+    protrusion: float
+    flat_half_width: float = np.inf
+
+    def __post_init__(self) -> None:
+        self._set("half_width", above=0.0)
+        self._set("protrusion", above=0.0)
+        if self.flat_half_width != np.inf:
+            self._set("flat_half_width", above=0.0)
+        if not self.flat_half_width > self.half_width:
+            seen = f"half_width = {self.half_width:.6g} m, flat_half_width = {self.flat_half_width:.6g} m"
+            raise GeometryError(seen, "the flat has to be wider than the particle on it")
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        ys = _places(y)
+        cap = self.protrusion * np.minimum((ys / self.half_width) ** 2, 1.0)
+        return np.asarray(np.where(np.abs(ys) > self.flat_half_width, np.inf, cap))
+
+    @property
+    def ends(self) -> tuple[float, float]:  # noqa: D102
+        return -self.flat_half_width, self.flat_half_width
+
+
+@dataclass(frozen=True, eq=False)
+class Profile(Indenter):
+    """A measured profile: points joined by straight lines; there is nothing beyond the first and the last.
+
+    Parameters
+    ----------
+    y : array_like, shape (n,)
+        Places [m], ascending, n >= 2.
+    height_at : array_like, shape (n,)
+        Heights [m], larger is farther from the skin; the lowest is taken off, as depth counts from it.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A gap (a value that is not finite), fewer than two points, places that do not ascend.
+
+    Examples
+    --------
+    >>> Profile([-1e-3, 0.0, 1e-3], [2e-4, 1e-4, 3e-4]).height([0.0, 0.5e-3, 2e-3]).round(9).tolist()
+    [0.0, 0.0001, inf]
+    """
+
+    y: npt.ArrayLike
+    height_at: npt.ArrayLike
+    _function: Callable[[FloatArray], FloatArray] | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        fix = "fill the gaps, e.g. np.interp over the points that there are"
+        y = _check.real("y", self.y, unit="m", fix=fix)
+        height = _check.real("height_at", self.height_at, unit="m", fix=fix)
+        if y.ndim != 1 or y.shape != height.shape or y.size < 2:
+            raise GeometryError(
+                f"y of shape {y.shape}, height_at of shape {height.shape}",
+                "a profile needs two points or more, a height for each place",
+            )
+        if not (np.diff(y) > 0).all():
+            at = int(np.argmin(np.diff(y)))
+            raise GeometryError(
+                f"y[{at}] = {y[at]:.6g}, y[{at + 1}] = {y[at + 1]:.6g}",
+                "the places have to ascend",
+                "sort the points by place, and keep one of each",
+            )
+        object.__setattr__(self, "y", y)
+        object.__setattr__(self, "height_at", _check.read_only(height - height.min()))
+
+    @classmethod
+    def from_function(
+        cls, function: Callable[[FloatArray], npt.ArrayLike], low: float, high: float, points: int = 4097
+    ) -> Profile:
+        """A profile given by a function of the place y [m], from `low` to `high` [m].
+
+        The function itself is evaluated at the solver's nodes; `points` are for finding its lowest point.
+
+        Examples
+        --------
+        >>> bump = Profile.from_function(lambda y: 5e-5 * (1 - np.exp(-(y / 1e-3) ** 2)), -3e-3, 3e-3)
+        >>> float(bump.height(0.0))
+        0.0
+        """
+        if not callable(function):
+            raise InvalidValueError(f"function = {function!r}", "a function of the places y is needed")
+        count = _check.scalar("points", points, at_least=2)
+        y = np.linspace(
+            _check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count)
+        )
+        raw = _check.real("height", function(y), unit="m", fix="end the profile where the function does")
+        if raw.shape != y.shape:
+            raise GeometryError(f"height of shape {raw.shape}", f"the function has to return shape {y.shape}")
+        lowest = float(raw.min())
+        return cls(y, raw, lambda at: np.asarray(function(at), dtype=np.float64) - lowest)
+
+    def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        ys = _places(y)
+        low, high = self.ends
+        inside = (ys >= low) & (ys <= high)
+        at = np.clip(ys, low, high)
+        points = np.asarray(self.y, dtype=np.float64)
+        values = (
+            np.interp(at, points, np.asarray(self.height_at))
+            if self._function is None
+            else self._function(at)
+        )
+        return np.asarray(np.where(inside, values, np.inf))
+
+    @property
+    def ends(self) -> tuple[float, float]:  # noqa: D102
+        points = np.asarray(self.y, dtype=np.float64)
+        return float(points[0]), float(points[-1])
