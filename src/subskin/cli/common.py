@@ -7,7 +7,8 @@ import json
 import math
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
@@ -18,8 +19,10 @@ __all__ = [
     "add_command",
     "add_rows",
     "add_shared",
+    "check_figure",
     "chosen_rows",
     "number",
+    "progress_bar",
     "quantity_range",
     "say",
     "show",
@@ -136,6 +139,39 @@ def show(
         table.add_row(*(Text(cell) for cell in row))
     console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
     console.print(table)
+
+
+@contextmanager
+def progress_bar(what: str, total: int) -> Iterator[Callable[[], object]]:
+    """A bar on standard error where that is a terminal; yields what advances it by one."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    bar = Progress(
+        what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
+    )
+    with bar:
+        task = bar.add_task("", total=total)
+        yield lambda: bar.advance(task)
+
+
+def check_figure(path: str, option: str) -> None:
+    """Raise where a figure could not be written to `path`: known before the work is done.
+
+    Raises
+    ------
+    FileError
+        An ending that is no figure's, a folder that is not there.
+    """
+    from ..errors import FileError
+    from ..io.files import check_target
+
+    if not path.lower().endswith((".svg", ".png", ".pdf")):
+        raise FileError(f"{option} {path}", "a figure is .svg, .png or .pdf", f"{option} figure.png")
+    check_target(path)
 
 
 def write_json(value: Mapping[str, Any]) -> None:

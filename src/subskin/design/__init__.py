@@ -1,5 +1,23 @@
 """Tools for who designs a finger: everything here rides on `Finger` alone."""
 
-from .half_plane_error import HalfPlaneError, LocatingError, half_plane_error, half_plane_map
+from .compliance import Regime, SkinCompliance, skin_compliance
+from .half_plane_error import (
+    MAP_RADIUS,
+    MAP_THICKNESS,
+    HalfPlaneError,
+    LocatingError,
+    half_plane_error,
+    half_plane_map,
+)
 
-__all__ = ["HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
+__all__ = [
+    "MAP_RADIUS",
+    "MAP_THICKNESS",
+    "HalfPlaneError",
+    "LocatingError",
+    "Regime",
+    "SkinCompliance",
+    "half_plane_error",
+    "half_plane_map",
+    "skin_compliance",
+]

@@ -14,6 +14,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from ..errors import InvalidValueError
+from .compliance import compliance_figure, figure_17
 from .fields import receptive_fields
 from .half_plane import half_plane_map_figure
 from .memo_contacts import figure_9, figure_11, figure_12, figure_13
@@ -25,6 +26,7 @@ from .truth import truth_against_estimate
 __all__ = [
     "COMPONENTS",
     "MEMO_FIGURES",
+    "compliance_figure",
     "finger_section",
     "half_plane_map_figure",
     "memo_figure",
@@ -42,6 +44,7 @@ _MEMO = {
     11: figure_11,
     12: figure_12,
     13: figure_13,
+    17: figure_17,
 }
 
 MEMO_FIGURES = tuple(_MEMO)
@@ -58,7 +61,8 @@ def memo_figure(number: int) -> Figure:
     ----------
     number : int
         Its number in the memo, one of `MEMO_FIGURES`: 2 and 3 (strain beneath a line load), 6 (three sensors,
-        four roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder).
+        four roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder),
+        17 (a particle felt through three skins).
 
     Returns
     -------

@@ -99,6 +99,10 @@ class Round(Skin):
     def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
         """The same outer radius, on a core that leaves another thickness [m], or another Poisson's ratio."""
         material = self.material if poisson is None else replace(self.material, poisson=poisson)
+        if thickness is not None and not 0 < thickness < self.radius:
+            raise GeometryError(
+                f"thickness = {thickness:.6g} m", f"has to be > 0 and < the radius, {self.radius:.6g} m"
+            )
         core = self.core_radius if thickness is None else self.radius - thickness
         return replace(self, material=material, core_radius=core)
 

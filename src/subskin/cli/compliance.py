@@ -1,0 +1,178 @@
+"""`subskin compliance`: which modulus and thickness let a finger tell a particle on a flat."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
+
+if TYPE_CHECKING:
+    from ..design import SkinCompliance
+
+_EXAMPLES = """\
+  subskin compliance finger.toml --width "0.8 mm" --height "30 um" --force "10..100 N/m"
+  subskin compliance finger.toml --width "0.8 mm" --height "30 um" --force "40 N/m" --young "0.05..2 MPa" \\
+      --thickness "2 mm, 4 mm" --figure compliance.png
+"""
+_NOTES = """\
+The finger is pressed on a flat with a particle at its middle and on the flat alone, through skins of many moduli. The
+particle is told where it changes the readings by five times their error, and its width follows from them although its
+height, its place and the force are unknown. Errors are the sensors' noise and a share of the largest reading.
+"""
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands, "compliance", run, "say how soft a skin should be to tell a particle on a flat", _EXAMPLES
+    )
+    parser.description = f"{parser.description}\n\n{_NOTES}"
+    parser.add_argument("finger", help="finger.toml")
+    parser.add_argument("--width", metavar="LENGTH", required=True, help="width of the particle")
+    parser.add_argument("--height", metavar="LENGTH", required=True, help="how far it stands out of the flat")
+    parser.add_argument(
+        "--force",
+        metavar="RANGE",
+        required=True,
+        help='force per length of contact, "40 N/m" or "10..100 N/m"',
+    )
+    parser.add_argument(
+        "--flat",
+        metavar="LENGTH",
+        help="width of the flat; without end for a round finger, needed for others",
+    )
+    parser.add_argument(
+        "--young", metavar="RANGE", default="0.03..30 MPa", help="moduli to try (0.03..30 MPa)"
+    )
+    parser.add_argument("--moduli", type=int, metavar="N", default=16, help="how many of them (16)")
+    parser.add_argument("--thickness", metavar="LIST", help='thicknesses to try, "2 mm, 4 mm" (its own)')
+    parser.add_argument(
+        "--accuracy",
+        type=float,
+        default=0.01,
+        metavar="X",
+        help="error of a reading beside its noise, of the largest reading (0.01)",
+    )
+    parser.add_argument(
+        "--wanted",
+        type=float,
+        default=0.5,
+        metavar="X",
+        help="wanted standard deviation of the width, of it (0.5)",
+    )
+    parser.add_argument("--figure", metavar="FILE", help="draw it, as the memo's Fig. 17; .svg, .png or .pdf")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    import numpy as np
+
+    from ..design import skin_compliance
+    from ..errors import InvalidValueError
+    from ..io.finger_file import load_finger
+    from ..io.units import quantity
+    from ..pressing import ParticleOnFlat
+
+    if options.figure is not None:
+        check_figure(options.figure, "--figure")
+    finger = load_finger(options.finger).finger
+    if not 1 <= options.moduli <= 1000:
+        raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000")
+    forces = np.unique(np.geomspace(*_positive(options.force, "N/m", "--force"), 3))
+    young = np.unique(np.geomspace(*_positive(options.young, "Pa", "--young"), options.moduli))
+    if options.figure is not None and young.size < 3:
+        raise InvalidValueError(
+            f"--figure with {young.size} moduli", "three or more are needed to draw a change"
+        )
+    thickness = None
+    if options.thickness is not None:
+        thickness = [quantity(part.strip(), "m", "--thickness") for part in options.thickness.split(",")]
+    particle = ParticleOnFlat(
+        half_width=quantity(options.width, "m", "--width") / 2,
+        protrusion=quantity(options.height, "m", "--height"),
+        flat_half_width=np.inf if options.flat is None else quantity(options.flat, "m", "--flat") / 2,
+    )
+    count = forces.size * young.size * (1 if thickness is None else len(thickness))
+    with progress_bar("presses", count) as advance:
+        found = skin_compliance(
+            finger, particle, forces, young=young, thickness=thickness, accuracy=options.accuracy,
+            width_wanted=options.wanted, progress=advance,
+        )  # fmt: skip
+    if options.figure is not None:
+        from ..plot import compliance_figure, save
+
+        save(compliance_figure(found, found.best[0], forces.size // 2), options.figure)
+    if options.json:
+        write_json(_as_json(found))
+    else:
+        _show(options, found)
+    return 0
+
+
+def _positive(text: str, unit: str, name: str) -> tuple[float, float]:
+    from ..errors import InvalidValueError
+
+    low, high = quantity_range(text, unit, name)
+    if not low > 0:
+        raise InvalidValueError(f'{name} "{text}"', f"has to be > 0 [{unit}]")
+    return low, high
+
+
+def _as_json(found: SkinCompliance) -> dict[str, Any]:
+    from ..design import Regime
+
+    names = ("thickness", "young", "force", "half_width", "load_share", "reading_share", "seen", "width_std")
+    return {
+        **{name: getattr(found, name) for name in names},
+        "regime": [[[Regime(int(r)).name.lower() for r in row] for row in plane] for plane in found.regime],
+        "best": {"thickness": found.thickness[found.best[0]], "young": found.young[found.best[1]]},
+        "reason": found.reason,
+    }
+
+
+def _show(options: argparse.Namespace, found: SkinCompliance) -> None:
+    out = say(options)
+    forces = [f"at {number(force, 3)} N/m" for force in found.force]
+    for t, thickness in enumerate(found.thickness):
+        rows = [
+            [number(young / 1e6, 3), *(_told(found, t, m, f) for f in range(found.force.size))]
+            for m, young in enumerate(found.young)
+        ]
+        title = f"a skin {number(1e3 * thickness, 3)} mm thick: how well the particle's width is told"
+        show(out, title, ["E [MPa]", *forces], rows)
+    t, m = found.best
+    rows = []
+    for f, force in enumerate(found.force):
+        shares = (found.load_share[t, m, f], found.reading_share[t, m, f])
+        rows.append(
+            [
+                number(force, 3),
+                number(1e3 * found.half_width[t, m, f], 3),
+                *(number(100 * share, 3) for share in shares),
+                number(found.seen[t, m, f], 3),
+                _told(found, t, m, f),
+            ]
+        )
+    heads = ["force [N/m]", "half width [mm]", "share of force [%]", "of readings [%]"]
+    title = f"E = {number(found.young[m] / 1e6, 3)} MPa, {number(1e3 * found.thickness[t], 3)} mm thick"
+    show(out, title, [*heads, "change / error", "width"], rows)
+    print(f"-> {found.reason}", file=out)
+    if options.figure is not None:
+        print(f"-> {options.figure}", file=out)
+
+
+def _told(found: SkinCompliance, t: int, m: int, f: int) -> str:
+    """The width's deviation where it is told, or why it is not."""
+    from ..design import Regime
+
+    regime = Regime(int(found.regime[t, m, f]))
+    words = {
+        Regime.TOLD: f"+-{100 * found.width_std[t, m, f]:.0f} %",
+        Regime.TIP: "too stiff",
+        Regime.BLURRED: "too soft",
+        Regime.STRAINED: "strained too far",
+        Regime.SATURATED: "saturated",
+    }
+    return words[regime]

@@ -1,0 +1,400 @@
+"""How soft should the skin be? A particle on a flat, felt through skins of many moduli (memo section 7, Fig. 17)."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..contact import LineLoad, PressureProfile
+from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
+from ..finger import Finger
+from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
+from ..skin import HalfPlane, Layered, Round, Skin
+
+__all__ = ["Regime", "SkinCompliance", "skin_compliance"]
+
+_STEP = 0.05
+"""Step of the logarithms by which width, height and force are varied."""
+_SEEN = 5.0
+_MODULI = tuple(np.geomspace(0.03e6, 30e6, 16).tolist())
+
+
+class Regime(IntEnum):
+    """What a finger can make of a particle."""
+
+    TOLD = 0
+    """The particle is noticed, and its width told."""
+    TIP = 1
+    """Too stiff: the particle carries most of the force; the skin hardly reaches the flat beside it, if at all."""
+    BLURRED = 2
+    """Too soft: the flat around the particle carries most, and the particle's share of the readings is too small."""
+    STRAINED = 3
+    """So soft that the strains are beyond the theory of small ones."""
+    SATURATED = 4
+    """A sensor reads beyond its range."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinCompliance:
+    """What `skin_compliance` found. Arrays of shape (t, m, f): thickness, modulus, force.
+
+    Attributes
+    ----------
+    finger : Finger
+    particle : ParticleOnFlat
+    thickness, young, force : ndarray, shapes (t,), (m,), (f,)
+        Of the skin [m] and of the material in which the sensors lie [Pa], the others being stiffer in proportion; force
+        in N/m.
+    half_width : ndarray
+        Half width of all that touches [m].
+    load_share : ndarray
+        Share of the force that the particle carries.
+    reading_share : ndarray
+        Largest change of a reading by the particle, over the largest reading.
+    seen : ndarray
+        The change of all readings by the particle, over their errors.
+    width_std : ndarray
+        Standard deviation of the particle's width, relative to it, where its height, its place and the force are
+        unknown too; infinite where they hide it altogether.
+    regime : ndarray of int
+        Values of `Regime`.
+    best : (int, int)
+        Index of the thickness and the modulus that are recommended.
+    reason : str
+        Why.
+    """
+
+    finger: Finger
+    particle: ParticleOnFlat
+    thickness: FloatArray
+    young: FloatArray
+    force: FloatArray
+    half_width: FloatArray
+    load_share: FloatArray
+    reading_share: FloatArray
+    seen: FloatArray
+    width_std: FloatArray
+    regime: npt.NDArray[np.int_]
+    best: tuple[int, int]
+    reason: str
+
+    @property
+    def own_young(self) -> float:
+        """Modulus of the finger as given [Pa], where its sensors lie."""
+        return _own_modulus(self.finger)
+
+
+def skin_compliance(
+    finger: Finger,
+    particle: ParticleOnFlat,
+    force: npt.ArrayLike,
+    *,
+    young: npt.ArrayLike = _MODULI,
+    thickness: npt.ArrayLike | None = None,
+    accuracy: float = 0.01,
+    width_wanted: float = 0.5,
+    progress: Callable[[], object] | None = None,
+) -> SkinCompliance:
+    """Which modulus and thickness let a finger see a particle on a flat, over a range of forces.
+
+    The finger is pressed on the flat with the particle at its middle, and on the flat alone, by the contact solver. A
+    particle is told where it changes the readings by five times their error or more and its width follows from them to
+    `width_wanted`: by the Fisher information, with the particle's height, its place and the force unknown as well. The
+    error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated perfectly;
+    without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on force over
+    modulus alone, so a range of forces asks for a skin that serves as wide a range of moduli. Source: memo section 7,
+    Fig. 17.
+
+    Parameters
+    ----------
+    finger : Finger
+        With the noise of its sensors, four or more of them. A flat skin needs a particle on a flat that ends.
+    particle : ParticleOnFlat
+        The smallest feature of interest.
+    force : array_like, shape (f,)
+        Forces of the finger [N/m], > 0.
+    young : array_like, shape (m,), optional
+        Moduli of the material in which the sensors lie [Pa], ascending; 0.03 to 30 MPa if left out.
+    thickness : array_like, shape (t,), optional
+        Thicknesses of the skin [m]; its own if left out.
+    accuracy : float, optional
+        Error of a reading beside its noise, in shares of the largest reading.
+    width_wanted : float, optional
+        Relative standard deviation of the width that is good enough.
+    progress : callable, optional
+        Called after each of the t * m * f cells.
+
+    Raises
+    ------
+    InvalidValueError
+        No noise, fewer than four sensors, values out of range.
+    GeometryError
+        A flat skin and a flat without end.
+    NotLinearError
+        A transducer that is not linear.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.5e-3, depth=0.8e-3, noise=2e-5))
+    >>> particle = ss.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
+    >>> found = ss.design.skin_compliance(finger, particle, force=40.0, young=[0.05e6, 0.2e6, 2e6])
+    >>> [ss.design.Regime(r).name for r in found.regime[0, :, 0]]
+    ['BLURRED', 'TOLD', 'TIP']
+    """
+    forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))
+    moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))
+    heights = (
+        [None]
+        if thickness is None
+        else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
+    )
+    wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
+    share = _check.scalar("accuracy", accuracy, at_least=0.0)
+    _suits(finger, particle)
+    shape = (len(heights), moduli.size, forces.size)
+    values = {name: np.full(shape, np.nan) for name in _CELL}
+    for t, height in enumerate(heights):
+        skin = finger.skin if height is None else finger.skin.changed(thickness=float(height))
+        study = _Study(replace(finger, skin=skin), particle, share)
+        for m, f in np.ndindex(shape[1:]):
+            cell = study.cell(float(moduli[m]), float(forces[f]))
+            for name, value in cell.items():
+                values[name][t, m, f] = value
+            if progress is not None:
+                progress()
+    told = (values["seen"] >= _SEEN) & (values["width_std"] <= wanted)
+    regime = np.where(values["load_share"] > 0.5, int(Regime.TIP), int(Regime.BLURRED))
+    regime = np.where(told, int(Regime.TOLD), regime)
+    regime = np.where(values.pop("saturated") == 1, int(Regime.SATURATED), regime)
+    regime = np.where(np.isnan(values["seen"]), int(Regime.STRAINED), regime)
+    thick = np.array([finger.skin.thickness]) if thickness is None else np.asarray(heights, dtype=np.float64)
+    best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], wanted)
+    arrays = {name: _check.read_only(value) for name, value in values.items()}
+    return SkinCompliance(
+        finger,
+        particle,
+        _check.read_only(thick),
+        moduli,
+        forces,
+        **arrays,
+        regime=regime,
+        best=best,
+        reason=reason,
+    )
+
+
+_CELL = ("half_width", "load_share", "reading_share", "seen", "width_std", "saturated")
+
+
+def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
+    if not isinstance(finger.skin, (HalfPlane, Layered, Round)):
+        raise InvalidValueError(
+            f"a skin of kind {type(finger.skin).__name__}", "its moduli cannot be changed here"
+        )
+    if len(finger.array) < 4:
+        raise InvalidValueError(
+            f"{len(finger.array)} sensors",
+            "width, height, place and force are four unknowns: four or more are needed",
+        )
+    if not (np.asarray(finger.array.noise) > 0).all():
+        raise InvalidValueError(
+            "noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4"
+        )
+    if not all(t.linear for t in finger.array.transducers):
+        raise NotLinearError(
+            "a transducer that is not linear",
+            "a modulus scales the readings of linear ones only",
+            "NormalStrain()",
+        )
+    if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
+        raise GeometryError(
+            f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",
+            "flat_half_width= of the particle's flat, or a Round skin",
+        )  # fmt: skip
+
+
+def _stiffened(skin: Skin, factor: float) -> Skin:
+    """The same skin with all its moduli times a factor."""
+    if isinstance(skin, Layered):
+        layers = tuple(
+            replace(e, material=replace(e.material, young=factor * e.material.young)) for e in skin.stack
+        )
+        base = None if skin.base is None else replace(skin.base, young=factor * skin.base.young)
+        return replace(skin, layers=layers, base=base)
+    assert isinstance(skin, (HalfPlane, Round))
+    return replace(skin, material=replace(skin.material, young=factor * skin.material.young))
+
+
+def _own_modulus(finger: Finger) -> float:
+    """Young's modulus where the sensors lie [Pa]."""
+    skin = finger.skin
+    if isinstance(skin, Layered):
+        return skin.material_at(float(np.asarray(finger.array.depth).mean())).young
+    assert isinstance(skin, (HalfPlane, Round))
+    return skin.material.young
+
+
+class _Study:
+    """Presses of one finger, kept by force over modulus: twice both, and every displacement is the same."""
+
+    def __init__(self, finger: Finger, particle: ParticleOnFlat, accuracy: float) -> None:
+        self.finger, self.particle, self.accuracy = finger, particle, accuracy
+        self.own = _own_modulus(finger)
+        self._known: dict[float, dict[str, FloatArray]] = {}
+        self._probe = LineLoad(1.0, 0.3, 0.1 * float(np.asarray(finger.array.depth).mean()))
+        self._probed = self._signal(self._probe)
+
+    def _signal(self, contact: LineLoad | PressureProfile, finger: Finger | None = None) -> FloatArray:
+        """Readings without their offset."""
+        tip = finger or self.finger
+        return np.asarray(np.asarray(tip.array.gain) * tip.measure(contact))
+
+    def cell(self, modulus: float, force: float) -> dict[str, float]:
+        """All that is asked of one modulus and force; nothing where the strains are too large."""
+        scale = modulus / self.own
+        key = float(f"{force / scale:.12g}")
+        if key not in self._known:
+            try:
+                self._known[key] = self._solved(force / scale)
+            except InvalidValueError:
+                self._known[key] = {}
+        found = self._known[key]
+        if not found:
+            return {}
+        stiffer = replace(self.finger, skin=_stiffened(self.finger.skin, scale))
+        # a strain is the same at the same force over modulus; a stress is `scale` times as large
+        probed = self._signal(self._probe, stiffer)
+        ratio = scale * float(probed @ self._probed) / float(self._probed @ self._probed)
+        reading, a = ratio * found["reading"], self.finger.array
+        error = np.hypot(np.asarray(a.noise), self.accuracy * np.abs(reading).max())
+        change, slopes = ratio * found["change"] / error, ratio * found["slopes"] / error[:, None]
+        whole = reading + np.asarray(a.offset)
+        return {
+            "half_width": float(found["half_width"]),
+            "load_share": float(found["load_share"]),
+            "reading_share": float(found["reading_share"]),
+            "seen": float(np.linalg.norm(change)),
+            "width_std": _deviation(slopes),
+            "saturated": float(((whole < np.asarray(a.low)) | (whole > np.asarray(a.high))).any()),
+        }
+
+    def _solved(self, force: float) -> dict[str, FloatArray]:
+        """Contact and readings at the finger's own modulus, and their slopes by what is unknown."""
+        particle = self.particle
+        flat: Indenter = Flat()
+        if np.isfinite(particle.flat_half_width):
+            flat = RoundedFlat(particle.flat_half_width)
+        here, alone = self._pressed(particle, force), self._pressed(flat, force)
+        reading = self._signal(here.contact)
+        change = reading - self._signal(alone.contact)
+        contact, h = here.contact, _STEP * particle.half_width
+        moved = [
+            PressureProfile(contact.nodes + shift, contact.node_pressure, contact.node_shear)
+            for shift in (h, -h)
+        ]
+        up, down = np.exp(_STEP), np.exp(-_STEP)
+        wide, tall = particle.half_width, particle.protrusion
+        pairs = (
+            [replace(particle, half_width=s * wide) for s in (up, down)],
+            [replace(particle, protrusion=s * tall) for s in (up, down)],
+        )
+        slopes = [self._difference(*(self._pressed(body, force).contact for body in pair)) for pair in pairs]
+        slopes.append(self._difference(*moved))
+        slopes.append(self._difference(*(self._pressed(particle, s * force).contact for s in (up, down))))
+        on_top = np.abs(here.y) <= particle.half_width
+        return {
+            "half_width": np.asarray(here.half_width),
+            "load_share": np.asarray(here.pressure[on_top].sum() / here.pressure.sum()),
+            "reading_share": np.asarray(np.abs(change).max() / np.abs(reading).max()),
+            "reading": reading,
+            "change": change,
+            "slopes": np.stack(slopes, axis=-1),
+        }
+
+    def _difference(self, one: PressureProfile, two: PressureProfile) -> FloatArray:
+        return (self._signal(one) - self._signal(two)) / (2 * _STEP)
+
+    def _pressed(self, body: Indenter, force: float) -> ContactSolution:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ValidityWarning)
+            found = press(self.finger.skin, body, force=force)
+        if found.status not in (PressStatus.OK, PressStatus.COARSE):
+            raise InvalidValueError(f"a press by {force:.6g} N/m", f"it did not settle: {found.reason}")
+        return found
+
+
+def _deviation(slopes: FloatArray) -> float:
+    """Standard deviation of the first unknown, the others free: what of its column the others cannot mimic."""
+    first, others = slopes[:, 0], slopes[:, 1:]
+    left = first - others @ np.linalg.lstsq(others, first, rcond=None)[0]
+    size = float(np.linalg.norm(left))
+    return 1 / size if size > 1e-9 * float(np.linalg.norm(first)) else np.inf
+
+
+def _recommended(
+    thickness: FloatArray,
+    moduli: FloatArray,
+    forces: FloatArray,
+    regime: npt.NDArray[np.int_],
+    width_std: FloatArray,
+    wanted: float,
+) -> tuple[tuple[int, int], str]:
+    """The cell whose worst force is least bad, and why."""
+    usable = (regime == Regime.TOLD).sum(axis=2)
+    worst = np.where(np.isnan(width_std), np.inf, width_std).max(axis=2)
+    # most forces first, then the least deviation
+    order = np.lexsort((worst.ravel(), -usable.ravel()))
+    t, m = (int(i) for i in np.unravel_index(order[0], usable.shape))
+    span = f"{forces.min():.3g} to {forces.max():.3g} N/m" if forces.size > 1 else f"{forces[0]:.3g} N/m"
+    head = f"E = {moduli[m] / 1e6:.3g} MPa, {thickness[t] * 1e3:.3g} mm thick"
+    if usable[t, m] < forces.size:
+        missing = [
+            f"at {forces[f]:.3g} N/m {_WHY[Regime(int(regime[t, m, f]))]}"
+            for f in range(forces.size)
+            if regime[t, m, f] != Regime.TOLD
+        ]
+        if not usable[t, m]:
+            nearest = (
+                f"{head} comes nearest, with {100 * worst[t, m]:.2g} %"
+                if np.isfinite(worst[t, m])
+                else "none comes near"
+            )
+            return (t, m), (
+                f"no skin tried tells the particle's width to {100 * wanted:.0f} % at any of the forces; {nearest}; "
+                "sensors of less error, less deep or closer together would"
+            )
+        told = (forces / moduli[:, None])[regime[t] == Regime.TOLD]
+        apart = f"one skin serves forces up to {told.max() / told.min():.2g} times apart"
+        return (
+            t,
+            m,
+        ), f"{head} comes nearest: no skin tried serves all of {span}; {', '.join(missing)}; {apart}"
+    all_told = np.flatnonzero(usable[t] == forces.size)
+    low, high = moduli[all_told.min()], moduli[all_told.max()]
+    lines = [f"{head}: at all of {span} the particle's width is told to {100 * worst[t, m]:.2g} % or better"]
+    between = f"{low / 1e6:.3g} MPa" if low == high else f"{low / 1e6:.3g} to {high / 1e6:.3g} MPa"
+    lines.append(f"at this thickness {between} would do for {100 * wanted:.0f} %")
+    for end, index, force_at in (("softer", all_told.min() - 1, -1), ("stiffer", all_told.max() + 1, 0)):
+        if 0 <= index < moduli.size:
+            bad = np.flatnonzero(regime[t, index] != Regime.TOLD)
+            f = int(bad[force_at])
+            lines.append(f"{end}, at {forces[f]:.3g} N/m {_WHY[Regime(int(regime[t, index, f]))]}")
+    return (t, m), "; ".join(lines)
+
+
+_WHY = {
+    Regime.TIP: "the skin hardly touches more than the particle's top",
+    Regime.BLURRED: "its width is lost beside the flat around it",
+    Regime.STRAINED: "the strains are beyond the theory",
+    Regime.SATURATED: "a sensor reads beyond its range",
+    Regime.TOLD: "it is told",
+}

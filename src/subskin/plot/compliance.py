@@ -1,0 +1,176 @@
+"""A particle on a flat felt through skins of different softness: the memo's Fig. 17, from solved contacts."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+from .._check import FloatArray
+from ..array import SensorArray
+from ..design import Regime, SkinCompliance, skin_compliance
+from ..errors import GeometryError
+from ..finger import Finger
+from ..material import Material
+from ..pressing import ParticleOnFlat, press
+from ..skin import Round
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, SKY, VERMILLION, house_style, new_figure, settled
+
+__all__ = ["compliance_figure", "figure_17"]
+
+_LOOKS = {
+    Regime.TOLD: ("#D9F0E6", "width told"),
+    Regime.TIP: ("#F7E3D6", "too stiff"),
+    Regime.BLURRED: ("#D6E8F5", "too soft"),
+    Regime.STRAINED: ("#EEEEEE", "strained too far"),
+    Regime.SATURATED: ("#EEEEEE", "saturated"),
+}
+_NODES = 2048
+
+
+def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0) -> Figure:
+    """Three skins against the particle, and width, shares and what is told against the modulus.
+
+    Parameters
+    ----------
+    found : SkinCompliance
+        From `subskin.design.skin_compliance`, with three moduli or more.
+    thickness, force : int, optional
+        Which of its thicknesses and forces.
+
+    Raises
+    ------
+    GeometryError
+        Fewer than three moduli.
+    """
+    if found.young.size < 3:
+        raise GeometryError(f"{found.young.size} moduli", "three or more are needed to draw a change")
+    with house_style():
+        figure = new_figure(DOUBLE, 128.0)
+        grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
+        sketches = [figure.add_subplot(grid[0, i]) for i in range(3)]
+        pressures = [figure.add_subplot(grid[1, i], sharex=sketches[i]) for i in range(3)]
+        chosen = _three(found, thickness, force)
+        for i, (axes, beneath, m) in enumerate(zip(sketches, pressures, chosen, strict=True)):
+            _sketch(axes, beneath, found, thickness, m, force)
+            axes.set_title(f"{'abc'[i]}  E = {found.young[m] / 1e6:.2g} MPa")
+            if not i:
+                axes.set_ylabel("height [µm]")
+                beneath.set_ylabel("pressure [kPa]")
+        _curves(figure.add_subplot(grid[2, :]), found, thickness, force, chosen)
+        return settled(figure)
+
+
+def _three(found: SkinCompliance, t: int, f: int) -> tuple[int, int, int]:
+    """A stiff skin, the one that tells most, and a soft one."""
+    spread = np.where(np.isfinite(found.width_std[t, :, f]), found.width_std[t, :, f], np.inf)
+    best = int(np.clip(np.argmin(spread), 1, found.young.size - 2))
+    known = np.flatnonzero(np.isfinite(found.half_width[t, :, f]))
+    return int((best + known.max() + 1) // 2), best, int(known.min() + (best - known.min()) // 4)
+
+
+def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f: int) -> None:
+    """The skin on the flat and its particle, upside down as on a table; and the pressure below it."""
+    particle, skin = found.particle, found.finger.skin
+    if np.isfinite(skin.thickness):
+        skin = skin.changed(thickness=float(found.thickness[t]))
+    scale = _modulus_ratio(found, m)
+    reach = 1.15 * float(np.nanmax(found.half_width[t, :, f]))
+    pressed = press(
+        skin, particle, force=float(found.force[f]) / scale, window=2 * reach, nodes=_NODES, max_strain=np.inf
+    )
+    y, um = pressed.y * 1e3, 1e6
+    body = (particle.protrusion - particle.height(pressed.y)) * um
+    top = body + pressed.gap * um
+    ceiling = 3.5 * particle.protrusion * um
+    axes.fill_between(y, np.minimum(top, ceiling), ceiling, color=SKY, alpha=0.5, linewidth=0)
+    axes.plot(y, top, color=BLUE)
+    axes.fill_between(y, body, -0.6 * particle.protrusion * um, color=GREY, alpha=0.6, linewidth=0)
+    axes.set_ylim(-0.6 * particle.protrusion * um, ceiling)
+    axes.set_xlim(-reach * 1e3, reach * 1e3)
+    axes.tick_params(labelbottom=False)
+    beneath.fill_between(y, pressed.pressure * scale / 1e3, color=VERMILLION, alpha=0.25, linewidth=0)
+    beneath.plot(y, pressed.pressure * scale / 1e3, color=VERMILLION)
+    beneath.set_ylim(0, None)
+    beneath.set_xlabel("place along the skin [mm]")
+
+
+def _modulus_ratio(found: SkinCompliance, m: int) -> float:
+    """The modulus of a row over that of the finger's own skin."""
+    return float(found.young[m] / found.own_young)
+
+
+def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int, ...]) -> None:
+    """Shares against the modulus, over bands of what can be told; the half width on an axis of its own."""
+    moduli = found.young / 1e6
+    ends = _between(moduli)
+    regimes = found.regime[t, :, f]
+    for r in dict.fromkeys(int(v) for v in regimes):
+        colour, name = _LOOKS[Regime(r)]
+        for first, last in _runs(regimes == r):
+            axes.axvspan(ends[first], ends[last + 1], color=colour, linewidth=0, zorder=0)
+            middle = np.sqrt(ends[first] * ends[last + 1])
+            axes.text(
+                middle, 0.97, name, ha="center", va="top", transform=axes.get_xaxis_transform(), fontsize=7.5
+            )
+    axes.set_xscale("log")
+    axes.set_xlim(ends[0], ends[-1])
+    lines = axes.plot(
+        moduli, 100 * found.load_share[t, :, f], color=VERMILLION, label="force on the particle"
+    )
+    lines += axes.plot(
+        moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it"
+    )
+    axes.set_ylim(0, 118)
+    axes.set_yticks([0, 25, 50, 75, 100])
+    axes.set_ylabel("share [%]")
+    axes.set_xlabel("modulus of the skin [MPa]")
+    wide = axes.twinx()
+    wide.spines["right"].set_visible(True)
+    ratio = found.half_width[t, :, f] / found.particle.half_width
+    lines += wide.plot(
+        moduli, ratio, color=BLUE, linestyle=(0, (4, 2)), label="half width of the contact (right)"
+    )
+    wide.set_yscale("log")
+    wide.set_ylabel("half width / particle's")
+    for axis in (wide.yaxis, axes.xaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+    wide.axhline(1.0, color=BLUE, linewidth=0.5)
+    for letter, m in zip("abc", chosen, strict=True):
+        axes.text(moduli[m], 102.0, letter, ha="center", va="bottom", fontweight="bold", color=BLACK)
+    axes.legend(
+        lines, [str(line.get_label()) for line in lines], loc="center right", bbox_to_anchor=(1.0, 0.55)
+    )
+
+
+def _between(values: FloatArray) -> FloatArray:
+    """Geometric means of neighbours, and the ends."""
+    middle = np.sqrt(values[1:] * values[:-1])
+    return np.concatenate([[values[0] ** 2 / middle[0]], middle, [values[-1] ** 2 / middle[-1]]])
+
+
+def _runs(member: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+    at = np.flatnonzero(member)
+    parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+    return [(int(p[0]), int(p[-1])) for p in parts if p.size]
+
+
+@lru_cache(maxsize=1)
+def _study() -> SkinCompliance:
+    """A round finger of 8 mm with 4 mm of rubber on its core, 40 N/m, a particle 0.8 mm wide and 30 um high."""
+    skin = Round(Material(0.4e6), radius=8e-3, core_radius=4e-3)
+    finger = Finger(skin, SensorArray.line(8, pitch=0.5e-3, depth=0.8e-3, noise=2e-5))
+    return skin_compliance(
+        finger, ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6), 40.0, young=np.geomspace(0.03e6, 4e6, 22)
+    )
+
+
+def figure_17() -> Figure:
+    """Three skins of different softness pressed on a flat with a particle by the same force."""
+    return compliance_figure(_study())
