@@ -3,8 +3,8 @@
     python benchmarks/bench_skins.py [--frames 20000] [--repeats 20] [--json FILE]
 
 Eight sensors at unit depth, half a depth apart, noise 0.1 % and 1 % of the strain beneath a unit load on the half
-plane; unit loads over the array within 40 degrees. Asked for: tabulating in at most 1 s, then kept; the same accuracy (rms
-error over the Cramer-Rao bound, coverage of the 95 % intervals) and the same speed on every skin.
+plane; unit loads over the array within 40 degrees. Asked for: tabulating in at most 1 s, then kept; the same accuracy
+(rms error over the Cramer-Rao bound, coverage of the 95 % intervals) and the same speed on every skin.
 """
 
 from __future__ import annotations
