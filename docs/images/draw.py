@@ -1,4 +1,4 @@
-"""Draws the pictures of the README and of the conventions page; `make figures` runs it."""
+"""Draws the pictures of the README and of the documentation's pages; `make figures` runs it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
-from subskin.plot import finger_section
+from subskin.plot import finger_section, half_plane_map_figure
 from subskin.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, save
 
 HERE = Path(__file__).parent
@@ -146,9 +146,14 @@ def finger() -> Figure:
     return finger_section(made["finger"], made["touch"], made["found"], readings=made["readings"])
 
 
+def half_plane() -> Figure:
+    """How wrong the half plane is over thickness and radius: the map that `subskin check --map` draws."""
+    return half_plane_map_figure(ss.design.half_plane_map())
+
+
 def main() -> None:
     with house_style():
-        for draw, kind in ((conventions, "svg"), (contacts, "svg"), (finger, "png")):
+        for draw, kind in ((conventions, "svg"), (contacts, "svg"), (finger, "png"), (half_plane, "svg")):
             save(draw(), HERE / draw.__name__, [kind])
 
 

@@ -175,3 +175,161 @@ def test_a_width_of_none_is_fitted_without_leaving_its_range():
     )
     width = next(p for p in found.parameters if p.name == "width")
     assert 0 <= width.value < 0.3e-3
+
+
+LAYER = ss.Layered(ss.Layer(ss.Material(young=0.4e6, poisson=0.5), thickness=9e-3))
+ROUND = ss.Round(ss.Material(young=0.4e6, poisson=0.48), radius=16e-3, core_radius=9e-3)
+FEW = PLACES[::3]
+
+
+def on(skin, **changes):
+    parameters = {"count": 4, "pitch": 6e-3, "depth": 5.3e-3, "gain": 90.0, "noise": 1e-6}
+    return ss.Finger(skin, ss.SensorArray.line(**{**parameters, **changes}))
+
+
+def value(found, name):
+    return next(p for p in found.parameters if p.name == name)
+
+
+class TestThickness:
+    @pytest.mark.parametrize(("skin", "start"), [(LAYER, 20e-3), (ROUND, 6e-3)], ids=["layer", "round"])
+    def test_it_is_recovered_with_depth_gain_and_origin(self, skin, start):
+        truth = on(skin)
+        drawn_so = on(skin.changed(thickness=start), depth=5e-3, gain=1.0)
+        found = ss.calibrate(drawn_so, touch(truth, FEW), FEW, fit=("gain", "depth", "origin", "thickness"))
+        thickness, depth = value(found, "thickness"), value(found, "depth")
+        assert abs(thickness.value - skin.thickness) < 4.5 * thickness.std
+        assert thickness.std < 2e-4 * skin.thickness
+        assert abs(depth.value - 5.3e-3) < 4.5 * depth.std
+        assert found.finger.skin.thickness == pytest.approx(thickness.value, rel=1e-12)
+        assert type(found.finger.skin) is type(skin)
+        assert found.doubts == ()
+
+    def test_one_that_is_off_by_much_is_still_found(self):
+        shallow = on(LAYER.changed(thickness=5.6e-3))  # its base lies just beneath the sensors
+        for start in (5.4e-3, 60e-3):
+            drawn_so = on(LAYER.changed(thickness=start))
+            found = ss.calibrate(drawn_so, touch(shallow, FEW), FEW, fit=("gain", "origin", "thickness"))
+            assert value(found, "thickness").value == pytest.approx(5.6e-3, abs=2e-6)
+
+    @pytest.mark.parametrize("skin", [LAYER.changed(thickness=7e-3), ROUND], ids=["layer", "round"])
+    @pytest.mark.parametrize("name", ["depth", "depths"])
+    def test_a_depth_is_found_without_leaving_a_thin_skin(self, skin, name):
+        truth = on(skin)
+        found = ss.calibrate(on(skin, depth=6.5e-3), touch(truth, FEW), FEW, fit=("gain", name, "origin"))
+        np.testing.assert_allclose(found.finger.array.depth, 5.3e-3, atol=2e-6)
+        assert found.origin == pytest.approx(ORIGIN, abs=1e-6)
+
+    @pytest.mark.parametrize(
+        "skin",
+        [
+            ss.HalfPlane(ss.Material(0.4e6)),
+            ss.Layered([ss.Layer(ss.Material(0.4e6), 6e-3), ss.Layer(ss.Material(1e6), 2e-3)]),
+            ss.Layered(ss.Layer(ss.Material(0.4e6), 9e-3), base=ss.Material(1e9)),
+        ],
+        ids=["half plane", "two layers", "on a half plane"],
+    )
+    def test_a_skin_without_a_single_one_is_refused(self, skin):
+        with pytest.raises(ss.InvalidValueError, match="no single thickness"):
+            ss.calibrate(on(skin), touch(on(LAYER), FEW), FEW, fit=("gain", "thickness"))
+
+
+class TestCovariance:
+    def test_gains_and_offsets_are_those_of_straight_lines(self):
+        truth = on(LAYER, gain=[80.0, -110.0, 90.0, 100.0], offset=0.3, noise=3e-4)
+        readings = np.array(touch(truth, FEW))
+        readings[::5, 2] = np.nan
+        found = ss.calibrate(truth, readings, FEW, fit=("gain", "offset"), origin=ORIGIN)
+        assert [(p.name, p.sensor) for p in found.parameters] == [
+            (name, i) for name in ("gain", "offset") for i in range(4)
+        ]
+        unit = on(LAYER, gain=1.0).receptive_field(FEW - ORIGIN)[..., 0]
+        for i in range(4):
+            seen = np.isfinite(readings[:, i])
+            columns = np.stack([unit[seen, i], np.ones(seen.sum())], axis=-1)
+            expected = found.finger.array.noise[i] ** 2 * np.linalg.inv(columns.T @ columns)
+            np.testing.assert_allclose(found.covariance[i::4, i::4], expected, rtol=1e-8)
+        others = np.arange(8)[:, None] % 4 != np.arange(8) % 4
+        size = np.sqrt(np.outer(*2 * [np.diag(found.covariance)]))
+        assert np.abs(found.covariance / size)[others].max() < 1e-9
+
+    @pytest.mark.parametrize("name", ["depth", "depths"])
+    def test_it_is_the_inverse_fisher_information_of_what_is_reported(self, name):
+        depth = [5.2e-3, 5.5e-3, 5.4e-3, 5.1e-3] if name == "depths" else 5.3e-3
+        truth = on(LAYER.changed(poisson=0.45), depth=depth, noise=1e-5)
+        fit = ("gain", name, "origin", "poisson", "thickness", "place")
+        start = on(LAYER)
+        found = ss.calibrate(start, touch(truth, FEW), FEW, fit=fit)
+        reported = np.array([p.value for p in found.parameters])
+        np.testing.assert_array_equal(np.sqrt(np.diag(found.covariance)), [p.std for p in found.parameters])
+
+        def model(values):
+            """Readings as a function of the numbers reported."""
+            by = {}
+            for p, v in zip(found.parameters, values, strict=True):
+                by.setdefault(p.name, []).append(v)
+            skin = LAYER.changed(poisson=by["poisson"][0]).changed(thickness=by["thickness"][0])
+            array = ss.SensorArray(y=by["y"], depth=by["depth"], gain=by["gain"])
+            return ss.Finger(skin, array).receptive_field(FEW - by["origin"][0])[..., 0]
+
+        step = 1e-5 * np.maximum(np.abs(reported), 1e-3)
+        names = [p.name for p in found.parameters]
+        noise = np.asarray(found.finger.array.noise)
+        columns = []
+        for k in range(reported.size):
+            ends = [reported.copy(), reported.copy()]
+            ends[0][k] += step[k]
+            ends[1][k] -= step[k]
+            columns.append(((model(ends[0]) - model(ends[1])) / (2 * step[k]) / noise).reshape(-1))
+        jacobian = np.stack(columns, axis=-1)
+        y = [i for i, n in enumerate(names) if n == "y"]
+        keep = np.delete(np.eye(reported.size), y[-1], axis=1)
+        keep[y[-1], y[:-1]] = -1.0  # the mean place is as drawn
+        jacobian = jacobian @ keep
+        size = np.linalg.norm(jacobian, axis=0)
+        inverse = np.linalg.inv((jacobian / size).T @ (jacobian / size)) / np.outer(size, size)
+        expected = keep @ inverse @ keep.T
+        scale = np.sqrt(np.outer(*2 * [np.diag(expected)]))
+        assert np.abs((found.covariance - expected) / scale).max() < 2e-3
+
+
+class TestDoubts:
+    def test_a_base_too_deep_to_be_felt(self):
+        truth = on(LAYER.changed(thickness=0.3), noise=1e-3)
+        found = ss.calibrate(truth, touch(truth, FEW), FEW, fit=("gain", "offset", "origin", "thickness"))
+        thickness = value(found, "thickness")
+        assert thickness.std > 0.1 * thickness.value
+        (said,) = found.doubts
+        assert said.startswith("thickness is not determined: its standard error is")
+        ratio = thickness.std / thickness.value
+        assert ("more than 10 times" in said) == (ratio > 10)
+        assert f"{100 * ratio:.0f} % of it" in said or ratio > 10
+
+    def test_what_the_readings_say_nothing_of(self):
+        stress = on(SKIN, transducer=ss.NormalStress(), gain=1e-6, noise=1e-9)
+        found = ss.calibrate(stress, touch(stress, FEW), FEW, fit=("gain", "depth", "poisson"), origin=ORIGIN)
+        assert found.doubts == (
+            "poisson is not determined: its standard error is more than 10 times the value",
+        )
+
+    def test_what_can_hardly_be_told_apart(self):
+        # the mean pressure of a thin layer is nearly the same at all depths
+        truth = on(LAYER.changed(thickness=5.6e-3), transducer=ss.MeanPressure(), noise=1e-3)
+        readings = touch(truth, FEW)
+        found = ss.calibrate(truth, readings, FEW, fit=("gain", "depth", "thickness", "origin"))
+        names = [p.name for p in found.parameters]
+        i, j = names.index("depth"), names.index("thickness")
+        variance = np.diag(found.covariance)
+        r = found.covariance[i, j] / np.sqrt(variance[i] * variance[j])
+        assert abs(r) > 0.95
+        tied = [said for said in found.doubts if "told apart" in said]
+        assert len(tied) == 1
+        assert tied[0].startswith(f"depth and thickness are hardly told apart (correlation {r:.3f})")
+        # were the thickness known, the depth's error would be that of a fit without it
+        less = ss.calibrate(found.finger, readings, FEW, fit=("gain", "depth", "origin"))
+        alone = float(tied[0].rsplit("would be ", 1)[1].split()[0])
+        assert value(less, "depth").std / np.sqrt(variance[i]) == pytest.approx(alone, rel=0.1)
+
+    def test_none(self):
+        truth = on(LAYER)
+        assert ss.calibrate(truth, touch(truth, FEW), FEW).doubts == ()

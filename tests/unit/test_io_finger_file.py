@@ -149,6 +149,128 @@ def test_a_wrong_file_is_refused_with_its_line(old, new, line, said):
         assert text.startswith(f"my.toml, line {line}:"), text
 
 
+SENSORS = """
+[sensors]
+count = 4
+pitch = "2 mm"
+depth = "2 mm"
+"""
+LAYERS = """\
+[skin]
+kind = "layers"
+
+[[skin.layers]]       # epidermis
+young = "2 MPa"
+poisson = 0.48
+thickness = "0.3 mm"
+bond = "frictionless"
+
+[[skin.layers]]       # dermis
+young = "0.4 MPa"
+thickness = "5 mm"
+
+[skin.base]
+young = "10 GPa"
+poisson = 0.3
+"""
+ONE = '[skin]\nkind = "layers"\n[[skin.layers]]\nyoung = "0.4 MPa"\nthickness = "6 mm"\n'
+ROUND = '[skin]\nkind = "round"\nyoung = "0.4 MPa"\nradius = "8 mm"\ncore_radius = "4 mm"\n'
+RUBBER = ss.Material(0.4e6, 0.5)
+
+
+class TestSkins:
+    def test_layers(self):
+        stack = [ss.Layer(ss.Material(2e6, 0.48), 0.3e-3, "frictionless"), ss.Layer(RUBBER, 5e-3)]
+        skin = parse_finger(LAYERS + SENSORS).finger.skin
+        assert skin == ss.Layered(stack, ss.Material(10e9, 0.3))
+        assert parse_finger(ONE + SENSORS).finger.skin == ss.Layered(ss.Layer(RUBBER, 6e-3))
+
+    def test_round(self):
+        assert parse_finger(ROUND + SENSORS).finger.skin == ss.Round(RUBBER, 8e-3, 4e-3)
+        softer = ROUND.replace('"4 mm"', "0.003\npoisson = 0.45")
+        assert parse_finger(softer + SENSORS).finger.skin == ss.Round(ss.Material(0.4e6, 0.45), 8e-3, 3e-3)
+
+    def test_the_kind_may_be_left_out_only_for_a_half_plane(self):
+        flat = '[skin]\nkind = "half_plane"\nyoung = "0.4 MPa"\n'
+        assert parse_finger(flat + SENSORS).finger.skin == ss.HalfPlane(RUBBER)
+        assert parse_finger(flat.replace('kind = "half_plane"\n', "") + SENSORS).finger.skin == ss.HalfPlane(
+            RUBBER
+        )
+
+    @pytest.mark.parametrize(
+        ("text", "old", "new", "line", "said"),
+        [
+            (LAYERS, 'kind = "layers"', 'kind = "layer"', 2, "'half_plane', 'layers' or 'round'"),
+            (LAYERS, 'kind = "layers"', "", 1, 'layers beside kind = "half_plane"'),
+            (
+                LAYERS,
+                'kind = "layers"',
+                'kind = "layers"\nyoung = "1 MPa"',
+                3,
+                'young beside kind = "layers"',
+            ),
+            (LAYERS, '"2 MPa"', '"-2 MPa"', 5, 'young = "-2 MPa": has to be > 0'),
+            (LAYERS, "0.48", "0.51", 6, "poisson = 0.51: has to be <= 0.5"),
+            (LAYERS, '"0.3 mm"', '"0 mm"', 7, 'thickness = "0 mm": has to be > 0'),
+            (LAYERS, '"0.3 mm"', '"0.3 kg"', 7, 'thickness = "0.3 kg": a value in m is needed'),
+            (LAYERS, '"frictionless"', '"glued"', 8, "'bonded' or 'frictionless'"),
+            (LAYERS, 'young = "0.4 MPa"', "", 10, '"young" is missing'),
+            (LAYERS, 'young = "0.4 MPa"', "", 10, "[skin.layers]"),
+            (LAYERS, 'thickness = "5 mm"', "", 10, '"thickness" is missing'),
+            (LAYERS, 'thickness = "5 mm"', 'thicknes = "5 mm"', 12, 'did you mean "thickness"'),
+            (LAYERS, 'young = "10 GPa"', "", 14, '"young" is missing'),
+            (LAYERS, "poisson = 0.3", "poisson = -0.3", 16, "poisson = -0.3: has to be >= 0"),
+            (ONE, '"6 mm"', '"1.9 mm"', 10, "the sensors have to lie in the skin, which is 0.0019 m thick"),
+            (ONE[: ONE.index("[[")], "", "", 1, '"layers" is missing: kind = "layers" needs it'),
+            (ROUND, 'radius = "8 mm"\n', "", 1, '"radius" is missing: kind = "round" needs it'),
+            (ROUND, 'core_radius = "4 mm"', "", 1, '"core_radius" is missing'),
+            (
+                ROUND,
+                'core_radius = "4 mm"',
+                'core_radius = "9 mm"',
+                5,
+                "the core has to lie within the finger",
+            ),
+            (ROUND, 'core_radius = "4 mm"', 'core_radius = "0.1 mm"', 5, "at least a twentieth"),
+            (ROUND, 'radius = "8 mm"', 'radius = "-8 mm"', 4, "has to be > 0"),
+            (ROUND, 'core_radius = "4 mm"', 'core_radius = "7 mm"', 10, "which is 0.001 m thick"),
+            (
+                ROUND,
+                'young = "0.4 MPa"',
+                'young = "0.4 MPa"\nplane = "stress"',
+                4,
+                'plane beside kind = "round"',
+            ),
+            (ROUND, 'kind = "round"', "", 4, 'radius beside kind = "half_plane"'),
+        ],
+    )
+    def test_a_wrong_one_is_refused_with_its_line(self, text, old, new, line, said):
+        assert old in text
+        with pytest.raises(FileError) as caught:
+            parse_finger(text.replace(old, new, 1) + SENSORS, "my.toml")
+        told = str(caught.value)
+        assert said in told
+        assert told.startswith(f"my.toml, line {line}:"), told
+
+    @pytest.mark.parametrize(
+        ("text", "skin"),
+        [
+            (ONE, ss.Layered(ss.Layer(ss.Material(0.4e6, 0.43), 7.25e-3))),
+            (ROUND, ss.Round(ss.Material(0.4e6, 0.43), 8e-3, 3.25e-3)),
+        ],
+        ids=["layers", "round"],
+    )
+    def test_a_fitted_thickness_and_poisson_are_written_back(self, text, skin):
+        text = text.replace('young = "0.4 MPa"', 'young = "0.4 MPa"  # as bought') + SENSORS
+        file = parse_finger(text)
+        changed = file.with_finger(replace(file.finger, skin=skin), 1e-3)
+        assert "# as bought" in changed.text
+        again = parse_finger(changed.text).finger.skin
+        assert again.single_material.poisson == pytest.approx(0.43, rel=1e-9)
+        assert again.thickness == pytest.approx(skin.thickness, rel=1e-8)
+        np.testing.assert_array_equal(file.finger.array.depth, parse_finger(changed.text).finger.array.depth)
+
+
 def test_reading_a_file(tmp_path):
     path = tmp_path / "finger.toml"
     with pytest.raises(FileError, match="there is no such file"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -70,3 +72,147 @@ def test_three_presses_find_where_the_motor_began(presses, drawn):
     assert error.size >= 18
     assert abs(error.mean()) <= 0.2e-3
     assert abs(np.median(error)) <= 0.2e-3
+
+
+GEOMETRY = ("gain", "offset", "depth", "origin", "place")
+KINDS = {"strain": ss.NormalStrain(), "stress": ss.NormalStress(), "pressure": ss.MeanPressure()}
+
+
+def calibrated(presses, skin, kind, fit):
+    places, readings = presses
+    finger = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, transducer=KINDS[kind]))
+    return ss.calibrate(finger, readings[::2], places[::2], fit=fit)
+
+
+@pytest.fixture(scope="module")
+def on_half_plane(presses):
+    return calibrated(presses, ss.HalfPlane(ss.Material(0.4e6)), "strain", GEOMETRY)
+
+
+@pytest.fixture(scope="module")
+def on_layer(presses):
+    """Bonded layers of unknown thickness: one for each quantity that the barometers may measure, and one of free nu."""
+    layer = ss.Layered(ss.Layer(ss.Material(0.4e6), 15e-3))
+    found = {kind: calibrated(presses, layer, kind, (*GEOMETRY, "thickness")) for kind in KINDS}
+    found["strain, any nu"] = calibrated(presses, layer, "strain", (*GEOMETRY, "thickness", "poisson"))
+    return found
+
+
+def value(found, name):
+    return next(p.value for p in found.parameters if p.name == name)
+
+
+class TestABondedLayer:
+    """The skin of the recording taken for a layer on a rigid base: better than a half plane, but how thick?"""
+
+    def test_it_is_no_worse_on_held_out_presses(self, presses, on_half_plane, on_layer):
+        places, readings = (a[1::2] for a in presses)
+        r2 = {name: found.evaluate(readings, places).r2 for name, found in on_layer.items()}
+        half = on_half_plane.evaluate(readings, places).r2
+        assert half < 0.9985 < 0.9994 < min(r2.values())
+        assert max(r2.values()) - min(r2.values()) < 4e-4  # none of them is clearly the right one
+        assert 1 - r2["strain"] < 0.25 * (1 - half)
+
+    def test_it_locates_held_out_presses_better(self, presses, on_half_plane, on_layer):
+        places, readings = (a[1::2] for a in presses)
+
+        def median(found):
+            located = found.finger.locate(readings, friction=0, search=SEARCH)
+            return np.nanmedian(np.abs(located.position - (places - found.origin)))
+
+        half = median(on_half_plane)
+        assert 0.05e-3 < half < 0.07e-3
+        assert all(median(found) < 0.7 * half for found in on_layer.values())
+
+    def test_the_depth_is_known_to_a_half_millimetre_and_the_thickness_is_not(self, on_layer):
+        depths = np.array([value(found, "depth") for found in on_layer.values()])
+        thicknesses = {name: value(found, "thickness") for name, found in on_layer.items()}
+        assert 4.6e-3 < depths.min() < depths.max() < 5.6e-3
+        assert thicknesses["strain"] > 3.5 * thicknesses["stress"]
+        for name in ("stress", "pressure", "strain, any nu"):
+            assert 5.3e-3 < thicknesses[name] < 6.4e-3
+        assert value(on_layer["strain, any nu"], "poisson") < 0.4
+
+    def test_the_table_of_the_page(self, presses, on_half_plane, on_layer):
+        """docs/recording.md, row by row, to the digits printed."""
+        places, readings = (a[1::2] for a in presses)
+        page = (Path(__file__).parents[2] / "docs/recording.md").read_text("utf-8")
+        rows = [[c.strip() for c in line.split("|")[1:-1]] for line in page.splitlines() if "1/2 |" in line]
+        rows += [
+            [c.strip() for c in line.split("|")[1:-1]] for line in page.splitlines() if "| fitted," in line
+        ]
+        kinds = {"normal strain": "strain", "normal stress": "stress", "mean pressure": "pressure"}
+        assert len(rows) == 5
+        for skin, measured, poisson, r2, median, depth, thickness in rows:
+            name = kinds[measured] if poisson == "1/2" else "strain, any nu"
+            found = on_half_plane if skin == "half plane" else on_layer[name]
+            located = found.finger.locate(readings, friction=0, search=SEARCH)
+            error = np.nanmedian(np.abs(located.position - (places - found.origin)))
+            assert found.evaluate(readings, places).r2 == pytest.approx(float(r2), abs=6e-5)
+            assert 1e3 * error == pytest.approx(float(median), abs=6e-4)
+            cells = {"depth": (depth, 1e3), "thickness": (thickness, 1e3), "poisson": (poisson, 1.0)}
+            for p in found.parameters:
+                if p.name in cells:
+                    text, scale = cells[p.name]
+                    value, std = text.removeprefix("fitted, ").split(" ± ")
+                    digit = 10.0 ** -len(value.partition(".")[2])
+                    assert scale * p.value == pytest.approx(float(value), abs=0.51 * digit)
+                    assert scale * p.std == pytest.approx(float(std), abs=0.51 * digit)
+
+    def test_the_fisher_information_says_so_where_it_can(self, on_layer):
+        assert on_layer["strain"].doubts == ()
+        for name, pair in (("pressure", "depth and thickness"), ("strain, any nu", "depth and poisson")):
+            (said,) = on_layer[name].doubts
+            assert said.startswith(f"{pair} are hardly told apart (correlation 0.99")
+
+    def test_the_residuals_are_not_noise_so_standard_errors_are_too_small(self, presses, on_layer):
+        places, readings = (a[::2] for a in presses)
+        for name in ("strain", "stress"):
+            found = on_layer[name]
+            rest = readings - found.finger.read(ss.LineLoad(1.0, position=places - found.origin))
+            together = (rest[1:] * rest[:-1]).sum(0) / (rest**2).sum(0)
+            assert (together > 0.35).all()  # of noise: 0 +- 0.18
+            assert together.mean() > 0.6
+
+    def test_what_a_barometer_measures_and_the_thickness_stand_in_for_each_other(self, presses, on_layer):
+        """Fisher information with one parameter more: the share of the mean pressure in a reading."""
+        places, found = presses[0][::2], on_layer["strain"]
+        names = [p.name for p in found.parameters]
+        fitted = np.array([p.value for p in found.parameters])
+        shear = found.finger.skin.single_material.shear
+
+        def model(values, share):
+            part = {name: [v for n, v in zip(names, values) if n == name] for name in names}
+            skin = found.finger.skin.changed(thickness=part["thickness"][0])
+            load = ss.LineLoad(1.0, position=places - part["origin"][0])
+            fields = [
+                ss.Finger(skin, ss.SensorArray(part["y"], part["depth"], kind)).measure(load)
+                for kind in (KINDS["strain"], KINDS["pressure"])
+            ]
+            # stress = pressure + 2 G strain, so that the two parts are of one unit
+            unit = (1 - share) * fields[0] - share * fields[1] / (2 * shear)
+            return np.array(part["gain"]) * unit + np.array(part["offset"])
+
+        steps = np.where([n in ("gain", "offset") for n in names], 1e-3 * np.abs(fitted), 1e-6)
+        columns = [
+            (model(fitted + step, 0.0) - model(fitted - step, 0.0)) / (2 * size)
+            for step, size in zip(np.diag(steps), steps)
+        ]
+        columns.append((model(fitted, 1e-4) - model(fitted, -1e-4)) / 2e-4)
+        jacobian = (np.stack(columns, axis=-1) / found.finger.array.noise[:, None]).reshape(-1, len(columns))
+        y = [i for i, n in enumerate(names) if n == "y"]
+        keep = np.delete(np.eye(len(columns)), y[-1], axis=1)
+        keep[y[-1], y[:-1]] = -1.0  # the mean place is as drawn
+
+        def covariance(kept):
+            reduced = jacobian @ kept
+            size = np.linalg.norm(reduced, axis=0)
+            inverse = np.linalg.inv((reduced / size).T @ (reduced / size)) / np.outer(size, size)
+            return kept @ inverse @ kept.T
+
+        t = names.index("thickness")
+        known, free = covariance(keep[:, :-1]), covariance(keep)
+        scale = np.sqrt(np.outer(*2 * [np.diag(found.covariance)]))
+        assert (np.abs(known[:-1, :-1] - found.covariance) < 5e-3 * scale).all()
+        assert np.sqrt(free[t, t] / known[t, t]) > 2.0
+        assert free[t, -1] ** 2 / (free[t, t] * free[-1, -1]) > 0.8

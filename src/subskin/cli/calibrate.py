@@ -151,6 +151,7 @@ def _as_json(file: FingerFile, found: Calibration, score: Score | None) -> dict[
     return {
         "origin": found.origin,
         "parameters": parameters,
+        "doubts": list(found.doubts),
         "touches": found.score.touches,
         "r2": found.r2,
         "held_out": None if score is None else score.touches,
@@ -190,6 +191,8 @@ def _show(options: argparse.Namespace, file: FingerFile, found: Calibration, sco
         sensors = _sensors(file, found, name)
         if sensors:
             print(f"{name}: {', '.join(sensors)} ({what})", file=out)
+    for doubt in found.doubts:
+        print(doubt, file=out)
     if options.force_column is None and "gain" in options.fit:
         print(
             "forces found with this finger are multiples of the touches' load (no --force-column)", file=out

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, number, say, show, write_json
+from .common import add_command, check_figure, number, progress_bar, say, show, write_json
 
 if TYPE_CHECKING:
     from ..design import HalfPlaneError, LocatingError
     from ..finger import Finger
+    from ..material import Material
 
 _EXAMPLES = """\
   subskin check finger.toml
@@ -23,7 +21,7 @@ _NOTES = """\
 Compares the finger's own skin (kind = "layers" or "round") with the half plane of the material around its sensors:
 what the sensors read, and what `locate` makes of it, over touches all along the row at angles of -23, 0 and 23
 degrees, free of noise. A finger.toml that describes a half plane is tried as a skin of the thickness and the radius
-given. The sensors of the map are of normal strain, one depth apart.
+given; with a radius alone, the core takes half of it. The sensors of the map are of normal strain, one depth apart.
 """
 _MODELS = (
     ("as_drawn", "half plane as drawn"),
@@ -32,7 +30,8 @@ _MODELS = (
 )
 
 _SMALL_PLACE, _SMALL_ANGLE = 0.02, 0.02  # depths, rad: errors that nobody minds
-_ROUNDING = 1e-5
+_ROUNDING = 1e-4
+"""Errors below this, in the unit shown, are those of receptive fields tabulated to 1e-9."""
 
 
 def add(commands: Any) -> None:
@@ -45,10 +44,14 @@ def add(commands: Any) -> None:
     )
     parser.add_argument("--radius", metavar="LENGTH", help="radius of the finger")
     parser.add_argument(
-        "--half-width", metavar="LENGTH", default="0 mm", help="half width of the touches (line loads)"
+        "--half-width", metavar="LENGTH", default="0 mm", help="half width of the touches (0: line loads)"
     )
     parser.add_argument(
-        "--snr", type=float, default=1000.0, metavar="N", help="largest reading over the noise (1000)"
+        "--snr",
+        type=float,
+        default=1000.0,
+        metavar="N",
+        help="largest reading of a sensor over its noise (1000)",
     )
     parser.add_argument(
         "--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf"
@@ -59,17 +62,12 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..design import half_plane_error
-    from ..io.files import check_target
     from ..io.finger_file import load_finger
     from ..io.units import quantity
 
     file = load_finger(options.finger)
     if options.map is not None:
-        from ..errors import FileError
-
-        if not options.map.lower().endswith((".svg", ".png", ".pdf")):
-            raise FileError(f"--map {options.map}", "a figure is .svg, .png or .pdf", "--map error.png")
-        check_target(options.map)
+        check_figure(options.map, "--map")
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)
     found = half_plane_error(finger, half_width=width, snr=options.snr)
@@ -102,6 +100,10 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
                 seen, "the file says already what the skin is", "change the file, or leave it out"
             )
         return finger
+    if given and finger.skin.plane == "stress":
+        raise InvalidValueError(
+            'plane = "stress"', "layers and round fingers are long: plane strain", "leave out plane"
+        )
     if not given:
         raise InvalidValueError(
             "a finger whose skin is a half plane",
@@ -119,50 +121,30 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
 def _draw(path: str, finger: Finger, half_width: float) -> None:
     import numpy as np
 
-    from ..design import half_plane_map
+    from ..design import MAP_RADIUS, MAP_THICKNESS, half_plane_map
     from ..plot import half_plane_map_figure, save
     from ..skin import Round
 
     depth = float(np.asarray(finger.array.depth).mean())
     material = finger.skin.single_material
-    thickness = np.array([1.1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5, 7, 10, 20, 50])
-    radius = np.array([2.5, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, np.inf])
-    with _progress(thickness.size * radius.size) as advance:
+    with progress_bar("map", len(MAP_THICKNESS) * len(MAP_RADIUS)) as advance:
         values = half_plane_map(
-            thickness,
-            radius,
             poisson=0.5 if material is None else material.poisson,
             half_width=half_width / depth,
             progress=advance,
         )
-    here = (
-        finger.skin.thickness / depth,
-        (finger.skin.radius if isinstance(finger.skin, Round) else np.inf) / depth,
-    )
-    save(half_plane_map_figure(thickness, radius, values, here if np.isfinite(here[0]) else None), path)
-
-
-@contextmanager
-def _progress(total: int) -> Iterator[Callable[[], object]]:
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    bar = Progress(
-        "map", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
-    )
-    with bar:
-        task = bar.add_task("", total=total)
-        yield lambda: bar.advance(task)
+    radius = finger.skin.radius if isinstance(finger.skin, Round) else np.inf
+    # a stack of several materials is none of the map's skins
+    here = None if material is None else (finger.skin.thickness / depth, radius / depth)
+    save(half_plane_map_figure(values, here), path)
 
 
 def _as_json(found: HalfPlaneError) -> dict[str, Any]:
     def one(error: LocatingError) -> dict[str, Any]:
-        return {**error.summary(), "status": error.status}
+        return {**error.summary(), "unanswered": error.unanswered, "status": error.status}
 
     return {
+        "skin": _described(found.finger),
         "half_width": found.half_width,
         "touches": found.places.size * found.angles.size,
         "beneath": found.beneath,
@@ -172,21 +154,44 @@ def _as_json(found: HalfPlaneError) -> dict[str, Any]:
     }
 
 
+def _described(finger: Finger) -> str:
+    """The finger's own skin, in words."""
+    from ..skin import Layered, Round
+
+    def material(of: Material) -> str:
+        young = of.young
+        size, unit = (1e9, "GPa") if young >= 1e9 else (1e6, "MPa") if young >= 1e5 else (1e3, "kPa")
+        return f"{number(young / size)} {unit}, nu {number(of.poisson)}"
+
+    skin = finger.skin
+    if isinstance(skin, Round):
+        core = f"a rigid core of {number(1e3 * skin.core_radius, 6)} mm"
+        return f"a radius of {number(1e3 * skin.radius, 6)} mm ({material(skin.material)}) on {core}"
+    if not isinstance(skin, Layered):
+        return type(skin).__name__
+    loose = {"bonded": "", "frictionless": ", sliding"}
+    layers = [
+        f"{number(1e3 * e.thickness, 6)} mm ({material(e.material)}{loose[e.bond]})" for e in skin.stack
+    ]
+    base = "a rigid base" if skin.base is None else f"a half plane ({material(skin.base)})"
+    return f"{' and '.join(layers)} on {base}"
+
+
 def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
     import numpy as np
 
     out = say(options)
     array = found.finger.array
+    print(f"{_described(found.finger)}, read as a half plane\n", file=out)
     rows = [
-        [f"{i}", number(1e3 * float(np.asarray(array.depth)[i]), 4), f"{found.beneath[i]:.3f}"]
+        [f"{i}", number(1e3 * float(np.asarray(array.depth)[i]), 4), _factor(found.beneath[i])]
         for i in range(len(array))
     ]
-    same = len({(row[1], row[2]) for row in rows}) == 1
-    if same:
+    if len({(row[1], row[2]) for row in rows}) == 1:
         rows = [["all", *rows[0][1:]]]
     show(out, "straight beneath a normal touch", ["sensor", "depth [mm]", "reading / half plane's"], rows)
     print(
-        f"anywhere along the row the half plane's readings are off by up to {100 * found.normal:.1f} % of the largest "
+        f"anywhere along the row, of the largest reading: the half plane is off by up to {100 * found.normal:.1f} % "
         f"under a normal touch, {100 * found.tangential:.1f} % under a drag\n",
         file=out,
     )
@@ -194,49 +199,62 @@ def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
     for name, label in _MODELS:
         error: LocatingError = getattr(found, name)
         s = error.summary()
-        table.append(
-            [
-                label,
-                *(_size(1e3 * s["position"][k]) for k in ("median", "worst")),
-                *(_size(100 * s["force"][k]) for k in ("median", "worst")),
-                *(_size(float(np.rad2deg(s["angle"][k]))) for k in ("median", "worst")),
-                str(error.status["unexplained"]),
-            ]
-        )
+        sizes = [(s["position"], 1e3), (s["force"], 100.0), (s["angle"], 180 / np.pi)]
+        errors = [_size(factor * each[k]) for each, factor in sizes for k in ("median", "worst")]
+        table.append([label, *errors, str(error.unanswered), str(error.status["unexplained"])])
+    heads = ["locate with", "place [mm]", "worst", "force [%]", "worst", "angle [deg]", "worst"]
     count = found.places.size * found.angles.size
-    heads = [
-        "locate with",
-        "place [mm]",
-        "worst",
-        "force [%]",
-        "worst",
-        "angle [deg]",
-        "worst",
-        "unexplained",
-    ]
-    show(
-        out, f"errors of {count} touches: median and worst; how many are said to be unexplained", heads, table
+    show(out, f"errors of {count} touches, median and worst", [*heads, "no answer", "unexplained"], table)
+    share = number(options.snr)
+    print(
+        f"unexplained: so many are said to be at a noise of 1/{share} of a sensor's largest reading", file=out
     )
-    drawn, own = found.as_drawn.summary(), found.own.summary()
     depth = float(np.asarray(array.depth).mean())
-    print(
-        f"calibrated at known places, the half plane takes the sensors to be {1e3 * found.depth:.3g} mm deep, not "
-        f"{1e3 * depth:.3g} mm: a wrong depth makes up for part of a wrong skin",
-        file=out,
-    )
-    place, angle = drawn["position"]["worst"], drawn["angle"]["worst"]
-    off = f"misplaces touches by up to {1e3 * place:.2g} mm and turns them by {np.rad2deg(angle):.2g} deg"
-    said = f"the half plane {off}"
-    worse = (place > max(2 * own["position"]["worst"], _SMALL_PLACE * depth)) or (
-        angle > max(2 * own["angle"]["worst"], _SMALL_ANGLE)
-    )
-    print(
-        f"-> use the finger's own skin: {said}" if worse else f"-> the half plane will do: {said}", file=out
-    )
+    taken, true = (f"{1e3 * d:.3g} mm" for d in (found.depth, depth))
+    if not np.isfinite(found.depth):
+        print("the half plane's gains and depth could not be calibrated", file=out)
+    elif taken != true:
+        print(
+            f"calibrated at known places, the half plane takes the sensors to be {taken} deep, not {true}:\n"
+            "a wrong depth makes up for part of a wrong skin",
+            file=out,
+        )
+    print(f"-> {_verdict(found, depth)}", file=out)
     if options.map is not None:
         print(f"-> {options.map}", file=out)
 
 
+def _verdict(found: HalfPlaneError, depth: float) -> str:
+    """What to do."""
+    flat, own = found.as_drawn.summary(), found.own.summary()
+    worst, least = ([s[k]["worst"] for k in ("position", "angle")] for s in (flat, own))
+    lost, few = found.as_drawn.unanswered, found.own.unanswered
+    said = _off(*worst)
+    if lost == found.as_drawn.position.size:
+        said = "has no answer for any of the touches"
+    elif lost > few:
+        said += f", and has no answer for {lost} of them"
+    minded = (_SMALL_PLACE * depth, _SMALL_ANGLE)
+    worse = (not w <= max(2 * e, small) for w, e, small in zip(worst, least, minded, strict=True))
+    if lost > 2 * few or any(worse):
+        return f"use the finger's own skin: the half plane {said}"
+    if any(not e <= small for e, small in zip(least, minded, strict=True)):
+        return f"the touches are too wide for either: the half plane {said}; the finger's own skin {_off(*least)}"
+    return f"the half plane will do: it {said}"
+
+
+def _off(place: float, angle: float) -> str:
+    import math
+
+    return f"misplaces touches by up to {_size(1e3 * place)} mm and turns them by {_size(math.degrees(angle))} deg"
+
+
+def _factor(value: float) -> str:
+    return "-" if value != value else f"{value:.3f}"
+
+
 def _size(value: float) -> str:
-    """An error for people: what is only rounding is 0."""
-    return "0" if value < _ROUNDING else number(value, 2)
+    """An error for people: what is only rounding is 0, and no exponents."""
+    if value < _ROUNDING:
+        return "0"
+    return f"{value:.0f}" if value >= 10 else number(value, 2)

@@ -13,16 +13,33 @@ from .._check import FloatArray
 from ..contact import Hertz, LineLoad
 from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
-from ..estimate import Status, calibrate
+from ..estimate import Estimate, Locator, Status, calibrate
 from ..finger import Finger
 from ..skin import HalfPlane, Layered, Round, Skin
 
-__all__ = ["HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
+__all__ = [
+    "MAP_RADIUS",
+    "MAP_THICKNESS",
+    "HalfPlaneError",
+    "LocatingError",
+    "half_plane_error",
+    "half_plane_map",
+]
 
 _PLACES = 41
 _ANGLES = (-0.4, 0.0, 0.4)
 _NOISE_SHARE = 0.05
-"""Noise, of the largest reading, with which biases are found: wide enough that a wrong model still 'explains' them."""
+"""Noise, of each sensor's largest reading, with which biases are found: a wrong skin still 'explains' the readings."""
+
+_BLIND = 1e-9
+"""Share of the largest reading below which a sensor straight beneath a touch reads nothing: a gauge of shear."""
+
+MAP_THICKNESS = (1.1, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0)
+MAP_RADIUS = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0, np.inf)
+"""Thickness and radius of a map, in depths of the sensors."""
+
+_CORE = 0.05
+"""Thinnest core of a map's round finger, of its radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +49,22 @@ class LocatingError:
     Parameters
     ----------
     position, force, angle : ndarray, shape (places, angles)
-        Error of the place [m], of the force relative to the true one [-], of the angle [rad].
+        Error of the place [m], of the force relative to the true one [-], of the angle [rad]. The sensors' noise is
+        taken for 5 % of each one's largest reading, so that a wrong skin explains the readings too; NaN where it does
+        not.
     status : dict of str to int
-        How many touches come out with each status at the finger's own noise.
+        How many touches come out with each status where each sensor's largest reading is `snr` times its noise.
     """
 
     position: FloatArray
     force: FloatArray
     angle: FloatArray
     status: dict[str, int]
+
+    @property
+    def unanswered(self) -> int:
+        """How many touches come out without a load: they are in none of the errors."""
+        return int(np.isnan(self.position).sum())
 
     def summary(self) -> dict[str, dict[str, float]]:
         """Median and worst size of each error."""
@@ -66,13 +90,15 @@ class HalfPlaneError:
     places, angles : ndarray
         Where the touches were [m] and at which angles [rad].
     beneath : ndarray, shape (n,)
-        Reading of each sensor straight beneath a normal touch, over the half plane's.
+        Reading of each sensor straight beneath a normal touch, over the half plane's; NaN for a sensor that reads
+        nothing there.
     normal, tangential : float
         Largest difference of the readings anywhere along the row, relative to the largest reading, under a normal and
         under a tangential load.
     as_drawn, calibrated, own : LocatingError
         What `locate` makes of the readings with the half plane as drawn, with a half plane whose gains and depth were
-        fitted to touches at known places, and with the finger's own skin (what is left is the touches' width).
+        fitted to touches at known places, and with the finger's own skin (what is left is the touches' width). NaN
+        where that calibration does not settle.
     depth : float
         Mean depth that this calibration finds [m]: where it differs from the true one, depth makes up for the skin.
     """
@@ -94,7 +120,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     """Errors made by taking the skin of `finger` for a half plane of the material around its sensors.
 
     Touches are spread over the row, out to its outermost sensors, at angles of -0.4, 0 and 0.4 rad. Their readings in
-    the finger's own skin are free of noise, so every error is the model's.
+    the finger's own skin are free of noise, neither rounded nor cut off, so every error is the model's.
 
     Parameters
     ----------
@@ -103,12 +129,14 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     half_width : float, optional
         Half width of the touches [m], as Hertz contacts; 0, the default, for line loads.
     snr : float, optional
-        Largest reading over the sensors' noise, which decides how many touches are said to be unexplained.
+        Largest reading of each sensor over its noise, which decides how many touches are said to be unexplained.
 
     Raises
     ------
     InvalidValueError
-        A half plane, which is not wrong about itself; fewer than three sensors.
+        A half plane, which is not wrong about itself; fewer than three sensors that respond.
+    NotLinearError
+        A transducer with no linear part, with which nothing can be located.
 
     Examples
     --------
@@ -128,23 +156,26 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
             "its error against itself is 0",
             'describe the real skin: kind = "layers" or "round" in finger.toml',
         )
-    needed = 3
-    if len(finger.array) < needed:
-        raise InvalidValueError(f"{len(finger.array)} sensors", f"locate needs at least {needed}")
+    needed, live = 3, int(finger.array.live.sum())
+    if live < needed:
+        raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}")
     width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
     ratio = _check.scalar("snr", snr, above=0.0)
+    finger = replace(finger, array=replace(finger.array, low=-np.inf, high=np.inf, resolution=0.0))
     y = np.asarray(finger.array.y)
     places, angles = np.linspace(y.min(), y.max(), _PLACES), np.array(_ANGLES)
     flat = Finger(half_plane_of(finger), finger.array)
     difference, beneath = _readings(finger, flat, places, width)
     readings = finger.read(_touch(angles, places[:, None], width))
-    quiet = float(np.abs(readings - np.asarray(finger.array.offset)).max()) / ratio
-    noisy = replace(finger.array, noise=quiet)
-    calibrated, depth = _calibrated(Finger(flat.skin, noisy), finger, places, width)
-    models = (flat, calibrated, finger)
+    largest = _largest(readings - np.asarray(finger.array.offset))
+    noisy = replace(finger.array, noise=largest / ratio)
+    calibrated = _calibrated(Finger(flat.skin, noisy), finger, places, width)
     errors = [
-        _locating(replace(f, array=replace(f.array, noise=quiet)), readings, places, angles) for f in models
+        None if model is None else _locating(model, readings, places, angles, largest, ratio)
+        for model in (flat, calibrated, finger)
     ]
+    none = _check.read_only(np.full((places.size, angles.size), np.nan))
+    unsettled = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status})
     return HalfPlaneError(
         finger=finger,
         half_width=width,
@@ -153,10 +184,10 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
         beneath=_check.read_only(beneath),
         normal=float(difference[0]),
         tangential=float(difference[1]),
-        as_drawn=errors[0],
-        calibrated=errors[1],
-        own=errors[2],
-        depth=depth,
+        as_drawn=errors[0] or unsettled,
+        calibrated=errors[1] or unsettled,
+        own=errors[2] or unsettled,
+        depth=np.nan if calibrated is None else float(np.asarray(calibrated.array.depth).mean()),
     )
 
 
@@ -172,7 +203,8 @@ def _readings(
     difference = np.abs(fields[0] - fields[1]).max(axis=(0, 1)) / np.abs(fields[0]).max(axis=(0, 1))
     above = _touch(0.0, np.asarray(finger.array.y), half_width)  # one touch above each sensor
     own, flats = (np.diagonal(f.measure(above, linear=True)) for f in (finger, flat))
-    return difference, own / flats
+    seen = np.abs(flats) > _BLIND * np.abs(fields[1]).max()
+    return difference, np.where(seen, own / np.where(seen, flats, 1.0), np.nan)
 
 
 def half_plane_of(finger: Finger) -> HalfPlane:
@@ -186,8 +218,8 @@ def half_plane_of(finger: Finger) -> HalfPlane:
 
 
 def half_plane_map(
-    thickness: npt.ArrayLike,
-    radius: npt.ArrayLike,
+    thickness: npt.ArrayLike = MAP_THICKNESS,
+    radius: npt.ArrayLike = MAP_RADIUS,
     *,
     poisson: float = 0.5,
     half_width: float = 0.0,
@@ -196,14 +228,14 @@ def half_plane_map(
 ) -> dict[str, FloatArray]:
     """How wrong the half plane is, over the skin's thickness and the finger's radius, both in depths of the sensors.
 
-    Sensors of normal strain, `count` of them one depth apart.
+    Sensors of normal strain, `count` of them one depth apart, in a skin of one material on a rigid base or core.
 
     Parameters
     ----------
-    thickness : array_like, shape (m,)
+    thickness : array_like, shape (m,), optional
         Thickness over depth, > 1.
-    radius : array_like, shape (k,)
-        Radius over depth; `inf` for a flat skin.
+    radius : array_like, shape (k,), optional
+        Radius over depth, > 1; `inf` for a flat skin.
     poisson, half_width : float, optional
         Poisson's ratio, and half width of the touches in depths.
     count : int, optional
@@ -214,35 +246,37 @@ def half_plane_map(
     Returns
     -------
     dict
-        Arrays (k, m): `beneath`, the strain straight beneath a normal touch over the half plane's; `reading`, the
-        largest difference of a reading relative to the largest one, normal or tangential; `position`, the worst error
-        of place in depths, and `angle`, that of the angle [rad], of `locate` with the half plane as drawn. NaN where
-        the core would be thinner than a twentieth of the finger.
+        `thickness` and `radius`, as given, and arrays (k, m): `beneath`, the strain straight beneath a normal touch
+        over the half plane's; `reading`, the largest difference of a reading relative to the largest one, normal or
+        tangential; `position`, the worst error of place in depths, and `angle`, that of the angle [rad], of `locate`
+        with the half plane as drawn. NaN where there is no such finger: a core thinner than a twentieth of its radius,
+        or touches that reach round it.
     """
     from ..array import SensorArray
     from ..material import Material
     from ..skin import Layer
 
-    heights = _check.real("thickness", thickness, above=1.0)
-    radii = _check.real("radius", radius, above=1.0, finite=False)
-    array = SensorArray.line(count, pitch=1.0, depth=1.0, noise=_NOISE_SHARE)
+    heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
+    radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))
+    array = SensorArray.line(count, pitch=1.0, depth=1.0)
     names = ("beneath", "reading", "position", "angle")
-    out = {name: np.full((radii.size, heights.size), np.nan) for name in names}
+    out = {"thickness": heights, "radius": radii}
+    out |= {name: np.full((radii.size, heights.size), np.nan) for name in names}
     material = Material(1.0, poisson)
     flat = Finger(HalfPlane(material), array)
     y, angles = np.asarray(array.y), np.array(_ANGLES)
     places = np.linspace(y.min(), y.max(), _PLACES)
-    for i, r in enumerate(np.atleast_1d(radii)):
-        for j, h in enumerate(np.atleast_1d(heights)):
+    for i, r in enumerate(radii):
+        for j, h in enumerate(heights):
             if progress is not None:
                 progress()
-            if h > 0.95 * r:
+            if h >= (1 - _CORE) * r or half_width > 0.5 * np.pi * r:
                 continue
             skin: Skin = Layered(Layer(material, h)) if np.isinf(r) else Round(material, r, r - h)
             finger = Finger(skin, array)
             difference, beneath = _readings(finger, flat, places, half_width)
             readings = finger.read(_touch(angles, places[:, None], half_width))
-            errors = _locating(flat, readings / np.abs(readings).max(), places, angles).summary()
+            errors = _locating(flat, readings, places, angles, _largest(readings)).summary()
             out["beneath"][i, j], out["reading"][i, j] = beneath[count // 2], difference.max()
             for name in ("position", "angle"):
                 out[name][i, j] = errors[name]["worst"]
@@ -255,26 +289,41 @@ def _touch(angle: npt.ArrayLike, place: npt.ArrayLike, half_width: float) -> Con
     return LineLoad(1.0, angle, place)
 
 
-def _calibrated(flat: Finger, finger: Finger, places: FloatArray, half_width: float) -> tuple[Finger, float]:
+def _largest(readings: FloatArray) -> FloatArray:
+    """Largest reading of each sensor; 1 for a dead one, whose noise does not matter."""
+    size = np.abs(readings).max(axis=(0, 1))
+    return np.where(size > 0, size, 1.0)
+
+
+def _calibrated(flat: Finger, finger: Finger, places: FloatArray, half_width: float) -> Finger | None:
     """The half plane with gains and depth fitted to normal touches of the true finger at known places."""
     touches = finger.read(_touch(0.0, places, half_width))
     try:
-        found = calibrate(flat, touches, places, fit=("gain", "depth"), force=1.0, origin=0.0).finger
+        return calibrate(flat, touches, places, fit=("gain", "depth"), force=1.0, origin=0.0).finger
     except ConvergenceError:
-        found = flat
-    return found, float(np.asarray(found.array.depth).mean())
+        return None
 
 
-def _locating(finger: Finger, readings: FloatArray, places: FloatArray, angles: FloatArray) -> LocatingError:
-    counts = np.bincount(finger.locate(readings).status.reshape(-1), minlength=len(Status))
-    status = {s.name.lower(): int(counts[s]) for s in Status}
-    wide = _NOISE_SHARE * float(np.abs(readings - np.asarray(finger.array.offset)).max())
-    if (np.asarray(finger.array.noise) < wide).any():
-        finger = replace(finger, array=replace(finger.array, noise=wide))
-    found = finger.locate(readings)
+def _locating(
+    finger: Finger,
+    readings: FloatArray,
+    places: FloatArray,
+    angles: FloatArray,
+    largest: FloatArray,
+    snr: float | None = None,
+) -> LocatingError:
+    """Errors of `finger`, which is told that the noise is a share of the largest reading; statuses at `snr`."""
+    table = finger.tabulate()
+
+    def found(noise: FloatArray) -> Estimate:
+        return Locator(table, replace(finger.array, noise=noise))(readings)
+
+    estimate = found(_NOISE_SHARE * largest)
+    status = (estimate if snr is None else found(largest / snr)).status
+    counts = np.bincount(status.reshape(-1), minlength=len(Status))
     return LocatingError(
-        _check.read_only(found.position - places[:, None]),
-        _check.read_only(found.force - 1),
-        _check.read_only(found.angle - angles),
-        status,
+        _check.read_only(estimate.position - places[:, None]),
+        _check.read_only(estimate.force - 1),
+        _check.read_only(estimate.angle - angles),
+        {s.name.lower(): int(counts[s]) for s in Status},
     )

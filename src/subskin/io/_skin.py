@@ -46,7 +46,10 @@ def build_skin(table: _schema.SkinTable) -> Skin:
         A key that the kind does not have or lacks, a value out of range.
     """
     kind, known = table.kind, _KEYS[table.kind]
-    for key in table.model_fields_set - {"kind", *known}:
+    given = [key for key in type(table).model_fields if key in table.model_fields_set]
+    for key in given:
+        if key in ("kind", *known):
+            continue
         fix = ", ".join(f'"{k}"' for k in _KEYS if key in _KEYS[k])
         seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(known)}"
         raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), "skin", key)

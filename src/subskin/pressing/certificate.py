@@ -105,7 +105,7 @@ def certify(case: Case, state: State, moved: Displaced) -> Certificate:
         rubbed = pressed & ~within
         wrong = float(np.maximum(moved.slip * np.sign(q), 0.0)[rubbed].max(initial=0.0)) / scale
         if load.tangential is not None and np.isfinite(load.friction):
-            asked = np.clip(load.tangential, -load.friction * force, load.friction * force)
+            asked = float(np.clip(load.tangential, -load.friction * force, load.friction * force))
             drag_error = abs(float(q.sum() * case.step) - asked) / force
         elif load.tangential is not None:
             drag_error = abs(float(q.sum() * case.step) - load.tangential) / force

@@ -51,9 +51,9 @@ def press(
 ) -> ContactSolution:
     """Press a rigid body into a skin and find the tractions, where they touch, and where they stick.
 
-    The pressure is drawn by straight lines between equally spaced nodes, and gap and slip vanish at the nodes: with the
-    spacing s the resultants converge as s^1.5 or better where the bodies part smoothly, and as s where the body has a
-    sharp end. Source: docs/pressing.md.
+    The pressure is drawn by straight lines between equally spaced nodes, and gap and slip vanish at the nodes. With the
+    spacing s of the nodes, strains beneath converge as s^2 where the bodies part smoothly, and as s beneath a sharp end
+    of the body; the contact's edges converge as s. Source: docs/pressing.md.
 
     Parameters
     ----------
