@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
-from subskin.plot import finger_section, half_plane_map_figure
+from subskin.plot import finger_section, half_plane_map_figure, memo_figure
 from subskin.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, save
 
 HERE = Path(__file__).parent
@@ -151,9 +151,20 @@ def half_plane() -> Figure:
     return half_plane_map_figure(ss.design.half_plane_map())
 
 
+def compliance() -> Figure:
+    """The memo's Fig. 17, as `subskin figures` draws it."""
+    return memo_figure(17)
+
+
 def main() -> None:
     with house_style():
-        for draw, kind in ((conventions, "svg"), (contacts, "svg"), (finger, "png"), (half_plane, "svg")):
+        for draw, kind in (
+            (conventions, "svg"),
+            (contacts, "svg"),
+            (finger, "png"),
+            (half_plane, "svg"),
+            (compliance, "png"),
+        ):
             save(draw(), HERE / draw.__name__, [kind])
 
 

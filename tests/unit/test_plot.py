@@ -180,7 +180,7 @@ def test_save_memo_figures_makes_its_folder_and_leaves_nothing_else(tmp_path):
 
 def test_none_means_all_the_figures(tmp_path):
     files = save_memo_figures(None, tmp_path, "svg")
-    assert [file.stem for file in files] == [f"memo_figure_{n:02d}" for n in (2, 3, 6, 9, 11, 12, 13)]
+    assert [file.stem for file in files] == [f"memo_figure_{n:02d}" for n in (2, 3, 6, 9, 11, 12, 13, 17)]
 
 
 @pytest.mark.parametrize("number", [1, 0, -2, 14, 2.5, "two", True, None])

@@ -29,7 +29,7 @@ _LOOKS = {
     Regime.STRAINED: ("#EEEEEE", "strained too far"),
     Regime.SATURATED: ("#EEEEEE", "saturated"),
 }
-_NODES = 2048
+_NODES = 1024
 
 
 def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0) -> Figure:
@@ -125,7 +125,7 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     lines += axes.plot(
         moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it"
     )
-    axes.set_ylim(0, 118)
+    axes.set_ylim(0, 126)
     axes.set_yticks([0, 25, 50, 75, 100])
     axes.set_ylabel("share [%]")
     axes.set_xlabel("modulus of the skin [MPa]")

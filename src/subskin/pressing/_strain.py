@@ -32,11 +32,10 @@ def greatest_strain(pressed: ContactSolution) -> float:
         # waves on a flat skin: u k is the slope of the surface, and of the order of the strain beneath it
         k = 2 * np.pi / (pressed.case.step * pressed.case.y.size)
         return float(0.5 * k * pressed.certificate.scale)
-    depth_in = pressed.gap - pressed.case.height
-    beneath = depth_in[(pressed.y >= low) & (pressed.y <= high)]
+    within = (pressed.y >= low) & (pressed.y <= high) & np.isfinite(pressed.gap)
+    beneath = pressed.gap[within] - pressed.case.height[within]
     span = max(1, beneath.size // 16)
     slope = np.abs(beneath[span:] - beneath[:-span]) / (span * pressed.case.step)
-    slope = slope[np.isfinite(slope)]
     depth = np.minimum(np.array(_DEPTHS) * a, pressed.skin.thickness)
     places = 0.5 * (low + high) + a * _PLACES
     with warnings.catch_warnings():

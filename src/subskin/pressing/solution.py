@@ -50,13 +50,13 @@ class ContactSolution:
     depth, tilt, slide : float
         The indenter's place: how far it has gone in [m], its rotation [rad], positive where the side of +y goes in, and
         its way along the surface [m]. depth and slide are NaN where the skin has no ground and no `datum` is given.
-    y, pressure, shear, gap, slip : ndarray, shape (n,)
-        Nodes [m], the tractions there [Pa], the distance that is left between the bodies [m] (infinite where there is
+    y, pressure, shear, gap, slip : ndarray
+        All (n,): nodes [m], the tractions there [Pa], the distance that is left between the bodies [m] (infinite where there is
         no body), and how far the skin has slipped along the indenter since the start, or since the state before [m].
-    edges : ndarray, shape (m, 2)
-        Where the bodies touch, from place to place [m]; several where the profile has gaps to close.
-    stick : ndarray, shape (k, 2)
-        Where they touch and do not slip [m]; none without friction.
+    edges : ndarray
+        (m, 2), where the bodies touch, from place to place [m]; several where the profile has gaps to close.
+    stick : ndarray
+        (k, 2), where they touch and do not slip [m]; none without friction.
     iterations : int
         Steps of conjugate gradients, on all grids.
     """
@@ -137,9 +137,8 @@ class ContactSolution:
                     share = 0.0
                 else:
                     # the square of the pressure falls to 0 in a straight line, where the bodies part smoothly
-                    share = float(
-                        np.clip(p[at] ** 2 / max(p[at + inwards] ** 2 - p[at] ** 2, 1e-300), 0.0, 1.0)
-                    )
+                    square, rise = p[at] ** 2, p[at + inwards] ** 2 - p[at] ** 2
+                    share = float(square / rise) if rise > square else 1.0
                 ends.append(y[at] - inwards * share * step)
             out.append(ends)
         return _check.read_only(np.array(out).reshape(-1, 2))
