@@ -6,14 +6,16 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
+from .._check import FloatArray
 from ..contact import PressureProfile
 from ..errors import SingularPointWarning
 
 if TYPE_CHECKING:
     from .solution import ContactSolution
 
-__all__ = ["greatest_strain"]
+__all__ = ["greatest_slope", "greatest_strain"]
 
 _DEPTHS = (0.1, 0.3, 0.6, 1.0)
 _PLACES = np.linspace(-1.0, 1.0, 7)
@@ -32,10 +34,6 @@ def greatest_strain(pressed: ContactSolution) -> float:
         # waves on a flat skin: u k is the slope of the surface, and of the order of the strain beneath it
         k = 2 * np.pi / (pressed.case.step * pressed.case.y.size)
         return float(0.5 * k * pressed.certificate.scale)
-    within = (pressed.y >= low) & (pressed.y <= high) & np.isfinite(pressed.gap)
-    beneath = pressed.gap[within] - pressed.case.height[within]
-    span = max(1, beneath.size // 16)
-    slope = np.abs(beneath[span:] - beneath[:-span]) / (span * pressed.case.step)
     depth = np.minimum(np.array(_DEPTHS) * a, pressed.skin.thickness)
     places = 0.5 * (low + high) + a * _PLACES
     with warnings.catch_warnings():
@@ -43,7 +41,25 @@ def greatest_strain(pressed: ContactSolution) -> float:
         strain = pressed.skin.strain(_thinned(pressed, low, high), depth[:, None], places)
     mean, half = 0.5 * (strain.xx + strain.yy), 0.5 * (strain.xx - strain.yy)
     linear = float(np.nanmax(np.abs(mean) + np.hypot(half, strain.xy)))
-    return max(linear, 0.5 * float(slope.max(initial=0.0)) ** 2)
+    at = _touching(pressed)
+    turned = _slope(pressed.gap[at] - pressed.case.height[at], pressed.case.step)
+    return max(linear, 0.5 * turned**2)
+
+
+def greatest_slope(pressed: ContactSolution) -> float:
+    """Greatest slope between the undeformed bodies where they touch, over a sixteenth of the contact."""
+    return _slope(pressed.case.height[_touching(pressed)], pressed.case.step)
+
+
+def _touching(pressed: ContactSolution) -> npt.NDArray[np.bool_]:
+    """Nodes between the outermost edges, where there is a body."""
+    low, high = pressed.edges[0, 0], pressed.edges[-1, 1]
+    return np.asarray((pressed.y >= low) & (pressed.y <= high) & np.isfinite(pressed.gap))
+
+
+def _slope(height: FloatArray, step: float) -> float:
+    span = max(1, height.size // 16)
+    return float(np.abs(height[span:] - height[:-span]).max(initial=0.0)) / (span * step)
 
 
 def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfile:

@@ -25,7 +25,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 _STEPS = 60
 """Conjugate gradients before a guess is given up; seven or so are enough."""
-_CHANGES = 1000
+_CHANGES = 300
 _LOOSE = 0.03
 """A guess is solved to this share of what breaks its bounds: it is about to change."""
 

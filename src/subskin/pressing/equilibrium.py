@@ -21,7 +21,7 @@ __all__ = ["Case", "Load", "State", "solve"]
 
 _COARSEST = 64
 _BY = 4
-_ROUNDS = 200
+_ROUNDS = 100
 _MEMORY = 5
 _WORSE = 3.0
 """A turn that leaves so many times the least change so far makes the past forgotten."""
@@ -105,22 +105,21 @@ def solve(case: Case, start: State | None = None) -> State:
     if start is None and count >= _BY * _COARSEST:
         coarse = solve(case.coarser(_BY))
         start = coarse.finer(count, _BY, periodic)
-    return _settle(case, _first(case) if start is None else start)
+    found = _settle(case, _first(case) if start is None else start)
+    for values in (found.pressure, found.shear):
+        values.flags.writeable = False
+    return found
 
 
 def _first(case: Case) -> State:
     """Everything touches, and nothing is known."""
     count, load = case.y.size, case.load
     body = np.isfinite(case.height)
-    even = body / max(int(body.sum()), 1) / case.step
-    if load.force is not None:
-        p = load.force * even
+    if load.depth is None:
+        level = float(load.force or 0.0) / (max(int(body.sum()), 1) * case.step)
     else:
-        p = (
-            even
-            * float(load.depth or 0.0)
-            / float((case.influence.apply(0, 0, even) * even).sum() * case.step)
-        )
+        level = load.depth / case.influence.longest
+    p = level * body
     own = float(case.influence.rows[0, 0, 0] - case.influence.rows[0, 0, 1])
     # an even pressure, repeated, moves nothing but the mean; a node's own would
     scale = max(float(np.abs(case.influence.apply(0, 0, p)).max()), own * float(p.max()))

@@ -48,6 +48,11 @@ class Influence:
         return bool(np.abs(self.rows[0, 1]).max() > 1e-13 * np.abs(self.rows[0, 0]).max())
 
     @property
+    def longest(self) -> float:
+        """Displacement per pressure of the longest wave that fits [m/Pa]."""
+        return float(np.abs(self._spectra[0][0][1]))
+
+    @property
     def size(self) -> int:
         """Length of the transforms, a power of two."""
         return self.count if self.periodic else _power(2 * self.count - 1)
@@ -205,14 +210,14 @@ def _power(length: int) -> int:
     return 1 << max(length - 1, 7).bit_length()
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=16)
 def _table(size: int) -> FloatArray:
     """exp(-2 pi i j / size), real and imaginary part, shape (2, size)."""
     wave = np.exp(-2j * np.pi * np.arange(size) / size)
     return np.array([wave.real, wave.imag])
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=16)
 def influence(skin: Skin, step: float, count: int, periodic: bool, datum: float | None = None) -> Influence:
     """The operator of a skin on a grid, kept for the next call."""
     return Influence(exact_rows(skin, step, count, periodic, datum), periodic)

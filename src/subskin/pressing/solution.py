@@ -51,8 +51,8 @@ class ContactSolution:
         The indenter's place: how far it has gone in [m], its rotation [rad], positive where the side of +y goes in, and
         its way along the surface [m]. depth and slide are NaN where the skin has no ground and no `datum` is given.
     y, pressure, shear, gap, slip : ndarray
-        All (n,): nodes [m], the tractions there [Pa], the distance that is left between the bodies [m] (infinite where there is
-        no body), and how far the skin has slipped along the indenter since the start, or since the state before [m].
+        All (n,): nodes [m], the tractions there [Pa], the distance that is left between the bodies [m], infinite where
+        there is no body, and how far the skin has slipped along the indenter since the start or the state before [m].
     edges : ndarray
         (m, 2), where the bodies touch, from place to place [m]; several where the profile has gaps to close.
     stick : ndarray
@@ -74,6 +74,10 @@ class ContactSolution:
     gap: FloatArray
     slip: FloatArray
     lateral: FloatArray
+
+    def __repr__(self) -> str:
+        where = f"half_width={1e3 * self.half_width:.4g} mm, depth={1e3 * self.depth:.4g} mm"
+        return f"ContactSolution({self.status.name}, force={self.force:.4g} N/m, {where}: {self.reason})"
 
     @property
     def y(self) -> FloatArray:  # noqa: D102
