@@ -220,6 +220,8 @@ def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, 
             curve = 0.0
             for i in range(n):
                 curve += direction[i] * moved[i]
+            if not curve > 0.0:  # a singular K, and nothing that holds its null space
+                break
             length = now / curve
             for i in range(n):
                 x[i] += length * direction[i]

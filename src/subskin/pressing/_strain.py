@@ -6,7 +6,6 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from .._check import FloatArray
 from ..contact import PressureProfile
@@ -28,12 +27,12 @@ def greatest_strain(pressed: ContactSolution) -> float:
     Not at the surface itself: beneath a sharp end it is infinite there, however gently one presses. The slope s is that
     of the surface over a sixteenth of the contact; it strains by s^2 / 2, which the linear theory leaves out.
     """
-    low, high = float(pressed.edges[0, 0]), float(pressed.edges[-1, 1])
-    a = max(0.5 * (high - low), pressed.case.step)
     if pressed.case.influence.periodic:
         # waves on a flat skin: u k is the slope of the surface, and of the order of the strain beneath it
         k = 2 * np.pi / (pressed.case.step * pressed.case.y.size)
         return float(0.5 * k * pressed.certificate.scale)
+    low, high = float(pressed.edges[0, 0]), float(pressed.edges[-1, 1])
+    a = max(0.5 * (high - low), pressed.case.step)
     depth = np.minimum(np.array(_DEPTHS) * a, pressed.skin.thickness)
     places = 0.5 * (low + high) + a * _PLACES
     with warnings.catch_warnings():
@@ -41,25 +40,22 @@ def greatest_strain(pressed: ContactSolution) -> float:
         strain = pressed.skin.strain(_thinned(pressed, low, high), depth[:, None], places)
     mean, half = 0.5 * (strain.xx + strain.yy), 0.5 * (strain.xx - strain.yy)
     linear = float(np.nanmax(np.abs(mean) + np.hypot(half, strain.xy)))
-    at = _touching(pressed)
-    turned = _slope(pressed.gap[at] - pressed.case.height[at], pressed.case.step)
+    turned = _slope(pressed, pressed.gap - np.where(np.isfinite(pressed.gap), pressed.case.height, 0.0))
     return max(linear, 0.5 * turned**2)
 
 
 def greatest_slope(pressed: ContactSolution) -> float:
     """Greatest slope between the undeformed bodies where they touch, over a sixteenth of the contact."""
-    return _slope(pressed.case.height[_touching(pressed)], pressed.case.step)
+    return _slope(pressed, pressed.case.height)
 
 
-def _touching(pressed: ContactSolution) -> npt.NDArray[np.bool_]:
-    """Nodes between the outermost edges, where there is a body."""
-    low, high = pressed.edges[0, 0], pressed.edges[-1, 1]
-    return np.asarray((pressed.y >= low) & (pressed.y <= high) & np.isfinite(pressed.gap))
-
-
-def _slope(height: FloatArray, step: float) -> float:
+def _slope(pressed: ContactSolution, height: FloatArray) -> float:
+    """Greatest slope of a line over a sixteenth of the contact, where that is not cut by the body's end."""
+    at = np.flatnonzero(pressed.pressure)
+    height = height[at[0] : at[-1] + 1]
     span = max(1, height.size // 16)
-    return float(np.abs(height[span:] - height[:-span]).max(initial=0.0)) / (span * step)
+    rises = np.abs(height[span:] - height[:-span])
+    return float(rises.max(initial=0.0, where=np.isfinite(rises))) / (span * pressed.case.step)
 
 
 def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfile:

@@ -74,6 +74,8 @@ class Problem:
 
 def finer(values: FloatArray, count: int, by: int, periodic: bool) -> FloatArray:
     """The straight lines through every `by`-th node, at all `count` nodes; 0 beyond the last."""
+    if not values.any():
+        return np.zeros(count)
     out = np.empty((values.size, by))
     step = np.empty(values.size)
     step[:-1] = values[1:] - values[:-1]

@@ -19,8 +19,10 @@ from .influence import Influence
 
 __all__ = ["Case", "Load", "State", "solve"]
 
-_COARSEST = 64
+_COARSEST = 128
 _BY = 4
+_SAFE = 0.5
+"""Share of the tolerance to which each part is solved, for a contact has two, and the scale is a guess."""
 _ROUNDS = 100
 _MEMORY = 5
 _WORSE = 3.0
@@ -103,8 +105,10 @@ def solve(case: Case, start: State | None = None) -> State:
     """Equilibrium on the grid of `case`; without a start, by way of coarser grids."""
     count, periodic = case.influence.count, case.influence.periodic
     if start is None and count >= _BY * _COARSEST:
-        coarse = solve(case.coarser(_BY))
-        start = coarse.finer(count, _BY, periodic)
+        rough = case.coarser(_BY)
+        coarse = solve(rough)
+        moved = float(np.abs(rough.influence.apply(0, 0, coarse.pressure)).max())
+        start = replace(coarse.finer(count, _BY, periodic), scale=max(moved, 1e-3 * coarse.scale))
     found = _settle(case, _first(case) if start is None else start)
     for values in (found.pressure, found.shear):
         values.flags.writeable = False
@@ -112,18 +116,20 @@ def solve(case: Case, start: State | None = None) -> State:
 
 
 def _first(case: Case) -> State:
-    """Everything touches, and nothing is known."""
+    """By force everything touches, by depth what the undeformed skin would; and nothing is known."""
     count, load = case.y.size, case.load
-    body = np.isfinite(case.height)
-    if load.depth is None:
-        level = float(load.force or 0.0) / (max(int(body.sum()), 1) * case.step)
-    else:
+    touches = np.isfinite(case.height)
+    if load.depth is not None:
+        beneath = case.height - load.tilt * case.y < load.depth
+        touches = beneath if beneath.any() else touches
         level = load.depth / case.influence.longest
-    p = level * body
+    else:
+        level = float(load.force or 0.0) / (max(int(touches.sum()), 1) * case.step)
     own = float(case.influence.rows[0, 0, 0] - case.influence.rows[0, 0, 1])
+    p = level * touches
     # an even pressure, repeated, moves nothing but the mean; a node's own would
     scale = max(float(np.abs(case.influence.apply(0, 0, p)).max()), own * float(p.max()))
-    return State(p, np.zeros(count), body, body, 0.0, load.tilt, 0.0, scale, 0)
+    return State(p, np.zeros(count), touches, touches, 0.0, load.tilt, 0.0, scale, 0)
 
 
 def _settle(case: Case, start: State) -> State:
@@ -135,7 +141,7 @@ def _settle(case: Case, start: State) -> State:
     load, op = case.load, case.influence
     body = np.isfinite(case.height)
     height = np.where(body, case.height, 0.0)
-    state, limit = start, case.tolerance * start.scale
+    state, limit = start, _SAFE * case.tolerance * start.scale
     rubs = load.friction is not None
     lifted = op.apply(0, 1, state.shear) if rubs else np.zeros(case.y.size)
     mixer = _Mixer()
@@ -154,8 +160,7 @@ def _settle(case: Case, start: State) -> State:
         if np.abs(change[state.touches]).max(initial=0.0) <= limit:
             break
         lifted = mixer.next(lifted, change)
-    scale = max(float(np.abs(op.apply(0, 0, state.pressure)).max()), 1e-3 * start.scale)
-    return replace(state, scale=scale)
+    return state
 
 
 class _Mixer:
