@@ -14,7 +14,7 @@ JOBS   ?= 2
 BASE   := $(VENV)/.installed
 DEV    := $(VENV)/.installed-dev
 
-.PHONY: help demo test lint types check docs bench figures clean
+.PHONY: help demo test lint types check docs bench study figures clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -40,6 +40,9 @@ docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warni
 
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
+
+study: $(DEV) ## heavier than a test: strains beside finite elements as the mesh is refined
+	@shopt -s nullglob; for program in benchmarks/study_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
 figures: $(DEV) ## the memo's figures into out/figures, and the drawings of the README and the docs
 	$(BIN)/subskin figures -o out/figures

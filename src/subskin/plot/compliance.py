@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
 from matplotlib.ticker import LogLocator, NullLocator
 
 from .._check import FloatArray
@@ -52,8 +53,8 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
     with house_style():
         figure = new_figure(DOUBLE, 128.0)
         grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
-        sketches = [figure.add_subplot(grid[0, i]) for i in range(3)]
-        pressures = [figure.add_subplot(grid[1, i], sharex=sketches[i]) for i in range(3)]
+        sketches = _row(figure, grid, 0)
+        pressures = _row(figure, grid, 1, beneath=sketches[0])
         chosen = _three(found, thickness, force)
         for i, (axes, beneath, m) in enumerate(zip(sketches, pressures, chosen, strict=True)):
             _sketch(axes, beneath, found, thickness, m, force)
@@ -63,6 +64,15 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
                 beneath.set_ylabel("pressure [kPa]")
         _curves(figure.add_subplot(grid[2, :]), found, thickness, force, chosen)
         return settled(figure)
+
+
+def _row(figure: Figure, grid: GridSpec, row: int, beneath: Axes | None = None) -> list[Axes]:
+    """Three panels of one scale."""
+    first = figure.add_subplot(grid[row, 0], sharex=beneath)
+    others = [figure.add_subplot(grid[row, i], sharex=first, sharey=first) for i in (1, 2)]
+    for axes in others:
+        axes.tick_params(labelleft=False)
+    return [first, *others]
 
 
 def _three(found: SkinCompliance, t: int, f: int) -> tuple[int, int, int]:
