@@ -239,7 +239,7 @@ def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Load, datum: float |
                 break
             middle += 0.25 * width * (cut[1] - cut[0])
             width *= 2
-        elif right - left < _NARROW * (ends[1] - ends[0]) and case.y.size >= _COARSE:
+        elif right - left < _NARROW * (ends[1] - ends[0]):
             width, middle = max(2 * (right - left), 0.05 * (ends[1] - ends[0])), 0.5 * (left + right)
         else:
             return _snapped(0.5 * (left + right), min(_rung(_MARGIN * (right - left)), most), low, high)

@@ -134,12 +134,10 @@ def press(
         )
     grid = Grid.checked(nodes, window, period, datum, tolerance)
     gap = _gap(skin, indenter, at)
+    known = skin.grounded or grid.period is not None or grid.datum is not None
     if after is not None:
         _same(after, skin, at, gap)
-        case, state = continued(after.case, after.state, after.lateral, grid, load, indenter)
-    else:
-        case, state = fresh(skin, indenter, gap, load, grid)
-    known = skin.grounded or case.influence.periodic or case.datum is not None
+        known = known or after.case.influence.periodic or after.case.datum is not None
     if not known and (depth is not None or slide is not None):
         given = "depth" if depth is not None else "slide"
         raise InvalidValueError(
@@ -147,6 +145,10 @@ def press(
             "this skin has no ground, so its surface moves by a constant that is not known",
             "datum=, the distance at which the surface is taken to rest; or press by force",
         )
+    if after is not None:
+        case, state = continued(after.case, after.state, after.lateral, grid, load, indenter)
+    else:
+        case, state = fresh(skin, indenter, gap, load, grid)
     moved = displaced(case.influence, case, state, case.height, case.shift)
     pressed = ContactSolution(
         skin,
