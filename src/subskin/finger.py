@@ -21,6 +21,7 @@ from .transducer import Transducer
 if TYPE_CHECKING:
     from .estimate.estimate import Estimate
     from .estimate.locate import Locator
+    from .estimate.shape import ShapeEstimate
 
 __all__ = ["Finger"]
 
@@ -235,4 +236,66 @@ class Finger:
         if key not in locators:
             locators[key] = self.locator(search=search, **options)
         found: Estimate = locators[key](readings)
+        return found
+
+    def fit(
+        self,
+        readings: npt.ArrayLike,
+        family: str | type = "hertz",
+        *,
+        search: tuple[float, float] | None = None,
+        width: tuple[float, float] | None = None,
+        **options: Any,
+    ) -> ShapeEstimate:
+        """A contact of one family in readings of shape (..., n): where, how hard, at what angle, how wide.
+
+        Global in place and width. Four unknowns: with four readings everything is explained, and only what more
+        sensors say can speak against the family. The fitter is prepared on the first call and kept.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            Raw readings; NaN marks a missing one.
+        family : {"line", "wedge", "hertz", "strip", "punch"} or subclass of SpreadContact
+            What presses, the drag being in proportion to the pressure.
+        search : (float, float), optional
+            Where contacts are looked for, y [m]; 1.5 depths beyond the outermost sensors if left out.
+        width : (float, float), optional
+            Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out.
+        **options
+            Those of `Fitter`: `friction`, `false_alarm`, `ambiguity`.
+
+        Returns
+        -------
+        ShapeEstimate
+            Position, force, angle, half width, their covariance, an interval of the half width, rival, residual,
+            status.
+
+        Raises
+        ------
+        InvalidValueError
+            An unknown family, widths out of order, sensors without noise.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=1e-5))
+        >>> roller = ss.Hertz(force=40.0, angle=0.3, position=0.4e-3, half_width=1.2e-3)
+        >>> found = finger.fit(finger.read(roller), "hertz")
+        >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3)
+        ('OK', 1.2)
+        """
+        from .estimate.fit import Fitter, widths_of
+        from .estimate.shape_field import ShapeField, family_of
+
+        key = (family, search and tuple(search), width and tuple(width), *sorted(options.items()))
+        fitters = self.__dict__.setdefault("_fitters", {})
+        if key not in fitters:
+            kind = family_of(family)
+            table = self.tabulate(search)
+            ends = widths_of(kind, width, float(np.asarray(self.array.depth).min()))
+            field = ShapeField.of(self, kind, (table.start, table.stop), max(ends[1], 1e-3 * table.step))
+            fitters[key] = Fitter(field, self.array, width=ends, **options)
+        found: ShapeEstimate = fitters[key](readings)
         return found

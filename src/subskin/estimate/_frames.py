@@ -1,0 +1,185 @@
+"""What all estimators that go frame by frame share: sensors that are out, and the loop compiled once."""
+
+from __future__ import annotations
+
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..array import SensorArray
+from ..errors import GeometryError, InvalidValueError
+from .estimate import Status
+
+__all__ = ["Framewise", "checked_friction", "scan_geometry", "sensor_rows"]
+
+_MOST_PATTERNS = 64
+_log = logging.getLogger("subskin")
+
+
+class Framewise(ABC):
+    """An estimator of frames by a compiled loop, which is prepared for each set of sensors that can be used.
+
+    Parameters
+    ----------
+    array : SensorArray
+        Offset, noise and range of each sensor.
+    kernel : callable
+        Returns the compiled loop, imported on first use.
+    needed : int
+        Least number of sensors.
+    columns, status, unrivalled : int
+        Number of columns of the packed results, and those of the status and of the rival's chi-square.
+    """
+
+    def __init__(
+        self,
+        array: SensorArray,
+        kernel: Callable[[], Any],
+        *,
+        needed: int,
+        columns: int,
+        status: int,
+        unrivalled: int,
+    ) -> None:
+        silent = np.flatnonzero((np.asarray(array.noise) == 0) & array.live)
+        if silent.size:
+            raise InvalidValueError(
+                f"noise = 0 of sensor {silent[0]}",
+                "estimates weigh sensors by their noise, so each needs one > 0",
+                "SensorArray(..., noise=1e-4), or calibrate, which measures it",
+            )
+        self.array = array
+        self._kernel, self._needed, self._columns = kernel, needed, columns
+        self._status, self._unrivalled = status, unrivalled
+        self._prepared: dict[bytes, tuple[npt.NDArray[Any], ...]] = {}
+        self._all = array.live
+        self._all.flags.writeable = False
+        self._whole = bool(self._all.all())
+        self._whole_key = self._all.tobytes()
+        self._sensors = len(array)
+        self._compiled: Any = None
+        self._linear = all(t.linear for t in array.transducers)
+
+    @abstractmethod
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
+        """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
+
+    def _frames(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Packed results (..., columns) and the sensors used (..., n)."""
+        raw = np.asarray(readings, dtype=np.float64)
+        n = self._sensors
+        if raw.ndim == 0 or raw.shape[-1] != n:
+            raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")
+        if not self._linear:
+            raw = self._linearised(raw)
+        frames = np.ascontiguousarray(raw.reshape(-1, n))
+        out = np.empty((len(frames), self._columns))
+        if self._whole:
+            self._run(frames, self._all, out)
+            if raw.ndim == 1 and out[0, self._status] >= 0:  # the shortest way for a frame by itself
+                out.flags.writeable = False
+                return out[0], self._all
+            pending = out[:, self._status] < 0
+        else:
+            pending = np.ones(len(frames), dtype=bool)
+        if pending.any():
+            used = self.array.usable(frames)
+            self._run_patterns(frames, used, pending, out)
+            used.flags.writeable = False
+        else:
+            used = np.broadcast_to(self._all, frames.shape)
+        out.flags.writeable = False
+        return out.reshape((*raw.shape[:-1], self._columns)), used.reshape(raw.shape)
+
+    def _linearised(self, raw: FloatArray) -> FloatArray:
+        """Readings as if each transducer were its linear part; those outside the range stay outside."""
+        linear = np.array(raw)
+        gain, offset = np.asarray(self.array.gain), np.asarray(self.array.offset)
+        for i, kind in enumerate(self.array.transducers):
+            if not kind.linear and gain[i] != 0:
+                inside = self.array.usable(raw)[..., i]
+                value = gain[i] * kind.linearise((raw[..., i] - offset[i]) / gain[i]) + offset[i]
+                linear[..., i] = np.where(inside, value, np.nan)
+        return linear
+
+    def _run_patterns(
+        self, frames: FloatArray, used: npt.NDArray[np.bool_], pending: npt.NDArray[np.bool_], out: FloatArray
+    ) -> None:
+        """Frames in which a sensor is out, grouped by the sensors that are left."""
+        index = np.flatnonzero(pending)
+        patterns, group = np.unique(used[index], axis=0, return_inverse=True)
+        for g, pattern in enumerate(patterns):
+            rows = index[group.reshape(-1) == g]
+            if pattern.sum() < self._needed:
+                out[rows] = np.nan
+                out[rows, self._unrivalled] = np.inf
+                out[rows, self._status] = Status.INCOMPLETE
+                continue
+            part = np.empty((len(rows), self._columns))
+            self._run(np.ascontiguousarray(frames[rows][:, pattern]), pattern, part)
+            out[rows] = part
+
+    def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
+        key = self._whole_key if pattern is self._all else pattern.tobytes()
+        arrays = self._prepared.get(key)
+        if arrays is None:
+            if len(self._prepared) >= _MOST_PATTERNS:
+                self._prepared.pop(next(iter(self._prepared)))
+            arrays = self._prepared[key] = self._prepare(pattern)
+        if self._compiled is None:
+            self._compiled = _loaded(self._kernel)
+        self._compiled(frames, *arrays, out)
+
+
+def _loaded(kernel: Callable[[], Any]) -> Any:
+    """The compiled loop; says so when it has to be compiled."""
+    compiled = kernel()
+    module = compiled.__module__.rsplit(".", 1)[-1]
+    cached = Path(str(compiled.stats.cache_path)).glob(f"{module}.{compiled.__name__}-*.nbi")
+    if not compiled.signatures and not any(cached):
+        _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
+    return compiled
+
+
+def checked_friction(friction: float) -> float:
+    """A coefficient of friction, which may be infinite."""
+    mu = float(_check.real("friction", friction, at_least=0.0, finite=False))
+    if np.isnan(mu):
+        raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed")
+    return mu
+
+
+def sensor_rows(array: SensorArray) -> FloatArray:
+    """Offset, 1 / noise, and the ends of the range, shape (4, n)."""
+    # a sensor with an infinite range is compared with the largest float: NaN and infinity then fall outside
+    big = np.finfo(np.float64).max
+    low, high = np.maximum(np.asarray(array.low), -big), np.minimum(np.asarray(array.high), big)
+    return np.stack([np.asarray(array.offset), 1 / np.asarray(array.noise), low, high])
+
+
+def scan_geometry(
+    fields: FloatArray, friction: float
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m)."""
+    normal, tangential = fields[..., 0], fields[..., 1]
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    q1 = normal / np.where(size > 0, size, 1)
+    along = np.sum(q1 * tangential, axis=1, keepdims=True)
+    rest = tangential - along * q1
+    across = np.linalg.norm(rest, axis=1, keepdims=True)
+    q2 = rest / np.where(across > 0, across, 1)
+    edges = []
+    for sign in (-1.0, 1.0):
+        n, t = (1.0, sign * friction) if np.isfinite(friction) else (0.0, sign)
+        edge = np.stack([n * size[:, 0] + t * along[:, 0], t * across[:, 0]])
+        length = np.hypot(*edge)
+        edges.append(edge / np.where(length > 0, length, 1))
+    basis = np.stack([q1.T, q2.T], axis=1)
+    return basis.astype(np.float32, order="C"), np.concatenate(edges).astype(np.float32, order="C")
