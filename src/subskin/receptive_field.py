@@ -21,7 +21,8 @@ DEGREE = 4
 _NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
-_MOST_CELLS = 1 << 16
+_MOST_CELLS = 1 << 12
+_MOST_HALVINGS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +89,13 @@ class ReceptiveField:
         GeometryError
             stop <= start.
         ConvergenceError
-            The tolerance is not met with 65536 cells: the function is not smooth.
+            The tolerance is not met with 4096 cells, or 32 times as many as to start with: the function is not smooth.
         """
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop")
         cells = max(int(np.ceil((stop - start) / step * (1 - 1e-12))), 1)
-        while cells <= _MOST_CELLS:
+        most = max(_MOST_CELLS, cells << _MOST_HALVINGS)
+        while cells <= most:
             width = (stop - start) / cells
             centres = start + width * (np.arange(cells) + 0.5)
             at_nodes = function(centres[:, None] + width * _NODES)
@@ -106,7 +108,9 @@ class ReceptiveField:
                 return cls(start, width, coefficients, worst / peak if peak else 0.0)
             cells *= 2
         raise ConvergenceError(
-            f"an error of {worst / peak:.2g} with {cells // 2} cells", "a smooth receptive field is needed"
+            f"an error of {worst / peak if peak else 0.0:.2g} with {cells // 2} cells",
+            "a smooth receptive field is needed",
+            "sensors that read something: not strain along the depth at a rigid base; and not at the surface itself",
         )
 
     @classmethod

@@ -324,3 +324,12 @@ class TestWriting:
         save_finger(parse_finger(GOOD), path)
         assert path.read_text() == GOOD
         assert [p.name for p in tmp_path.iterdir()] == ["finger.toml"]
+
+
+def test_single_brackets_for_layers_are_understood(tmp_path):
+    path = tmp_path / "finger.toml"
+    path.write_text(
+        '[skin]\nkind = "layers"\n[skin.layers]\nyoung = "1 MPa"\nthickness = "4 mm"\n[sensors]\ncount = 3\n'
+    )
+    with pytest.raises(FileError, match=r"line 3.*\[\[skin\.layers\]\]"):
+        load_finger(path)

@@ -228,6 +228,69 @@ class TestCorners:
             ss.press(HALF, BODY, force=1, **change)
 
 
+class TestBeyondTheWindow:
+    """What a narrow grid does not see touches all the same."""
+
+    PAD = ss.Layered(ss.Layer(ss.Material(0.5e6), 4e-3))
+
+    def test_the_flat_around_a_particle_is_found(self):
+        found = ss.press(self.PAD, ss.ParticleOnFlat(0.4e-3, 30e-6, 20e-3), force=20)
+        wide = ss.press(self.PAD, ss.ParticleOnFlat(0.4e-3, 30e-6, 20e-3), force=20, window=40e-3, nodes=8192)
+        assert len(found.edges) == len(wide.edges) == 3
+        assert found.depth == pytest.approx(wide.depth, rel=2e-3)
+
+    def test_a_flat_without_end_is_refused(self):
+        with pytest.raises(ss.GeometryError, match="the bodies touch beyond it"):
+            ss.press(self.PAD, ss.ParticleOnFlat(0.4e-3, 30e-6), force=20)
+        with pytest.raises(ss.GeometryError, match="the bodies touch beyond it"):
+            ss.press(self.PAD, ss.SineRidges(1e-3, 20e-6), force=10)
+
+    @pytest.mark.parametrize("skin", [PAD, ss.Round(ss.Material(0.4e6), 9e-3, 5e-3)], ids=["pad", "round"])
+    def test_ridges_beside_the_first(self, skin):
+        body = ss.SineRidges(1e-3, 20e-6, radius=50e-3)
+        found, wide = (
+            ss.press(skin, body, force=20, **more) for more in ({}, {"window": 8e-3, "nodes": 4096})
+        )
+        assert len(found.edges) == len(wide.edges) == 3
+        assert found.depth == pytest.approx(wide.depth, rel=2e-3)
+
+    def test_a_tooth_far_away(self):
+        y = np.linspace(-2e-3, 12e-3, 1401)
+        teeth = np.minimum(y**2 / 4e-3, 20e-6 + (y - 10e-3) ** 2 / 4e-3)
+        found = ss.press(self.PAD, ss.Profile(y, np.minimum(teeth, 0.2e-3)), force=20)
+        assert found.edges[-1, 1] > 9.9e-3
+
+    def test_a_window_that_hides_it_is_refused(self):
+        with pytest.raises(ss.GeometryError, match=r"beyond it, at y = .*overlap"):
+            ss.press(self.PAD, ss.ParticleOnFlat(0.4e-3, 30e-6, 20e-3), force=20, window=0.8e-3)
+
+    def test_two_teeth_are_not_a_slope(self):
+        y = np.linspace(-7e-3, 7e-3, 2801)
+        teeth = np.minimum((np.abs(y) - 6e-3) ** 2 / 4e-3, 5e-3)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert len(ss.press(self.PAD, ss.Profile(y, teeth), force=5).edges) == 2
+
+    def test_a_scan_that_is_cut_short_is_said(self):
+        y = np.linspace(-0.2e-3, 0.2e-3, 201)
+        with pytest.warns(ss.ValidityWarning, match="end of the profile"):
+            ss.press(self.PAD, ss.Profile(y, y**2 / 10e-3), force=20, max_strain=np.inf)
+
+    @pytest.mark.parametrize(
+        ("body", "period"), [(RIDGES, 1.3e-3), (RIDGES, 0.5e-3), (ss.RoundedFlat(1e-3), 1.5e-3)]
+    )
+    def test_a_period_that_the_body_has_not(self, body, period):
+        with pytest.raises(ss.GeometryError, match="period = "):
+            ss.press(self.PAD, body, force=1, period=period)
+
+    def test_nothing_is_dragged_at_no_friction(self):
+        with pytest.raises(ss.InvalidValueError, match="friction = 0"):
+            ss.press(self.PAD, BODY, force=10, friction=0, tangential=1)
+        start = ss.press(self.PAD, BODY, force=10, friction=0.5, tangential=1)
+        with pytest.raises(ss.InvalidValueError, match=r"friction=0\.5"):
+            ss.press(self.PAD, BODY, force=10, after=start)
+
+
 class TestStatus:
     def test_ok(self):
         found = ss.press(HALF, BODY, force=5)

@@ -221,7 +221,17 @@ def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
         )
     print(f"-> {_verdict(found, depth)}", file=out)
     if options.map is not None:
-        print(f"-> {options.map}", file=out)
+        print(f"the map is {_map_note(found.finger)}\n-> {options.map}", file=out)
+
+
+def _map_note(finger: Finger) -> str:
+    """What the map is of, and what it is not."""
+    note = "for six sensors of normal strain, one depth apart; your own array's errors are those above"
+    return (
+        f"{note}; your stack of several materials is not on it"
+        if finger.skin.single_material is None
+        else note
+    )
 
 
 def _verdict(found: HalfPlaneError, depth: float) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
+    from .._check import FloatArray
     from ..design import SkinCompliance
 
 _EXAMPLES = """\
@@ -80,8 +81,8 @@ def run(options: argparse.Namespace) -> int:
     finger = load_finger(options.finger).finger
     if not 1 <= options.moduli <= 1000:
         raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000")
-    forces = np.unique(np.geomspace(*_positive(options.force, "N/m", "--force"), 3))
-    young = np.unique(np.geomspace(*_positive(options.young, "Pa", "--young"), options.moduli))
+    forces = _spread(_positive(options.force, "N/m", "--force"), 3)
+    young = _spread(_positive(options.young, "Pa", "--young"), options.moduli)
     if options.figure is not None and young.size < 3:
         raise InvalidValueError(
             f"--figure with {young.size} moduli", "three or more are needed to draw a change"
@@ -109,6 +110,14 @@ def run(options: argparse.Namespace) -> int:
     else:
         _show(options, found)
     return 0
+
+
+def _spread(ends: tuple[float, float], count: int) -> FloatArray:
+    """Values from end to end, equal ratios apart, without the last digits of rounding; one where the ends are one."""
+    import numpy as np
+
+    values = np.geomspace(*ends, 1 if ends[0] == ends[1] else count)
+    return np.array([float(f"{v:.12g}") for v in values])
 
 
 def _positive(text: str, unit: str, name: str) -> tuple[float, float]:

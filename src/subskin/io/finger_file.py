@@ -231,6 +231,9 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
             seen, rule = f'"{key}" is missing', "it is needed"
             keys = keys[:-1]
             fix = f"add a table [{key}]" if len(path) == 1 else f"add {key} = ... to [{_dotted(keys)}]"
+        elif error["type"] == "list_type" and isinstance(error["input"], dict):
+            seen, rule = f"[{_dotted(keys)}]", "there may be several, so each is headed by twice the brackets"
+            fix = f"[[{_dotted(keys)}]]"
         else:
             what = error["msg"][:1].lower() + error["msg"][1:]
             rule, fix = what.replace("input should be", "it has to be"), ""

@@ -95,7 +95,8 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
     )
     y, um = pressed.y * 1e3, 1e6
     body = (particle.protrusion - particle.height(pressed.y)) * um
-    top = body + pressed.gap * um
+    ended = ~np.isfinite(body)
+    top = np.where(ended, np.nan, np.where(ended, 0.0, body) + np.where(ended, 0.0, pressed.gap) * um)
     ceiling = 3.5 * particle.protrusion * um
     axes.fill_between(y, np.minimum(top, ceiling), ceiling, color=SKY, alpha=0.5, linewidth=0)
     axes.plot(y, top, color=BLUE)

@@ -50,12 +50,12 @@ def greatest_slope(pressed: ContactSolution) -> float:
 
 
 def _slope(pressed: ContactSolution, height: FloatArray) -> float:
-    """Greatest slope of a line over a sixteenth of the contact, where that is not cut by the body's end."""
-    at = np.flatnonzero(pressed.pressure)
-    height = height[at[0] : at[-1] + 1]
-    span = max(1, height.size // 16)
+    """Greatest slope of a line over a sixteenth of the contact, within any one place that touches."""
+    span = max(1, int((pressed.pressure > 0).sum()) // 16)
     rises = np.abs(height[span:] - height[:-span])
-    return float(rises.max(initial=0.0, where=np.isfinite(rises))) / (span * pressed.case.step)
+    touching = np.concatenate([[0], np.cumsum(pressed.pressure > 0)])
+    whole = touching[span + 1 :] - touching[: -span - 1] == span + 1
+    return float(rises.max(initial=0.0, where=whole & np.isfinite(rises))) / (span * pressed.case.step)
 
 
 def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfile:

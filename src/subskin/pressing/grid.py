@@ -27,7 +27,13 @@ _NARROW = 0.3
 _LADDER = 1.25
 _WIDEST = 1 << 12
 """Times the first guess of a width, beyond which a contact has no end."""
-_LEAST_TOLERANCE = 1e-12
+_LEAST_TOLERANCE, _MOST_TOLERANCE = 1e-12, 1e-3
+_MOST_NODES = 1 << 22
+_FAR = 24
+"""Windows on either side within which the bodies are looked at for a touch that the window leaves out."""
+_PARTS = 16
+_OVERLAP = 1e-3
+"""Overlap beyond the window that counts, in shares of the greatest displacement: its pressure is a coarser one."""
 
 Gap = Callable[[FloatArray], FloatArray]
 
@@ -52,7 +58,7 @@ class Grid:
         tolerance: float,
     ) -> Grid:
         """The same, checked one by one."""
-        count = None if nodes is None else _check.scalar("nodes", nodes, at_least=16)
+        count = None if nodes is None else _check.scalar("nodes", nodes, at_least=16, at_most=_MOST_NODES)
         if count is not None and count != int(count):
             raise InvalidValueError(f"nodes = {count:.6g}", "a whole number is needed")
         wide, repeat, rest = (
@@ -61,9 +67,7 @@ class Grid:
         )
         if wide is not None and repeat is not None:
             raise InvalidValueError(f"window = {window}, period = {period}", "one of the two can be given")
-        limit = _check.scalar(
-            "tolerance", tolerance, at_least=_LEAST_TOLERANCE, fix="rounding is not far below"
-        )
+        limit = _check.scalar("tolerance", tolerance, at_least=_LEAST_TOLERANCE, at_most=_MOST_TOLERANCE)
         return cls(None if count is None else int(count), wide, repeat, rest, limit)
 
 
@@ -72,22 +76,42 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Load, grid: Grid) -> t
     count = grid.nodes or _NODES
     if grid.period is not None:
         _repeatable(skin, grid.period, load)
+        indenter.check_period(grid.period)
         ends = (-grid.period / 2, grid.period / 2)
         case = _case(skin, gap, load, ends, 1 << (count - 1).bit_length(), grid)
         return case, solve(case)
     if grid.window is not None:
         case = _case(skin, gap, load, (-grid.window / 2, grid.window / 2), count, grid)
-        return _whole(case, solve(case), indenter, "give a wider window, or less force")
+        case, state = _whole(case, solve(case), indenter, "give a wider window, or less force")
+        where = _touches_beyond(skin, indenter, case, state)
+        if where is not None:
+            raise GeometryError(
+                f"a window of {grid.window:.6g} m",
+                f"beyond it, at y = {where:.6g} m from the indenter's centre, the bodies overlap",
+                "a wider window, or none",
+            )
+        return case, state
     low, high = _window(skin, indenter, gap, load, grid.datum)
     for _ in range(_WIDER):
         case = _case(skin, gap, load, (low, high), count, grid)
         state = solve(case)
         cut = _cut_off(case, state, indenter)
-        if not any(cut):
-            break
         grow = 0.25 * (high - low)
-        low, high = low - grow * cut[0], high + grow * cut[1]
-    return _whole(case, state, indenter, "press less, or give a window")
+        if any(cut):
+            low, high = low - grow * cut[0], high + grow * cut[1]
+            continue
+        where = _touches_beyond(skin, indenter, case, state)
+        if where is None:
+            return case, state
+        low, high = min(low, where - grow), max(high, where + grow)
+        low, high = max(low, indenter.ends[0]), min(high, indenter.ends[1])
+        if high - low > 0.5 * skin.period:
+            break
+    raise GeometryError(
+        f"a grid {high - low:.6g} m wide",
+        "the bodies touch beyond it as well, however wide it is made",
+        "a body that ends, period=, window=, or less force",
+    )
 
 
 def continued(
@@ -185,6 +209,41 @@ def _upright(load: Load, period: float) -> None:
         raise GeometryError(
             f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn"
         )
+
+
+def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: State) -> float | None:
+    """Where the bodies overlap most beyond the window, from the indenter's centre; None where they do not."""
+    wide, low = case.step * case.y.size, case.y[0] - 0.5 * case.step
+    h = wide / _PARTS
+    share = (case.y - low) / h
+    at = np.clip(np.floor(share).astype(np.intp), 0, _PARTS - 1)
+    part = share - at
+    lower, upper = (
+        np.bincount(at + i, state.pressure * s, _PARTS + 1) for i, s in ((0, 1 - part), (1, part))
+    )
+    hats = (lower + upper) * (case.step / h)
+    most = min(_FAR, int(0.5 * skin.period / wide) - 1 if np.isfinite(skin.period) else _FAR) * _PARTS
+    if most < _PARTS:
+        return None
+    rows = influence(skin, h, most + _PARTS + 1, periodic=False).rows[0, 0]
+    within = case.influence.apply(0, 0, state.pressure)
+    limit, found, deepest = _OVERLAP * float(np.abs(within).max()), None, 0.0
+    for side in (-1, 1):
+        edge = 0 if side < 0 else _PARTS
+        nodes = edge + side * np.arange(most + 1)  # from the window's end outwards, in steps of h
+        moved = rows[np.abs(nodes[:, None] - np.arange(_PARTS + 1))] @ hats
+        moved += within[0 if side < 0 else -1] - moved[0]  # the same zero as within the window
+        y = low + h * (edge + side * np.linspace(0, most, 16 * most + 1)[1:])
+        inside = (y > indenter.ends[0]) & (y < indenter.ends[1])
+        if not inside.any():
+            continue
+        y = y[inside]
+        sunk = np.interp(side * ((y - low) / h - edge), np.arange(most + 1), moved)
+        left = case.profile(y) + sunk - state.depth - state.tilt * y
+        worst = int(np.argmin(left))
+        if left[worst] < min(-limit, deepest):
+            found, deepest = float(y[worst]), float(left[worst])
+    return found
 
 
 def _cut_off(case: Case, state: State, indenter: Indenter) -> tuple[bool, bool]:

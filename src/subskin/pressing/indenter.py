@@ -41,6 +41,20 @@ class Indenter(ABC):
         """Places y [m] beyond which there is no body."""
         return -np.inf, np.inf
 
+    def check_period(self, period: float) -> None:
+        """Raise where the body cannot be repeated every `period` [m].
+
+        Raises
+        ------
+        GeometryError
+            A body that is wider than that.
+        """
+        low, high = self.ends
+        if np.isfinite(high - low) and high - low > period * (1 + 1e-9):
+            raise GeometryError(
+                f"period = {period:.6g} m", f"the body itself is {high - low:.6g} m wide", "a longer period"
+            )
+
     def _set(
         self, name: str, unit: str = "m", above: float | None = None, at_least: float | None = None
     ) -> None:
@@ -226,6 +240,15 @@ class SineRidges(Indenter):
         return np.asarray(
             2 * self.amplitude * np.sin(np.pi * ys / self.pitch) ** 2 + ys**2 / (2 * self.radius)
         )
+
+    def check_period(self, period: float) -> None:  # noqa: D102
+        count = period / self.pitch
+        if not np.isclose(count, round(count), rtol=0.0, atol=1e-6) or round(count) < 1:
+            raise GeometryError(
+                f"period = {period:.6g} m",
+                f"ridges repeat every {self.pitch:.6g} m",
+                f"a whole number of pitches, e.g. {max(round(count), 1) * self.pitch:.6g}",
+            )
 
 
 @dataclass(frozen=True)

@@ -117,10 +117,12 @@ def press(
     (4,)
     """
     if not isinstance(skin, Skin):
-        raise InvalidValueError(f"skin = {skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
+        raise InvalidValueError(
+            f"skin = {type(skin).__name__}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))"
+        )
     if not isinstance(indenter, Indenter):
         raise InvalidValueError(
-            f"indenter = {indenter!r}",
+            f"indenter = {type(indenter).__name__}",
             "an Indenter is needed",
             "Cylinder(radius=8e-3), or Profile.from_function",
         )
@@ -134,6 +136,16 @@ def press(
         )
     grid = Grid.checked(nodes, window, period, datum, tolerance)
     gap = _gap(skin, indenter, at)
+    if (
+        after is not None
+        and isinstance(after, ContactSolution)
+        and after.shear.any()
+        and load.friction is None
+    ):
+        raise InvalidValueError(
+            "no friction after a press with friction", "the shear of the state before needs something to hold it",
+            f"friction={after.friction:g}",
+        )  # fmt: skip
     known = skin.grounded or grid.period is not None or grid.datum is not None
     if after is not None:
         _same(after, skin, at, gap)
@@ -181,7 +193,7 @@ def _gap(skin: Skin, indenter: Indenter, at: float) -> Callable[[FloatArray], Fl
 
 def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:
     if not isinstance(after, ContactSolution):
-        raise InvalidValueError(f"after = {after!r}", "what an earlier press returned is needed")
+        raise InvalidValueError(f"after = {repr(after)[:60]}", "what an earlier press returned is needed")
     case = after.case
     if after.skin != skin or after.position != at or not np.array_equal(gap(case.y), case.height):
         raise GeometryError(
@@ -232,6 +244,12 @@ def _load(
                 )
         values["tangential"] = values["slide"] = None
         return Load(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
+    if friction == 0 and values["tangential"]:
+        raise InvalidValueError(
+            f"tangential = {values['tangential']:.6g} N/m at friction = 0",
+            "nothing holds that drag",
+            "friction > 0",
+        )
     grip = np.inf if friction == np.inf else _check.scalar("friction", friction, at_least=0.0)
     if values["tangential"] is None and values["slide"] is None:
         values["tangential"] = 0.0

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
+
 from ..errors import InvalidValueError, ValidityWarning
 from ._strain import greatest_slope, greatest_strain
+from .indenter import Profile
 from .solution import ContactSolution, PressStatus
 
 __all__ = ["believable", "judged"]
@@ -30,6 +33,9 @@ def believable(pressed: ContactSolution, limit: float) -> None:
             f"and small strains (here up to {100 * limit:.0f} %) are what the theory is for",
             "press less, with a blunter body, or say max_strain=np.inf to see the linear answer anyway",
         )  # fmt: skip
+    if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
+        message = "the contact reaches the end of the profile, which is taken for a sharp end of the body"
+        warnings.warn(message, ValidityWarning, stacklevel=3)
     large = [f"strains up to {100 * strain:.0f} %"] if strain > _NOTABLE else []
     large += [f"slopes up to {slope:.2g}"] if slope > _STEEP else []
     if large:
@@ -65,3 +71,13 @@ def _slides(pressed: ContactSolution) -> bool:
     friction, q = pressed.friction, pressed.shear[pressed.pressure > 0]
     one_way = bool((q > 0).all() or (q < 0).all())
     return friction is not None and friction > 0 and one_way and not pressed.stick.size
+
+
+def _cut_short(pressed: ContactSolution) -> bool:
+    """Whether the contact reaches an end at which the profile still rises: more of it would have touched."""
+    body, step = pressed.indenter, pressed.case.step
+    for edge, end, inwards in zip(pressed.edges[[0, -1], [0, 1]], body.ends, (1, -1), strict=True):
+        near = end + inwards * np.array([0.0, 0.02]) * (body.ends[1] - body.ends[0])
+        if abs(edge - pressed.position - end) < step and np.diff(body.height(near))[0] < 0:
+            return True
+    return False
