@@ -17,7 +17,7 @@ from ._forward import Forward
 __all__ = ["Calibration", "Health", "Parameter", "Score", "checked_touches", "score"]
 
 
-_LOOSE, _HOPELESS, _TIED = 0.1, 10, 0.95
+_LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
 
 
 class Health(IntEnum):
@@ -108,7 +108,8 @@ class Calibration:
         for i in whole:
             p = self.parameters[i]
             if not p.std < _LOOSE * abs(p.value):
-                said.append(f"{p.name} is not determined: its standard error is {_share(p)}")
+                how = "known but roughly" if p.std < _LOST * abs(p.value) else "not determined"
+                said.append(f"{p.name} is {how}: its standard error is {_share(p)}")
         std = np.sqrt(np.diag(self.covariance))
         for n, i in enumerate(whole):
             for j in whole[n + 1 :]:

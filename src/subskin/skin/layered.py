@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
-from ..errors import InvalidValueError
+from ..errors import GeometryError, InvalidValueError
 from ..field import State, Strain, Stress
 from ..material import Material
 from . import _layer_modes as _modes
@@ -27,6 +27,9 @@ __all__ = ["Layer", "Layered"]
 
 _DECAY = 42.0
 """exp(-42) is far below rounding, also with the polynomials of k that stand before it."""
+
+_SPAN = 1e4
+"""Most by which the thicknesses of a stack's layers may differ."""
 
 
 @dataclass(frozen=True)
@@ -100,10 +103,19 @@ class Layered(Skin):
     base: Material | None = None
 
     def __post_init__(self) -> None:
-        layers = (self.layers,) if isinstance(self.layers, Layer) else tuple(self.layers)
+        given = self.layers
+        listed = isinstance(given, Sequence) and not isinstance(given, str)
+        layers = (given,) if isinstance(given, Layer) else tuple(given) if listed else ()
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             fix = "Layered(Layer(Material(young=0.4e6), thickness=4e-3))"
-            raise InvalidValueError(f"layers = {self.layers!r}", "one Layer or more are needed", fix)
+            raise InvalidValueError(f"layers = {given!r}", "one Layer or more are needed", fix)
+        thin, thick = (extreme(layer.thickness for layer in layers) for extreme in (min, max))
+        if thick > _SPAN * thin:
+            raise GeometryError(
+                f"layers of {thin:.3g} and {thick:.3g} m",
+                f"one may be {_SPAN:.0e} times as thick as another: their waves are summed together",
+                "leave out the thin one, or take the thick one at the bottom for base=",
+            )
         object.__setattr__(self, "layers", layers)
         if self.base is not None and not isinstance(self.base, Material):
             raise InvalidValueError(f"base = {self.base!r}", "a Material is needed, or None for a rigid base")
