@@ -156,7 +156,14 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     for letter, m in zip("abc", chosen, strict=True):
         axes.text(moduli[m], 102.0, letter, ha="center", va="bottom", fontweight="bold", color=BLACK)
     axes.legend(
-        lines, [str(line.get_label()) for line in lines], loc="center right", bbox_to_anchor=(1.0, 0.55)
+        lines,
+        [str(line.get_label()) for line in lines],
+        loc="center right",
+        bbox_to_anchor=(1.0, 0.66),
+        frameon=True,
+        facecolor="white",
+        edgecolor="none",
+        framealpha=0.8,
     )
 
 
