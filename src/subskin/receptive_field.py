@@ -18,8 +18,8 @@ DEGREE = 4
 """Degree of the polynomial in a cell."""
 
 # Chebyshev-Lobatto points of a cell [-1/2, 1/2]: with the ends among them, neighbouring cells agree where they meet.
-_NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+CELL_NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+TO_POWERS = np.linalg.inv(np.vander(CELL_NODES, increasing=True))
 _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
 _MOST_CELLS = 1 << 12
 _MOST_HALVINGS = 5
@@ -98,8 +98,8 @@ class ReceptiveField:
         while cells <= most:
             width = (stop - start) / cells
             centres = start + width * (np.arange(cells) + 0.5)
-            at_nodes = function(centres[:, None] + width * _NODES)
-            coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
+            at_nodes = function(centres[:, None] + width * CELL_NODES)
+            coefficients = np.einsum("kj,cjnl->cknl", TO_POWERS, at_nodes)
             table = cls(start, width, coefficients)
             checks = (centres[:, None] + width * _CHECKS).reshape(-1)
             worst = float(np.abs(table(checks) - function(checks)).max())

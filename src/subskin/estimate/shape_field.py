@@ -13,7 +13,7 @@ from ..contact import FlatPunch, Hertz, LineLoad, Strip, Wedge
 from ..contact.spread import SpreadContact
 from ..errors import InvalidValueError
 from ..finger import Finger
-from ..receptive_field import DEGREE, ReceptiveField
+from ..receptive_field import CELL_NODES, DEGREE, TO_POWERS, ReceptiveField
 
 __all__ = ["FAMILIES", "Family", "ShapeField", "family_of"]
 
@@ -27,8 +27,6 @@ FAMILIES: dict[str, Family] = {
 _WIDTHS = 14
 """Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
 _POINTS = 40
-_NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 
 def family_of(family: str | Family) -> Family:
@@ -84,17 +82,17 @@ class ShapeField:
         step = float(np.asarray(finger.array.depth).min()) / 16
         cells = max(int(np.ceil((high - low) / step * (1 - 1e-12))), 1)
         step = (high - low) / cells
-        places = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
+        places = (low + step * (np.arange(cells) + 0.5))[:, None] + step * CELL_NODES
         if issubclass(family, LineLoad):
             values = finger.tabulate(search)(places)[None]
-            return cls(low, step, widest, _check.read_only(np.einsum("kj,wcjnl->wcknl", _TO_POWERS, values)))
+            return cls(low, step, widest, _check.read_only(np.einsum("kj,wcjnl->wcknl", TO_POWERS, values)))
         line = finger.tabulate((low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
         t, weights = _points(family)
         values = np.stack([_spread(line, places, widest * np.sqrt(q) * t, weights) for q in shares])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
-        return cls(low, step, widest, _check.read_only(np.einsum("kj,wcjnl->wcknl", _TO_POWERS, sums)))
+        return cls(low, step, widest, _check.read_only(np.einsum("kj,wcjnl->wcknl", TO_POWERS, sums)))
 
     def __call__(self, position: npt.ArrayLike, half_width: npt.ArrayLike) -> FloatArray:
         """Values at `position` and `half_width` [m], broadcast to (...); the result is (..., n, 2)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
@@ -179,8 +180,6 @@ class ContactSolution:
         >>> pressed.certificate.penetration < 1e-8 < pressed.refined().penetration < 1e-4
         True
         """
-        import dataclasses
-
         case, n = self.case, self.case.y.size
         periodic = case.influence.periodic
         count = n * by if periodic else (n - 1) * by + 1
