@@ -11,7 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
-from subskin.plot import finger_section, half_plane_map_figure, memo_figure
+from subskin.plot import (
+    contact_strip,
+    drift_figure,
+    finger_section,
+    half_plane_map_figure,
+    memo_figure,
+    pressure_figure,
+    probability_strip,
+    side_angle_figure,
+    slip_figure,
+)
 from subskin.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, save
 
 HERE = Path(__file__).parent
@@ -156,6 +166,66 @@ def compliance() -> Figure:
     return memo_figure(17)
 
 
+def side_angle() -> Figure:
+    """The memo's Fig. 13 and its correction, and where each way to the angle is blind."""
+    return side_angle_figure()
+
+
+def slip() -> Figure:
+    """The load of docs/slip.md in its friction cone, and what of the contact sticks."""
+    page = (HERE.parent / "slip.md").read_text(encoding="utf-8")
+    program = page.split("```python\n")[1].split("```")[0]
+    made: dict[str, Any] = {}
+    exec(program, made)
+    return slip_figure(made["judged"])
+
+
+def drift() -> Figure:
+    """What the first block of docs/robust.md makes: a stream with drift, and the offsets that were followed."""
+    text = (HERE.parent / "robust.md").read_text(encoding="utf-8")
+    program = text.split("```python\n")[1].split("```")[0]
+    made: dict[str, Any] = {}
+    exec(program, made)
+    true = made["drift"][:, 2] + made["array"].offset[2]
+    return drift_figure(made["raw"], made["time"], made["tared"], sensor=2, truth=true, unit="strain")
+
+
+def _stroke() -> tuple[ss.Finger, np.ndarray]:
+    """Readings of an edge that goes along the skin, of a roller pressed harder and harder, of nothing, of a box."""
+    row = ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5)
+    tip = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), row)
+    y, rng = np.linspace(-2e-3, 2e-3, 40), np.random.default_rng(0)
+    force = np.linspace(8.0, 60.0, 40)
+    touches = (
+        ss.Wedge(15.0, 0.3, y, half_width=0.3e-3),
+        ss.Hertz(force, -0.2, 0.5e-3, half_width=2.2e-3 * np.sqrt(force / 60)),
+        ss.LineLoad(np.full(10, 1e-6), 0.0, 0.0),
+        ss.FlatPunch(30.0, 0.1, 0.2 * y, half_width=1.5e-3),
+    )
+    return tip, np.concatenate([tip.read(touch, rng) for touch in touches])
+
+
+def widths() -> Figure:
+    """Contacts of some width along a stream, as `subskin fit --figure` draws them."""
+    tip, stream = _stroke()
+    return contact_strip(tip.fit(stream, "hertz"))
+
+
+def kinds() -> Figure:
+    """The probabilities of the kinds along the same stream, as `subskin decide --figure` draws them."""
+    tip, stream = _stroke()
+    return probability_strip(ss.decide.contact_type(tip, stream))
+
+
+def pressure() -> Figure:
+    """What the first block of docs/pressure.md finds, beside what pressed."""
+    text = (HERE.parent / "pressure.md").read_text(encoding="utf-8")
+    program = text.split("```python\n")[1].split("```")[0]
+    made: dict[str, Any] = {}
+    exec(program, made)
+    return pressure_figure(made["found"], truth=made["two"])
+
+
 def main() -> None:
     with house_style():
         for draw, kind in (
@@ -164,6 +234,12 @@ def main() -> None:
             (finger, "png"),
             (half_plane, "svg"),
             (compliance, "png"),
+            (slip, "svg"),
+            (side_angle, "svg"),
+            (drift, "png"),
+            (pressure, "png"),
+            (widths, "png"),
+            (kinds, "png"),
         ):
             save(draw(), HERE / draw.__name__, [kind])
 

@@ -1,6 +1,6 @@
 """Solid mechanics for touch: from a pressed skin to what its sensors read, and back."""
 
-from . import design
+from . import decide, design
 from .array import SensorArray
 from .contact import (
     Contact,
@@ -24,16 +24,33 @@ from .errors import (
     ValidityWarning,
 )
 from .estimate import (
+    BlindCalibration,
     Calibration,
     Estimate,
     Health,
     Locator,
+    PressureMap,
+    PressureMapper,
+    Relaxation,
+    RelaxationFit,
     Rival,
+    SensorHealth,
     ShapeEstimate,
+    SideAngle,
     Status,
+    Tare,
+    Tared,
     ThreeSensorSolution,
     Verdict,
+    blind_depth,
     calibrate,
+    calibrate_blind,
+    fit_relaxation,
+    pressure_map,
+    sensor_health,
+    side_angle,
+    side_angle_from_gradients,
+    side_angle_from_slope,
     three_sensor,
 )
 from .field import State, Strain, Stress
@@ -71,6 +88,7 @@ from .transducer import (
 __version__ = "0.1.0"
 
 __all__ = [
+    "BlindCalibration",
     "Calibration",
     "Certificate",
     "Contact",
@@ -105,16 +123,22 @@ __all__ = [
     "PartialSlip",
     "ParticleOnFlat",
     "PressStatus",
+    "PressureMap",
+    "PressureMapper",
     "PressureProfile",
     "Profile",
     "ReceptiveField",
+    "Relaxation",
+    "RelaxationFit",
     "Rival",
     "Round",
     "RoundedFlat",
     "RoundedWedge",
     "SensorArray",
+    "SensorHealth",
     "ShapeEstimate",
     "ShearStrain",
+    "SideAngle",
     "SineRidges",
     "SingularPointWarning",
     "Skin",
@@ -124,14 +148,25 @@ __all__ = [
     "Stress",
     "Strip",
     "SubskinError",
+    "Tare",
+    "Tared",
     "ThreeSensorSolution",
     "Transducer",
     "ValidityWarning",
     "Verdict",
     "VolumeResistance",
     "Wedge",
+    "blind_depth",
     "calibrate",
+    "calibrate_blind",
+    "decide",
     "design",
+    "fit_relaxation",
     "press",
+    "pressure_map",
+    "sensor_health",
+    "side_angle",
+    "side_angle_from_gradients",
+    "side_angle_from_slope",
     "three_sensor",
 ]

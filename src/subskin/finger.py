@@ -203,7 +203,7 @@ class Finger:
         search : (float, float), optional
             Where loads are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors.
         **options
-            Those of `Locator`: `friction`, `scan_step`, `false_alarm`, `ambiguity`.
+            Those of `Locator`: `friction`, `scan_step`, `false_alarm`, `ambiguity`, `outliers`.
         """
         from .estimate.locate import Locator
 
@@ -263,7 +263,7 @@ class Finger:
         width : (float, float), optional
             Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out.
         **options
-            Those of `Fitter`: `friction`, `false_alarm`, `ambiguity`.
+            Those of `Fitter`: `friction`, `false_alarm`, `ambiguity`, `outliers`.
 
         Returns
         -------

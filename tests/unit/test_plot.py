@@ -13,8 +13,10 @@ import subskin as ss
 from subskin.errors import FileError, InvalidValueError
 from subskin.plot import (
     MEMO_FIGURES,
+    contact_strip,
     finger_section,
     memo_figure,
+    probability_strip,
     receptive_fields,
     save,
     save_memo_figures,
@@ -31,6 +33,21 @@ def section(width=174.0):
     return finger_section(
         FINGER, touch, FINGER.locate(frame), readings=frame, title="A touch and its load", width=width
     )
+
+
+CLOSE = ss.Finger(SKIN, ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5))
+
+
+def stroke():
+    """Frames of a line, a roller and a faint wedge that go along the skin, of nonsense and of nothing."""
+    y, rng = np.linspace(-2e-3, 2e-3, 12), np.random.default_rng(0)
+    touches = (
+        ss.LineLoad(30.0, 0.1, y),
+        ss.Hertz(30.0, 0.2, y, half_width=1.6e-3),
+        ss.Wedge(6.0, 0.2, y, half_width=0.25e-3),
+    )
+    odd = [np.tile([1e-2, -1e-2], (8, 3)), rng.normal(0, 2e-5, (6, 6))]
+    return np.concatenate([*(CLOSE.read(touch, rng) for touch in touches), *odd])
 
 
 def truth(count, title="Held out"):
@@ -50,6 +67,8 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
     "touches": lambda: truth(60),
     "frames": lambda: truth(5000),
     "receptive fields": lambda: receptive_fields(FINGER, title="Receptive fields"),
+    "contact strip": lambda: contact_strip(CLOSE.fit(stroke(), "hertz")),
+    "probability strip": lambda: probability_strip(ss.decide.contact_type(CLOSE, stroke())),
 }
 every_figure = pytest.mark.parametrize("name", FIGURES)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from .blind import add_blind, refuse_blind_options, run_blind
 from .common import add_command, add_rows, chosen_rows, number, say, show, write_json
 
 if TYPE_CHECKING:
@@ -18,12 +19,17 @@ _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
   subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,place,poisson
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
+  subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --figure learnt.png
+  subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --place-error "0.1 mm"
 """
 _NOTES = """\
 Fits the finger to touches at known places, one a row, and writes the finger file with the fitted numbers in it;
 comments stay. Rows that --every or --rows leaves out are held out, and scored. What can be fitted: gain, offset
 (each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), place
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
+
+With --blind, nothing is known of the touches but the readings, which are tared; what is fitted is known from the
+drawing to within the errors given. What touches cannot tell, and how many would tell the rest, is said with the result.
 """
 
 
@@ -36,8 +42,7 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--fit",
         metavar="LIST",
-        default="gain,offset,depth,origin",
-        help="what to fit (gain,offset,depth,origin)",
+        help="what to fit (gain,offset,depth,origin; gain,depth,place with --blind)",
     )
     parser.add_argument(
         "--position-column", metavar="NAME", default="position", help="column of places [m] (position)"
@@ -49,6 +54,7 @@ def add(commands: Any) -> None:
         "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
     )
     add_rows(parser, "fit to")
+    add_blind(parser)
     parser.add_argument(
         "-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output"
     )
@@ -59,6 +65,11 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
+    if options.blind:
+        return run_blind(options)
+    refuse_blind_options(options)
+    if options.fit is None:
+        options.fit = "gain,offset,depth,origin"
     from ..estimate.calibrate import calibrate
     from ..io.files import write_bytes
     from ..io.finger_file import load_finger

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from ..estimate.estimate import Estimate
     from ..io.finger_file import FingerFile
+    from ..io.tables import Table
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -25,11 +26,13 @@ _EXAMPLES = """\
   subskin locate finger.toml readings.csv -o located.csv
   subskin locate finger.toml readings.parquet -o located.parquet --truth position --figure truth.png
   subskin locate calibrated.toml presses.csv -o located.csv --every 2 --skip-used --truth position
+  subskin locate finger.toml stream.csv -o located.csv --tare --outliers 1
   subskin simulate finger.toml -o - | subskin locate finger.toml - --json
 """
 _NOTES = """\
 Each row is a frame of raw readings. A missing reading (an empty cell) costs that sensor in that frame. Positions are
-on the axis of the calibration's touches: the finger's own y plus the origin in [calibration].
+on the axis of the calibration's touches: the finger's own y plus the origin in [calibration]. With --tare the rows
+are a stream that begins with the skin free: offsets are followed while nothing touches it, and taken off.
 """
 _CHUNK = 100_000
 
@@ -42,6 +45,21 @@ def add(commands: Any) -> None:
     parser.add_argument("readings", help="table of readings, CSV or Parquet; - for standard input")
     parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
     parser.add_argument("--figure", metavar="FILE", help="draw truth against estimate (.svg, .png or .pdf)")
+    parser.add_argument(
+        "--tare",
+        nargs="?",
+        const="",
+        metavar="DRIFT",
+        help="take off the drift of a stream with a column of times; the fastest believed, reading/s "
+        "(0.3 noise a second)",
+    )
+    parser.add_argument(
+        "--outliers",
+        type=int,
+        default=0,
+        metavar="N",
+        help="1: try unexplained frames without each one reading (0)",
+    )
     add_rows(parser, "locate only")
     parser.add_argument(
         "--skip-used", action="store_true", help="locate the rows that --every or --rows does not name"
@@ -64,11 +82,13 @@ def run(options: argparse.Namespace) -> int:
     _check_targets(options)
     file = load_finger(options.finger)
     try:
-        locator = file.locator()
+        locator = file.locator(outliers=options.outliers)
     except SubskinError as error:
         raise FileError(f"{options.finger}: {error.seen}", error.rule, error.fix) from None
     table = read_table(options.readings)
     readings = table.readings(file.names)
+    if options.tare is not None:
+        readings = _tared(options, file, table, readings)
     truth = None
     if options.truth is not None:
         truth = table.numbers(options.truth, finite=True, why="the true position")
@@ -108,6 +128,28 @@ def _check_targets(options: argparse.Namespace) -> None:
         check_target(options.figure)
     if options.out not in (None, "-"):
         check_target(options.out)
+
+
+def _tared(options: argparse.Namespace, file: FingerFile, table: Table, readings: FloatArray) -> FloatArray:
+    """Readings with their drift off; rows that are not to be located are part of the stream too."""
+    from ..errors import FileError, InvalidValueError, SubskinError
+    from ..estimate.drift import Tare
+    from ..io.recording import Column
+
+    column = file.recording.time if file.recording is not None else Column("time")
+    time = table.numbers(column.name, finite=True, why="--tare: the time") * column.scale
+    drift = None
+    if options.tare:
+        try:
+            drift = float(options.tare)
+        except ValueError:
+            raise InvalidValueError(
+                f'--tare "{options.tare}"', "a reading per second is needed, in the table's unit", "--tare 2"
+            ) from None
+    try:
+        return Tare(file.finger, drift=drift)(readings, time).readings
+    except SubskinError as error:
+        raise FileError(f"{table.name}: {error.seen}", error.rule, error.fix) from None
 
 
 def _located(locator: Any, readings: FloatArray) -> Estimate:

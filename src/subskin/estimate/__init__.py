@@ -1,30 +1,64 @@
 """From readings to the load that made them, with its uncertainty."""
 
+from .blind import calibrate_blind
+from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
 from .calibrate import calibrate
 from .calibration import Calibration, Health, Parameter, Score
+from .drift import Tare, Tared, TareState
 from .estimate import Estimate, Rival, Status
 from .fit import Fitter
+from .fit_relaxation import RelaxationFit, fit_relaxation
+from .health import SensorHealth, sensor_health
 from .locate import Locator
+from .pressure import PressureMap
+from .pressure_map import PressureMapper, pressure_map
+from .relaxation import Relaxation, RelaxationState, Relaxed
 from .shape import ShapeEstimate, ShapeRival
 from .shape_field import ShapeField
+from .side_angle import SideAngle, side_angle
+from .side_gradient import side_angle_from_gradients
+from .side_slope import blind_depth, side_angle_from_slope
 from .three_sensor import Degeneracy, ThreeSensorSolution, Verdict, three_sensor
 
 __all__ = [
+    "BlindCalibration",
+    "BlindParameter",
     "Calibration",
     "Degeneracy",
+    "ErrorRatio",
     "Estimate",
     "Fitter",
     "Health",
+    "Known",
     "Locator",
     "Parameter",
+    "PressureMap",
+    "PressureMapper",
+    "Relaxation",
+    "RelaxationFit",
+    "RelaxationState",
+    "Relaxed",
     "Rival",
     "Score",
+    "SensorHealth",
     "ShapeEstimate",
     "ShapeField",
     "ShapeRival",
+    "SideAngle",
     "Status",
+    "Tare",
+    "TareState",
+    "Tared",
     "ThreeSensorSolution",
     "Verdict",
+    "blind_depth",
     "calibrate",
+    "calibrate_blind",
+    "fit_relaxation",
+    "pressure_map",
+    "sensor_health",
+    "side_angle",
+    "side_angle_from_gradients",
+    "side_angle_from_slope",
     "three_sensor",
 ]

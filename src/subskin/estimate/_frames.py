@@ -20,6 +20,8 @@ from .estimate import Status
 __all__ = ["Framewise", "checked_friction", "scan_geometry", "sensor_rows"]
 
 _MOST_PATTERNS = 64
+_CHANCE = 1e-3
+"""A frame without its outlier is explained where noise would leave as much with this chance."""
 _log = logging.getLogger("subskin")
 
 
@@ -36,6 +38,12 @@ class Framewise(ABC):
         Least number of sensors.
     columns, status, unrivalled : int
         Number of columns of the packed results, and those of the status and of the rival's chi-square.
+    load, residual : int
+        Number of the first columns, which are the load (as are those before the rival's chi-square); the residual's.
+    outliers : int
+        0, or 1: unexplained frames are tried again without each of their readings.
+    ambiguity : float
+        Two omissions whose chi-squares differ by less than this are not told apart.
     """
 
     def __init__(
@@ -47,7 +55,17 @@ class Framewise(ABC):
         columns: int,
         status: int,
         unrivalled: int,
+        load: int = 3,
+        residual: int = 0,
+        outliers: int = 0,
+        ambiguity: float = 0.0,
     ) -> None:
+        if isinstance(outliers, bool) or outliers not in (0, 1):
+            raise InvalidValueError(
+                f"outliers = {outliers!r}",
+                "has to be 0, or 1 to try unexplained frames without each one reading",
+                "outliers=1",
+            )
         silent = np.flatnonzero((np.asarray(array.noise) == 0) & array.live)
         if silent.size:
             raise InvalidValueError(
@@ -57,8 +75,9 @@ class Framewise(ABC):
             )
         self.array = array
         self._kernel, self._needed, self._columns = kernel, needed, columns
-        self._status, self._unrivalled = status, unrivalled
-        self._prepared: dict[bytes, tuple[npt.NDArray[Any], ...]] = {}
+        self._status, self._unrivalled, self._residual = status, unrivalled, residual
+        self._load, self._outliers, self._apart = load, int(outliers), ambiguity
+        self._prepared: dict[bytes, tuple[Any, ...]] = {}
         self._all = array.live
         self._all.flags.writeable = False
         self._whole = bool(self._all.all())
@@ -68,7 +87,7 @@ class Framewise(ABC):
         self._linear = all(t.linear for t in array.transducers)
 
     @abstractmethod
-    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
 
     def _frames(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
@@ -83,7 +102,9 @@ class Framewise(ABC):
         out = np.empty((len(frames), self._columns))
         if self._whole:
             self._run(frames, self._all, out)
-            if raw.ndim == 1 and out[0, self._status] >= 0:  # the shortest way for a frame by itself
+            at = out[0, self._status] if raw.ndim == 1 else -1
+            if at >= 0 and not (self._outliers and at == Status.UNEXPLAINED):
+                # the shortest way for a frame by itself
                 out.flags.writeable = False
                 return out[0], self._all
             pending = out[:, self._status] < 0
@@ -92,9 +113,11 @@ class Framewise(ABC):
         if pending.any():
             used = self.array.usable(frames)
             self._run_patterns(frames, used, pending, out)
-            used.flags.writeable = False
         else:
             used = np.broadcast_to(self._all, frames.shape)
+        if self._outliers:
+            used = self._without_outliers(frames, used, out)
+        used.flags.writeable = False
         out.flags.writeable = False
         return out.reshape((*raw.shape[:-1], self._columns)), used.reshape(raw.shape)
 
@@ -125,6 +148,49 @@ class Framewise(ABC):
             part = np.empty((len(rows), self._columns))
             self._run(np.ascontiguousarray(frames[rows][:, pattern]), pattern, part)
             out[rows] = part
+
+    def _without_outliers(
+        self, frames: FloatArray, used: npt.NDArray[np.bool_], out: FloatArray
+    ) -> npt.NDArray[np.bool_]:
+        """Unexplained frames once more without each one reading; fills `out`, returns the sensors used then.
+
+        Where an omission explains a frame and no other comes within `ambiguity` of its chi-square, the answer is that
+        of the rest; where one does, it is AMBIGUOUS. One reading more than unknowns has to be left to speak.
+        """
+        from scipy.special import chdtri
+
+        again = (out[:, self._status] == Status.UNEXPLAINED) & (used.sum(axis=-1) >= self._needed + 2)
+        index = np.flatnonzero(again)
+        if not index.size:
+            return used
+        found = np.array(used)
+        patterns, group = np.unique(used[index], axis=0, return_inverse=True)
+        for g, pattern in enumerate(patterns):
+            rows = index[group.reshape(-1) == g]
+            largest = float(chdtri(int(pattern.sum()) - 1 - self._needed, _CHANCE))
+            sensors = np.flatnonzero(pattern)
+            parts = np.empty((sensors.size, len(rows), self._columns))
+            for part, sensor in zip(parts, sensors, strict=True):
+                rest = pattern.copy()
+                rest[sensor] = False
+                self._run(np.ascontiguousarray(frames[rows][:, rest]), rest, part)
+            left = parts[..., self._residual]
+            order = np.argsort(left, axis=0)
+            each = np.arange(len(rows))
+            best, after = parts[order[0], each], parts[order[1], each]
+            explained = (best[:, self._status] != Status.UNEXPLAINED) & (left[order[0], each] <= largest)
+            worse = left[order[1], each] - left[order[0], each]
+            tied = worse < self._apart
+            # a touch with one reading lost, or none with one wild: there is no load to give
+            explained &= ~(tied & np.isnan(best[:, 0] + after[:, 0]))
+            best[tied, self._status] = Status.AMBIGUOUS
+            nearer = tied & (worse < best[:, self._unrivalled])
+            rival = slice(self._unrivalled - self._load, self._unrivalled)
+            best[nearer, rival] = after[nearer, : self._load]
+            best[nearer, self._unrivalled] = worse[nearer]
+            out[rows[explained]] = best[explained]
+            found[rows[explained], sensors[order[0]][explained]] = False
+        return found
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
         key = self._whole_key if pattern is self._all else pattern.tobytes()

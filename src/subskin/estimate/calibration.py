@@ -25,7 +25,7 @@ class Health(IntEnum):
 
     OK = 0
     WEAK = 1
-    """Its gain is below a fifth of the median."""
+    """Its gain is below a fifth of the median; in `SensorHealth`, it has lost a tenth or more."""
     DEAD = 2
     """Its gain cannot be told from zero, or it gave no readings; the calibrated finger leaves it out."""
 

@@ -12,7 +12,7 @@ from ..array import SensorArray
 from ..contact import LineLoad
 from ..errors import GeometryError, InvalidValueError
 from ._frames import Framewise, checked_friction, scan_geometry, sensor_rows
-from .shape import RIVAL, STATUS, WIDTH, ShapeEstimate
+from .shape import RESIDUAL, RIVAL, STATUS, WIDTH, ShapeEstimate
 from .shape_field import ShapeField
 
 __all__ = ["Fitter"]
@@ -41,8 +41,8 @@ class Fitter(Framewise):
         Offset, noise and range of each sensor.
     width : (float, float)
         Least and largest half width [m]; both 0 for line loads.
-    friction, false_alarm, ambiguity
-        As of `Locator`.
+    friction, false_alarm, ambiguity, outliers
+        As of `Locator`; `outliers=1` needs two readings more than unknowns, so six.
 
     Raises
     ------
@@ -59,6 +59,7 @@ class Fitter(Framewise):
         friction: float = 1.0,
         false_alarm: float = 1e-6,
         ambiguity: float = 13.8,
+        outliers: int = 0,
     ) -> None:
         if field.coefficients.shape[3] != len(array):
             raise GeometryError(
@@ -75,11 +76,20 @@ class Fitter(Framewise):
         self.width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
         self.unknowns = 2 + (self.friction > 0) + (ends[1] > ends[0])
+        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         super().__init__(
-            array, _kernel, needed=self.unknowns, columns=WIDTH, status=STATUS, unrivalled=RIVAL + 4
+            array,
+            _kernel,
+            needed=self.unknowns,
+            columns=WIDTH,
+            status=STATUS,
+            unrivalled=RIVAL + 4,
+            load=4,
+            residual=RESIDUAL,
+            outliers=outliers,
+            ambiguity=self._ambiguity,
         )
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._shallowest = float(np.asarray(array.depth).min())
         count = max(int(np.ceil((field.stop - field.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._places = np.linspace(field.start, field.stop, count)

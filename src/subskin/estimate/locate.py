@@ -12,7 +12,7 @@ from ..array import SensorArray
 from ..errors import GeometryError
 from ..receptive_field import ReceptiveField
 from ._frames import Framewise, checked_friction, scan_geometry, sensor_rows
-from .estimate import RIVAL, STATUS, WIDTH, Estimate
+from .estimate import RESIDUAL, RIVAL, STATUS, WIDTH, Estimate
 
 __all__ = ["Locator"]
 
@@ -47,6 +47,11 @@ class Locator(Framewise):
         unexplained.
     ambiguity : float, optional
         A rival whose chi-square is within this of the best one makes a frame AMBIGUOUS.
+    outliers : {0, 1}, optional
+        With 1, frames that are UNEXPLAINED are tried again without each one reading. Where one omission explains the
+        frame, `used` shows which; where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS and
+        that one's load the rival, if it is the nearest. It takes two readings more than unknowns: five, or four where
+        friction is 0 (docs/robust.md).
 
     Raises
     ------
@@ -73,6 +78,7 @@ class Locator(Framewise):
         scan_step: float | None = None,
         false_alarm: float = 1e-6,
         ambiguity: float = 13.8,
+        outliers: int = 0,
     ) -> None:
         if field.coefficients.shape[2] != len(array):
             raise GeometryError(
@@ -81,6 +87,7 @@ class Locator(Framewise):
             )
         self.field = field
         self.friction = checked_friction(friction)
+        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         super().__init__(
             array,
             _kernel,
@@ -88,6 +95,9 @@ class Locator(Framewise):
             columns=WIDTH,
             status=STATUS,
             unrivalled=RIVAL + 3,
+            residual=RESIDUAL,
+            outliers=outliers,
+            ambiguity=self._ambiguity,
         )
         shallowest = float(np.asarray(array.depth).min())
         step = (
@@ -98,7 +108,6 @@ class Locator(Framewise):
         count = max(int(np.ceil((field.stop - field.start) / step - 1e-9)) + 1, 3)
         self._scan = np.linspace(field.start, field.stop, count)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._shallowest = shallowest
 
     def __call__(self, readings: npt.ArrayLike) -> Estimate:

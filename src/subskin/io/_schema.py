@@ -162,6 +162,8 @@ class CalibrationTable(_Table):
     source: StrictStr = ""
     fit: list[StrictStr] = []
     touches: StrictInt = 0
+    blind: StrictBool = False
+    misfit: Number | None = None
     r2: Number | None = None
     r2_held_out: Number | None = None
     dead: list[StrictStr] = []

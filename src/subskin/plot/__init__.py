@@ -14,25 +14,38 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from ..errors import InvalidValueError
+from .blind import blind_figure
 from .compliance import compliance_figure, figure_17
+from .drift import drift_figure
 from .fields import receptive_fields
 from .half_plane import half_plane_map_figure
 from .memo_contacts import figure_9, figure_11, figure_12, figure_13
 from .memo_lines import figure_2, figure_3, figure_6
+from .pressure import pressure_figure
 from .section import COMPONENTS, finger_section
+from .side_angle import side_angle_figure
+from .slip import slip_figure
+from .strips import contact_strip, probability_strip
 from .style import house_style, save, settled
 from .truth import truth_against_estimate
 
 __all__ = [
     "COMPONENTS",
     "MEMO_FIGURES",
+    "blind_figure",
     "compliance_figure",
+    "contact_strip",
+    "drift_figure",
     "finger_section",
     "half_plane_map_figure",
     "memo_figure",
+    "pressure_figure",
+    "probability_strip",
     "receptive_fields",
     "save",
     "save_memo_figures",
+    "side_angle_figure",
+    "slip_figure",
     "truth_against_estimate",
 ]
 

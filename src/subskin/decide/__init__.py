@@ -1,0 +1,22 @@
+"""From an estimate to a decision."""
+
+from ..estimate.evidence import Kind
+from .friction import Friction
+from .grip import least_force
+from .slip import Slip, SlipVerdict, slip
+from .stick import stick_zone
+from .type_decision import CANNOT_TELL, TypeDecision, contact_type, usual_kinds
+
+__all__ = [
+    "CANNOT_TELL",
+    "Friction",
+    "Kind",
+    "Slip",
+    "SlipVerdict",
+    "TypeDecision",
+    "contact_type",
+    "least_force",
+    "slip",
+    "stick_zone",
+    "usual_kinds",
+]

@@ -1,0 +1,302 @@
+"""What is known of the coefficient of friction: a density, made narrower by the slips and holds that were seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError
+from ..estimate import Estimate, ShapeEstimate
+from ._cone import Load, load_of, of_frames
+from ._learning import check_possible, posterior
+
+__all__ = ["Friction", "density_of", "friction_of"]
+
+_CELLS = 64
+_NORMAL_REACH = 6.0
+_LOST = 1e-12
+"""Mass at either end that a narrower grid may leave out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """The coefficient of friction mu as a density: constant in each cell of a grid, the cells' masses summing to 1.
+
+    There is one mu: that which holds a contact, and that at which it slides on. Of most surfaces the second is a
+    little less. A slip that was seen tells the second, and a grip made after it holds by the difference more than it
+    says; a range has to reach down to it.
+
+    Parameters
+    ----------
+    edges : array_like, shape (..., k + 1)
+        Edges of the cells, >= 0, ascending. A cell of no width is a value that is known.
+    masses : array_like, shape (..., k)
+        Their probabilities, >= 0; scaled to the sum 1. Leading axes are frictions of their own, one for each frame.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Values out of range, no mass, edges that do not ascend, shapes that do not match.
+
+    Examples
+    --------
+    >>> rubber = Friction.between(0.4, 0.8)
+    >>> round(float(rubber.mean), 3), round(float(rubber.std), 3), round(float(rubber.quantile(0.025)), 3)
+    (0.6, 0.115, 0.41)
+    """
+
+    edges: npt.ArrayLike
+    masses: npt.ArrayLike
+
+    def __post_init__(self) -> None:
+        edges = _check.real("edges", self.edges, at_least=0.0)
+        masses = _check.real("masses", self.masses, at_least=0.0)
+        if (
+            not masses.ndim
+            or not masses.shape[-1]
+            or edges.ndim == 0
+            or edges.shape[-1] != masses.shape[-1] + 1
+        ):
+            raise GeometryError(
+                f"edges of shape {edges.shape}, masses of shape {masses.shape}",
+                "k cells have k + 1 edges",
+                "Friction.between(0.4, 0.8)",
+            )
+        if (np.diff(edges) < 0).any():
+            raise InvalidValueError(f"edges = {edges.tolist()}", "the edges of the cells have to ascend")
+        total = masses.sum(axis=-1, keepdims=True)
+        if not (total > 0).all():
+            raise InvalidValueError("masses that are all 0", "some friction has to be possible")
+        _check.broadcast(edges=edges[..., 0], masses=masses[..., 0])
+        object.__setattr__(self, "edges", edges)
+        object.__setattr__(self, "masses", _check.read_only(masses / total))
+
+    @classmethod
+    def known(cls, value: npt.ArrayLike) -> Self:
+        """A coefficient that is known, or one for each frame.
+
+        Examples
+        --------
+        >>> float(Friction.known(0.5).mean), float(Friction.known(0.5).std)
+        (0.5, 0.0)
+        """
+        mu = _check.real("friction", value, at_least=0.0, fix="rubber on glass: 1; a dry finger: 0.5")
+        return cls(np.stack([mu, mu], axis=-1), np.ones((*mu.shape, 1)))
+
+    @classmethod
+    def between(cls, low: npt.ArrayLike, high: npt.ArrayLike, cells: int = _CELLS) -> Self:
+        """Anything from `low` to `high`, all as likely.
+
+        Raises
+        ------
+        InvalidValueError
+            A range that does not ascend, or reaches below 0.
+
+        Examples
+        --------
+        >>> Friction.between(0.4, 0.8).quantile([0.0, 0.25, 1.0]).round(6).tolist()
+        [0.4, 0.5, 0.8]
+        """
+        start = _check.real("low", low, at_least=0.0)
+        end = _check.real("high", high, at_least=0.0)
+        _check.broadcast(low=start, high=end)
+        start, end = np.broadcast_arrays(start, end)
+        if not (start < end).all():
+            raise InvalidValueError(
+                f"low = {start.tolist()}, high = {end.tolist()}",
+                "a range ascends",
+                "known(0.5) for one value",
+            )
+        count = int(_check.scalar("cells", cells, at_least=1))
+        return cls(np.linspace(start, end, count + 1, axis=-1), np.ones((*start.shape, count)))
+
+    @classmethod
+    def normal(cls, mean: float, std: float, cells: int = 2 * _CELLS) -> Self:
+        """A normal density of mean and standard deviation, as far as 6 of these, and above 0.
+
+        Examples
+        --------
+        >>> measured = Friction.normal(mean=0.6, std=0.05)
+        >>> round(float(measured.mean), 4), round(float(measured.quantile(0.025)), 3)
+        (0.6, 0.502)
+        """
+        from scipy.special import ndtr
+
+        centre = _check.scalar("mean", mean, at_least=0.0)
+        spread = _check.scalar("std", std, above=0.0, fix="Friction.known(0.5) for a value without error")
+        count = int(_check.scalar("cells", cells, at_least=1))
+        ends = max(centre - _NORMAL_REACH * spread, 0.0), centre + _NORMAL_REACH * spread
+        edges = np.linspace(*ends, count + 1)
+        z = (edges - centre) / spread
+        lower = np.minimum(z, 0.0)
+        # each half from its own tail, so that small masses keep their digits
+        masses = np.diff(ndtr(lower)) + np.diff(-ndtr(-np.maximum(z, 0.0)))
+        return cls(edges, masses)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch: () for one friction."""
+        return np.broadcast_shapes(np.shape(self.edges)[:-1], np.shape(self.masses)[:-1])
+
+    def __repr__(self) -> str:
+        if self.shape:
+            return f"Friction(of shape {self.shape})"
+        low, high = self.quantile([0.025, 0.975])
+        return f"Friction({float(self.mean):.3g} +- {float(self.std):.2g}, 95 % in {low:.3g} to {high:.3g})"
+
+    @property
+    def _centres(self) -> FloatArray:
+        edges = np.asarray(self.edges)
+        return np.asarray(0.5 * (edges[..., 1:] + edges[..., :-1]))
+
+    @property
+    def mean(self) -> FloatArray:
+        """Mean, shape (...)."""
+        return _check.read_only((self._centres * np.asarray(self.masses)).sum(axis=-1))
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviation, shape (...)."""
+        away = self._centres - self.mean[..., None]
+        within = np.diff(np.asarray(self.edges)) ** 2 / 12
+        return _check.read_only(np.sqrt(((away**2 + within) * np.asarray(self.masses)).sum(axis=-1)))
+
+    @property
+    def high(self) -> FloatArray:
+        """The largest coefficient that is possible at all, shape (...)."""
+        ends = np.asarray(self.edges)[..., 1:]
+        return _check.read_only(np.where(np.asarray(self.masses) > 0, ends, -np.inf).max(axis=-1))
+
+    def quantile(self, probability: npt.ArrayLike) -> FloatArray:
+        """The coefficient below which it lies with a probability; shape (...) and then the probability's.
+
+        Examples
+        --------
+        >>> float(Friction.known(0.5).quantile(0.01))
+        0.5
+        """
+        p = _check.real("probability", probability, at_least=0.0, at_most=1.0)
+        edges, masses = self._rows()
+        rows = [_quantile(e, m, p.reshape(-1)) for e, m in zip(edges, masses, strict=True)]
+        return _check.read_only(np.array(rows).reshape((*self.shape, *p.shape)))
+
+    def _rows(self) -> tuple[FloatArray, FloatArray]:
+        """Edges and masses with all frictions along the first axis."""
+        edges, masses = np.asarray(self.edges), np.asarray(self.masses)
+        return (
+            np.broadcast_to(edges, (*self.shape, edges.shape[-1])).reshape(-1, edges.shape[-1]),
+            np.broadcast_to(masses, (*self.shape, masses.shape[-1])).reshape(-1, masses.shape[-1]),
+        )
+
+    def updated(
+        self,
+        *,
+        slips: Estimate | ShapeEstimate | None = None,
+        holds: Estimate | ShapeEstimate | None = None,
+        cone: float = 1.0,
+    ) -> Friction:
+        """What is known after slips and holds that were seen.
+
+        A slip at the estimated load says mu = |T|/N, a hold says mu >= |T|/N, both within the estimate's error and
+        with nothing known before of N (Bayes; docs/slip.md). Each frame counts as a load of its own, tried without
+        knowing mu: of a load that is held for a while give one estimate, from the mean of its readings, for the
+        largest of many readings of one load is larger than the load. Frames without a load, and those at the edge of
+        the estimator's own cone, say nothing. The grid is drawn anew where the density has become narrow; it leaves
+        out less than 1e-12 at either end.
+
+        Parameters
+        ----------
+        slips, holds : Estimate or ShapeEstimate, optional
+            Loads at which a slip began or went on, and loads that held. Their leading axes are this friction's, all
+            further ones are counted together.
+        cone : float, optional
+            The `friction` that the estimates were made with.
+
+        Raises
+        ------
+        InvalidValueError
+            A slip or hold that no friction of this density could have shown.
+        GeometryError
+            Shapes that do not match.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-4))
+        >>> slid = finger.locate(finger.read(ss.LineLoad(40.0, angle=np.arctan(0.5), position=0.4e-3)))
+        >>> learned = Friction.between(0.3, 0.9).updated(slips=slid)
+        >>> round(float(learned.mean), 2), bool(learned.std < 0.02)
+        (0.5, True)
+        """
+        events = [(e, slid) for e, slid in ((slips, True), (holds, False)) if e is not None]
+        loads = [(*self._events(e, cone), slid) for e, slid in events]
+        edges, before = (np.array(v) for v in self._rows())
+        for load, tells, slid in loads:
+            check_possible(load, tells, slid, edges)
+        masses = before
+        for _ in range(6):
+            masses = posterior(edges, before, loads)
+            ends = np.array([_kept(e, m) for e, m in zip(edges, masses, strict=True)])
+            narrow = (ends[:, 1] - ends[:, 0] < 0.5 * (edges[:, -1] - edges[:, 0])) & (
+                ends[:, 0] < ends[:, 1]
+            )
+            if not narrow.any():
+                break
+            for row in np.flatnonzero(narrow):
+                grid = np.linspace(ends[row, 0], ends[row, 1], masses.shape[-1] + 1)
+                share = np.concatenate([[0.0], np.cumsum(before[row])])
+                before[row] = np.diff(np.interp(grid, edges[row], share))
+                edges[row] = grid
+        return Friction(edges.reshape((*self.shape, -1)), masses.reshape((*self.shape, -1)))
+
+    def _events(self, estimate: Estimate | ShapeEstimate, cone: float) -> tuple[Load, npt.NDArray[np.bool_]]:
+        """Loads and which of them tell, shape (frictions, events)."""
+        load, told, edge = load_of(estimate, cone)
+        if estimate.shape[: len(self.shape)] != self.shape:
+            raise GeometryError(
+                f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",
+                "the first axes of the estimates have to be the frictions'",
+            )
+        rows = int(np.prod(self.shape, dtype=np.intp))
+        return Load(*(v.reshape(rows, -1) for v in load)), (told & ~edge).reshape(rows, -1)
+
+
+def _quantile(edges: FloatArray, masses: FloatArray, p: FloatArray) -> FloatArray:
+    """Inverse of the cumulative, which rises in straight lines; where it is flat, the place at which it began to be."""
+    some = masses > 0
+    share = np.cumsum(masses[some])
+    share /= share[-1]
+    low, high = edges[:-1][some], edges[1:][some]
+    cell = np.minimum(np.searchsorted(share, p), share.size - 1)
+    before = np.concatenate([[0.0], share])[cell]
+    return np.asarray(low[cell] + (high - low)[cell] * (p - before) / (share[cell] - before))
+
+
+def _kept(edges: FloatArray, masses: FloatArray) -> tuple[float, float]:
+    """The part of the grid that holds all but a trifle of the mass."""
+    lower, upper = np.cumsum(masses), np.cumsum(masses[::-1])[::-1]
+    first, last = int(np.argmax(lower > _LOST)), int(np.flatnonzero(upper > _LOST)[-1])
+    return float(edges[first]), float(edges[last + 1])
+
+
+def friction_of(friction: Friction | float) -> Friction:
+    """A friction as it is given, or a number that is known."""
+    return friction if isinstance(friction, Friction) else Friction.known(friction)
+
+
+def density_of(
+    friction: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray]:
+    """Edges and masses for the frames of a flat index, (frames, ...), or the one row that serves all, (1, ...)."""
+    edges, masses = np.asarray(friction.edges), np.asarray(friction.masses)
+    if not friction.shape:
+        return edges[None], masses[None]
+    rows = [of_frames(np.moveaxis(v, -1, 0), (v.shape[-1], *shape)) for v in (edges, masses)]
+    first, second = (np.moveaxis(v, 0, -1).reshape(-1, v.shape[0])[index] for v in rows)
+    return first, second

@@ -1,0 +1,126 @@
+"""The least normal force that keeps a held object from slipping: what a gripper must do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError
+from ..estimate import Estimate, ShapeEstimate
+from ._cone import beyond, falling_root, load_of, picked
+from .friction import Friction, density_of, friction_of
+
+__all__ = ["least_force"]
+
+_DOUBLINGS = 80
+
+
+def least_force(
+    estimate: Estimate | ShapeEstimate,
+    friction: Friction | float,
+    probability: float = 1e-3,
+    *,
+    rise: npt.ArrayLike = 0.0,
+    rise_std: npt.ArrayLike = 0.0,
+    cone: float = 1.0,
+) -> FloatArray:
+    """The least normal force at which the probability of slip is no more than a bound.
+
+    The normal force alone is changed: the tangential load is the one estimated, or what it is predicted to be, and the
+    errors of both are kept, as they are where a hand presses harder than it feels itself press. Their covariance does
+    not depend on how hard, readings being linear in the load. Source: docs/slip.md.
+
+    Parameters
+    ----------
+    estimate : Estimate or ShapeEstimate
+        The load felt, shape (...).
+    friction : Friction or float
+        What is known of the coefficient.
+    probability : float, optional
+        The bound, in (0, 1).
+    rise : array_like, shape (...), optional
+        What T changes by until the grip has followed [N/m]: its rate of rise times the time that this takes.
+    rise_std : array_like, shape (...), optional
+        Standard deviation of that [N/m].
+    cone : float, optional
+        The `friction` that the estimate was made with, as in `slip`.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Normal force [N/m], to 1e-10 of itself. Infinite where friction may be 0 with more than this probability; NaN
+        where there is no load to hold, or one that cannot be told.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A probability out of range, shapes that do not match.
+
+    Examples
+    --------
+    Without errors to speak of it is |T| / mu:
+
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-8))
+    >>> found = finger.locate(finger.read(ss.LineLoad(force=40.0, angle=0.3, position=0.8e-3)))
+    >>> round(float(ss.decide.least_force(found, 0.5)), 2), round(float(40 * np.sin(0.3) / 0.5), 2)
+    (23.64, 23.64)
+    """
+    mu = friction_of(friction)
+    bound = _check.scalar("probability", probability, above=0.0, fix="probability=1e-3")
+    if not bound < 1:
+        raise InvalidValueError(f"probability = {bound:.6g}", "has to be < 1", "probability=1e-3")
+    change = _check.real("rise", rise, unit="N/m")
+    spread = _check.real("rise_std", rise_std, unit="N/m", at_least=0.0)
+    load, told, edge = load_of(estimate, cone)
+    shape = estimate.shape
+    _fits("rise", change, shape)
+    _fits("rise_std", spread, shape)
+    out = np.full(told.size, np.nan)
+    index = np.flatnonzero(told & ~edge)
+    if index.size:
+        load = load._replace(tangential=load.tangential + change, tt=load.tt + spread**2).at(index)
+        edges, masses = density_of(mu, shape, index)
+
+        def excess(normal: FloatArray, at: npt.NDArray[np.intp]) -> FloatArray:
+            slips = beyond(load.at(at)._replace(normal=normal), picked(edges, at), picked(masses, at))
+            # tails are nearly straight in the logarithm
+            return np.asarray(np.log(np.maximum(slips, 1e-300)) - np.log(bound))
+
+        out[index] = _falls_below(excess, np.abs(load.tangential) + np.sqrt(load.tt) + np.sqrt(load.nn))
+    return _check.read_only(out.reshape(shape))
+
+
+def _fits(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
+    if _check.broadcast(**{name: values, "estimate": np.empty(shape)}) != shape:
+        raise GeometryError(
+            f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all"
+        )
+
+
+def _falls_below(
+    excess: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], scale: FloatArray
+) -> FloatArray:
+    """The least normal force >= 0 at which `excess` is no more than 0, from a first guess of its size."""
+    every = np.arange(scale.size)
+    out = np.where(excess(np.zeros(scale.size), every) <= 0, 0.0, np.inf)
+    low, high = np.zeros(scale.size), np.array(scale)
+    left = np.flatnonzero(out > 0)
+    found: list[npt.NDArray[np.intp]] = []
+    for _ in range(_DOUBLINGS):
+        if not left.size:
+            break
+        below = excess(high[left], left) <= 0
+        found.append(left[below])
+        left = left[~below]
+        low[left] = high[left]
+        high[left] *= 2
+    index = np.concatenate(found) if found else np.zeros(0, dtype=np.intp)
+    if index.size:
+        out[index] = falling_root(lambda x, at: excess(x, index[at]), low[index], high[index])
+    return out

@@ -1,0 +1,261 @@
+"""From an estimate and a coefficient of friction: how close to slipping, and how surely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ..estimate import Estimate, ShapeEstimate, Status
+from ..pressing import Indenter
+from ..skin import Skin
+from ._cone import BoolArray, Load, beyond, falling_root, load_of, of_frames, picked
+from .friction import Friction, density_of, friction_of
+from .stick import STICK, checked_contact, stick_zone
+
+__all__ = ["Slip", "SlipVerdict", "slip"]
+
+_INTERVAL = (0.025, 0.975)
+_FARTHEST = 1e9
+
+
+class SlipVerdict(IntEnum):
+    """What to make of a frame; the thresholds are those of `slip`."""
+
+    HOLDS = 0
+    """The probability of slip is below the first threshold."""
+    AT_RISK = 1
+    """It is between the two."""
+    SLIPS = 2
+    """It is at the second or above. A contact that slides lies on the cone: its frames scatter about 1/2."""
+    CANNOT_TELL = 3
+    """No load, or one of two, or one that the estimator's own cone cut off where friction may hold more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Slip:
+    """How close to slipping each frame is; every field has the batch's shape (...). NaN where nothing can be told.
+
+    Attributes
+    ----------
+    normal, tangential : ndarray
+        N and T of the load found [N/m].
+    margin, margin_std : ndarray
+        mu N - |T| [N/m], and its standard deviation by the errors of N, T and mu together.
+    probability : ndarray
+        That |T| > mu N.
+    ratio : ndarray
+        |T| / (mu N), at the mean mu; 1 is the edge of the cone.
+    at_edge : ndarray of bool
+        The load lies on the edge of the estimator's own cone: it may be steeper than was found.
+    verdict : ndarray of int
+        `SlipVerdict`.
+    status : ndarray of int
+        `Status` of the estimate.
+    estimate : Estimate or ShapeEstimate
+        What was judged.
+    friction : Friction
+        By which.
+    load : Load
+        N, T and their covariance as they were found, also where nothing is told of them.
+    contact, bodies
+        What decides on the stick zone: a contact's name, and the skin and indenter where these were given.
+    """
+
+    normal: FloatArray
+    tangential: FloatArray
+    margin: FloatArray
+    margin_std: FloatArray
+    probability: FloatArray
+    ratio: FloatArray
+    at_edge: BoolArray
+    verdict: npt.NDArray[np.int8]
+    status: npt.NDArray[np.int8]
+    estimate: Estimate | ShapeEstimate
+    friction: Friction
+    load: Load
+    contact: str
+    bodies: tuple[Skin, Indenter] | None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return self.probability.shape
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of (N, T) [(N/m)^2], shape (..., 2, 2)."""
+        _, _, nn, nt, tt = self.load
+        square = np.stack([np.stack([nn, nt], axis=-1), np.stack([nt, tt], axis=-1)], axis=-2)
+        return _check.read_only(np.where(np.isnan(self.probability)[..., None, None], np.nan, square))
+
+    def probability_at(
+        self, frame: int | tuple[int, ...], normal: npt.ArrayLike, tangential: npt.ArrayLike
+    ) -> FloatArray:
+        """Probability of slip of a load found at (normal, tangential) [N/m] with the errors of one frame.
+
+        `frame` is its index, () where there is no batch; the result has the shape of the forces.
+        """
+        index = (
+            np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)])
+            if self.shape
+            else np.array([0])
+        )
+        n, t = np.broadcast_arrays(_check.real("normal", normal), _check.real("tangential", tangential))
+        errors = (np.full(n.size, float(v.reshape(-1)[index[0]])) for v in self.load[2:])
+        values = beyond(Load(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
+        return _check.read_only(values.reshape(n.shape))
+
+    @cached_property
+    def ratio_interval(self) -> FloatArray:
+        """95 % interval of |T| / (mu N), by the errors of N, T and mu together, shape (..., 2)."""
+        out = np.full((self.probability.size, 2), np.nan)
+        told = np.flatnonzero(np.isfinite(self.probability))
+        if told.size:
+            load = self.load.at(told)
+            edges, masses = density_of(self.friction, self.shape, told)
+            for column, below in enumerate(_INTERVAL):
+                out[told, column] = _ratio_at(load, edges, masses, 1 - below)
+        return _check.read_only(out.reshape(*self.shape, 2))
+
+    @cached_property
+    def stick(self) -> FloatArray:
+        """Part of the contact's width that sticks, 1 at no drag, 0 where it slides; NaN for a line."""
+        return self._stick(self.ratio)
+
+    @cached_property
+    def stick_interval(self) -> FloatArray:
+        """95 % interval of `stick`, shape (..., 2)."""
+        return _check.read_only(np.stack([self._stick(self.ratio_interval[..., k]) for k in (1, 0)], axis=-1))
+
+    def _stick(self, ratio: FloatArray) -> FloatArray:
+        if self.bodies is None:
+            return _check.read_only(np.where(np.isnan(ratio), np.nan, STICK[self.contact](ratio)))
+        mean = np.maximum(self.friction.mean, 1e-12)
+        share = np.minimum(ratio, 1.0)
+        return stick_zone(*self.bodies, self.normal, share * mean * self.normal, mean)
+
+
+def slip(
+    estimate: Estimate | ShapeEstimate,
+    friction: Friction | float,
+    *,
+    contact: str = "hertz",
+    skin: Skin | None = None,
+    indenter: Indenter | None = None,
+    cone: float = 1.0,
+    thresholds: tuple[float, float] = (1e-3, 0.5),
+) -> Slip:
+    """How close to slipping: margin to the friction cone, probability of slip, and what of the contact still sticks.
+
+    The probability is that of |T| > mu N, for (N, T) normal with the estimate's covariance and mu with the friction's
+    density. Source: docs/slip.md.
+
+    Parameters
+    ----------
+    estimate : Estimate or ShapeEstimate
+        From `Finger.locate` or `Finger.fit`, shape (...).
+    friction : Friction or float
+        What is known of the coefficient; a number is taken as known.
+    contact : {"hertz", "wedge", "punch", "line"}, optional
+        What presses, for the stick zone: a round body, a wedge, a flat punch, or a line, which has none.
+    skin, indenter : Skin and Indenter, optional
+        For other bodies and skins: the contact solver finds the stick zone, when it is asked for.
+    cone : float, optional
+        The `friction` that the estimate was made with, 1 by default there and here. It has to be wider than the skin's
+        own: a load on its edge may be steeper than was found, and where friction might hold that, nothing can be told.
+    thresholds : (float, float), optional
+        Probabilities of slip below which a frame HOLDS and from which it SLIPS.
+
+    Returns
+    -------
+    Slip
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Something that is no estimate, thresholds out of order, an unknown contact, frictions of another shape.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=2e-4))
+    >>> touch = ss.LineLoad(force=40.0, angle=[0.1, 0.4, 0.6], position=0.8e-3)
+    >>> found = finger.locate(finger.read(touch, rng=np.random.default_rng(1)))
+    >>> judged = ss.decide.slip(found, ss.decide.Friction.between(0.4, 0.6))
+    >>> [ss.decide.SlipVerdict(v).name for v in judged.verdict]
+    ['HOLDS', 'AT_RISK', 'SLIPS']
+    """
+    mu = friction_of(friction)
+    low, high = _thresholds(thresholds)
+    checked_contact(contact)
+    if (skin is None) != (indenter is None):
+        raise InvalidValueError(
+            f"skin = {skin!r}, indenter = {indenter!r}", "the solver needs both", "skin=finger.skin"
+        )
+    load, told, edge = load_of(estimate, cone)
+    shape = estimate.shape
+    told &= (load.normal > 0) & ~(edge & (cone < of_frames(mu.high, shape)))
+    index = np.flatnonzero(told)
+    values = np.full((4, told.size), np.nan)
+    if index.size:
+        values[:, index] = _numbers(load.at(index), mu, shape, index)
+    margin, margin_std, probability, ratio = (_check.read_only(v.reshape(shape)) for v in values)
+    normal, tangential = (_check.read_only(np.where(told, v, np.nan)) for v in (load.normal, load.tangential))
+    verdict = np.where(probability < low, SlipVerdict.HOLDS, SlipVerdict.AT_RISK)
+    verdict = np.where(probability >= high, SlipVerdict.SLIPS, verdict)
+    sure = told & (estimate.status == Status.OK)
+    judged = np.array(np.where(sure, verdict, SlipVerdict.CANNOT_TELL), dtype=np.int8)
+    at_edge = np.array(edge)
+    judged.flags.writeable = at_edge.flags.writeable = False
+    bodies = None if skin is None or indenter is None else (skin, indenter)
+    return Slip(
+        normal, tangential, margin, margin_std, probability, ratio, at_edge, judged,
+        estimate.status, estimate, mu, load, contact, bodies,
+    )  # fmt: skip
+
+
+def _numbers(
+    load: Load, mu: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]
+) -> list[FloatArray]:
+    """Margin, its deviation, probability and ratio of some of the frames."""
+    mean, std = (of_frames(v, shape).reshape(-1)[index] for v in (mu.mean, mu.std))
+    pulled = np.abs(load.tangential)
+    across = load.tt - 2 * mean * np.sign(load.tangential) * load.nt + mean**2 * load.nn
+    deviation = np.sqrt(np.maximum(across + std**2 * (load.normal**2 + load.nn), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(pulled > 0, pulled / (mean * load.normal), 0.0)
+    return [mean * load.normal - pulled, deviation, beyond(load, *density_of(mu, shape, index)), ratio]
+
+
+def _thresholds(values: Any) -> tuple[float, float]:
+    pair = _check.real("thresholds", values, at_least=0.0, at_most=1.0)
+    if pair.shape != (2,) or not pair[0] <= pair[1]:
+        raise InvalidValueError(
+            f"thresholds = {values!r}", "two probabilities, ascending, are needed", "thresholds=(1e-3, 0.5)"
+        )
+    return float(pair[0]), float(pair[1])
+
+
+def _ratio_at(load: Load, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
+    """The r for which |T| > r mu N with a probability, shape (frames,)."""
+
+    def f(logarithm: FloatArray, index: npt.NDArray[np.intp]) -> FloatArray:
+        p = beyond(load.at(index), picked(edges, index), picked(masses, index), np.exp(logarithm))
+        return np.asarray(p - probability)
+
+    end = np.full(load.normal.size, np.log(_FARTHEST))
+    every = np.arange(end.size)
+    out = np.where(f(end, every) > 0, np.inf, 0.0)
+    index = np.flatnonzero((out == 0) & (f(-end, every) > 0))
+    if index.size:
+        out[index] = np.exp(falling_root(lambda x, at: f(x, index[at]), -end[index], end[index]))
+    return out

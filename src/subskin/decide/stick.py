@@ -1,0 +1,108 @@
+"""How much of a contact sticks while it is dragged by less than friction holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ..pressing import Indenter, PressStatus, press
+from ..skin import Skin
+
+__all__ = ["STICK", "checked_contact", "stick_zone"]
+
+STICK: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "hertz": lambda share: np.sqrt(np.maximum(1 - share, 0.0)),
+    "wedge": lambda share: np.maximum(1 - share, 0.0),
+    "punch": lambda share: np.where(share < 1, 1.0, 0.0),
+    "line": lambda share: np.full_like(share, np.nan),
+}
+"""Stick zone c/a by |T| / (mu N): the contact zone of the normal force N - |T|/mu (Ciavarella 1998, Jaeger 1998); for a
+round body the one of Cattaneo (1938) and Mindlin (1949). A line has no zone to speak of."""
+
+
+def checked_contact(contact: str) -> str:
+    """The name of a contact whose stick zone is known in closed form."""
+    if contact not in STICK:
+        raise InvalidValueError(
+            f"contact = {contact!r}",
+            f"has to be one of {', '.join(STICK)}",
+            "for other bodies give skin= and indenter=, and the solver finds the zone",
+        )
+    return contact
+
+
+def stick_zone(
+    skin: Skin,
+    indenter: Indenter,
+    normal: npt.ArrayLike,
+    tangential: npt.ArrayLike,
+    friction: npt.ArrayLike,
+    **options: Any,
+) -> FloatArray:
+    """The part of a contact's width that sticks, by the contact solver: any indenter on any skin.
+
+    The body is pressed first and then dragged; other ways to the same load leave other zones (docs/pressing.md). About
+    a twentieth of a second each.
+
+    Parameters
+    ----------
+    skin, indenter
+        As of `subskin.press`.
+    normal, tangential : array_like, shape (...)
+        Normal and tangential force [N/m].
+    friction : array_like, shape (...)
+        Coefficient of friction [-], > 0.
+    **options
+        Those of `subskin.press`, such as `nodes`.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        0 where all of it slides; NaN where the solver did not settle, and where a load is NaN or does not press.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As `subskin.press`.
+
+    Examples
+    --------
+    Cattaneo and Mindlin: c / a = sqrt(1 - T / (mu N)).
+
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> share = ss.decide.stick_zone(skin, ss.Cylinder(radius=8e-3), 40.0, 10.0, friction=0.5)
+    >>> round(float(share), 2), round(float(0.5**0.5), 2)
+    (0.71, 0.71)
+    """
+    wanted = [np.asarray(v, dtype=np.float64) for v in (normal, tangential)]
+    mu = _check.real("friction", friction, above=0.0)
+    shape = _check.broadcast(normal=wanted[0], tangential=wanted[1], friction=mu)
+    flat = [np.broadcast_to(v, shape).reshape(-1) for v in (*wanted, mu)]
+    shares = [
+        _share(skin, indenter, float(n), float(t), float(m), options) for n, t, m in zip(*flat, strict=True)
+    ]
+    return _check.read_only(np.array(shares, dtype=np.float64).reshape(shape))
+
+
+def _share(
+    skin: Skin, indenter: Indenter, normal: float, tangential: float, mu: float, options: dict[str, Any]
+) -> float:
+    if not np.isfinite(normal + tangential) or not normal > 0:
+        return np.nan
+    if abs(tangential) >= mu * normal:
+        return 0.0
+    pressed = press(skin, indenter, force=normal, friction=mu, **options)
+    settled = (PressStatus.OK, PressStatus.SLIDES)
+    if pressed.status not in settled:
+        return np.nan
+    dragged = press(skin, indenter, force=normal, friction=mu, tangential=tangential, after=pressed)
+    if dragged.status not in settled:
+        return np.nan
+    return float(np.diff(dragged.stick).sum() / np.diff(dragged.edges).sum())

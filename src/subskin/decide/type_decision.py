@@ -1,0 +1,221 @@
+"""Readings -> what kind of contact made them, with how probable each is, or that they cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ..estimate.estimate import Status
+from ..estimate.evidence import Evidence, Kind
+from ..finger import Finger
+
+__all__ = ["CANNOT_TELL", "TypeDecision", "contact_type", "usual_kinds"]
+
+CANNOT_TELL = -1
+"""In place of a kind's number where no kind is probable enough."""
+
+_KINDS = (("line", "line", (0.0, 0.0)), ("vertex", "wedge", (0.1, 0.35)), ("flat side", "punch", (0.5, 1.2)),
+          ("round side", "hertz", (0.5, 1.2)))  # fmt: skip
+
+
+def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
+    """A line, a vertex (wedge, half width 0.1 to 0.35 depth), a flat and a round side (0.5 to 1.2 depth), alike likely.
+
+    The depth is that of the shallowest sensor.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=1e-3, depth=2e-3))
+    >>> [kind.name for kind in ss.decide.usual_kinds(finger)]
+    ['line', 'vertex', 'flat side', 'round side']
+    """
+    depth = float(np.asarray(finger.array.depth).min())
+    return tuple(Kind(name, family, (a * depth, b * depth)) for name, family, (a, b) in _KINDS)
+
+
+@dataclass(frozen=True, eq=False)
+class TypeDecision:
+    """What kind of contact pressed in each frame; every field has the batch's shape (...).
+
+    Parameters
+    ----------
+    kinds : tuple of Kind
+        Those that were weighed against each other.
+    sure : float
+        Probability from which on a kind is decided for.
+    table : ndarray, shape (..., 1 + 6 kinds)
+        The packed results; read them by name.
+    used : ndarray of bool, shape (..., n)
+        Which sensors each frame's answer rests on.
+    """
+
+    kinds: tuple[Kind, ...]
+    sure: float
+    table: FloatArray
+    used: npt.NDArray[np.bool_]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return self.table.shape[:-1]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The kinds' names."""
+        return tuple(kind.name for kind in self.kinds)
+
+    def _each(self, column: int) -> FloatArray:
+        return self.table[..., 1 + column :: 6]
+
+    @property
+    def log_evidence(self) -> FloatArray:
+        """Log of the evidence of each kind, up to what all have in common, shape (..., kinds)."""
+        return self._each(0)
+
+    @property
+    def probability(self) -> FloatArray:
+        """Probability of each kind after the readings, shape (..., kinds); NaN where `status` says there is none."""
+        evidence = self._each(0) + np.log([kind.prior for kind in self.kinds])
+        known = np.isfinite(evidence).any(axis=-1, keepdims=True)
+        evidence = np.where(known, evidence, 0.0)
+        share = np.exp(evidence - evidence.max(axis=-1, keepdims=True))
+        return _check.read_only(np.where(known, share / share.sum(axis=-1, keepdims=True), np.nan))
+
+    @property
+    def best(self) -> npt.NDArray[np.intp]:
+        """Number of the most probable kind, however probable; `CANNOT_TELL` (-1) where there is no answer."""
+        share = self.probability
+        return np.asarray(np.where(np.isfinite(share[..., 0]), np.argmax(share, axis=-1), CANNOT_TELL))
+
+    @property
+    def decision(self) -> npt.NDArray[np.intp]:
+        """Number of the kind decided for; `CANNOT_TELL` (-1) where none is as probable as `sure`."""
+        share = self.probability
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.where(share.max(axis=-1) >= self.sure, self.best, CANNOT_TELL))
+
+    @property
+    def name(self) -> npt.NDArray[np.str_]:
+        """The decision in words: the kind's name, "cannot tell", or the status where there is no contact to name."""
+        words = np.array([*self.names, "cannot tell"])[self.decision]
+        none = {s: s.name.lower().replace("_", " ") for s in Status if s not in (Status.OK, Status.AMBIGUOUS)}
+        choices = [self.status == s for s in none]
+        return np.asarray(np.select(choices, [np.array(word) for word in none.values()], words))
+
+    @property
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame; `AMBIGUOUS` where the readings cannot tell."""
+        status = self.table[..., 0].astype(np.int8)
+        unsure = (status == Status.OK) & (self.decision == CANNOT_TELL)
+        return np.asarray(np.where(unsure, np.int8(Status.AMBIGUOUS), status))
+
+    def _of_best(self, column: int) -> FloatArray:
+        best = self.best[..., None]
+        values = np.take_along_axis(self._each(column), np.maximum(best, 0), axis=-1)
+        return _check.read_only(np.where(best >= 0, values, np.nan)[..., 0])
+
+    @property
+    def residual(self) -> FloatArray:
+        """Least chi-square of the most probable kind."""
+        return self._of_best(1)
+
+    @property
+    def position(self) -> FloatArray:
+        """Place y of the most probable kind's best contact [m]."""
+        return self._of_best(2)
+
+    @property
+    def force(self) -> FloatArray:
+        """Its magnitude [N/m]."""
+        return self._of_best(3)
+
+    @property
+    def angle(self) -> FloatArray:
+        """Its angle from the inward normal [rad]."""
+        return self._of_best(4)
+
+    @property
+    def half_width(self) -> FloatArray:
+        """Its half width [m]; 0 of a line."""
+        return self._of_best(5)
+
+
+def contact_type(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    kinds: Sequence[Kind] | None = None,
+    *,
+    sure: float = 0.95,
+    search: tuple[float, float] | None = None,
+    friction: float = 1.0,
+    false_alarm: float = 1e-6,
+) -> TypeDecision:
+    """What kind of contact pressed, from readings of shape (..., n), by Bayesian evidence.
+
+    For each kind the likelihood of the readings is averaged over all that is unknown of it: its place alike over
+    `search`, its half width alike over the kind's range, its angle alike within the friction cone, its force alike on
+    a logarithmic scale. Times the kind's prior this is its probability, up to what all share. The averages are prepared
+    on the first call and kept with the finger. Source: docs/deciding.md; MacKay, Information Theory, Inference, and
+    Learning Algorithms (2003), chapter 28.
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, with the sensors' noise: at least four sensors.
+    readings : array_like, shape (..., n)
+        Raw readings; NaN marks a missing one.
+    kinds : sequence of Kind, optional
+        What may have pressed; `usual_kinds` by default.
+    sure : float, optional
+        Probability from which on a kind is decided for, in (0.5, 1).
+    search : (float, float), optional
+        Where contacts may be, y [m]; from half a depth before the first sensor to half a depth after the last.
+    friction : float, optional
+        |tan(angle)| is at most this [-].
+    false_alarm : float, optional
+        Chance that noise alone is called a contact, or that a contact of one of the kinds is called unexplained.
+
+    Returns
+    -------
+    TypeDecision
+        Probabilities, decision, the best contact of the most probable kind, status, each of shape (...).
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Sensors without noise, kinds of one name, widths out of order, a last axis that is not the sensors.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5))
+    >>> edge = ss.Wedge(force=40.0, angle=0.3, position=0.4e-3, half_width=0.5e-3)
+    >>> said = ss.decide.contact_type(finger, finger.read(edge, rng=np.random.default_rng(0)))
+    >>> str(said.name), bool(said.probability[1] > 0.99)
+    ('vertex', True)
+    """
+    _check.scalar("sure", sure, above=0.5)
+    if not sure < 1:
+        raise InvalidValueError(f"sure = {sure}", "has to be in (0.5, 1)", "sure=0.95")
+    chosen = usual_kinds(finger) if kinds is None else tuple(kinds)
+    for kind in chosen:
+        if not isinstance(kind, Kind):
+            raise InvalidValueError(
+                f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)'
+            )
+    key: tuple[Any, ...] = (chosen, search and tuple(search), friction, false_alarm)
+    kept: dict[tuple[Any, ...], Evidence] = finger.__dict__.setdefault("_evidence", {})
+    if key not in kept:
+        kept[key] = Evidence(finger, chosen, search=search, friction=friction, false_alarm=false_alarm)
+    table, used = kept[key](readings)
+    return TypeDecision(chosen, float(sure), table, used)

@@ -1,0 +1,222 @@
+"""What unlabelled touches read, as a function of the finger in units of what its drawing leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..finger import Finger
+from ._forward import Forward
+
+__all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]
+
+TERMS = ("gain", "offset", "depth", "depths", "place", "poisson", "thickness")
+"""What can be fitted, in the order of x."""
+
+_STEP = 1e-5
+"""Of differences, in typical sizes: what rounding and what curvature make of them is then about alike."""
+
+
+class Touches(NamedTuple):
+    """Readings (m, n) less the drawn offsets, over the noise; 0 where they are not `seen` (m, n)."""
+
+    data: FloatArray
+    seen: npt.NDArray[np.bool_]
+
+    def of(self, rows: npt.NDArray[np.bool_]) -> Touches:
+        """Some of them."""
+        return Touches(self.data[rows], self.seen[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Whitened readings near a finger x and touches at places f, with the forces that fit best.
+
+    Parameters
+    ----------
+    rest : ndarray, shape (m, n)
+        What the forces leave of the readings.
+    basis : ndarray, shape (m, n, k)
+        Orthonormal columns that span what forces can explain.
+    by_force, by_place, by_finger : ndarray, shapes (m, n, k), (m, n), (m, n, p)
+        Derivatives of the readings.
+    force : ndarray, shape (m, k)
+        The forces [N/m].
+    """
+
+    rest: FloatArray
+    basis: FloatArray
+    by_force: FloatArray
+    by_place: FloatArray
+    by_finger: FloatArray
+    force: FloatArray
+
+    def free(self) -> tuple[FloatArray, FloatArray]:
+        """`by_place` and `by_finger` less what a change of the forces could undo."""
+        across = np.swapaxes(self.basis, 1, 2)
+        place = self.by_place - (self.basis @ (across @ self.by_place[..., None]))[..., 0]
+        return place, self.by_finger - self.basis @ (across @ self.by_finger)
+
+    def information(self) -> FloatArray:
+        """Fisher information of x at unit noise, every touch's place and forces being unknown, shape (p, p)."""
+        place, finger = self.free()
+        size = np.linalg.norm(place, axis=1)
+        unit = place / np.where(size > 0, size, 1.0)[:, None]
+        finger = finger - unit[..., None] * np.einsum("mn,mnp->mp", unit, finger)[:, None, :]
+        return np.asarray(np.einsum("mnp,mnq->pq", finger, finger))
+
+
+class BlindModel:
+    """A finger that depends on x: in each element, one standard deviation of what the drawing leaves open.
+
+    Gains are exp(x gain_error) times the drawn ones, so that a factor common to all is one direction of x, exactly.
+
+    Parameters
+    ----------
+    finger : Finger
+        As drawn, live sensors only.
+    names : sequence of str
+        Any of `TERMS`.
+    errors : mapping of str to array_like
+        Standard deviation of each: gain (a share), offset, depth, depths, place, thickness [m], poisson.
+    loads : int
+        2 for a normal and a tangential force, 1 for a normal one.
+    """
+
+    def __init__(
+        self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], loads: int
+    ) -> None:
+        self.drawn, self.loads = finger, loads
+        self.forward = Forward(finger, names)
+        n = len(finger.array)
+        self.slices: dict[str, slice] = {}
+        at = 0
+        for name in TERMS:
+            if name in names:
+                size = n if name in ("gain", "offset", "depths", "place") else 1
+                self.slices[name] = slice(at, at + size)
+                at += size
+        self.size = at
+        self.prior = np.empty(at)
+        for name, part in self.slices.items():
+            self.prior[part] = errors[name]
+        # the terms that `Forward` knows, in its own order, and their values as drawn
+        terms = [s for name in self.forward.names for s in range(*self.slices[name].indices(at))]
+        self._terms = np.array(terms, dtype=np.intp)
+        start = np.zeros(self.forward.size)
+        if "poisson" in self.slices:
+            start[self.forward.slices["poisson"]] = self.forward.poisson
+        if "thickness" in self.slices:
+            deepest = float(np.asarray(finger.array.depth).max())
+            start[self.forward.slices["thickness"]] = finger.skin.thickness - deepest
+        self._start = start
+        self.low, self.high = np.full(at, -np.inf), np.full(at, np.inf)
+        bounds = self.forward.bounds()
+        spread = self.prior[self._terms]
+        self.low[self._terms], self.high[self._terms] = ((b - start) / spread for b in bounds)
+        self._steps = np.ones(at)
+        self._steps[self._terms] = self.forward.scale() / spread
+        self._steps *= _STEP
+
+    def shift(self, x: FloatArray) -> FloatArray:
+        """The vector of `Forward` at x."""
+        return np.asarray(self._start + self.prior[self._terms] * x[self._terms])
+
+    def finger(self, x: FloatArray) -> Finger:
+        """The finger x."""
+        fitted = self.forward.apply(self.shift(x))
+        array = fitted.array
+        if "gain" in self.slices:
+            part = self.slices["gain"]
+            array = replace(array, gain=np.asarray(array.gain) * np.exp(self.prior[part] * x[part]))
+        if "offset" in self.slices:
+            part = self.slices["offset"]
+            array = replace(array, offset=np.asarray(array.offset) + self.prior[part] * x[part])
+        return Finger(fitted.skin, array)
+
+    def fit_forces(
+        self, touches: Touches, x: FloatArray, places: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Readings under unit loads (m, n, k), an orthonormal basis of them, the best forces, and the rest (m, n)."""
+        field = self._field(x, places) * touches.seen[..., None]
+        basis, triangle = np.linalg.qr(field)
+        data = touches.data - self._lift(x) * touches.seen
+        along = np.swapaxes(basis, 1, 2) @ data[..., None]
+        force = np.linalg.solve(triangle, along)[..., 0]
+        return field, basis, force, data - (basis @ along)[..., 0]
+
+    def linearise(self, touches: Touches, x: FloatArray, places: FloatArray) -> Linearised:
+        """The model near x and `places` (m,) [m].
+
+        A skin is the same all along its surface: a sensor moved one way reads what a touch moved the other way makes.
+        """
+        field, basis, force, rest = self.fit_forces(touches, x, places)
+
+        def difference(high: FloatArray, low: FloatArray, width: FloatArray | float) -> FloatArray:
+            return np.asarray(((high - low) @ force[..., None])[..., 0] / width * touches.seen)
+
+        h = _STEP * float(np.asarray(self.drawn.array.depth).min())
+        by_place = difference(self._field(x, places + h), self._field(x, places - h), 2 * h)
+        by_finger = np.zeros((*touches.data.shape, self.size))
+        each = np.arange(touches.data.shape[1])
+        for name, part in self.slices.items():
+            spread = self.prior[part]
+            if name == "gain":
+                by_finger[:, each, part.start + each] = (field @ force[..., None])[..., 0] * spread
+            elif name == "offset":
+                by_finger[:, each, part.start + each] = touches.seen * spread / self._noise
+            elif name == "place":
+                by_finger[:, each, part.start + each] = -by_place * spread
+            else:  # moved together, for a sensor's reading knows no other's depth
+                high, low = x.copy(), x.copy()
+                high[part] = np.minimum(x[part] + self._steps[part], self.high[part])
+                low[part] = np.maximum(x[part] - self._steps[part], self.low[part])
+                change = difference(self._field(high, places), self._field(low, places), (high - low)[part])
+                if name == "depths":
+                    by_finger[:, each, part.start + each] = change
+                else:
+                    by_finger[..., part.start] = change
+        return Linearised(rest, basis, field, by_place, by_finger, force)
+
+    @property
+    def _noise(self) -> FloatArray:
+        return np.asarray(self.drawn.array.noise)
+
+    def _field(self, x: FloatArray, places: FloatArray) -> FloatArray:
+        return self.finger(x).receptive_field(places)[..., : self.loads] / self._noise[:, None]
+
+    def _lift(self, x: FloatArray) -> FloatArray | float:
+        """What the found offsets add to the whitened readings."""
+        part = self.slices.get("offset")
+        return 0.0 if part is None else self.prior[part] * x[part] / self._noise
+
+    def reported(self, x: FloatArray) -> list[tuple[str, int | None, float, str]]:
+        """(name, sensor, value, unit) of each number of the finger x, in the order of `turn`'s rows."""
+        array = self.finger(x).array
+        out: list[tuple[str, int | None, float, str]] = []
+        for name in ("gain", "offset"):
+            if name in self.slices:
+                out += [(name, i, float(v), "") for i, v in enumerate(np.asarray(getattr(array, name)))]
+        return out + self.forward.parameters(self.shift(x), np.arange(len(array), dtype=np.intp))
+
+    def turn(self, x: FloatArray) -> FloatArray:
+        """How a change of x changes what is reported, shape (reported, p)."""
+        array = self.finger(x).array
+        first = [
+            s
+            for name in ("gain", "offset")
+            for s in range(*self.slices.get(name, slice(0)).indices(self.size))
+        ]
+        out = np.zeros((len(first) + len(self._terms), self.size))
+        out[np.arange(len(first)), first] = self.prior[first]
+        if "gain" in self.slices:
+            gains = np.arange(len(array))
+            out[gains, gains] *= np.asarray(array.gain)
+        own = self.forward.expansion(self.shift(x))
+        out[len(first) :, self._terms] = own * self.prior[self._terms]
+        return out

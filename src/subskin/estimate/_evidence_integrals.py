@@ -1,0 +1,193 @@
+"""Integrals over a contact's unknowns, compiled: of a Gaussian with edges, and by sums over a grid."""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+
+from ._shape_kernel import _rows, _slopes
+
+_REACH = 5.0
+_FINE = 4  # steps of the survey's grid to one of the scan's
+_NEGLIGIBLE = 40.0
+_LOG_2PI = math.log(2 * math.pi)
+
+_compiled = nb.njit(
+    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
+)
+
+
+@_compiled
+def _log_below(x):
+    """Log of the probability that a standard normal variable is below x."""
+    if x > -5.0:
+        return math.log(0.5 * math.erfc(-x * 0.7071067811865476))
+    square = 1.0 / (x * x)
+    return -0.5 * x * x - math.log(-x) - 0.5 * _LOG_2PI + math.log1p(-square * (1.0 - 3.0 * square))
+
+
+@_compiled
+def _log_weight(w, a, fit, mu, y, ends, info, mean):
+    """Log of the integral over places and forces about (y, N, T), a and fit being those of `_rows` and `_forces` there.
+
+    The integrand is Gaussian but for its edges, the cone's and the search's; each is taken in turn, and what it leaves
+    is again replaced by the Gaussian of the same mean and covariance. info (3, 3), mean (3,): scratch.
+    """
+    n = w.size
+    normal, tangential = fit[0], fit[1]
+    size = math.hypot(normal, tangential)
+    g0 = g1 = g2 = 0.0
+    info[:] = 0.0
+    for i in range(n):
+        u = a[2, i] * normal + a[3, i] * tangential
+        rho = w[i] - a[0, i] * normal - a[1, i] * tangential
+        g0 += u * rho
+        g1 += a[0, i] * rho
+        g2 += a[1, i] * rho
+        info[0, 0] += u * u
+        info[0, 1] += u * a[0, i]
+        info[0, 2] += u * a[1, i]
+        info[1, 1] += a[0, i] * a[0, i]
+        info[1, 2] += a[0, i] * a[1, i]
+        info[2, 2] += a[1, i] * a[1, i]
+    det = _invert(info)
+    mean[0] = info[0, 0] * g0 + info[0, 1] * g1 + info[0, 2] * g2
+    mean[1] = info[1, 0] * g0 + info[1, 1] * g1 + info[1, 2] * g2
+    mean[2] = info[2, 0] * g0 + info[2, 1] * g1 + info[2, 2] * g2
+    out = 0.5 * (fit[2] + g0 * mean[0] + g1 * mean[1] + g2 * mean[2]) + 1.5 * _LOG_2PI - 0.5 * math.log(det)
+    mean[0] += y
+    mean[1] += normal
+    mean[2] += tangential
+    # equally probable in the logarithm of the magnitude and in the angle: 1 / P^2 in the plane of (N, T)
+    out -= 2.0 * math.log(max(size, 1e-300))
+    e1, e2 = (mu, 1.0) if mu < math.inf else (1.0, 0.0)
+    out += _cut(info, mean, 0.0, e1, -e2, 0.0)
+    if mu < math.inf:
+        out += _cut(info, mean, 0.0, e1, e2, 0.0)
+    out += _cut(info, mean, 1.0, 0.0, 0.0, -ends[0])
+    return out + _cut(info, mean, -1.0, 0.0, 0.0, ends[1])
+
+
+@_compiled
+def _invert(m):
+    """Invert a symmetric 3 x 3 matrix given by its upper half, in place; returns its determinant."""
+    a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
+    # what the readings say nothing of is infinite within rounding, not an error
+    a, d, f = a * (1.0 + 1e-12) + 1e-300, d * (1.0 + 1e-12) + 1e-300, f * (1.0 + 1e-12) + 1e-300
+    x, y, z = d * f - e * e, c * e - b * f, b * e - c * d
+    det = max(a * x + b * y + c * z, 1e-300)
+    m[0, 0], m[0, 1], m[0, 2] = x / det, y / det, z / det
+    m[1, 1], m[1, 2], m[2, 2] = (a * f - c * c) / det, (b * c - a * e) / det, (a * d - b * b) / det
+    m[1, 0], m[2, 0], m[2, 1] = m[0, 1], m[0, 2], m[1, 2]
+    return det
+
+
+@_compiled
+def _cut(cov, mean, c0, c1, c2, offset):
+    """Log of the share of a Gaussian where c x + offset > 0; mean and covariance become those of that share."""
+    v0 = cov[0, 0] * c0 + cov[0, 1] * c1 + cov[0, 2] * c2
+    v1 = cov[1, 0] * c0 + cov[1, 1] * c1 + cov[1, 2] * c2
+    v2 = cov[2, 0] * c0 + cov[2, 1] * c1 + cov[2, 2] * c2
+    spread = math.sqrt(max(c0 * v0 + c1 * v1 + c2 * v2, 1e-300))
+    z = (c0 * mean[0] + c1 * mean[1] + c2 * mean[2] + offset) / spread
+    if z > 6.0:
+        return 0.0
+    share = _log_below(z)
+    pull = math.exp(-0.5 * z * z - 0.5 * _LOG_2PI - share)
+    narrow = pull * (pull + z) / (spread * spread)
+    shift = pull / spread
+    v = (v0, v1, v2)
+    for i in range(3):
+        mean[i] += v[i] * shift
+        for j in range(3):
+            cov[i, j] -= v[i] * v[j] * narrow
+    return share
+
+
+@_compiled
+def _interval(gradient, curvature, q, low, high):
+    """Where along the valley the integrand is within exp(-_REACH^2 / 2) of its height at q."""
+    fall = 0.5 * _REACH * _REACH
+    reach = (math.sqrt(gradient * gradient + 2.0 * fall * curvature) + abs(gradient)) / max(curvature, 1e-300)
+    toward = 2.0 * fall / (math.sqrt(gradient * gradient + 2.0 * fall * curvature) + abs(gradient))
+    up, down = (reach, toward) if gradient > 0.0 else (toward, reach)
+    return max(q - down, low), min(q + up, high)
+
+
+@_compiled
+def _broad(w, table, g, at, fit, ends, rows, step, c, a):
+    """Whether place and width are known no closer than the survey's grid tells, at the peak `at`.
+
+    Sums over a grid of step h are exact to 2 exp(-2 pi^2 / (h / spread)^2): 3e-3 at spread = 0.57 h.
+    """
+    y, q = at[0], at[1]
+    _rows(table, g[0], g[1], g[2], y, q, c, a)
+    _, gq, yy, yq, qq = _slopes(w, a, fit)
+    if not yy * (0.57 * step / _FINE) ** 2 < 1.0:
+        return False
+    if not ends[3] > ends[2]:
+        return True
+    curvature = max(qq - yq * yq / yy, 1e-300)
+    inside = ends[2] < q < ends[3]
+    low, high = _interval(0.0 if inside else gq, curvature, q, -math.inf, math.inf)
+    nearest = (q - low if q >= ends[3] else high - q) / _REACH  # a spread, of the side that is in the range
+    return nearest > 2.0 * math.sqrt(q) * 0.57 * (rows[0, 1] - rows[0, 0])
+
+
+@_compiled
+def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
+    """Log of the evidence by sums over a fine grid of places and widths, where they are known no closer than its steps.
+
+    fine (n, 2, r, m): A on the grid, which has `_FINE` steps to each of the scan's; nodes (5, r, m): the inverse of
+    A^T A and log(2 pi) less half the log of its determinant, in the last; rows (3, r): half width, its square, weight.
+    """
+    n, _, count, m = fine.shape
+    total, highest = 0.0, -math.inf
+    for j in range(count):
+        below = 0
+        while below + 2 < squares.size and squares[below + 1] < rows[1, j]:
+            below += 1
+        above = min(below + 1, squares.size - 1)
+        for cell in range(scan.shape[1] - 1):
+            near = max(scan[below, cell], scan[below, cell + 1], scan[above, cell], scan[above, cell + 1])
+            if near < explained - 2.0 * _NEGLIGIBLE:
+                continue
+            last = _FINE + (cell == scan.shape[1] - 2)  # a cell has its left end; the last cell has both
+            for k in range(cell * _FINE, cell * _FINE + last):
+                b1 = b2 = 0.0
+                for i in range(n):
+                    b1 += fine[i, 0, j, k] * w[i]
+                    b2 += fine[i, 1, j, k] * w[i]
+                i11, i12, i22 = nodes[0, j, k], nodes[1, j, k], nodes[2, j, k]
+                normal, tangential = i11 * b1 + i12 * b2, i12 * b1 + i22 * b2
+                here = 0.5 * (b1 * normal + b2 * tangential - explained)
+                if here < -_NEGLIGIBLE:
+                    continue
+                here += nodes[3, j, k]
+                for side in range(2):
+                    e1, e2 = (mu, 1.0 - 2.0 * side) if mu < math.inf else (1.0, 0.0)
+                    v1, v2 = i11 * e1 + i12 * e2, i12 * e1 + i22 * e2
+                    spread = math.sqrt(e1 * v1 + e2 * v2)
+                    z = (e1 * normal + e2 * tangential) / spread
+                    if z < 6.0:
+                        share = _log_below(z)
+                        here += share
+                        shift = math.exp(-0.5 * z * z - 0.5 * _LOG_2PI - share) / spread
+                        normal, tangential = normal + v1 * shift, tangential + v2 * shift
+                    if mu == math.inf:
+                        break
+                here -= math.log(max(normal * normal + tangential * tangential, 1e-300))
+                weight = rows[2, j] * (0.5 if k == 0 or k == m - 1 else 1.0)
+                if here > highest:
+                    total *= math.exp(highest - here)
+                    highest = here
+                total += weight * math.exp(here - highest)
+    return math.log(step * total) + highest + 0.5 * explained if total > 0.0 else -math.inf
+
+
+@_compiled
+def _add(x, y):
+    """log(exp(x) + exp(y))."""
+    high, low = max(x, y), min(x, y)
+    return high if low == -math.inf else high + math.log1p(math.exp(low - high))

@@ -1,0 +1,259 @@
+"""The compiled heart of `evidence`: how probable the readings are under each kind of contact, one frame at a time.
+
+The evidence of a kind is the integral of likelihood times prior over place y, half width a, and forces N, T. Where the
+readings tell place and width but roughly, it is a sum over a grid of both, the forces being integrated at each. Where
+they tell them closely it is Gaussian in place and forces about the best place at each width, and a sum, or a Gaussian,
+over widths. Best places are found as in `_shape_kernel`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from ._evidence_integrals import (
+    _FINE,
+    _LOG_2PI,
+    _NEGLIGIBLE,
+    _REACH,
+    _add,
+    _broad,
+    _interval,
+    _log_weight,
+    _survey,
+)
+from ._shape_kernel import _highest, _refine, _rows, _scan, _slopes
+
+# Columns: of the frame, then of each kind.
+STATUS, KIND = 0, 1
+LOG_EVIDENCE, CHI2, POSITION, FORCE, ANGLE, HALF_WIDTH, EACH = 0, 1, 2, 3, 4, 5, 6
+
+_PEAKS = 4
+_NODES = 10
+_OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
+_T, _W = np.polynomial.legendre.leggauss(_NODES)
+
+_compiled = nb.njit(
+    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
+)
+
+
+@_compiled
+def _starts(s, places, squares, score, at):
+    """The highest points of the scan s, the best first: their number."""
+    rows, m = squares.size, places.size
+    count = 0
+    for j in range(rows):
+        for k in range(m):
+            here = s[j, k]
+            if not here > 0.0 or not _highest(s, j, k):
+                continue
+            place = count
+            while place > 0 and score[place - 1] < here:
+                place -= 1
+            if place < _PEAKS:
+                for p in range(min(count, _PEAKS - 1), place, -1):
+                    score[p] = score[p - 1]
+                    at[p] = at[p - 1]
+                score[place] = here
+                at[place, 0], at[place, 1] = places[k], squares[j]
+                count = min(count + 1, _PEAKS)
+    return count
+
+
+@_compiled
+def _keep(y, q, fit, kept, apart, at, fits):
+    """Put a place among the `kept` best, unless it is there already: their number."""
+    for e in range(kept):
+        if abs(at[e, 0] - y) <= apart[0] and abs(at[e, 1] - q) <= apart[1]:
+            return kept
+    e = kept
+    while e > 0 and fit[2] > fits[e - 1, 2]:
+        e -= 1
+    if e == _PEAKS:
+        return kept
+    for k in range(min(kept, _PEAKS - 1), e, -1):
+        at[k], fits[k] = at[k - 1], fits[k - 1]
+    at[e, 0], at[e, 1] = y, q
+    fits[e] = fit
+    return min(kept + 1, _PEAKS)
+
+
+@_compiled
+def _peaks(w, scan, places, squares, table, g, mu, ends, thorough, c, a, trial, score, at, fits, fit):
+    """The highest places of S over y and q, refined, the best first and each once: their number.
+
+    g: start and step of the table, the square of its widest. With `thorough`, from the best place of each width.
+    """
+    start, step, square = g[0], g[1], g[2]
+    apart = (0.05 * step, 1e-3 * square)
+    kept = 0
+    if thorough:
+        for j in range(squares.size):
+            k = 0
+            for p in range(1, places.size):
+                k = p if scan[j, p] > scan[j, k] else k
+            y, q = _refine(w, table, start, step, square, mu, places[k], squares[j], ends, c, a, trial, fit)
+            kept = _keep(y, q, fit, kept, apart, at, fits)
+        return kept
+    first = np.empty((_PEAKS, 2))
+    for p in range(_starts(scan, places, squares, score, first)):
+        y, q = _refine(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, trial, fit)
+        kept = _keep(y, q, fit, kept, apart, at, fits)
+    return kept
+
+
+@_compiled
+def _evidence(
+    w, table, start, step, square, mu, ends, count, at, fits, spans, c, a, trial, fit, hold, info, mean
+):
+    """Log of the evidence from the peaks `at`, without what all kinds have in common."""
+    low, high = ends[2], ends[3]
+    total = -math.inf
+    prior = -math.log(math.sqrt(high) - math.sqrt(low)) if high > low else 0.0  # all widths as probable
+    for p in range(count):
+        y, q = at[p, 0], at[p, 1]
+        _rows(table, start, step, square, y, q, c, a)
+        _, gq, yy, yq, qq = _slopes(w, a, fits[p])
+        spans[p, 0] = spans[p, 1] = q
+        if high > low:
+            curvature = max(qq - yq * yq / max(yy, 1e-300), 1e-300)
+            inside = low < q < high
+            spans[p, 0], spans[p, 1] = _interval(0.0 if inside else gq, curvature, q, low, high)
+            half = math.sqrt(q)
+            spread = 1.0 / math.sqrt(curvature) / max(2.0 * half, 1e-300)
+            apart = True
+            for e in range(count):
+                apart &= e == p or abs(at[e, 1] - q) > 4.0 * _REACH / math.sqrt(curvature)
+            if apart and low < spans[p, 0] and spans[p, 1] < high and spread < 0.01 * half:
+                here = _log_weight(w, a, fits[p], mu, y, ends, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
+                total = _add(total, here + prior)
+                spans[p, 1] = -1.0  # done
+        else:
+            total = _add(total, _log_weight(w, a, fits[p], mu, y, ends, info, mean))
+    if not high > low:
+        return total
+    for p in range(count):
+        if spans[p, 1] < 0.0:
+            continue
+        # spans that overlap are one stretch of widths, along which each peak's valley is followed
+        first, last = spans[p, 0], spans[p, 1]
+        grown = True
+        while grown:
+            grown = False
+            for e in range(count):
+                if (
+                    spans[e, 1] >= first
+                    and spans[e, 0] <= last
+                    and (spans[e, 0] < first or spans[e, 1] > last)
+                ):
+                    first, last, grown = min(first, spans[e, 0]), max(last, spans[e, 1]), True
+        members = 0
+        for e in range(count):
+            if spans[e, 1] >= first and spans[e, 0] <= last:
+                hold[0, members] = at[e, 0]
+                members += 1
+                spans[e, 1] = -1.0
+        one, two = math.sqrt(first), math.sqrt(last)
+        for k in range(_NODES):
+            half = 0.5 * (one + two + (two - one) * _T[k])
+            q = half * half
+            hold[2, 0], hold[2, 1], hold[2, 2], hold[2, 3] = ends[0], ends[1], q, q
+            share = math.log(0.5 * (two - one) * _W[k]) + prior
+            for e in range(members):
+                y, _ = _refine(w, table, start, step, square, mu, hold[0, e], q, hold[2], c, a, trial, fit)
+                hold[0, e] = hold[1, e] = y
+                new = True
+                for d in range(e):
+                    new &= abs(hold[1, d] - y) > 0.05 * step
+                if new:
+                    total = _add(total, _log_weight(w, a, fit, mu, y, ends, info, mean) + share)
+    return total
+
+
+@_compiled
+def weigh_frames(
+    readings, sensors, bases, edges, places, squares, tables, fines, nodes, rows, geometry, options, out
+):
+    """Fill `out`, one row a frame; the columns are named above.
+
+    bases, edges, squares, tables: one array a kind, as of `fit_frames`; geometry (kinds, 5): start and step of the
+    table, the square of its widest, and the ends of q; fines, nodes, rows: as of `_survey`; options: mu, the ends of
+    y, then the thresholds.
+    """
+    frames, n = readings.shape
+    kinds = geometry.shape[0]
+    mu, detection, largest = options[0], options[3], options[4]
+    w = np.empty(n)
+    a, c = np.empty((6, n)), np.empty((2, 5, 2, n))
+    fits, trial, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6), np.empty(6)
+    at, score = np.empty((kinds, _PEAKS, 2)), np.empty(_PEAKS)
+    spans, hold, ends = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4))), np.empty(4)
+    info, mean = np.empty((3, 3)), np.empty(3)
+    counts = np.empty(kinds, dtype=np.int64)
+    most = 1
+    for k in range(kinds):
+        most = max(most, squares[k].size)
+    scans = np.empty((most, places.size), dtype=np.float32)
+    for f in range(frames):
+        row = out[f]
+        row[:] = math.nan
+        total, usable = 0.0, True
+        for i in range(n):
+            r = readings[f, i]
+            usable &= sensors[2, i] < r < sensors[3, i]
+            w[i] = (r - sensors[0, i]) * sensors[1, i]
+            total += w[i] * w[i]
+        if not (usable and total < math.inf):
+            row[STATUS] = _PENDING
+            continue
+        explained = 0.0
+        for attempt in range(2):
+            # before a frame is called unexplained, the best place of each width is tried
+            if attempt == 1 and total - explained <= largest:
+                break
+            for k in range(kinds):
+                g = geometry[k]
+                ends[0], ends[1], ends[2], ends[3] = options[1], options[2], g[3], g[4]
+                scan = scans[: squares[k].size]
+                _scan(w, bases[k], edges[k], scan)
+                counts[k] = _peaks(
+                    w, scan, places, squares[k], tables[k], g, mu, ends, attempt == 1, c, a, trial, score,
+                    at[k], fits[k], fit,
+                )  # fmt: skip
+                if counts[k] > 0:
+                    explained = max(explained, fits[k, 0, 2])
+        row[STATUS] = _OK
+        if total - explained > largest or explained < detection:
+            row[STATUS] = _UNEXPLAINED if total - explained > largest else _NO_CONTACT
+            continue
+        for k in range(kinds):
+            part = row[KIND + k * EACH : KIND + (k + 1) * EACH]
+            part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
+            if counts[k] > 0:
+                normal, tangential = fits[k, 0, 0], fits[k, 0, 1]
+                part[CHI2] = max(total - fits[k, 0, 2], 0.0)
+                part[POSITION], part[FORCE] = at[k, 0, 0], math.hypot(normal, tangential)
+                part[ANGLE], part[HALF_WIDTH] = math.atan2(tangential, normal), math.sqrt(at[k, 0, 1])
+            g = geometry[k]
+            ends[0], ends[1], ends[2], ends[3] = options[1], options[2], g[3], g[4]
+            count = 0
+            while count < counts[k] and fits[k, count, 2] > explained - 2.0 * _NEGLIGIBLE:
+                count += 1
+            if count == 0:
+                continue
+            if _broad(w, tables[k], g, at[k, 0], fits[k, 0], ends, rows[k], places[1] - places[0], c, a):
+                scan = scans[: squares[k].size]
+                _scan(w, bases[k], edges[k], scan)
+                step = (places[1] - places[0]) / _FINE
+                part[LOG_EVIDENCE] = _survey(
+                    w, scan, squares[k], explained, mu, fines[k], nodes[k], rows[k], step
+                )
+            else:
+                part[LOG_EVIDENCE] = _evidence(
+                    w, tables[k], g[0], g[1], g[2], mu, ends, count, at[k], fits[k],
+                    spans, c, a, trial, fit, hold, info, mean,
+                )  # fmt: skip
+            part[LOG_EVIDENCE] -= 0.5 * explained

@@ -1,0 +1,278 @@
+"""The compiled loop of `pressure_map`: weight, pressure, angle, and what is told of them, a frame at a time.
+
+A search begins on elements four times as wide, from the smoothest solution of any sign and, where an angle is sought,
+from that of the best even strip.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from ._pressure_solver import forward, settle, turn
+from ._pressure_weight import HIGHEST, LOWEST, weigh
+from .pressure import (
+    ANGLE,
+    ANGLE_STD,
+    CENTRE,
+    CENTRE_STD,
+    FORCE_STD,
+    FORCES,
+    LEAN,
+    OPTIMALITY,
+    RESIDUAL,
+    STATUS,
+    WEIGHT,
+    WIDTH,
+)
+
+_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
+_EDGE = 0.02  # of the force
+_SETTLED, _NEAR = 0.01, 0.03  # of the tangent's standard deviation, on fine and on coarse elements
+
+_compiled = nb.njit(
+    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
+)
+
+
+@_compiled
+def _guess(shapes, power, squares, w, blocks, on):
+    """Which coarse elements are > 0, from the smoothest solution; shapes (rows, n), power U^T b."""
+    rows, n = shapes.shape
+    m = rows // blocks
+    largest = 0.0
+    value = np.empty(rows)
+    for j in range(rows):
+        s = 0.0
+        for i in range(n):
+            s += shapes[j, i] * power[i] / (squares[i] + w)
+        value[j] = s
+    if blocks == 2:
+        for j in range(m):
+            value[j], value[m + j] = value[j] + value[m + j], value[j] - value[m + j]
+    for j in range(rows):
+        largest = max(largest, value[j])
+    for j in range(rows):
+        on[j] = value[j] > 0.05 * largest
+
+
+@_compiled
+def _finer(coarse, blocks, ratio, fine):
+    """Which elements lie at or beside those coarse ones that are > 0."""
+    mc, m = coarse.size // blocks, fine.size // blocks
+    for block in range(blocks):
+        for j in range(m):
+            left, rest = (j + 1) // ratio, (j + 1) % ratio
+            here = left > 0 and coarse[block * mc + left - 1] > 0.0
+            if rest > 0 and left < mc:
+                here |= coarse[block * mc + left] > 0.0
+            fine[block * m + j] = here
+
+
+@_compiled
+def _spread(lower, count, index, weights, z):
+    """L^-1 e for a sum e of the unknowns; returns its square, the variance of that sum."""
+    for k in range(count):
+        z[k] = weights[index[k]]
+    forward(lower, count, z)
+    s = 0.0
+    for k in range(count):
+        s += z[k] * z[k]
+    return s
+
+
+@_compiled
+def _project(basis, b, out):
+    n = b.size
+    for i in range(n):
+        s = 0.0
+        for k in range(n):
+            s += basis[i, k] * b[k]
+        out[i] = s
+
+
+@_compiled
+def _first_lean(strips, gauges, b, most):
+    """The tangent of the one strip, of a few widths at many places, that explains most; strips (2, M, n)."""
+    best = lean = 0.0
+    n = b.size
+    for k in range(gauges.shape[0]):
+        one = two = 0.0
+        for i in range(n):
+            one += strips[0, k, i] * b[i]
+            two += strips[1, k, i] * b[i]
+        g11, g12, g22 = gauges[k, 0], gauges[k, 1], gauges[k, 2]
+        normal, tangential = g22 * one - g12 * two, g11 * two - g12 * one
+        t = min(max(tangential / normal, -most), most) if normal > 0.0 else math.copysign(most, tangential)
+        along = one + t * two
+        explained = along * along / (g11 + t * (2.0 * g12 + t * g22)) if along > 0.0 else 0.0
+        if explained > best:
+            best, lean = explained, t
+    return lean
+
+
+@_compiled
+def _nearest(tangents, t):
+    best = 0
+    for k in range(tangents.size):
+        if abs(tangents[k] - t) < abs(tangents[best] - t):
+            best = k
+    return best
+
+
+@_compiled
+def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along):
+    """Forces, angle and centre with their standard deviations, how well the minimum is met, and the status."""
+    y, scales = surface[0], surface[1]
+    step, friction, blocks, ratio = scales[0], scales[1], int(scales[2]), int(scales[3])
+    total, n = columns.shape
+    m = y.size
+    reach = worst = normal = tangential = moment = edge = 0.0
+    for j in range(total):
+        s = -cost[j]
+        for i in range(n):
+            s += columns[j, i] * b[i]
+        reach = max(reach, abs(s))
+        worst = max(worst, abs(slope[j]) if x[j] > 0.0 else -slope[j])
+        place = j % m
+        lean = friction * (1.0 - 2.0 * (j // m)) if blocks == 2 else t
+        sums[0, j], sums[1, j] = step, step * lean
+        normal += step * x[j]
+        tangential += step * x[j] * lean
+        moment += step * x[j] * y[place]
+        if min(place, m - 1 - place) < ratio:
+            edge += step * x[j]
+    centre, tangent = moment / normal, tangential / normal
+    row[OPTIMALITY] = worst / reach
+    row[FORCES], row[FORCES + 1], row[CENTRE] = normal, tangential, centre
+    row[ANGLE], row[ANGLE_STD] = math.atan(tangent), 0.0
+    for j in range(total):
+        sums[2, j] = step * (y[j % m] - centre) / normal
+        sums[3, j] = (sums[1, j] - tangent * sums[0, j]) / normal
+    curve = math.inf
+    if parts.shape[0] > 1:
+        curve = turn(parts, columns, x, r, lower, index, count, along, c)[1]
+    for k in range(4):
+        variance = _spread(lower, count, index, sums[k], z)
+        if parts.shape[0] > 1:
+            pull = normal if k == 1 else 1.0 if k == 3 else 0.0  # by t itself, and by what follows from t
+            for i in range(count):
+                pull -= z[i] * c[i]
+            variance += pull * pull / curve
+        sums[k, 0] = math.sqrt(variance)
+    row[FORCE_STD], row[FORCE_STD + 1], row[CENTRE_STD] = sums[0, 0], sums[1, 0], sums[2, 0]
+    row[ANGLE_STD] = sums[3, 0] / (1.0 + tangent * tangent)
+    # what lies at the edge may lie beyond it; and the angle may be any
+    row[STATUS] = _AMBIGUOUS if edge > _EDGE * normal or not row[ANGLE_STD] < 1.0 else _OK
+
+
+@_compiled
+def _curves(row, x, shares, squares, prior, w, surface):
+    """Pressure and shear along the surface, and their standard deviations."""
+    scales = surface[1]
+    friction, blocks, m = scales[1], int(scales[2]), surface[0].size
+    at = WIDTH
+    known = 1.0 / (squares + w)
+    for block in range(blocks):
+        row[at] = row[at + m + 1] = row[at + m + 2] = row[at + 2 * m + 3] = 0.0
+        for j in range(m):
+            one = x[j]
+            if blocks == 2:
+                one = x[j] + x[m + j] if block == 0 else friction * (x[j] - x[m + j])
+            row[at + 1 + j] = one
+            s = prior[block * m + j]
+            for i in range(squares.size):
+                s -= shares[block * m + j, i] * known[i]
+            row[at + m + 3 + j] = math.sqrt(max(s, 0.0) / w) * (friction if block == 1 else 1.0)
+        at += 2 * (m + 2)
+
+
+@_compiled
+def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
+    """Fill `out`, a row of WIDTH columns and the nodes' values for each frame of `readings` (frames, n).
+
+    sensors (4, n): offset, 1 / noise, ends of the range. factors: tangents (T,), U^T (T, n, n), S^2 (T, n), squares of
+    V (T, rows, n), diagonal of C (rows,), V at the coarse nodes (T, coarse rows, n). fine, coarse: columns by part
+    (1 or 2, N, n), Hessians by power of t (1 or 3, N, N), K's diagonal and the line beside it, cost. surface: y of the
+    inner nodes; step, friction, blocks, elements in a coarse one; strips (2, M, n) and their products (M, 3).
+    options: rule, no contact below, unexplained above.
+    """
+    tangents, basis, squares, shares, prior, starts = factors
+    parts, gram, diagonal, beside, cost = fine
+    parts_c, gram_c, diagonal_c, beside_c, cost_c = coarse
+    _, scales, strips, gauges = surface
+    blocks, ratio = int(scales[2]), int(scales[3])
+    kind, silent, largest = int(options[0]), options[1], options[2]
+    frames, n = readings.shape
+    total, total_c = diagonal.size, diagonal_c.size
+    turns = parts.shape[0] > 1
+    b, r, power, squared = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    columns, x, slope, on = parts[0].copy(), np.empty(total), np.empty(total), np.empty(total, dtype=np.bool_)
+    lower, z, c = np.empty((total, total)), np.empty(total), np.empty(total)
+    index = np.empty(total, dtype=np.int64)
+    columns_c, x_c, slope_c = parts_c[0].copy(), np.empty(total_c), np.empty(total_c)
+    on_c = np.empty(total_c, dtype=np.bool_)
+    lower_c = np.empty((total_c, total_c))
+    along = np.empty(n)
+    sums = np.zeros((4, total))
+    for f in range(frames):
+        row = out[f]
+        row[:] = math.nan
+        power_total, usable = 0.0, True
+        for i in range(n):
+            raw = readings[f, i]
+            usable &= sensors[2, i] < raw < sensors[3, i]
+            b[i] = (raw - sensors[0, i]) * sensors[1, i]
+            power_total += b[i] * b[i]
+        if not (usable and power_total < math.inf):
+            row[STATUS] = _PENDING
+            continue
+        row[RESIDUAL] = power_total
+        if power_total <= silent:
+            row[STATUS] = _NO_CONTACT
+            continue
+        t = _first_lean(strips, gauges, b, tangents[-1]) if turns else 0.0
+        for level in range(2 if turns else 1):
+            lean = _nearest(tangents, t)
+            _project(basis[lean], b, power)
+            for i in range(n):
+                squared[i] = power[i] * power[i]
+            w = math.exp(weigh(squared, squares[lean], kind))
+            if level == 0:
+                _guess(starts[lean], power, squares[lean], w, blocks, on_c)
+                t, count = settle(
+                    parts_c, gram_c, t, tangents[0], tangents[-1], w, diagonal_c, beside_c, cost_c, b, on_c,
+                    columns_c, x_c, slope_c, r, lower_c, index, z, c, _NEAR,
+                )  # fmt: skip
+        if count < 0:
+            x_c[:] = 1.0
+        _finer(x_c, blocks, ratio, on)
+        chi2, factor = math.inf, 1.0
+        lowest, highest = math.exp(LOWEST) * squares[lean, n - 1], math.exp(HIGHEST) * squares[lean, n - 1]
+        while True:
+            t, count = settle(
+                parts, gram, t, tangents[0], tangents[-1], w, diagonal, beside, cost, b, on, columns, x, slope, r,
+                lower, index, z, c, _SETTLED,
+            )  # fmt: skip
+            chi2 = 0.0
+            for i in range(n):
+                chi2 += r[i] * r[i]
+            if count < 0:
+                factor = 9.0  # too little smoothness for the arithmetic
+            elif chi2 <= largest or factor > 1.0:
+                break
+            else:
+                factor = 1.0 / 9.0  # too smooth for these readings
+            if not lowest <= w * factor <= highest:
+                break
+            w *= factor
+        row[RESIDUAL], row[WEIGHT], row[LEAN] = chi2, w, lean
+        if count < 0 or not chi2 <= largest:
+            row[STATUS] = _UNEXPLAINED
+            continue
+        _totals(
+            row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along
+        )
+        _curves(row, x, shares[lean], squares[lean], prior, w, surface)

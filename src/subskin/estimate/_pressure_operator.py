@@ -1,0 +1,211 @@
+"""The surface in elements: what each makes the sensors read, and what the smoothness prior makes of that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError
+from ..finger import Finger
+from ..receptive_field import ReceptiveField
+
+__all__ = ["COARSE", "Factors", "Surface", "shear_seen"]
+
+COARSE = 3
+"""Elements of the surface in one of the coarse surface, from which each search starts."""
+
+_FINEST = 12
+_MOST_NODES = 4096
+_POINTS = 4
+_RANGE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Hat elements along the surface: a traction that is straight between nodes and 0 at the first and last.
+
+    Parameters
+    ----------
+    y : ndarray, shape (m + 2,)
+        Nodes, of equal distance [m].
+    reading : ndarray, shape (m, n, 2)
+        Reading per Pa of normal and of tangential traction at each inner node.
+    """
+
+    y: FloatArray
+    reading: FloatArray
+
+    @property
+    def step(self) -> float:
+        """Distance of the nodes [m]."""
+        return float(self.y[-1] - self.y[0]) / (len(self.y) - 1)
+
+    @classmethod
+    def of(cls, finger: Finger, search: tuple[float, float] | None, step: float | None) -> Surface:
+        """Cut the search into elements of at most `step` [m], a twelfth of the least depth if left out."""
+        table = finger.tabulate(search)
+        depth = float(np.asarray(finger.array.depth).min())
+        if step is None:
+            step = depth / _FINEST
+        else:
+            step = _check.scalar("step", step, unit="m", above=0.0)
+            if step > depth / 4:
+                raise InvalidValueError(
+                    f"step = {step:.6g} m",
+                    f"elements have to be much finer than the depth, here at most {depth / 4:.6g} m",
+                    "leave out step",
+                )
+        length = table.stop - table.start
+        cells = COARSE * max(int(np.ceil(length / (COARSE * step) * (1 - 1e-12))), 2)
+        if cells > _MOST_NODES:
+            raise GeometryError(
+                f"{cells} elements of {length / cells:.3g} m",
+                f"at most {_MOST_NODES} can be solved for",
+                "a narrower search or a larger step",
+            )
+        y = np.linspace(table.start, table.stop, cells + 1)
+        return cls(_check.read_only(y), _check.read_only(_hats(table, y)))
+
+
+def _hats(table: ReceptiveField, y: FloatArray) -> FloatArray:
+    """Readings per Pa of the hats at the inner nodes, by quadrature of the line loads' table."""
+    # the fields are analytic within a depth: four points in an element of a quarter of it leave 1e-9
+    t, weight = np.polynomial.legendre.leggauss(_POINTS)
+    share, weight = 0.5 * (1 + t), 0.5 * weight * (y[1] - y[0])
+    left, right = y[:-1], y[1:]
+    rising = falling = np.zeros((len(left), *table.coefficients.shape[2:]))
+    for s, w in zip(share, weight, strict=True):
+        values = table(left + s * (right - left))
+        rising, falling = rising + w * s * values, falling + w * (1 - s) * values
+    return np.asarray(rising[:-1] + falling[1:])
+
+
+def covariance(count: int, step: float) -> FloatArray:
+    """Inverse of the quadratic form integral (dp/dy)^2 dy of hats that are 0 at both ends, shape (count, count).
+
+    The covariance of a Brownian bridge: min(y, y') (length - max(y, y')) / length.
+    """
+    i = np.arange(1.0, count + 1)
+    return np.asarray(step * np.minimum.outer(i, i) * (count + 1 - np.maximum.outer(i, i)) / (count + 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """The generalised singular system of sensors and smoothness: all that a weight w is found and judged with.
+
+    With whitened columns A and the covariance C of `covariance`, A C A^T = U S^2 U^T and V = C A^T U. The smoothest
+    p for readings b is V (S^2 + w)^-1 U^T b, its resolution V (S^2 + w)^-1 U^T A, its variance
+    (C_jj - sum_i V_ji^2 / (S_i^2 + w)) / w.
+
+    Parameters
+    ----------
+    basis, squares : ndarray, shapes (n, n) and (n,)
+        U^T and S^2.
+    shapes, spread : ndarray, shapes (m, n) and (m,)
+        V and the diagonal of C; twice as many rows, those of the shear last, where it is free.
+    columns : ndarray, shape (m, n)
+        A, row by row.
+    step : float
+        Distance of the nodes [m].
+    """
+
+    basis: FloatArray
+    squares: FloatArray
+    shapes: FloatArray
+    spread: FloatArray
+    columns: FloatArray
+    step: float
+    _widths: dict[int, FloatArray] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, parts: list[FloatArray], step: float) -> Factors:
+        """Of one or two independent tractions, each with columns of shape (m, n)."""
+        cov = covariance(len(parts[0]), step)
+        spread = [cov @ part for part in parts]
+        gram = sum(part.T @ wide for part, wide in zip(parts, spread, strict=True))
+        squares, vectors = np.linalg.eigh(gram)
+        shapes = np.concatenate([wide @ vectors for wide in spread])
+        diagonal = np.tile(np.diagonal(cov), len(parts))
+        return cls(vectors.T.copy(), np.maximum(squares, 0.0), shapes, diagonal, np.concatenate(parts), step)
+
+    def resolution(self, weight: float) -> FloatArray:
+        """The resolution matrix, shape (m, m): column j is what a pressure at node j alone looks like."""
+        return (self.shapes / (self.squares + weight)) @ (self.basis @ self.columns.T)
+
+    def seen(self, weight: FloatArray, count: int) -> FloatArray:
+        """What is left at each of `count` nodes of an even pressure of 1, shape (..., count)."""
+        even = self.basis @ self.columns[:count].sum(axis=0)
+        return np.asarray((even / (self.squares + weight[..., None])) @ self.shapes[:count].T)
+
+    def widths(self, weight: FloatArray, count: int) -> FloatArray:
+        """Full width at half height of what a narrow pressure at each node looks like [m], shape (..., count)."""
+        # smooth in the weight's logarithm: read off between steps of a quarter of it
+        at = 4 * np.log(weight / self.squares[-1])
+        low = np.floor(at).astype(int)
+        out = np.empty((*weight.shape, count))
+        for k in np.unique(low):
+            chosen = low == k
+            share = (at[chosen] - k)[:, None]
+            out[chosen] = (1 - share) * self._width(k, count) + share * self._width(k + 1, count)
+        return out
+
+    def _width(self, k: int, count: int) -> FloatArray:
+        if k not in self._widths:
+            self._widths[k] = (
+                half_widths(self.resolution(self.squares[-1] * np.exp(0.25 * k))[:count, :count]) * self.step
+            )
+        return self._widths[k]
+
+
+def half_widths(columns: FloatArray) -> FloatArray:
+    """Full width at half height of each column's peak, in rows, reaching at least to the column's own row.
+
+    A load that is seen elsewhere, or not at all, is so given the distance to where it is seen.
+    """
+    count = len(columns)
+    padded = np.concatenate([np.zeros((1, count)), columns, np.zeros((1, count))])
+    own = np.arange(1, count + 1)
+    peak = padded.argmax(axis=0)
+    half = 0.5 * padded[peak, np.arange(count)]
+    out = np.empty(count)
+    for j in range(count):
+        below = np.flatnonzero(padded[:, j] <= half[j])
+        left, right = below[below < peak[j]], below[below > peak[j]]
+        if not left.size or not right.size:
+            out[j] = count + 1.0
+            continue
+        a, b = left[-1], right[0]
+        at = padded[:, j]
+        low = a + (half[j] - at[a]) / (at[a + 1] - at[a])
+        high = b - (half[j] - at[b]) / (at[b - 1] - at[b])
+        if (a == 0) != (
+            b == count + 1
+        ):  # cut off by an end of the search: as wide on that side as on the other
+            low, high = (2 * peak[j] - high, high) if a == 0 else (low, 2 * peak[j] - low)
+        out[j] = max(high, own[j]) - min(low, own[j])
+    return out
+
+
+def shear_seen(pressure: FloatArray, shear: FloatArray, step: float) -> float:
+    """Share of the shear's components that the sensors still see where the pressure is unknown too.
+
+    Degrees of freedom at a thousandth of the largest singular value, which is what a contact with readings a thousand
+    times the noise shows: (those of both - those of the pressure) / those of the shear.
+
+    Sensors of one kind in one depth read one function of y. At each wavelength that is one equation for two unknowns,
+    and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to 0.5.
+    """
+    cov = covariance(len(pressure), step)
+    one, two = pressure.T @ cov @ pressure, shear.T @ cov @ shear
+    if not np.trace(two) > 0:
+        return 0.0
+    level = _RANGE**2 * float(np.linalg.eigvalsh(one + two).max())
+
+    def freedom(gram: FloatArray) -> float:
+        squares = np.maximum(np.linalg.eigvalsh(gram), 0.0)
+        return float((squares / (squares + level)).sum())
+
+    return (freedom(one + two) - freedom(one)) / freedom(two)

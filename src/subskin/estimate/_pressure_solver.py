@@ -1,0 +1,303 @@
+"""The pressure >= 0 at a weight, and the angle at which it fits best, compiled: exact, for one frame.
+
+For whitened readings b and columns A, in the unknown heights x >= 0 of the elements,
+
+    J = 1/2 |A x - b|^2 + 1/2 w x^T K x + cost x        with K tridiagonal: the integral of (dp/dy)^2
+
+is strictly convex, and its minimum is found exactly by block principal pivoting (Portugal, Judice and Vicente 1994; Kim
+and Park 2011): guess which heights are > 0, solve for these, exchange all that came out with the wrong sign; and by
+Lawson and Hanson's way (1974), which always arrives, where that goes in circles. Where the traction leans, A = A_p +
+t A_q, and t = tan(angle) follows by Newton's method on the minimum J(t).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+_ROUNDS = 300
+_TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
+
+_compiled = nb.njit(
+    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
+)
+
+
+@_compiled
+def _factor(gram, t, w, diagonal, beside, index, count, lower):
+    """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
+    leaning = gram.shape[0] > 1
+    for i in range(count):
+        a = index[i]
+        row, part = lower[i], gram[0, a]
+        if leaning:
+            once, twice = gram[1, a], gram[2, a]
+            for j in range(i + 1):
+                c = index[j]
+                row[j] = part[c] + t * (once[c] + t * twice[c])
+        else:
+            for j in range(i + 1):
+                row[j] = part[index[j]]
+        row[i] += w * diagonal[a]
+        if i > 0 and index[i - 1] == a - 1:
+            row[i - 1] += w * beside[a - 1]
+        for j in range(i):
+            other = lower[j]
+            s = 0.0
+            for k in range(j):
+                s += row[k] * other[k]
+            row[j] = (row[j] - s) * other[j]  # the diagonal is kept inverted
+        s = 0.0
+        for k in range(i):
+            s += row[k] * row[k]
+        pivot = row[i] - s
+        if not pivot > 1e-15 * row[i]:
+            return False
+        row[i] = 1.0 / math.sqrt(pivot)
+    return True
+
+
+@_compiled
+def forward(lower, count, z):
+    """Solve L z = z in place."""
+    for i in range(count):
+        s = 0.0
+        for k in range(i):
+            s += lower[i, k] * z[k]
+        z[i] = (z[i] - s) * lower[i, i]
+
+
+@_compiled
+def _backward(lower, count, z):
+    """Solve L^T z = z in place."""
+    for i in range(count - 1, -1, -1):
+        z[i] *= lower[i, i]
+        for k in range(i):
+            z[k] -= lower[i, k] * z[i]
+
+
+@_compiled
+def _slope(columns, w, diagonal, beside, cost, b, x, r, slope):
+    """Residual A x - b into r and the gradient of J into `slope`; columns (N, n)."""
+    total, n = columns.shape
+    for i in range(n):
+        r[i] = -b[i]
+    for j in range(total):
+        if x[j] != 0.0:
+            for i in range(n):
+                r[i] += columns[j, i] * x[j]
+    for j in range(total):
+        s = cost[j] + w * diagonal[j] * x[j]
+        if j > 0:
+            s += w * beside[j - 1] * x[j - 1]
+        if j + 1 < total:
+            s += w * beside[j] * x[j + 1]
+        for i in range(n):
+            s += columns[j, i] * r[i]
+        slope[j] = s
+
+
+@_compiled
+def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z):
+    """The x >= 0 of least J, from the guess `on` of what is > 0; how many are, or -1 where none was found.
+
+    Leaves the factor of the Hessian on these in `lower`, their places in `index`, and the gradient in `slope`.
+    """
+    total, n = columns.shape
+    largest = 0.0
+    for j in range(total):
+        s = -cost[j]
+        for i in range(n):
+            s += columns[j, i] * b[i]
+        slope[j] = s  # minus the gradient at 0, until the first solution
+        largest = max(largest, abs(s))
+    tolerance = _TOLERANCE * largest
+    fewest, patience = total + 1, 3
+    downhill = np.empty(total)
+    for j in range(total):
+        downhill[j] = slope[j]
+    for _ in range(_ROUNDS):
+        count = 0
+        for j in range(total):
+            x[j] = 0.0
+            if on[j]:
+                index[count] = j
+                z[count] = downhill[j]
+                count += 1
+        if not _factor(gram, t, w, diagonal, beside, index, count, lower):
+            return -1
+        forward(lower, count, z)
+        _backward(lower, count, z)
+        wrong = 0
+        for k in range(count):
+            x[index[k]] = z[k]
+            wrong += z[k] < 0.0
+        _slope(columns, w, diagonal, beside, cost, b, x, r, slope)
+        for j in range(total):
+            wrong += not on[j] and slope[j] < -tolerance
+        if wrong == 0:
+            return count
+        if wrong < fewest:
+            fewest, patience = wrong, 3
+        elif patience > 0:
+            patience -= 1
+        else:
+            return _descend(
+                columns,
+                gram,
+                t,
+                w,
+                diagonal,
+                beside,
+                cost,
+                b,
+                on,
+                x,
+                slope,
+                r,
+                lower,
+                index,
+                z,
+                downhill,
+                tolerance,
+            )
+        for j in range(total):
+            if on[j]:
+                on[j] = x[j] >= 0.0
+            else:
+                on[j] = slope[j] < -tolerance
+    return -1
+
+
+@_compiled
+def _descend(
+    columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance
+):
+    """The same from x, by Lawson and Hanson's way: downhill all along, one height more > 0 at a time."""
+    total = x.size
+    for j in range(total):
+        on[j] = x[j] > 0.0
+        x[j] = max(x[j], 0.0)
+    for _ in range(_ROUNDS):
+        count = 0
+        for j in range(total):
+            if on[j]:
+                index[count] = j
+                z[count] = downhill[j]
+                count += 1
+        if not _factor(gram, t, w, diagonal, beside, index, count, lower):
+            return -1
+        forward(lower, count, z)
+        _backward(lower, count, z)
+        share, first = 1.0, -1
+        for k in range(count):
+            if z[k] < 0.0 and x[index[k]] < share * (x[index[k]] - z[k]):
+                share, first = x[index[k]] / (x[index[k]] - z[k]), k
+        for k in range(count):
+            j = index[k]
+            x[j] += share * (z[k] - x[j])
+            if k == first or x[j] < 0.0:
+                x[j], on[j] = 0.0, False
+        if first >= 0:
+            continue
+        for k in range(count):
+            x[index[k]] = z[k]
+        _slope(columns, w, diagonal, beside, cost, b, x, r, slope)
+        steepest = -1
+        for j in range(total):
+            if not on[j] and slope[j] < -tolerance and (steepest < 0 or slope[j] < slope[steepest]):
+                steepest = j
+        if steepest < 0:
+            return count
+        on[steepest] = True
+    return -1
+
+
+@_compiled
+def _lean(parts, t, columns):
+    """Columns at the tangent t."""
+    total, n = columns.shape
+    if parts.shape[0] == 1:
+        return
+    for j in range(total):
+        for i in range(n):
+            columns[j, i] = parts[0, j, i] + t * parts[1, j, i]
+
+
+@_compiled
+def turn(parts, columns, x, r, lower, index, count, along, c):
+    """dJ/dt and d2J/dt2 at the minimum over x; leaves L^-1 d2J/dx dt in c."""
+    n = r.size
+    for i in range(n):
+        along[i] = 0.0
+    for k in range(count):
+        j = index[k]
+        for i in range(n):
+            along[i] += parts[1, j, i] * x[j]
+    first = second = 0.0
+    for i in range(n):
+        first += along[i] * r[i]
+        second += along[i] * along[i]
+    for k in range(count):
+        j = index[k]
+        s = 0.0
+        for i in range(n):
+            s += columns[j, i] * along[i] + parts[1, j, i] * r[i]
+        c[k] = s
+    forward(lower, count, c)
+    for k in range(count):
+        second -= c[k] * c[k]
+    return first, second
+
+
+@_compiled
+def settle(
+    parts,
+    gram,
+    t,
+    low,
+    high,
+    w,
+    diagonal,
+    beside,
+    cost,
+    b,
+    on,
+    columns,
+    x,
+    slope,
+    r,
+    lower,
+    index,
+    z,
+    c,
+    near,
+):
+    """Least J over x >= 0 and over t in [low, high], from the guesses `on` and t: t and the count.
+
+    Newton's method, with the bracket halved where it would leave it. With no second part t stays.
+    """
+    n = r.size
+    along = np.empty(n)
+    count, second = -1, math.inf
+    a, d = low, high
+    for _ in range(40):
+        _lean(parts, t, columns)
+        count = _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z)
+        if parts.shape[0] == 1 or count < 0:
+            return t, count
+        first, second = turn(parts, columns, x, r, lower, index, count, along, c)
+        if first > 0.0:
+            d = t
+        else:
+            a = t
+        new = t - first / second if second > 0.0 else (low if first > 0.0 else high)
+        new = min(max(new, low), high)
+        if not a <= new <= d:
+            new = 0.5 * (a + d)
+        if abs(new - t) * math.sqrt(max(second, 0.0)) < near:
+            return t, count
+        t = new
+    return t, count

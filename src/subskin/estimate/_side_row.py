@@ -1,0 +1,195 @@
+"""Readings of a row of sensors about the centre of a contact: value, slope and bend there, and what makes them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..array import SensorArray
+from ..contact import LineLoad
+from ..contact.base import ProportionalContact
+from ..errors import GeometryError, InvalidValueError
+from ..finger import Finger
+from .shape_field import Family
+
+__all__ = ["LEAST", "Frames", "Response", "contact_of", "count_of", "stencil"]
+
+LEAST = 3
+"""Sensors that a slope takes."""
+
+_STEP = 1e-4
+
+Mask = npt.NDArray[np.bool_]
+
+
+class Frames(NamedTuple):
+    """What was measured (..., n), its noise (n,), which can be used (..., n) or (n,); the centre and its std (...)."""
+
+    measured: FloatArray
+    noise: FloatArray
+    usable: Mask
+    place: FloatArray
+    place_std: FloatArray
+
+    @classmethod
+    def of(
+        cls, finger: Finger, readings: npt.ArrayLike, position: npt.ArrayLike, position_std: npt.ArrayLike
+    ) -> Frames:
+        """Checked, linear, without gain and offset; a NaN of position or its std takes away the frame's sensors.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            Several kinds of sensor, one without noise; shapes that do not fit.
+        """
+        array = finger.array
+        kinds = set(array.transducers)
+        if len(kinds) > 1:
+            raise InvalidValueError(
+                f"{len(kinds)} kinds of transducer in one array",
+                "a slope is a difference of sensors of one kind",
+                "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit",
+            )
+        silent = np.flatnonzero((np.asarray(array.noise) == 0) & array.live)
+        if silent.size:
+            raise InvalidValueError(
+                f"noise = 0 of sensor {silent[0]}",
+                "an angle's standard deviation comes from the sensors' noise, so each needs one > 0",
+                "SensorArray(..., noise=1e-4)",
+            )
+        raw = np.asarray(readings, dtype=np.float64)
+        if raw.ndim == 0 or raw.shape[-1] != len(array):
+            raise GeometryError(
+                f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors"
+            )
+        place, spread, known = known_only(position=position, position_std=position_std)
+        gain = np.where(array.live, np.asarray(array.gain), 1.0)
+        with np.errstate(invalid="ignore"):
+            measured = kinds.pop().linearise((raw - np.asarray(array.offset)) / gain)
+        usable = array.usable(raw) & np.isfinite(measured)
+        _check.broadcast(readings=measured[..., 0], position=place, position_std=spread)
+        same = (usable == array.live).all() and known.all()  # one stencil serves all frames of one contact
+        usable = array.live if same else usable & known[..., None]
+        noise = np.where(array.live, array.noise, np.inf) / np.abs(gain)
+        return cls(np.where(np.isfinite(measured), measured, 0.0), noise, usable, place, spread)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return np.broadcast_shapes(self.measured.shape[:-1], self.place.shape, self.place_std.shape)
+
+    @property
+    def used_noise(self) -> FloatArray:
+        """The noise of the sensors that can be used, 0 for the others."""
+        return np.where(self.usable, self.noise, 0.0)
+
+    def beyond(self, columns: FloatArray, false_alarm: float) -> Mask:
+        """Frames of which `columns` (..., n, c), c >= 0, leave more than noise would; False where nothing can tell."""
+        from scipy.special import chdtri
+
+        scale = np.where(self.usable, 1 / self.noise, 0.0)
+        seen = self.measured * scale
+        count = columns.shape[-1]
+        if count:
+            weighed = columns * scale[..., None]
+            size = np.linalg.norm(weighed, axis=-2, keepdims=True)
+            basis, _ = np.linalg.qr(weighed / np.where(size > 0, size, 1.0))
+            seen = seen - np.einsum("...nc,...mc,...m->...n", basis, basis, seen)
+        spare = self.usable.sum(axis=-1) - count
+        return np.asarray(((seen**2).sum(axis=-1) > chdtri(np.maximum(spare, 1), false_alarm)) & (spare > 0))
+
+
+def known_only(**values: npt.ArrayLike) -> tuple[FloatArray, FloatArray, Mask]:
+    """A length and its standard deviation, 0 where either is NaN, and where both are known.
+
+    Raises
+    ------
+    InvalidValueError
+        An infinite length; a negative standard deviation.
+    """
+    (name, value), (std_name, std) = values.items()
+    lengths = _check.real(name, value, unit="m", finite=False)
+    spread = _check.real(std_name, std, unit="m", finite=False)
+    known = ~(np.isnan(lengths) | np.isnan(spread))
+    _check.real(name, np.where(np.isnan(lengths), 0.0, lengths), unit="m")
+    _check.real(std_name, np.where(np.isnan(spread), 0.0, spread), unit="m", at_least=0.0)
+    return np.nan_to_num(lengths), np.nan_to_num(spread), known
+
+
+def count_of(sensors: int, available: int) -> int:
+    """Number of sensors in a stencil.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Less than 3 asked for, or in the row.
+    """
+    if isinstance(sensors, bool) or int(sensors) != sensors or sensors < LEAST:
+        raise InvalidValueError(f"sensors = {sensors!r}", f"a whole number >= {LEAST} is needed", "sensors=5")
+    if available < LEAST:
+        raise GeometryError(f"{available} live sensors in a row", f"a slope takes {LEAST}")
+    return min(int(sensors), available)
+
+
+def stencil(array: SensorArray, usable: Mask, place: FloatArray, count: int) -> FloatArray:
+    """Weights (..., 3, n) of the readings that make value, slope and bend at `place`.
+
+    Those of the polynomial through the `count` nearest sensors that can be used; each one missing takes a power away.
+    """
+    y, scale = np.asarray(array.y), float(np.asarray(array.depth).mean())
+    away = np.where(usable, (y - place[..., None]) / scale, np.inf)
+    nearest = np.argsort(np.abs(away), axis=-1, kind="stable")[..., :count]
+    t = np.take_along_axis(away, nearest, axis=-1)
+    held = np.isfinite(t)
+    powers = np.where(held, t, 0.0)[..., None, :] ** np.arange(count)[:, None]
+    # a row of the system for each power: the last ones give way to "no weight" of the sensors that are not there
+    matrix = np.where(held[..., :, None], powers * held[..., None, :], np.eye(count))
+    wanted = np.eye(count)[:, :3] * [1.0, 1 / scale, 2 / scale**2]
+    local = np.linalg.solve(matrix, np.broadcast_to(wanted, (*matrix.shape[:-1], 3)))
+    out = np.zeros((*away.shape, 3))
+    np.put_along_axis(out, nearest[..., None], np.where(held[..., None], local, 0.0), axis=-2)
+    return np.swapaxes(out, -1, -2)
+
+
+def contact_of(
+    family: Family, angle: npt.ArrayLike, position: npt.ArrayLike, half_width: FloatArray | None
+) -> ProportionalContact:
+    """Contacts of a family with a force of 1 N/m; lines have no half width."""
+    if half_width is None or issubclass(family, LineLoad):
+        return LineLoad(1.0, angle, position)
+    return family(1.0, angle, position, half_width=half_width)
+
+
+class Response(NamedTuple):
+    """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain, and their changes."""
+
+    unit: FloatArray
+    by_place: FloatArray
+    by_width: FloatArray
+
+    @classmethod
+    def of(cls, finger: Finger, family: Family, place: FloatArray, half_width: FloatArray | None) -> Response:
+        """Changes by central differences."""
+        h = _STEP * float(np.asarray(finger.array.depth).mean())
+        if half_width is None:
+            unit, after, before = unit_readings(finger, family, np.stack([place, place + h, place - h]), None)
+            return cls(unit, (after - before) / (2 * h), np.zeros_like(unit))
+        y, a = np.broadcast_arrays(place, half_width)
+        places = np.stack([y, y + h, y - h, y, y])
+        widths = np.stack([a, a, a, a * (1 + _STEP), a * (1 - _STEP)])
+        unit, after, before, more, less = unit_readings(finger, family, places, widths)
+        return cls(unit, (after - before) / (2 * h), (more - less) / (2 * _STEP * a[..., None, None]))
+
+
+def unit_readings(
+    finger: Finger, family: Family, place: FloatArray, half_width: FloatArray | None
+) -> FloatArray:
+    """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain."""
+    angle = np.array([0.0, np.pi / 2])
+    width = None if half_width is None else half_width[..., None]
+    fields = finger.measure(contact_of(family, angle, place[..., None], width), linear=True)
+    return np.swapaxes(fields, -1, -2)

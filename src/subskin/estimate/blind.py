@@ -1,0 +1,213 @@
+"""Unlabelled touches -> the finger's gains, depth, sensors' places: no motor, no balance, readings alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError, NotLinearError
+from ..finger import Finger
+from ._blind_model import TERMS
+from ._blind_rounds import Rounds
+from ._frames import checked_friction
+from ._learning import Learning
+from .blind_calibration import BlindCalibration, BlindParameter
+from .calibration import Health
+
+__all__ = ["calibrate_blind"]
+
+_WEAK = 0.2
+"""Gain over the drawn one, of the median sensor's, below which a sensor is weak."""
+
+
+def calibrate_blind(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    *,
+    fit: Sequence[str] = ("gain", "depth", "place"),
+    gain_error: npt.ArrayLike = 0.05,
+    depth_error: npt.ArrayLike = 0.05,
+    place_error: npt.ArrayLike = 0.02,
+    poisson_error: float | None = None,
+    thickness_error: float | None = None,
+    offset_error: npt.ArrayLike | None = None,
+    friction: float = 1.0,
+    search: tuple[float, float] | None = None,
+) -> BlindCalibration:
+    """Fit a finger to touches of which nothing is known but the readings.
+
+    Each touch is a line load of its own place, normal and tangential force. With one sensor more than these unknowns,
+    every touch says something of the finger too. All touches and the finger are estimated at once (maximum a
+    posteriori, Gaussian priors about the finger as drawn); touches are located anew, over the whole of `search`, after
+    each round, and those that are not OK are left out.
+
+    Parameters
+    ----------
+    finger : Finger
+        As drawn; its sensors' noise has to be known. What is not fitted is kept.
+    readings : array_like, shape (m, n)
+        One touch a row, tared; NaN where a sensor gave none.
+    fit : sequence of str, optional
+        Any of "gain" (each sensor's), "depth" (one shift of all), "depths" (each sensor's), "place" (each sensor's
+        along the row), "poisson" (of a skin of one material), "thickness" (of a skin of one layer), "offset" (each
+        sensor's).
+    gain_error, depth_error, place_error, poisson_error, thickness_error, offset_error : float, optional
+        Standard deviation of what is as drawn. Gains: a share of each. Depth and place: shares of the mean depth.
+        Thickness: a share of what lies beneath the deepest sensor. Poisson's ratio: itself. Offset: in readings. The
+        last three have no default. What each sensor has may be given one a sensor.
+    friction : float, optional
+        Touches lean at most by atan(friction). 0: they are known to press straight down, and have one unknown less.
+    search : (float, float), optional
+        Where touches are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors. Touches at its
+        ends are left out: the row itself leaves out those beyond it.
+
+    Returns
+    -------
+    BlindCalibration
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Unknown names in `fit`, an error that is missing or not > 0, a sensor without noise, shapes that do not match.
+    NotLinearError
+        A transducer that is not linear.
+    ConvergenceError
+        Too few sensors or touches for what is to be found.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin, rng = ss.HalfPlane(ss.Material(young=0.4e6)), np.random.default_rng(0)
+    >>> row = {"pitch": 1.5e-3, "depth": 2e-3, "noise": 5e-5}
+    >>> drawn = ss.Finger(skin, ss.SensorArray.line(6, **row))
+    >>> real = ss.Finger(skin, ss.SensorArray.line(6, gain=[1.05, 0.97, 1.02, 0.94, 1.03, 0.99], **row))
+    >>> loads = ss.LineLoad(rng.uniform(50, 200, 200), rng.uniform(-0.6, 0.6, 200), rng.uniform(-4e-3, 4e-3, 200))
+    >>> found = ss.calibrate_blind(drawn, real.read(loads, rng))
+    >>> ratio = np.asarray(found.finger.array.gain) / np.asarray(real.array.gain)
+    >>> bool(np.ptp(ratio) < 0.01), found.unknown[0]
+    (True, 'the common scale of the gains: forces are found up to a factor')
+    """
+    names = _names(fit)
+    given = {
+        "gain": gain_error, "depth": depth_error, "depths": depth_error, "place": place_error,
+        "poisson": poisson_error, "thickness": thickness_error, "offset": offset_error,
+    }  # fmt: skip
+    shares = {name: _share(name, given[name], len(finger.array)) for name in names}
+    mu = checked_friction(friction)
+    for kind in finger.array.transducers:
+        if not kind.linear:
+            raise NotLinearError(
+                f"transducer {type(kind).__name__}",
+                "its reading is not proportional to the load, which a calibration without places needs",
+                "a linear transducer, or calibrate at known places",
+            )
+    data = _check.real("readings", readings, finite=False)
+    n = len(finger.array)
+    if data.ndim != 2 or data.shape[1] != n:
+        raise GeometryError(
+            f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
+        )
+    silent = np.flatnonzero((np.asarray(finger.array.noise) == 0) & finger.array.live)
+    if silent.size:
+        raise InvalidValueError(
+            f"noise = 0 of sensor {silent[0]}",
+            "touches and drawing are weighed by the noise, so each sensor needs one > 0",
+            "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin",
+        )
+    table = finger.tabulate(search)
+    return _result(Rounds(finger, data, shares, mu, (table.start, table.stop)), finger, data)
+
+
+def _names(fit: Sequence[str]) -> tuple[str, ...]:
+    names = (fit,) if isinstance(fit, str) else tuple(fit)
+    for name in names:
+        if name not in TERMS:
+            fix = ""
+            if name == "origin":
+                fix = "leave it out: without known places there is none"
+            raise InvalidValueError(f'fit = "{name}"', f"has to be among {', '.join(TERMS)}", fix)
+    if not names:
+        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(TERMS)}")
+    if "depth" in names and "depths" in names:
+        raise InvalidValueError(
+            "fit has both depth and depths", "choose one shift for all, or one depth a sensor"
+        )
+    return tuple(name for name in TERMS if name in names)
+
+
+def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
+    """A prior's standard deviation as given, one a sensor where it is a sensor's."""
+    label = "depth_error" if name == "depths" else f"{name}_error"
+    if error is None:
+        raise InvalidValueError(
+            f"fit has {name}, without {label}", "say how far the drawing can be off", f"{label}=..."
+        )
+    values = _check.real(label, error, above=0.0)
+    shape = (n,) if name in ("gain", "offset", "depths", "place") else ()
+    if values.shape not in ((), shape):
+        rule = (
+            f"one number, or one for each of the {n} sensors, is needed" if shape else "one number is needed"
+        )
+        raise GeometryError(f"{label} of shape {values.shape}", rule)
+    return np.broadcast_to(values, shape)
+
+
+def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibration:
+    settled, used = rounds.run()
+    used.flags.writeable = False
+    model, live, factor = rounds.model, np.flatnonzero(rounds.live), rounds.factor
+    fitted = model.finger(settled.x)
+    whole, part = finger.array, fitted.array
+    fields: dict[str, Any] = {
+        name: np.array(getattr(whole, name)) for name in ("y", "depth", "gain", "offset", "noise")
+    }
+    fields["gain"][:] = 0.0
+    for name in ("y", "depth", "gain", "offset"):
+        fields[name][live] = np.asarray(getattr(part, name))
+    change = fields["gain"][live] / np.asarray(whole.gain)[live]
+    found = Finger(fitted.skin, replace(whole, **fields))
+    touches = rounds.locate(found, np.asarray(data))
+    fields["noise"][live] *= factor
+    health = [Health.DEAD] * len(whole)
+    for i, ratio in zip(live, change, strict=True):
+        health[i] = Health.WEAK if ratio < _WEAK * np.median(change) else Health.OK
+    learning = Learning(model, settled.x, settled.near, factor)
+    rows = zip(
+        model.reported(np.zeros(model.size)),
+        np.sqrt((model.turn(np.zeros(model.size)) ** 2).sum(axis=1)),
+        model.reported(settled.x),
+        learning.std(),
+        learning.std(np.inf),
+        strict=True,
+    )
+    parameters = tuple(
+        BlindParameter(
+            name=name,
+            sensor=None if sensor is None else int(live[sensor]),
+            drawn=drawn,
+            prior=float(prior),
+            value=value,
+            std=float(std),
+            limit=float(limit),
+            unit=unit,
+        )
+        for (name, sensor, drawn, unit), prior, (_, _, value, _), std, limit in rows
+    )
+    return BlindCalibration(
+        finger=Finger(fitted.skin, replace(whole, **fields)),
+        parameters=parameters,
+        covariance=_check.read_only(learning.turn @ learning.covariance() @ learning.turn.T),
+        touches=touches,
+        used=used,
+        health=tuple(health),
+        misfit=factor,
+        steady=rounds.steady,
+        unknown=learning.unknown([p.called for p in parameters]),
+        _learning=learning,
+    )

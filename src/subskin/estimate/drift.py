@@ -1,0 +1,320 @@
+"""Drift: each sensor's offset, followed while nothing touches the skin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError, NotLinearError
+from ..finger import Finger
+from .estimate import Status
+from .locate import Locator
+
+__all__ = ["Tare", "TareState", "Tared"]
+
+_DRIFT = 0.3  # fastest drift believed, of the noise, a second
+_STILL = 1e-2  # chance with which noise alone makes a step that stays look as if it moved
+_WRONG = 0.03  # of the largest departure: by so much the finger's model may be wrong in each
+_REACH = 4.0  # depths beyond the row at which a touch is still thought of
+_TOUCHES = (Status.OK, Status.AMBIGUOUS)
+
+
+@dataclass(frozen=True, eq=False)
+class TareState:
+    """All that is carried from one chunk of a stream to the next.
+
+    Parameters
+    ----------
+    offset, std : ndarray, shape (n,)
+        The offsets and how surely they are known; infinite where none has been seen yet.
+    free : bool
+        Whether the skin was free of contact at the last frame.
+    memory : tuple of ndarray
+        The last frames, sums over them, and clocks.
+    """
+
+    offset: FloatArray
+    std: FloatArray
+    free: bool
+    memory: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Tared:
+    """A stream with its drift taken off.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (m, n)
+        Readings as if the offsets were the finger's own: `Finger.locate` takes them as they are. NaN where a sensor is
+        frozen, or its offset not known yet.
+    offset : ndarray, shape (m, n)
+        The offset that was taken for each frame's; NaN where it is not known yet.
+    free : ndarray of bool, shape (m,)
+        Which frames are free of contact.
+    frozen : ndarray of bool, shape (m, n)
+        Which sensors have stopped to move at all.
+    state : TareState
+        For the next chunk.
+    """
+
+    readings: FloatArray
+    offset: FloatArray
+    free: npt.NDArray[np.bool_]
+    frozen: npt.NDArray[np.bool_]
+    state: TareState
+
+
+@dataclass(frozen=True, eq=False)
+class Tare:
+    """Follows each sensor's offset while the skin is free, frame by frame, and takes it off.
+
+    A scalar Kalman filter a sensor: the standard deviation of its offset grows by `drift` a second, and each free frame
+    lessens it. A frame is free where neither it nor the mean over the last `guard` seconds departs from the offsets by
+    more than noise and `drift` allow, by a chi-square test over all sensors, on medians of three readings. A touch has
+    ended when that mean has changed and has then been within half the limit for `settle` seconds. Offsets are learnt
+    from frames that were still free `guard` seconds later, so that a touch's beginning is not.
+
+    What no touch can be is a change of offset: a step of one sensor that no load explains, or a state of all of them
+    that only a pull could make, is taken up when it has stayed the same for `patience` seconds. Anything else that
+    stays is held for a touch, however long. A sensor whose reading does not change at all for `patience` seconds (and
+    20 frames) is frozen: it is neither followed nor trusted.
+
+    Parameters
+    ----------
+    finger : Finger
+        Its noise and range are those of the readings, its offsets what readings are given back with.
+    drift : array_like, optional
+        Fastest drift that is believed [reading/s]; 0.3 noise a second if left out. Faster drift is taken for a touch;
+        touches so light and slow are taken for drift.
+    noise : array_like, optional
+        Standard deviation of a reading, where not the finger's.
+    known : array_like, optional
+        Standard deviation of the finger's own offsets at the beginning. Infinite if left out: the stream then has to
+        begin with the skin free, and its first frame is the first offset.
+    guard, settle, patience : float, optional
+        Times [s], > 0.
+    false_alarm : float, optional
+        Probability with which noise makes a frame a touch.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A sensor without noise, a value out of range or not one a sensor.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4))
+    >>> time = np.arange(0.0, 20.0, 0.01)
+    >>> pressed = (time > 10.0) & (time < 15.0)
+    >>> raw = finger.read(ss.LineLoad(40.0 * pressed), np.random.default_rng(0)) + 2e-5 * time[:, None]
+    >>> found = ss.Tare(finger, drift=2e-5)(raw, time)
+    >>> int(found.free[pressed].sum()), found.offset[-1].round(4).tolist()  # one frame to tell, by medians of three
+    (1, [0.0004, 0.0004, 0.0004, 0.0004])
+    """
+
+    finger: Finger
+    drift: npt.ArrayLike | None = None
+    noise: npt.ArrayLike | None = None
+    known: npt.ArrayLike = np.inf
+    guard: float = 0.25
+    settle: float = 0.25
+    patience: float = 3.0
+    false_alarm: float = 1e-6
+
+    def __post_init__(self) -> None:
+        array = self.finger.array
+        n = len(array)
+        noise = _check.real("noise", array.noise if self.noise is None else self.noise, at_least=0.0)
+        drift = _check.real("drift", _DRIFT * noise if self.drift is None else self.drift, at_least=0.0)
+        known = _check.real("known", self.known, at_least=0.0, finite=False)
+        for name, value in (("noise", noise), ("drift", drift), ("known", known)):
+            if value.shape not in ((), (n,)):
+                raise GeometryError(
+                    f"{name} of shape {value.shape}",
+                    f"one value, or one for each of the {n} sensors, is needed",
+                )
+            object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
+        if np.isnan(known).any():
+            raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
+        silent = np.flatnonzero((np.asarray(self.noise) == 0) & array.live)
+        if silent.size:
+            raise InvalidValueError(
+                f"noise = 0 of sensor {silent[0]}", "a touch is told from noise, so each sensor needs one > 0",
+                "Tare(finger, noise=1e-4)",
+            )  # fmt: skip
+        for name in ("guard", "settle", "patience"):
+            _check.scalar(name, getattr(self, name), unit="s", above=0.0)
+        _check.scalar("false_alarm", self.false_alarm, above=0.0, at_most=0.5)
+
+    @cached_property
+    def _sensors(self) -> FloatArray:
+        """What the compiled loop is told of the sensors, shape (6, n)."""
+        array = self.finger.array
+        # a sensor that is rounded to more than its noise may well stand still
+        lively = np.asarray(array.resolution) <= np.asarray(self.noise)
+        rows = [self.noise, self.drift, array.low, array.high, array.live, lively]
+        return np.stack([np.asarray(row, dtype=np.float64) for row in rows])
+
+    @cached_property
+    def _limits(self) -> FloatArray:
+        """Chi-square that noise exceeds with the chance `false_alarm`, by the number of sensors from 0."""
+        from scipy.special import chdtri
+
+        return np.array([np.inf, *chdtri(np.arange(1, len(self.finger.array) + 1), self.false_alarm)])
+
+    def __call__(
+        self, readings: npt.ArrayLike, time: npt.ArrayLike, *, state: TareState | None = None
+    ) -> Tared:
+        """Take the drift off the next frames of a stream.
+
+        However a stream is cut into chunks, the results are the same to the last bit.
+
+        Parameters
+        ----------
+        readings : array_like, shape (m, n) or (n,)
+            Frames in the order of time, or one of them; NaN is a missing reading.
+        time : array_like, shape (m,) or ()
+            Time of each [s], not decreasing; steps may differ.
+        state : TareState, optional
+            What the frames before left; without it the stream begins here.
+
+        Returns
+        -------
+        Tared
+            Fields of shape (m, n) and (m,), or (n,) and ().
+
+        Raises
+        ------
+        GeometryError, InvalidValueError
+            Shapes that do not match, times that are not finite or go back.
+        """
+        from . import _tare_kernel as kernel
+
+        n = len(self.finger.array)
+        data = _check.real("readings", readings, finite=False)
+        seconds = _check.real("time", time, unit="s")
+        if data.ndim not in (1, 2) or data.shape[-1] != n:
+            raise GeometryError(
+                f"readings of shape {data.shape}", f"frames of the {n} sensors, (m, {n}), are needed"
+            )
+        if seconds.shape != data.shape[:-1]:
+            raise GeometryError(
+                f"time of shape {seconds.shape}", f"one for each frame, {data.shape[:-1]}, is needed"
+            )
+        frames, clock = data.reshape(-1, n), seconds.reshape(-1)
+        rows, numbers, tail, tail_time = self._memory(state)
+        back = np.flatnonzero(np.diff(np.concatenate([numbers[kernel.CLOCK :], clock])) < 0)
+        if back.size:
+            raise InvalidValueError(
+                f"time = {clock[back[0]]:.6g} s", "time must not go back", "sort the frames by time"
+            )
+        seen = len(tail)
+        every = np.concatenate([np.empty_like(tail), frames])
+        smooth = np.concatenate([tail, np.empty_like(frames)])
+        clocks = np.concatenate([tail_time, clock])
+        offset, frozen = np.empty_like(every), np.zeros(every.shape, dtype=bool)
+        free = np.zeros(len(every), dtype=bool)
+        options = np.array([self.guard, self.settle, self.patience])
+        at, head, question = seen, 0, False
+        while at < len(every):
+            at, head, question = kernel.follow(
+                every, clocks, at, head, self._sensors, options, self._limits, rows, numbers,
+                smooth, offset, free, frozen,
+            )  # fmt: skip
+            if question:
+                self._ask(rows, frozen[at - 1])
+        own = np.asarray(self.finger.array.offset)
+        alive = self.finger.array.live
+        given = np.where(alive, frames - offset[seen:] + own, frames)
+        given[frozen[seen:]] = np.nan
+        memory = (rows, numbers, smooth[head:].copy(), clocks[head:].copy())
+        given = given.reshape(data.shape)
+        parts = [part[seen:].reshape(seconds.shape + part.shape[1:]) for part in (offset, free, frozen)]
+        for part in (given, *parts, *memory):
+            part.flags.writeable = False
+        left = TareState(rows[kernel.OFFSET], rows[kernel.SPREAD], bool(numbers[kernel.FREE]), memory)
+        return Tared(given, parts[0], parts[1], parts[2], left)
+
+    def _memory(self, state: TareState | None) -> tuple[FloatArray, ...]:
+        """Copies of the state's arrays, or those of a beginning."""
+        from . import _tare_kernel as kernel
+
+        n = len(self.finger.array)
+        if state is not None:
+            if state.offset.shape != (n,):
+                raise GeometryError(
+                    f"a state of {state.offset.size} sensors, a finger of {n}", "they have to match"
+                )
+            return tuple(part.copy() for part in state.memory)
+        rows, numbers = np.zeros((kernel.ROWS, n)), np.zeros(kernel.NUMBERS)
+        rows[kernel.OFFSET], rows[kernel.SPREAD] = self.finger.array.offset, self.known
+        rows[[kernel.BASE, kernel.BEFORE, kernel.LAST, kernel.HELD]] = np.nan
+        numbers[[kernel.FREE, kernel.QUIET, kernel.CLOCK]] = 1.0, np.inf, np.nan
+        return rows, numbers, np.empty((0, n)), np.empty(0)
+
+    def _ask(self, rows: FloatArray, frozen: npt.NDArray[np.bool_]) -> None:
+        """Is what has lasted a touch? If it cannot be, the offsets in `rows` are changed to what is read now."""
+        from scipy.special import chdtri
+
+        from . import _tare_kernel as kernel
+
+        array = self.finger.array
+        noise = np.where(array.live, np.asarray(self.noise), 1.0)
+        spread, count = rows[kernel.SPREAD], np.maximum(rows[kernel.COUNT], 1)
+        told = array.live & (rows[kernel.COUNT] > 0) & ~frozen & np.isfinite(spread)
+        spread = np.where(told, spread, 0.0)
+        mean = rows[kernel.BASE] + rows[kernel.SUM] / count
+        variance = noise**2 / count
+        # what still moves is no offset: a touch that goes on, or rubber that comes back from one
+        moved = np.where(told, mean - rows[kernel.HELD], 0.0)
+        moved2 = moved**2 / (2 * variance + (np.asarray(self.drift) * self.patience) ** 2)
+        rows[kernel.HELD] = mean
+        if told.sum() < 2 or not moved2.sum() <= chdtri(told.sum(), _STILL):
+            return
+        away = np.where(told, mean - rows[kernel.OFFSET], np.nan)
+        if self._may_be_touch(away, spread, variance):
+            return
+        score = np.where(told, away**2 / (variance + spread**2), 0.0)
+        one = int(np.argmax(score))
+        if score.sum() - score[one] <= self._limits[told.sum() - 1]:
+            taken = np.arange(len(array)) == one
+        elif self._status(-away, np.hypot(noise, spread), friction=1.0) in _TOUCHES:
+            taken = told
+        else:
+            return
+        rows[kernel.OFFSET, taken] = mean[taken]
+        rows[kernel.SPREAD, taken] = np.sqrt(variance)[taken]
+        rows[kernel.HELD] = np.nan
+
+    def _may_be_touch(self, away: FloatArray, spread: FloatArray, variance: FloatArray) -> bool:
+        """Whether some pressing load, however it leans, makes these departures, by a model that is somewhat wrong."""
+        wrong = _WRONG * float(np.nanmax(np.abs(away)))
+        status = self._status(
+            away, np.sqrt(np.asarray(self.noise) ** 2 + spread**2 + wrong**2), friction=np.inf
+        )
+        # too little for a touch by a single frame and the drift meanwhile: by the mean, and without?
+        if status == Status.NO_CONTACT:
+            status = self._status(away, np.sqrt(variance + wrong**2), friction=np.inf)
+        return status not in (Status.UNEXPLAINED, Status.NO_CONTACT)
+
+    def _status(self, away: FloatArray, noise: FloatArray, friction: float) -> Status:
+        """Of the load that departures from the offsets would have."""
+        array, y = self.finger.array, np.asarray(self.finger.array.y)
+        reach = _REACH * float(np.asarray(array.depth).max())
+        middle, half = 0.5 * (y.min() + y.max()), 0.5 * np.ptp(y) + reach
+        half = min(half, 0.5 * self.finger.skin.period)
+        try:
+            table = self.finger.tabulate((middle - half, middle + half))
+        except NotLinearError:  # no estimate can be made: anything may be a touch
+            return Status.INCOMPLETE
+        wide = replace(array, noise=np.maximum(noise, 1e-300), low=-np.inf, high=np.inf)
+        locator = Locator(table, wide, friction=friction, false_alarm=self.false_alarm)
+        return Status(int(locator(np.asarray(array.offset) + away).status))

@@ -1,0 +1,219 @@
+"""Readings -> how probable each kind of contact makes them: the evidence that `decide.contact_type` weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..contact import LineLoad
+from ..errors import InvalidValueError
+from ..finger import Finger
+from ._frames import Framewise, checked_friction, scan_geometry, sensor_rows
+from .shape_field import Family, ShapeField, family_of
+
+__all__ = ["Evidence", "Kind"]
+
+_STATUS, _EACH = 0, 6
+_SQUARE = 0.2
+"""Step of the scan in the square of the half width, in squares of the least depth."""
+_FINE = 4
+_FINE_WIDTH = 0.04
+"""Largest step of the survey in the half width, in least depths."""
+
+
+def _kernel() -> Any:
+    """The compiled loop, imported on first use."""
+    from . import _evidence_kernel as module
+
+    return module.weigh_frames
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of contact that may have pressed, and what is known of it before a reading is seen.
+
+    Parameters
+    ----------
+    name : str
+        What the answer calls it.
+    family : {"line", "wedge", "hertz", "strip", "punch"} or subclass of SpreadContact
+        Its pressure's shape.
+    width : (float, float)
+        Least and largest half width [m], all between being as probable; both 0 for a line.
+    prior : float
+        How probable it is, relative to the other kinds.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown family, widths out of order or of a line, a prior that is not > 0.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> ss.decide.Kind("edge", "wedge", width=(0.2e-3, 0.7e-3)).prior
+    1.0
+    """
+
+    name: str
+    family: str | Family
+    width: tuple[float, float] = (0.0, 0.0)
+    prior: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise InvalidValueError(
+                f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)'
+            )
+        line = issubclass(family_of(self.family), LineLoad)
+        ends = _check.real("width", self.width, unit="m", at_least=0.0)
+        if ends.shape != (2,) or not ends[0] <= ends[1]:
+            raise InvalidValueError(f"width = {self.width!r}", "two half widths, ascending, are needed")
+        if line and ends[1] > 0:
+            raise InvalidValueError(
+                f"width = {self.width!r} of a line load", "it has none", "leave out width"
+            )
+        if not line and not ends[1] > 0:
+            raise InvalidValueError(
+                f"width = {self.width!r} of a {self.family}",
+                "its largest half width has to be > 0",
+                "width=(0.1e-3, 1e-3)",
+            )
+        _check.scalar("prior", self.prior, above=0.0)
+
+
+class Evidence(Framewise):
+    """The log of the probability of frames of readings under each kind of contact; prepared once, called on many.
+
+    Place, forces and width are integrated over: places alike over the search, half widths alike over the kind's range,
+    angles alike within the friction cone, magnitudes alike on a logarithmic scale (docs/deciding.md).
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, with the sensors' noise.
+    kinds : sequence of Kind
+        At least one.
+    search : (float, float), optional
+        Where contacts may be, y [m]; the default reaches half a depth beyond the outermost sensors.
+    friction : float, optional
+        |tan(angle)| is at most this [-].
+    false_alarm : float, optional
+        As of `Locator`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Sensors without noise, kinds of one name, a search that is none.
+    """
+
+    def __init__(
+        self,
+        finger: Finger,
+        kinds: Sequence[Kind],
+        *,
+        search: tuple[float, float] | None = None,
+        friction: float = 1.0,
+        false_alarm: float = 1e-6,
+    ) -> None:
+        self.kinds = tuple(kinds)
+        names = [kind.name for kind in self.kinds]
+        if not names or len(set(names)) < len(names):
+            raise InvalidValueError(f"kinds = {names}", "at least one, each of its own name, is needed")
+        array = finger.array
+        y, depth = np.asarray(array.y), np.asarray(array.depth)
+        if search is None:
+            search = (float(y.min() - 0.5 * depth.max()), float(y.max() + 0.5 * depth.max()))
+        self.friction = checked_friction(friction)
+        # there is no rival: what would mark its absence goes where the status is written after it
+        super().__init__(
+            array, _kernel, needed=4, columns=1 + _EACH * len(names), status=_STATUS, unrivalled=_STATUS
+        )
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        self._shallowest = float(depth.min())
+        table = finger.tabulate(search)
+        self._ends = (table.start, table.stop)
+        self.fields = tuple(
+            ShapeField.of(finger, family_of(k.family), self._ends, max(k.width[1], 1e-3 * table.step))
+            for k in self.kinds
+        )
+        count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
+        self._places = np.linspace(*self._ends, count)
+        self._squares = tuple(
+            np.linspace(
+                k.width[0] ** 2,
+                k.width[1] ** 2,
+                1 + int(np.ceil((k.width[1] ** 2 - k.width[0] ** 2) / (_SQUARE * self._shallowest**2))),
+            )
+            for k in self.kinds
+        )
+
+    def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n)."""
+        return self._frames(readings)
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        from scipy.special import chdtri
+
+        array = self.array.select(pattern)
+        scale = 1 / np.asarray(array.noise)
+        tables, bases, edges, geometry, fines, nodes, rows = [], [], [], [], [], [], []
+        fine_places = np.linspace(*self._ends, _FINE * (self._places.size - 1) + 1)
+        for field, squares, kind in zip(self.fields, self._squares, self.kinds, strict=True):
+            part = field.coefficients[:, :, :, pattern] * scale[:, None]
+            tables.append(np.ascontiguousarray(np.moveaxis(part, (0, 3), (1, 4))))
+            grid = field(self._places, np.sqrt(squares)[:, None])[..., pattern, :] * scale[:, None]
+            basis, edge = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
+            bases.append(np.ascontiguousarray(basis.reshape(*basis.shape[:2], *grid.shape[:2])))
+            edges.append(np.ascontiguousarray(edge.reshape(4, *grid.shape[:2])))
+            widths, weights = _widths(kind.width, _FINE_WIDTH * self._shallowest)
+            grid = field(fine_places, widths[:, None])[..., pattern, :] * scale[:, None]
+            fines.append(np.ascontiguousarray(np.moveaxis(grid, (2, 3), (0, 1))))
+            nodes.append(_inverse(grid))
+            rows.append(np.stack([widths, widths**2, weights]))
+            geometry.append([field.start, field.step, field.widest**2, *np.square(kind.width)])
+        options = np.array(
+            [
+                self.friction,
+                *self._ends,
+                2 * np.log(1 / self._false_alarm),
+                float(chdtri(max(len(array) - 3, 1), self._false_alarm)),
+            ]
+        )
+        return (
+            sensor_rows(array),
+            tuple(bases),
+            tuple(edges),
+            self._places,
+            self._squares,
+            tuple(tables),
+            tuple(fines),
+            tuple(nodes),
+            tuple(rows),
+            np.array(geometry),
+            options,
+        )
+
+
+def _widths(width: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:
+    """Half widths, and the weights of their mean over the range: the trapezoid's, with Gregory's ends."""
+    low, high = width
+    if not high > low:
+        return np.array([low]), np.ones(1)
+    count = max(int(np.ceil((high - low) / step)) + 1, 7)
+    weights = np.ones(count)
+    weights[:3] = weights[:-4:-1] = 3 / 8, 7 / 6, 23 / 24
+    return np.linspace(low, high, count), weights / (count - 1)
+
+
+def _inverse(fields: FloatArray) -> FloatArray:
+    """Inverse of A^T A (three entries) and log(2 pi) - log(det) / 2, for fields (..., n, 2); shape (4, ...)."""
+    g = np.einsum("...nk,...nl->kl...", fields, fields)
+    det = np.maximum(g[0, 0] * g[1, 1] - g[0, 1] ** 2, 1e-14 * g[0, 0] * g[1, 1])
+    return np.stack([g[1, 1] / det, -g[0, 1] / det, g[0, 0] / det, np.log(2 * np.pi) - 0.5 * np.log(det)])

@@ -1,0 +1,234 @@
+"""How much, and how fast, the rubber of a skin relaxes: fitted from touches that are held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import ConvergenceError, GeometryError, InvalidValueError
+from .relaxation import Relaxation, beginning, relaxed, stream
+
+__all__ = ["RelaxationFit", "fit_relaxation"]
+
+_TERMS = (1, 2, 3)
+_FEWEST = 5  # frames of a held stretch
+_SAME, _SIGMA = 0.1, 4.0
+"""Sensors share a kernel where each one's amount is within this of 1, or within so many standard errors."""
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxationFit:
+    """What `fit_relaxation` found.
+
+    Parameters
+    ----------
+    relaxation : Relaxation
+        The kernel common to all sensors.
+    share_std, time_std : ndarray, shape (k,)
+        Standard errors; of residuals that are independent from frame to frame, so rather too small.
+    scale, scale_std : ndarray, shape (n,)
+        How many times the common shares each sensor loses, and the standard error; NaN for a sensor that the touches do
+        not move.
+    before, after : ndarray, shape (n,)
+        By how much a held reading changes, rms about its mean, in units of each sensor's noise: as read, and with the
+        common kernel undone. 1 is what noise leaves.
+    """
+
+    relaxation: Relaxation
+    share_std: FloatArray
+    time_std: FloatArray
+    scale: FloatArray
+    scale_std: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+    @property
+    def common(self) -> bool:
+        """Whether one kernel serves all sensors: each one's `scale` is within 10 %, or 4 standard errors, of 1."""
+        told = np.isfinite(self.scale)
+        return bool((np.abs(self.scale - 1)[told] <= np.maximum(_SAME, _SIGMA * self.scale_std[told])).all())
+
+    @property
+    def own(self) -> Relaxation:
+        """The same time constants, with each sensor's own shares; the common ones where its own are not known."""
+        share = np.asarray(self.relaxation.share)[:, None]
+        scale = np.where(np.isfinite(self.scale), self.scale, 1.0)
+        return Relaxation(share * np.clip(scale, 0.0, 0.99 / share.sum()), self.relaxation.time)
+
+
+def fit_relaxation(
+    readings: npt.ArrayLike,
+    time: npt.ArrayLike,
+    held: npt.ArrayLike,
+    *,
+    terms: int = 2,
+    rest: npt.ArrayLike | None = None,
+) -> RelaxationFit:
+    """Fit a Prony series to a recording in which touches are held.
+
+    The kernel is the one whose inverse makes each held stretch constant, by least squares over all sensors, each in
+    units of its noise. So nothing need be known of how the touches came. Stretches of free skin count as held ones: it
+    is there that the rubber recovers.
+
+    Parameters
+    ----------
+    readings : array_like, shape (m, n)
+        The whole recording, from its beginning at rest; NaN is a missing reading.
+    time : array_like, shape (m,)
+        Time of each frame [s], not decreasing.
+    held : array_like, shape (k, 2)
+        First and last time of each stretch over which the touch does not change [s], as `start` and `stop` of
+        `segment`.
+    terms : {1, 2, 3}, optional
+        Terms of the series.
+    rest : array_like, optional
+        As of `Relaxation.undo`.
+
+    Returns
+    -------
+    RelaxationFit
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Shapes that do not match, stretches without frames, a number of terms out of range.
+    ConvergenceError
+        A fit that did not settle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.arange(0.0, 40.0, 0.02)
+    >>> touch = 1.0 * ((t > 2.0) & (t < 12.0) | (t > 20.0) & (t < 30.0))
+    >>> felt = Relaxation([0.15], [1.5]).apply(touch[:, None] * [1.0, -0.4], t).readings
+    >>> noise = 1e-3 * np.random.default_rng(0).standard_normal(felt.shape)
+    >>> found = fit_relaxation(felt + noise, t, [(2.1, 11.9), (20.1, 29.9)], terms=1)
+    >>> found.relaxation.share.round(3).tolist(), found.relaxation.time.round(2).tolist(), found.common
+    ([0.15], [1.5], True)
+    """
+    if isinstance(terms, bool) or terms not in _TERMS:
+        raise InvalidValueError(f"terms = {terms!r}", "1, 2 or 3 terms can be fitted", "terms=2")
+    data, clock, frames = stream(readings, time)
+    ends = _check.real("held", held, unit="s")
+    if data.ndim != 2 or ends.ndim != 2 or ends.shape[1] != 2 or not len(ends):
+        raise GeometryError(
+            f"readings of shape {data.shape}, held of shape {ends.shape}", "(m, n) and (k, 2) are needed"
+        )
+    first = np.searchsorted(clock, ends[:, 0], side="left")
+    stop = np.searchsorted(clock, ends[:, 1], side="right")
+    short = np.flatnonzero(stop - first < _FEWEST)
+    if short.size:
+        a, b = ends[short[0]]
+        raise InvalidValueError(
+            f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s",
+            f"at least {_FEWEST} frames have to lie in it",
+            "leave it out",
+        )
+    return _Fit(frames, clock, first, stop, terms, rest).result()
+
+
+class _Fit:
+    """Least squares over c = share / (1 - sum of share) and log(time): both free of the constraint."""
+
+    def __init__(
+        self,
+        frames: FloatArray,
+        clock: FloatArray,
+        first: npt.NDArray[np.intp],
+        stop: npt.NDArray[np.intp],
+        terms: int,
+        rest: npt.ArrayLike | None,
+    ) -> None:
+        self.frames, self.clock, self.terms = frames, clock, terms
+        self.rows = beginning(frames, rest, terms)
+        self.spans = [slice(a, b) for a, b in zip(first, stop, strict=True)]
+        jumps = np.concatenate([np.diff(frames[s], axis=0) for s in self.spans])
+        pairs = np.maximum(np.isfinite(jumps).sum(axis=0), 1)
+        self.noise = np.sqrt(0.5 * np.nansum(jumps**2, axis=0) / pairs)
+        # a sensor that rounds away its noise, or a recording without any
+        moved = np.abs(frames - self.rows[0])
+        largest = float(moved[np.isfinite(moved)].max(initial=0.0))
+        self.noise = np.maximum(self.noise, 1e-9 * largest or 1.0)
+        self.lengths = np.array([clock[s][-1] - clock[s][0] for s in self.spans])
+        if not self.lengths.max() > 0:
+            raise InvalidValueError(
+                "held stretches of no duration", "relaxation takes time", "longer stretches"
+            )
+
+    def left(self, share: FloatArray, constants: FloatArray, sensors: slice = slice(None)) -> FloatArray:
+        """What is left of the change in each held stretch, in units of the noise, shape (held frames, sensors)."""
+        part = np.ascontiguousarray(self.frames[:, sensors])
+        rows = self.rows[:, sensors].copy()
+        wide = np.ascontiguousarray(np.broadcast_to(share[:, None], (share.size, part.shape[1])))
+        out = relaxed(part, self.clock, wide, constants, True, rows)
+        away = []
+        for span in self.spans:
+            seen = np.isfinite(out[span])
+            count = np.maximum(seen.sum(axis=0), 1)
+            mean = np.where(seen, out[span], 0.0).sum(axis=0) / count
+            away.append(np.where(seen, out[span] - mean, 0.0))
+        return np.asarray(np.concatenate(away) / self.noise[sensors])
+
+    def kernel(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        c = p[: self.terms]
+        return c / (1 + c.sum()), np.exp(p[self.terms :])
+
+    def result(self) -> RelaxationFit:
+        k, longest = self.terms, float(self.lengths.max())
+        shortest = max(float(np.median(np.diff(self.clock))), 1e-3 * longest)
+        low = np.concatenate([np.zeros(k), np.full(k, np.log(shortest))])
+        high = np.concatenate([np.full(k, 20.0), np.full(k, np.log(10 * longest))])
+        start = np.concatenate(
+            [np.full(k, 0.1 / k), np.log(longest * np.array([0.2] if k == 1 else np.geomspace(0.05, 0.5, k)))]
+        )
+        found = _least(lambda p: self.left(*self.kernel(p)), start, (low, high))
+        if not found.success:
+            raise ConvergenceError("the fit did not settle", str(found.message), "fewer terms")
+        order = np.argsort(found.x[k:])
+        p = np.concatenate([found.x[:k][order], found.x[k:][order]])
+        share, constants = self.kernel(p)
+        jacobian = found.jac[:, np.concatenate([order, k + order])]
+        degrees = max(found.fun.size - 2 * k, 1)
+        covariance = np.linalg.pinv(jacobian.T @ jacobian) * (2 * found.cost / degrees)
+        # share by c, time by its logarithm
+        turn = (np.eye(k) - share[:, None]) / (1 + p[:k].sum())
+        share_std = np.sqrt(np.diag(turn @ covariance[:k, :k] @ turn.T))
+        time_std = constants * np.sqrt(np.diag(covariance)[k:])
+        scales = [self._scale(share, constants, i) for i in range(self.frames.shape[1])]
+        scale, scale_std = (np.array(column) for column in zip(*scales, strict=True))
+        before, after = (np.sqrt((self.left(s, constants) ** 2).mean(axis=0)) for s in (np.zeros(k), share))
+        return RelaxationFit(
+            Relaxation(share, constants),
+            *(_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)),
+        )
+
+    def _scale(self, share: FloatArray, constants: FloatArray, sensor: int) -> tuple[float, float]:
+        """How much more one sensor relaxes, and its standard error."""
+        total = float(share.sum())
+        if total <= 0:
+            return np.nan, np.nan
+        part = slice(sensor, sensor + 1)
+        ends = (np.zeros(1), np.full(1, 0.99 / total))
+        found = _least(lambda s: self.left(s[0] * share, constants, part), np.ones(1), ends)
+        information = float((found.jac**2).sum())
+        if not information > 0:
+            return np.nan, np.nan
+        std = float(np.sqrt(2 * found.cost / max(found.fun.size - 1, 1) / information))
+        return (float(found.x[0]), std) if std < 1.0 else (np.nan, np.nan)
+
+
+def _least(
+    left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]
+) -> Any:
+    from scipy.optimize import least_squares
+
+    def flat(p: FloatArray) -> FloatArray:
+        return left(p).reshape(-1)
+
+    return least_squares(flat, start, bounds=ends, x_scale=np.maximum(np.abs(start), 0.1))

@@ -1,0 +1,328 @@
+"""Which sensors have died or changed since the finger was calibrated, from touches of which nothing is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import ConvergenceError, GeometryError
+from ..finger import Finger
+from .calibration import Health
+from .estimate import Status
+from .locate import Locator
+
+__all__ = ["SensorHealth", "sensor_health"]
+
+_EXPLAINED = (Status.OK, Status.AMBIGUOUS)
+_ROUNDS = 20  # of gains and touches in turn
+_SETTLED = 1e-6
+_INFLATED, _MOSTLY = (1.0, 3.0, 10.0, 30.0, 100.0), 0.8
+_ENOUGH = 0.98  # of the touches explained: no sensor has to be suspected
+_BETTER = 0.02  # share of the touches that leaving out a sensor has to explain, to be worth it
+_SIGMA = 4.0
+_FEWEST = 10
+_MOST, _CELLS = 20_000, 8_000_000
+"""Touches that are looked at, at most, and numbers in a matrix over all of them."""
+
+_WEAK, _GONE, _TOLD, _BLIND = 0.9, 0.02, 0.2, 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class SensorHealth:
+    """What `sensor_health` found.
+
+    Parameters
+    ----------
+    finger : Finger
+        The finger with the gains, and offsets, that it seems to have now; dead sensors have gain 0.
+    gain_ratio, std : ndarray, shape (n,)
+        Each sensor's gain now, relative to what it was, and its standard error; infinite where the touches do not
+        tell. Of those that have changed, with the others as they were.
+        The gain that all sensors have in common cannot be told from the touches' force: the median sensor has 1.
+    shift : ndarray, shape (n,)
+        By how much the offset of a sensor seems to have changed; 0 but for those that had to be left out at first.
+    explained, explained_now : float
+        Share of the touches that a load explains, with the finger as it was and as it is now.
+    touches : int
+        Number of frames that are no free skin; of more than 20 000, as many are looked at.
+    health : tuple of Health
+        OK; WEAK: its gain has fallen by a tenth or more; DEAD: its gain cannot be told from 0, or it gave no readings.
+    """
+
+    finger: Finger
+    gain_ratio: FloatArray
+    std: FloatArray
+    shift: FloatArray
+    explained: float
+    explained_now: float
+    touches: int
+    health: tuple[Health, ...]
+
+    @property
+    def changed(self) -> npt.NDArray[np.bool_]:
+        """Whose gain has changed by more than 4 standard errors, either way, shape (n,)."""
+        return _changed(self.gain_ratio, self.std)
+
+
+def sensor_health(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    *,
+    friction: float = 1.0,
+    search: tuple[float, float] | None = None,
+) -> SensorHealth:
+    """Find sensors that have died, weakened or strengthened, from frames of ordinary use.
+
+    Places and forces of the touches need not be known, but they have to be many, and lie all over the row. Where loads
+    explain too few of them, sensors are left out, first the one without which most are explained. Then gains are fitted
+    to the touches that are explained, by Gauss-Newton: a sensor's residual against its reading, both without what a
+    change of the touch would do to all sensors, so that a weak one does not spoil the others' gains. Those that have
+    not changed by more than 4 standard errors are then held, and the others fitted again.
+
+    Standard errors are those of independent noise. Where it is the model that does not quite fit, as on most real
+    skins, they are too small; and where a touch moves but two or three sensors, its place takes up a change of gain. So
+    believe a change that explains touches which were not explained before (`explained`, `explained_now`).
+
+    Parameters
+    ----------
+    finger : Finger
+        As it was calibrated.
+    readings : array_like, shape (m, n)
+        Frames with drift taken off (`Tare`); NaN is a missing reading. Frames of free skin do no harm.
+    friction, search
+        As of `Finger.locate`.
+
+    Returns
+    -------
+    SensorHealth
+
+    Raises
+    ------
+    GeometryError, InvalidValueError
+        Shapes that do not match, a sensor without noise.
+    ConvergenceError
+        Fewer than 10 touches that some load explains, whichever sensors are left out; fewer than four sensors, or
+        three where friction is 0.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> gains = np.array([1, 1, 0.6, 1, 1, 1])
+    >>> now, then = (
+    ...     ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=1e-4, gain=g)) for g in (gains, 1.0)
+    ... )
+    >>> rng = np.random.default_rng(0)
+    >>> touches = ss.LineLoad(40.0, rng.uniform(-0.5, 0.5, 500), rng.uniform(-4e-3, 4e-3, 500))
+    >>> found = sensor_health(then, now.read(touches, rng))
+    >>> found.gain_ratio.round(2).tolist(), found.health[2].name
+    ([1.0, 1.0, 0.6, 1.0, 1.0, 1.0], 'WEAK')
+    """
+    n = len(finger.array)
+    data = _check.real("readings", readings, finite=False)
+    if data.ndim != 2 or data.shape[1] != n:
+        raise GeometryError(
+            f"readings of shape {data.shape}", f"one frame a row, one of the {n} sensors a column"
+        )
+    needed = 3 if friction == 0 else 4
+    if finger.array.live.sum() < needed:
+        raise ConvergenceError(
+            f"{int(finger.array.live.sum())} live sensors",
+            f"at least {needed} are needed: one more than unknowns",
+        )
+    return _Check(finger, data, {"friction": friction, "search": search}).result()
+
+
+class _Check:
+    """Ratios of the gains, shifts of the offsets and sensors left out, as they are found."""
+
+    def __init__(self, finger: Finger, data: FloatArray, options: dict[str, Any]) -> None:
+        self.was, self.options = finger, options
+        self.field = finger.tabulate(options["search"])
+        self.unknowns = 2 if options["friction"] == 0 else 3
+        n = len(finger.array)
+        self.live = finger.array.live & np.isfinite(data).any(axis=0)
+        self.ratio, self.shift, self.out = np.ones(n), np.zeros(n), ~self.live
+        status = self.locator()(data).status
+        touched = data[np.isin(status, (*_EXPLAINED, Status.UNEXPLAINED))]
+        # spread evenly, no more than is worth the time and the memory
+        self.touches = len(touched)
+        most = max(min(_MOST, _CELLS // n**2), _FEWEST)
+        self.data = touched[:: max(-(-len(touched) // most), 1)]
+        if self.touches < _FEWEST:
+            raise ConvergenceError(
+                f"{self.touches} touches in {len(data)} frames",
+                f"at least {_FEWEST} are needed",
+                "more frames",
+            )
+        self.explained = self.share()
+
+    def finger(self) -> Finger:
+        """As it seems to be now; sensors left out have gain 0."""
+        array = self.was.array
+        gain = np.where(self.out, 0.0, np.asarray(array.gain) * self.ratio)
+        return replace(
+            self.was, array=replace(array, gain=gain, offset=np.asarray(array.offset) + self.shift)
+        )
+
+    def locator(self, inflated: float = 1.0) -> Locator:
+        array = self.finger().array
+        table = replace(self.field, coefficients=self.field.coefficients * self.ratio[:, None])
+        wide = replace(array, noise=inflated * np.asarray(array.noise))
+        return Locator(table, wide, friction=self.options["friction"])
+
+    def share(self) -> float:
+        """Of the touches that a load explains now."""
+        return float(np.isin(self.locator()(self.data).status, _EXPLAINED).mean())
+
+    def leave_out(self) -> None:
+        """Sensors, the one that helps most first, until the touches are explained or no more can go."""
+        here = self.explained
+        while here < _ENOUGH and (~self.out).sum() > self.unknowns + 1:
+            trials = []
+            for i in np.flatnonzero(~self.out):
+                self.out[i] = True
+                trials.append((self.share(), i))
+                self.out[i] = False
+            best, i = max(trials)
+            if best < here + _BETTER:
+                break
+            self.out[i], here = True, best
+
+    def fit(self, varied: npt.NDArray[np.bool_], shifted: npt.NDArray[np.bool_]) -> FloatArray:
+        """Change the gains `varied` and the offsets `shifted` until they settle; standard errors of these gains."""
+        noise, count = np.asarray(self.was.array.noise), int(varied.sum())
+        scaled = self.live & ~self.out
+        common = np.concatenate([scaled[varied], np.zeros(int(shifted.sum()))])
+        loose = bool(varied[scaled].all())
+        std = np.zeros(count)
+        for _ in range(_ROUNDS):
+            matrix, right, excess = self.normal(varied, shifted)
+            # next to nothing is known of the gains beforehand: it keeps those in place of which the touches say less
+            before = np.zeros(len(right))
+            before[:count] = 1.0
+            matrix += np.diag(before)
+            right[:count] -= self.ratio[varied] - 1
+            if loose:
+                # the scale that all have in common is nobody's: held here, and then put where the median sensor has it
+                matrix += np.trace(matrix) / common.sum() * np.outer(common, common)
+            inverse = _inverse(matrix)
+            step = inverse @ right
+            self.ratio[varied] += step[:count]
+            self.shift[shifted] += step[count:] * noise[shifted]
+            if loose:
+                middle = float(np.median(self.ratio[scaled]))
+                if not middle > 0:
+                    raise ConvergenceError("gains that do not settle", "most sensors have to be as they were")
+                self.ratio /= middle
+            known = np.diag(inverse)[:count]
+            std = np.where(known < _BLIND, np.sqrt(known * excess), np.inf)
+            if not count or np.abs(step[:count]).max() < _SETTLED:
+                break
+        return std
+
+    def normal(
+        self, varied: npt.NDArray[np.bool_], shifted: npt.NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray, float]:
+        """Normal equations of the ratios' changes, then of the shifts in units of the noise; how much is left.
+
+        The rows of each touch are projected across the touch's own unknowns.
+        """
+        # gains that are still wrong explain little: noise is taken to be larger until most touches are explained
+        for inflated in _INFLATED:
+            locator = self.locator(inflated)
+            found = locator(self.data)
+            if np.isin(found.status, _EXPLAINED).mean() >= _MOSTLY:
+                break
+        good = found.status == Status.OK
+        if good.sum() < _FEWEST:
+            raise ConvergenceError(
+                f"{good.sum()} touches that one load explains",
+                f"at least {_FEWEST} are needed",
+                "more frames, with their drift off",
+            )
+        array, n = self.finger().array, self.ratio.size
+        raw = self.data[good]
+        seen = array.inside(raw) & self.live
+        if not locator._linear:
+            raw = locator._linearised(raw)
+            seen &= np.isfinite(raw)
+        noise = np.where(self.live, array.noise, 1.0)
+        force, angle = found.force[good], found.angle[good]
+        load = np.stack([force * np.cos(angle), force * np.sin(angle)], axis=-1)
+        value = self.field(found.position[good])
+        slope = self.field(found.position[good], derivative=1)
+        unit = np.einsum("mnl,ml->mn", value, load) / noise
+        unknowns = [np.einsum("mnl,ml->mn", slope, load), *(value[..., k] for k in range(self.unknowns - 1))]
+        touch = np.stack(unknowns, axis=-1) * (seen * self.ratio / noise)[..., None]
+        touch /= np.maximum(np.linalg.norm(touch, axis=1, keepdims=True), 1e-300)
+        basis = np.linalg.qr(touch)[0]
+        across = np.eye(n) - basis @ np.swapaxes(basis, 1, 2)
+        rest = np.where(seen, (raw - np.asarray(array.offset)) / noise - self.ratio * unit, 0.0)
+        jacobian = np.concatenate(
+            [(across * (seen * unit)[:, None, :])[..., varied], (across * seen[:, None, :])[..., shifted]],
+            axis=-1,
+        )
+        # touches that fit badly for other reasons count for less
+        degrees = np.maximum(seen.sum(axis=1) - self.unknowns, 1)
+        misfit = found.residual[good] * inflated**2
+        trust = np.sqrt(np.minimum(1.0, 5 * degrees / np.maximum(misfit, 1e-300)))
+        rows = (jacobian * trust[:, None, None]).reshape(-1, jacobian.shape[-1])
+        left = (np.einsum("mij,mj->mi", across, rest) * trust[:, None]).reshape(-1)
+        return rows.T @ rows, rows.T @ left, max(float((left**2).sum() / degrees.sum()), 1.0)
+
+    def result(self) -> SensorHealth:
+        self.leave_out()
+        suspects = self.out & self.live
+        std = np.full(self.ratio.size, np.inf)
+        std[self.live] = self.fit(self.live, suspects)
+        told = self.ratio > np.maximum(_SIGMA * std, _GONE)
+        for i in np.flatnonzero(suspects & told):
+            before = self.share()
+            self.out[i] = False
+            if self.share() < before - _BETTER:  # what it reads has little to do with the touches
+                self.out[i] = True
+        if (suspects & ~self.out).any():
+            std[self.live] = self.fit(self.live, suspects)
+        ratio = np.where(self.live, self.ratio, np.nan)
+        # what has not changed for certain is as it was calibrated, which tells more of what has
+        varied = self.live
+        while (changed := varied & (suspects | _changed(ratio, std))).sum() < varied.sum():
+            varied = changed
+            self.ratio = np.where(varied, self.ratio, 1.0)
+            if varied.any():
+                std[varied] = self.fit(varied, suspects)
+            ratio[varied] = self.ratio[varied]
+        self.out |= (std < _TOLD) & ~(self.ratio > np.maximum(_SIGMA * std, _GONE))
+        self.shift[self.out] = 0.0
+        weak = _changed(ratio, std) & (ratio < _WEAK)
+        health = np.where(self.out, Health.DEAD, np.where(weak, Health.WEAK, Health.OK))
+        return SensorHealth(
+            finger=self.finger(),
+            gain_ratio=_check.read_only(ratio),
+            std=_check.read_only(std),
+            shift=_check.read_only(self.shift),
+            explained=self.explained,
+            explained_now=self.share(),
+            touches=self.touches,
+            health=tuple(Health(int(h)) for h in health),
+        )
+
+
+def _changed(ratio: FloatArray, std: FloatArray) -> npt.NDArray[np.bool_]:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(ratio - 1) > _SIGMA * std)
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    """Of a matrix that may be singular in the shifts, whose size is another than the gains'."""
+    size = np.sqrt(np.diag(matrix))
+    size[size == 0] = 1.0
+    return np.asarray(
+        np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-13, hermitian=True) / np.outer(size, size)
+    )

@@ -1,0 +1,144 @@
+"""What a map of the pressure along the surface gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray, read_only
+
+if TYPE_CHECKING:
+    from .pressure_map import PressureMapper
+
+__all__ = ["PressureMap"]
+
+# Columns of the packed table that the compiled loop fills, one row a frame; those along the surface follow.
+ANGLE, ANGLE_STD, CENTRE, CENTRE_STD, FORCES, FORCE_STD = 0, 1, 2, 3, 4, 6
+WEIGHT, RESIDUAL, OPTIMALITY, LEAN, STATUS, WIDTH = 8, 9, 10, 11, 12, 13
+
+
+def _column(index: int, text: str) -> property:
+    def get(self: PressureMap) -> FloatArray:
+        return self.table[..., index]
+
+    return property(get, doc=text)
+
+
+@dataclass(frozen=True, eq=False)
+class PressureMap:
+    """The pressure found along the surface in each frame: numbers of shape (...), curves of shape (..., m).
+
+    Frames that are not `OK` or `AMBIGUOUS` carry NaN.
+
+    Parameters
+    ----------
+    table : ndarray
+        The packed results; read them by name.
+    used : ndarray of bool, shape (..., n)
+        Which sensors each frame's answer rests on.
+    mapper : PressureMapper
+        What made it.
+    """
+
+    table: FloatArray
+    used: npt.NDArray[np.bool_]
+    mapper: PressureMapper
+
+    normal_force = _column(FORCES, "Normal force [N/m], the pressure's integral.")
+    tangential_force = _column(FORCES + 1, "Tangential force [N/m], the shear's integral.")
+    normal_std = _column(FORCE_STD, "Standard deviation of the normal force [N/m].")
+    tangential_std = _column(FORCE_STD + 1, "Standard deviation of the tangential force [N/m].")
+    angle = _column(ANGLE, "Angle of the resultant from the inward normal [rad]; 0 without shear.")
+    angle_std = _column(ANGLE_STD, "Standard deviation of the angle [rad]; 0 without shear.")
+    centre = _column(CENTRE, "Centre of pressure y [m].")
+    centre_std = _column(CENTRE_STD, "Standard deviation of the centre [m].")
+    residual = _column(RESIDUAL, "Chi-square: sum of squared residuals in units of each sensor's noise.")
+    weight = _column(WEIGHT, "Weight of the integral of (dp/dy)^2 beside chi-square [m/Pa^2].")
+    optimality = _column(
+        OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
+    )
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return self.table.shape[:-1]
+
+    @property
+    def y(self) -> FloatArray:
+        """Nodes along the surface [m], shape (m,); the traction is straight between them, 0 at the ends."""
+        return self.mapper.y
+
+    @property
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame, as integers."""
+        return self.table[..., STATUS].astype(np.int8)
+
+    def _curve(self, index: int) -> FloatArray:
+        m = len(self.y)
+        return self.table[..., WIDTH + index * m : WIDTH + (index + 1) * m]
+
+    @property
+    def pressure(self) -> FloatArray:
+        """Pressure at each node [Pa], >= 0, shape (..., m)."""
+        return self._curve(0)
+
+    @property
+    def pressure_std(self) -> FloatArray:
+        """Standard deviation of the pressure [Pa], noise and what smoothness leaves open, shape (..., m)."""
+        return self._curve(1)
+
+    @property
+    def pressure_interval(self) -> FloatArray:
+        """Ends of the 95 % band of the pressure [Pa], none below 0, shape (..., m, 2)."""
+        half = 1.959964 * self.pressure_std
+        return read_only(np.stack([np.maximum(self.pressure - half, 0.0), self.pressure + half], axis=-1))
+
+    @property
+    def shear(self) -> FloatArray:
+        """Shear at each node [Pa], positive where it drags the skin towards +y, shape (..., m)."""
+        if self.mapper.shear == "free":
+            return self._curve(2)
+        return read_only(np.tan(self.angle)[..., None] * self.pressure)
+
+    @property
+    def shear_std(self) -> FloatArray:
+        """Standard deviation of the shear [Pa], shape (..., m); 0 where none was allowed."""
+        if self.mapper.shear == "free":
+            return self._curve(3)
+        tangent = np.tan(self.angle)
+        slope = (1 + tangent**2) * self.angle_std
+        return read_only(np.hypot(tangent[..., None] * self.pressure_std, slope[..., None] * self.pressure))
+
+    @property
+    def resolution(self) -> FloatArray:
+        """Full width at half height of what a narrow pressure at each node looks like [m], shape (..., m).
+
+        At the frame's weight and without regard to p >= 0, which can only sharpen it. Where such a pressure is seen
+        elsewhere, the distance to there is in it.
+        """
+        return self._along("widths")
+
+    @property
+    def seen(self) -> FloatArray:
+        """What is left at each node of an even pressure over the whole search, shape (..., m): 1 is all of it."""
+        return self._along("seen")
+
+    def _along(self, what: str) -> FloatArray:
+        """What the factors tell at each inner node, for each frame's sensors, angle and weight."""
+        count = len(self.y) - 2
+        weight, lean = self.weight.reshape(-1), self.table[..., LEAN].reshape(-1)
+        used = self.used.reshape(-1, self.used.shape[-1])
+        out = np.full((len(weight), len(self.y)), np.nan)
+        there = np.flatnonzero(np.isfinite(self.normal_force.reshape(-1)))
+        patterns, group = np.unique(used[there], axis=0, return_inverse=True)
+        for g, pattern in enumerate(patterns):
+            factors = self.mapper.factors(pattern)
+            for k in np.unique(lean[there][group.reshape(-1) == g]):
+                rows = there[(group.reshape(-1) == g) & (lean[there] == k)]
+                out[rows, 1:-1] = getattr(factors[int(k)], what)(weight[rows], count)
+        # there is no traction at the ends
+        out[there, 0], out[there, -1] = out[there, 1], out[there, -2]
+        return read_only(out.reshape(*self.shape, len(self.y)))

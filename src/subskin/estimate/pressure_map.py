@@ -1,0 +1,303 @@
+"""Readings -> the pressure along the surface, and the shear where the array can see it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ..finger import Finger
+from ._frames import Framewise, sensor_rows
+from ._pressure_operator import COARSE, Factors, Surface, shear_seen
+from .pressure import LEAN, STATUS, WIDTH, PressureMap
+
+__all__ = ["RULES", "SHEARS", "PressureMapper", "pressure_map"]
+
+RULES = ("evidence", "discrepancy", "gcv")
+"""Rules for the weight of smoothness."""
+
+SHEARS = ("none", "proportional", "free")
+"""What the shear may be."""
+
+_LEANS = 17
+_LEAST_SEEN = 0.2
+_STRIPS = (0.75, 1.5, 3.0)
+
+
+def _kernel() -> Any:
+    """The compiled loop, imported on first use."""
+    from . import _pressure_kernel as module
+
+    return module.map_frames
+
+
+class PressureMapper(Framewise):
+    """Finds the pressure along the surface in frames of readings; prepared once, then called on a frame or on many.
+
+    The surface is cut into elements much finer than the sensors are deep, and the pressure p at their nodes is the one
+    that minimises
+
+        chi-square + weight * integral (dp/dy)^2 dy + 2 least_force * (normal force) / (its least standard deviation)
+
+    over all p >= 0 that are 0 at the ends of the search. The weight follows from each frame by `rule`; the minimum is
+    unique and found exactly (docs/pressure.md).
+
+    Parameters
+    ----------
+    finger : Finger
+        The skin, of any kind, and the sensors in it.
+    search : (float, float), optional
+        Stretch of the surface that is mapped, y [m]; 1.5 depths beyond the outermost sensors if left out.
+    step : float, optional
+        Largest distance of the nodes [m]; a twelfth of the shallowest sensor's depth if left out.
+    shear : {"proportional", "none", "free"}, optional
+        Shear q = p tan(angle) with one unknown angle; none, for contacts that are known not to drag (drag would be
+        taken for pressure elsewhere); or any shear with |q| <= friction * p, which asks for sensors of two kinds, or in
+        two depths.
+    friction : float, optional
+        Bound of |q| / p; of no account without shear.
+    rule : {"evidence", "discrepancy", "gcv"}, optional
+        The weight: most probable; the one that leaves a chi-square of n; or generalised cross-validation. Each for the
+        smoothest p without regard to its sign, and the largest such weight.
+    least_force : float, optional
+        How far a line load's force is pulled down, in its standard deviations. Without it a wide and faint pressure,
+        of which the sensors feel nothing, is added for the sake of smoothness.
+    false_alarm : float, optional
+        Probability with which an untouched skin, or a pressure >= 0, is called a contact, or unexplained.
+
+    Attributes
+    ----------
+    y : ndarray, shape (m,)
+        The nodes [m].
+    shear_seen : float
+        Share of the shear's components that are seen beside an unknown pressure; "free" needs 0.2.
+
+    Raises
+    ------
+    InvalidValueError
+        An option out of range; shear "free" where the array cannot tell it from pressure; a sensor without noise.
+    GeometryError
+        More elements than can be solved for.
+    NotLinearError
+        A transducer without a linear part.
+    """
+
+    def __init__(
+        self,
+        finger: Finger,
+        *,
+        search: tuple[float, float] | None = None,
+        step: float | None = None,
+        shear: str = "proportional",
+        friction: float = 1.0,
+        rule: str = "evidence",
+        least_force: float = 0.3,
+        false_alarm: float = 1e-6,
+    ) -> None:
+        for name, value, known in (("shear", shear, SHEARS), ("rule", rule, RULES)):
+            if value not in known:
+                raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(known)}")
+        self.finger, self.shear, self.rule = finger, shear, rule
+        self.friction = _check.scalar("friction", friction, above=0.0)
+        self.least_force = _check.scalar("least_force", least_force, at_least=0.0)
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        self._surface = Surface.of(finger, search, step)
+        self.y = self._surface.y
+        parts = 2 if shear == "free" else 1
+        super().__init__(
+            finger.array,
+            _kernel,
+            needed=3 if shear == "none" else 4,
+            columns=WIDTH + 2 * parts * len(self.y),
+            status=STATUS,
+            unrivalled=LEAN,
+        )
+        normal, tangential = self._columns_of(finger.array.live)
+        self.shear_seen = shear_seen(normal, tangential, self._surface.step)
+        if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
+            raise InvalidValueError(
+                f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
+                f"at least {_LEAST_SEEN} is needed: one kind of sensors in one depth reads one function of y, which "
+                "is not enough for two",
+                'shear="proportional", or sensors of another kind or depth as well',
+            )
+        self._factors: dict[bytes, list[Factors]] = {}
+
+    def __call__(self, readings: npt.ArrayLike) -> PressureMap:
+        """The pressure in each frame.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            Raw readings, offset included. NaN marks a missing one; it, and a saturated one, are left out of its frame.
+
+        Returns
+        -------
+        PressureMap
+            Numbers of shape (...), and what lies along the surface of shape (..., m).
+
+        Raises
+        ------
+        GeometryError
+            A last axis that is not the number of sensors.
+        """
+        return PressureMap(*self._frames(readings), self)
+
+    def factors(self, used: npt.NDArray[np.bool_]) -> list[Factors]:
+        """The factors for the sensors `used` (n,), one for each tangent in `tangents`."""
+        key = used.tobytes()
+        if key not in self._factors:
+            if len(self._factors) >= 64:
+                self._factors.pop(next(iter(self._factors)))
+            normal, tangential = self._columns_of(used)
+            step = self._surface.step
+            if self.shear == "free":
+                made = [Factors.of([normal, self.friction * tangential], step)]
+            else:
+                made = [Factors.of([normal + t * tangential], step) for t in self.tangents]
+            self._factors[key] = made
+        return self._factors[key]
+
+    @property
+    def tangents(self) -> FloatArray:
+        """The tangents of the angle at which the factors are known; 0 alone where no angle is sought."""
+        if self.shear != "proportional":
+            return np.zeros(1)
+        return self.friction * np.linspace(-1, 1, _LEANS)
+
+    def _columns_of(self, used: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        """Whitened readings per Pa of the used sensors, of pressure and of shear, each (m, n)."""
+        part = self._surface.reading[:, used] / np.asarray(self.finger.array.noise)[used, None]
+        return np.ascontiguousarray(part[..., 0]), np.ascontiguousarray(part[..., 1])
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
+        from scipy.special import chdtri
+
+        factors, step = self.factors(pattern), self._surface.step
+        normal, tangential = self._columns_of(pattern)
+        m = len(normal)
+        blocks = 2 if self.shear == "free" else 1
+        if self.shear == "free":
+            parts = np.concatenate(
+                [normal + self.friction * tangential, normal - self.friction * tangential]
+            )[None]
+        elif self.shear == "proportional":
+            parts = np.stack([normal, tangential])
+        else:
+            parts = normal[None]
+        largest = float(np.linalg.norm(normal, axis=1).max()) / step
+        grid = np.arange(COARSE, m + 1, COARSE) - 1
+        rows = np.concatenate([grid + k * m for k in range(blocks)])
+        degrees = int(pattern.sum())
+        widths = np.array(_STRIPS) * float(np.asarray(self.finger.array.depth).min()) / step
+        stacked = [np.stack([getattr(f, name) for f in factors]) for name in ("basis", "squares", "shapes")]
+        return (
+            sensor_rows(self.finger.array.select(pattern)),
+            (
+                self.tangents, stacked[0], stacked[1], stacked[2] ** 2, factors[0].spread,
+                np.ascontiguousarray(stacked[2][:, rows]),
+            ),
+            _level(parts, blocks, step, self.least_force * largest),
+            _level(_coarsened(parts, blocks), blocks, COARSE * step, self.least_force * largest),
+            (self.y[1:-1], np.array([step, self.friction, blocks, COARSE]), *_strips(normal, tangential, widths)),
+            np.array([
+                RULES.index(self.rule),
+                *[float(chdtri(degrees, self._false_alarm))] * 2,
+            ]),
+        )  # fmt: skip
+
+
+def _coarsened(parts: FloatArray, blocks: int) -> FloatArray:
+    """Columns of the coarse elements: a wide hat is a sum of narrow ones."""
+    count, total, n = parts.shape
+    m = total // blocks
+    narrow = parts.reshape(count, blocks, m, n)
+    share = 1 - np.abs(np.arange(1 - COARSE, COARSE)) / COARSE
+    nodes = np.arange(COARSE, m + 1, COARSE) - 1
+    wide = sum(s * narrow[:, :, nodes + k] for s, k in zip(share, range(1 - COARSE, COARSE), strict=True))
+    return np.ascontiguousarray(np.asarray(wide).reshape(count, -1, n))
+
+
+def _strips(normal: FloatArray, tangential: FloatArray, widths: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Readings of even pressures over `widths` elements at all places, from which the angle's search starts."""
+    fields = np.stack([normal, tangential])
+    sums = np.concatenate([np.zeros_like(fields[:, :1]), np.cumsum(fields, axis=1)], axis=1)
+    counts = [1, *(w for w in np.rint(widths).astype(int) if 1 < w < sums.shape[1])]
+    strips = np.ascontiguousarray(
+        np.concatenate([(sums[:, w:] - sums[:, :-w])[:, ::2] for w in counts], axis=1)
+    )
+    products = [np.einsum("mn,mn->m", strips[i], strips[k]) for i, k in ((0, 0), (0, 1), (1, 1))]
+    return strips, np.stack(products, axis=1)
+
+
+def _level(parts: FloatArray, blocks: int, step: float, pull: float) -> tuple[FloatArray, ...]:
+    """Columns, Hessian by powers of t, K and the cost of elements of one width."""
+    count, total, _ = parts.shape
+    gram = [parts[0] @ parts[0].T]
+    if count == 2:
+        mixed = parts[0] @ parts[1].T
+        gram += [mixed + mixed.T, parts[1] @ parts[1].T]
+    # with u + v and u - v for the pressure and the shear, the squares of both are twice those of u and v
+    beside = np.full(total - 1, -blocks / step)
+    beside[total // blocks - 1 :: total // blocks] = 0.0
+    return (
+        parts,
+        np.ascontiguousarray(np.stack(gram)),
+        np.full(total, 2.0 * blocks / step),
+        beside,
+        np.full(total, pull * step),
+    )
+
+
+def pressure_map(
+    finger: Finger, readings: npt.ArrayLike, *, search: tuple[float, float] | None = None, **options: Any
+) -> PressureMap:
+    """The pressure along the surface in readings of shape (..., n), and the shear where the array can see it.
+
+    The mapper is prepared on the first call and kept with the finger.
+
+    Parameters
+    ----------
+    finger : Finger
+        The skin and the sensors in it.
+    readings : array_like, shape (..., n)
+        Raw readings; NaN marks a missing one.
+    search : (float, float), optional
+        Stretch of the surface that is mapped [m]; 1.5 depths beyond the outermost sensors if left out.
+    **options
+        Those of `PressureMapper`: `shear`, `rule`, `friction`, `least_force`, `step`, `false_alarm`.
+
+    Returns
+    -------
+    PressureMap
+        Pressure, shear, their bands, totals, resolution, residual, status.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError, NotLinearError
+        As of `PressureMapper`.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=25, pitch=0.5e-3, depth=2e-3, noise=2e-5))
+    >>> roller = ss.Hertz(force=40.0, half_width=2e-3)
+    >>> found = ss.pressure_map(finger, finger.read(roller, rng=np.random.default_rng(0)))
+    >>> ss.Status(found.status).name, round(float(found.normal_force), 1)
+    ('OK', 40.0)
+    >>> true = roller.pressure(found.y)
+    >>> bool(np.linalg.norm(found.pressure - true) < 0.1 * np.linalg.norm(true))
+    True
+    """
+    key = (None if search is None else tuple(search), *sorted(options.items()))
+    mappers = finger.__dict__.setdefault("_mappers", {})
+    if key not in mappers:
+        mappers[key] = PressureMapper(finger, search=search, **options)
+    found: PressureMap = mappers[key](readings)
+    return found

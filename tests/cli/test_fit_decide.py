@@ -1,0 +1,152 @@
+"""`subskin fit` and `subskin decide`: a contact's width and kind from a table of readings."""
+
+import json
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.io.tables import read_table, write_table
+
+SIX = """\
+[skin]
+young = "0.4 MPa"
+
+[sensors]
+count = 6
+pitch = "1 mm"
+depth = "2 mm"
+noise = 2e-5
+"""
+FINGER = ss.Finger(
+    ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5)
+)
+TOUCHES = (
+    ss.Hertz(40.0, 0.3, 0.4e-3, half_width=1.6e-3),
+    ss.Wedge(40.0, 0.3, 0.4e-3, half_width=0.5e-3),
+    ss.Hertz(40.0, -0.2, -0.4e-3, half_width=1.2e-3),
+)
+
+
+@pytest.fixture
+def table(folder):
+    """finger.toml of six sensors, and r.csv: three touches and a frame of nothing."""
+    (folder / "finger.toml").write_text(SIX)
+    frames = np.array([*(FINGER.read(touch) for touch in TOUCHES), np.zeros(6)])
+    write_table("r.csv", {f"s{i}": frames[:, i] for i in range(6)})
+    return folder
+
+
+def columns(path, *names):
+    read = read_table(path)
+    return [read.numbers(name) for name in names]
+
+
+class TestFit:
+    def test_writes_what_finger_fit_finds(self, subskin, table):
+        ran = subskin("fit", "finger.toml", "r.csv", "-o", "f.csv")
+        assert (ran.code, ran.err) == (0, "")
+        assert "f.csv" in ran.out
+        found = FINGER.fit([FINGER.read(touch) for touch in TOUCHES], "hertz")
+        place, width, low, high, chi2 = columns(
+            "f.csv", "position", "half_width", "half_width_low", "half_width_high", "residual"
+        )
+        np.testing.assert_allclose(place[[0, 2]], found.position[[0, 2]], rtol=1e-9)
+        np.testing.assert_allclose(width[[0, 2]], [1.6e-3, 1.2e-3], rtol=1e-5)
+        assert (low[[0, 2]] < width[[0, 2]]).all()
+        assert (width[[0, 2]] < high[[0, 2]]).all()
+        np.testing.assert_allclose(chi2[:3], found.residual, rtol=1e-6, atol=1e-6)
+        lines = (table / "f.csv").read_text().splitlines()
+        statuses = [line.split(",")[10] for line in lines[1:]]
+        assert statuses == ["ok", "ok", "ok", "no_contact"]  # a narrow wedge reads like a narrower roller
+
+    def test_family_and_width(self, subskin, table):
+        ran = subskin("fit", "finger.toml", "r.csv", "--family", "wedge", "--width", "0.1..1 mm", "--json")
+        data = json.loads(ran.out)
+        assert (data["family"], data["frames"]) == ("wedge", 4)
+        assert data["columns"]["half_width"][1] == pytest.approx(0.5e-3, rel=1e-4)
+        assert data["columns"]["half_width"][0] is None
+        assert data["status"] == {"ok": 1, "ambiguous": 0, "no_contact": 1, "unexplained": 2, "incomplete": 0}
+
+    def test_table_for_people(self, subskin, table):
+        ran = subskin("fit", "finger.toml", "r.csv")
+        assert "half_width_low" in ran.out
+        assert "0.0016" in ran.out
+        one = subskin("fit", "finger.toml", "r.csv", "--rows", "2", "-o", "-")
+        assert len(one.out.splitlines()) == 2
+        assert "unexplained" in one.err
+
+    def test_four_sensors_have_none_to_spare(self, subskin, table):
+        (table / "finger.toml").write_text(SIX.replace("count = 6", "count = 4"))
+        assert "no reading to spare" in subskin("fit", "finger.toml", "r.csv").out
+
+    def test_figure(self, subskin, table):
+        assert subskin("fit", "finger.toml", "r.csv", "--figure", "f.svg").code == 0
+        assert (
+            "place along the skin" in (table / "f.svg").read_text() or (table / "f.svg").stat().st_size > 5000
+        )
+
+
+class TestDecide:
+    def test_names_and_probabilities(self, subskin, table):
+        ran = subskin("decide", "finger.toml", "r.csv", "-o", "k.csv")
+        assert (ran.code, ran.err) == (0, "")
+        lines = [line.split(",") for line in (table / "k.csv").read_text().splitlines()]
+        assert lines[0][:6] == ["row", "kind", "p_line", "p_vertex", "p_flat_side", "p_round_side"]
+        assert [line[1] for line in lines[1:]] == ["round side", "vertex", "round side", "no contact"]
+        said = ss.decide.contact_type(FINGER, [FINGER.read(touch) for touch in TOUCHES])
+        shares = np.stack(columns("k.csv", *lines[0][2:6]), axis=-1)
+        np.testing.assert_allclose(shares[:3], said.probability, atol=1e-9)
+        assert np.isnan(shares[3]).all()
+
+    def test_kinds_of_one_s_own(self, subskin, table):
+        kinds = (
+            "--kind",
+            "edge=wedge: 0.2..0.7 mm",
+            "--kind",
+            "big can = hertz: 1..3 mm * 2",
+            "--sure",
+            "0.99",
+        )
+        data = json.loads(subskin("decide", "finger.toml", "r.csv", *kinds, "--json").out)
+        assert data["kinds"] == {"edge": 1, "big can": 2}
+        assert data["columns"]["kind"] == ["big can", "edge", "big can", "no contact"]
+        people = subskin("decide", "finger.toml", "r.csv", *kinds).out
+        assert "0.2 to 0.7" in people
+        assert "big can" in people
+
+    def test_cannot_tell(self, subskin, table):
+        (table / "finger.toml").write_text(SIX.replace("count = 6", "count = 4"))
+        free = [x for n in ("wedge", "punch", "hertz") for x in ("--kind", f"{n}={n}: 0.05..2.4 mm")]
+        ran = subskin("decide", "finger.toml", "r.csv", *free)
+        assert "cannot tell" in ran.out
+
+    def test_figure(self, subskin, table):
+        assert subskin("decide", "finger.toml", "r.csv", "--figure", "k.png").code == 0
+        assert (table / "k.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "seen"),
+    [
+        (("fit", "finger.toml", "r.csv", "--width", "2 mm .. 1 mm"), "swap"),
+        (("fit", "finger.toml", "r.csv", "--family", "line", "--width", "1 mm"), "line"),
+        (("fit", "finger.toml", "missing.csv"), "missing.csv"),
+        (("fit", "finger.toml", "r.csv", "--figure", "f.txt"), "--figure"),
+        (("fit", "finger.toml", "r.csv", "-o", "no/such/folder/f.csv"), "folder"),
+        (("decide", "finger.toml", "r.csv", "--kind", "edge"), "NAME=FAMILY"),
+        (("decide", "finger.toml", "r.csv", "--kind", "edge=wedge"), "largest half width"),
+        (("decide", "finger.toml", "r.csv", "--kind", "edge=cone: 1 mm"), "cone"),
+        (("decide", "finger.toml", "r.csv", "--kind", "edge=wedge: 1 mm * two"), "NAME=FAMILY"),
+        (("decide", "finger.toml", "r.csv", "--kind", "edge=wedge: 1 kg"), "kg"),
+        (("decide", "finger.toml", "r.csv", "--sure", "2"), "sure"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(subskin, table, arguments, seen):
+    before = sorted(p.name for p in table.iterdir())
+    ran = subskin(*arguments)
+    assert ran.code == 2
+    assert ran.err.startswith("subskin: error: ")
+    assert len(ran.err.splitlines()) == 1
+    assert seen in ran.err
+    assert sorted(p.name for p in table.iterdir()) == before

@@ -1,0 +1,120 @@
+"""`subskin pressure`: what it prints, the tables and the figure it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import subskin as ss
+
+SKIN = """\
+[skin]
+young = "0.4 MPa"
+
+[sensors]
+count = 17
+pitch = "0.5 mm"
+depth = "2 mm"
+noise = 2e-5
+"""
+ROLLERS = ss.Hertz(force=[40.0, 20.0], angle=[0.3, -0.2], position=[0.5e-3, -1e-3], half_width=1.5e-3)
+
+
+@pytest.fixture
+def tip(folder):
+    (folder / "skin.toml").write_text(SKIN)
+    array = ss.SensorArray.line(17, pitch=0.5e-3, depth=2e-3, noise=2e-5)
+    finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    rng = np.random.default_rng(0)
+    frames = [*finger.read(ROLLERS, rng), 2e-5 * rng.standard_normal(17)]
+    with (folder / "readings.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([[f"s{i}" for i in range(17)], *frames])
+    return finger, np.array(frames)
+
+
+def table(path) -> dict[str, list[str]]:
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def test_it_writes_the_map_the_totals_and_a_figure(tip, folder, subskin):
+    finger, frames = tip
+    done = subskin(
+        "pressure",
+        "skin.toml",
+        "readings.csv",
+        "-o",
+        "map.csv",
+        "--totals",
+        "forces.csv",
+        "--figure",
+        "map.png",
+    )
+    assert done.code == 0, done.err
+    assert "nothing beyond noise" in done.out
+    found = ss.pressure_map(finger, frames)
+    mapped, totals = table(folder / "map.csv"), table(folder / "forces.csv")
+    assert len(mapped["row"]) == 2 * len(found.y)  # the untouched frame has none
+    np.testing.assert_allclose(np.array(mapped["pressure"], float), found.pressure[:2].reshape(-1), rtol=1e-9)
+    np.testing.assert_allclose(np.array(mapped["y"][: len(found.y)], float), found.y)
+    assert totals["status"] == ["ok", "ok", "no_contact"]
+    np.testing.assert_allclose(np.array(totals["normal_force"][:2], float), ROLLERS.normal_force, rtol=0.01)
+    np.testing.assert_allclose(np.array(totals["angle"][:2], float), ROLLERS.angle, atol=0.02)
+    assert 0.5e-3 < float(totals["resolution"][0]) < 2e-3
+    assert (folder / "map.png").stat().st_size > 10_000
+
+
+def test_json_says_the_same(tip, subskin):
+    finger, frames = tip
+    done = subskin("pressure", "skin.toml", "readings.csv", "--shear", "none", "--rule", "gcv", "--json")
+    said = json.loads(done.out)
+    found = ss.pressure_map(finger, frames, shear="none", rule="gcv")
+    assert (said["frames"], said["rule"], said["shear"]) == (3, "gcv", "none")
+    assert said["pressure"][2][0] is None
+    y, there = np.array(said["y"]), np.isfinite(found.normal_force)
+    np.testing.assert_allclose(y, found.y)
+    for f in np.flatnonzero(there):
+        np.testing.assert_allclose(said["pressure"][f], found.pressure[f])
+
+
+def test_it_prints_the_first_frames(tip, subskin):
+    done = subskin("pressure", "skin.toml", "readings.csv", "--rows", "1-2")
+    assert done.code == 0
+    assert "normal_force" in done.out
+    assert " 1 " in done.out
+    assert " 0  " not in done.out.split("the first frames")[1]
+
+
+def test_a_finger_without_friction_has_no_shear(tip, folder, subskin):
+    (folder / "dry.toml").write_text(SKIN + "\n[locate]\nfriction = 0\n")
+    said = json.loads(subskin("pressure", "dry.toml", "readings.csv", "--json").out)
+    assert said["shear"] == "none"
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (("--shear", "free"), "one function of y"),
+        (("--figure", "map.txt"), "a figure is .svg"),
+        (("--totals", "nowhere/forces.csv"), "nowhere"),
+        (("--rows", "2", "--figure", "map.png"), "no frame has a contact"),
+        (("--rule", "lcurve"), "invalid choice"),
+    ],
+)
+def test_what_cannot_be_done_writes_nothing(tip, folder, subskin, more, message):
+    done = subskin("pressure", "skin.toml", "readings.csv", "-o", "map.csv", *more)
+    assert done.code == 2
+    assert message in done.err
+    assert not (folder / "map.csv").exists()
+    assert not (folder / "map.png").exists()
+
+
+def test_a_finger_without_noise_is_named(tip, folder, subskin):
+    (folder / "mute.toml").write_text(SKIN.replace("noise = 2e-5", "noise = 0"))
+    done = subskin("pressure", "mute.toml", "readings.csv")
+    assert done.code == 2
+    assert "mute.toml" in done.err

@@ -1,0 +1,81 @@
+"""`subskin locate --tare --outliers`: a stream with drift and wild readings, from a table."""
+
+import json
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.io.finger_file import load_finger
+from subskin.io.tables import read_table, write_table
+
+
+@pytest.fixture
+def stream(folder):
+    """Three touches of 4 s on six sensors that drift; two readings are wild."""
+    text = (folder / "finger.toml").read_text()
+    text = text.replace("count = 4", "count = 6").replace('"p3"]', '"p3", "p4", "p5"]')
+    (folder / "finger.toml").write_text(text.replace("friction = 0", "friction = 1"))
+    finger = load_finger("finger.toml").finger
+    time = np.arange(0.0, 30.0, 0.02)
+    pressed = (time % 10 > 4) & (time % 10 < 8)
+    place = 3e-3 * np.floor(time / 10) - 3e-3
+    readings = finger.read(ss.LineLoad(40.0 * pressed, 0.2, place), np.random.default_rng(0))
+    readings = readings + 3.0 * time[:, None] * np.array([1, -1, 0.5, 1, -0.5, 0])
+    wild = np.flatnonzero(pressed)[[20, 300]]
+    readings[wild, 2] += 3000.0
+    columns = {"time": time, "place": place} | {f"p{i}": readings[:, i] for i in range(6)}
+    write_table("stream.csv", columns)
+    return pressed, wild
+
+
+def test_a_stream_is_tared_and_its_wild_readings_left_out(subskin, stream):
+    pressed, wild = stream
+    shares = {}
+    for options in ((), ("--tare", "6"), ("--tare", "6", "--outliers", "1")):
+        ran = subskin("locate", "finger.toml", "stream.csv", "-o", "located.csv", *options)
+        assert (ran.code, ran.err) == (0, "")
+        table = read_table("located.csv")
+        status = np.array(table.arrow.column("status").to_pylist())
+        shares[options] = (status[pressed] == "ok").mean()
+    assert shares[()] < 0.4
+    assert shares["--tare", "6"] > 0.95
+    assert (status[wild] == "ok").all()
+    used = table.arrow.column("used").to_pylist()
+    assert [used[k] for k in wild] == ["p0 p1 p3 p4 p5"] * 2
+
+
+def test_rows_left_out_are_part_of_the_stream_all_the_same(subskin, stream):
+    whole = json.loads(subskin("locate", "finger.toml", "stream.csv", "--tare", "6", "--json").out)
+    some = json.loads(
+        subskin("locate", "finger.toml", "stream.csv", "--tare", "6", "--rows", "700-720", "--json").out
+    )
+    assert some["columns"]["position"] == whole["columns"]["position"][700:721]
+
+
+def test_the_default_drift_is_that_of_the_noise(subskin, stream):
+    ran = json.loads(subskin("locate", "finger.toml", "stream.csv", "--json", "--tare").out)
+    again = json.loads(subskin("locate", "finger.toml", "stream.csv", "--json", "--tare", "1.5").out)
+    assert ran == again  # 0.3 times 5 Pa
+
+
+@pytest.mark.parametrize(
+    ("options", "seen"),
+    [
+        (("--tare", "fast"), '--tare "fast": a reading per second is needed'),
+        (("--tare", "-1"), "has to be >= 0"),
+        (("--outliers", "2"), "outliers = 2"),
+    ],
+)
+def test_bad_options_are_said(subskin, stream, options, seen):
+    ran = subskin("locate", "finger.toml", "stream.csv", "-o", "out.csv", *options)
+    assert ran.code == 2
+    assert seen in ran.err
+
+
+def test_a_table_without_times_cannot_be_tared(subskin, folder):
+    assert subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 5).code == 0
+    ran = subskin("locate", "finger.toml", "r.csv", "--tare")
+    assert ran.code == 2
+    assert '"time"' in ran.err
+    assert "--tare" in ran.err

@@ -1,0 +1,172 @@
+"""What the decision of a kind says, and what it does with bad input, odd frames and stated priors."""
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.decide import CANNOT_TELL, Kind, contact_type, usual_kinds
+
+FULL_SCALE = 3 / (2 * np.pi)
+
+
+def finger(count=6, pitch=0.5, noise=1e-3, **options):
+    array = ss.SensorArray.line(count, pitch=pitch, depth=1.0, noise=noise * FULL_SCALE, **options)
+    return ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)
+
+
+TIP = finger()
+TOUCHES = {
+    "line": ss.LineLoad(1.0, 0.2, 0.3),
+    "vertex": ss.Wedge(1.0, 0.2, 0.3, half_width=0.3),
+    "flat side": ss.FlatPunch(1.0, 0.2, 0.3, half_width=0.8),
+    "round side": ss.Hertz(1.0, 0.2, 0.3, half_width=0.8),
+}
+
+
+def frames(tip=TIP):
+    return np.stack([tip.read(touch) for touch in TOUCHES.values()])
+
+
+def test_names_the_contact():
+    said = contact_type(TIP, frames())
+    assert said.names == tuple(TOUCHES)
+    assert said.name.tolist() == list(TOUCHES)
+    assert said.status.tolist() == [ss.Status.OK] * 4
+    np.testing.assert_allclose(said.probability.sum(axis=-1), 1, rtol=1e-12)
+    assert (np.diagonal(said.probability) > 0.95).all()
+    np.testing.assert_allclose(said.position, 0.3, atol=2e-4)
+    np.testing.assert_allclose(said.angle, 0.2, atol=2e-3)
+    np.testing.assert_allclose(said.half_width, [0, 0.3, 0.8, 0.8], atol=2e-3)
+    assert (said.residual < 1e-3).all()
+
+
+def test_the_batch_has_the_shape_of_the_readings():
+    readings = frames().reshape(2, 2, 6)
+    said = contact_type(TIP, readings)
+    assert (said.shape, said.name.shape, said.probability.shape) == ((2, 2), (2, 2), (2, 2, 4))
+    alone = contact_type(TIP, readings[1, 0])
+    assert (alone.shape, str(alone.name)) == ((), "flat side")
+    np.testing.assert_array_equal(alone.probability, said.probability[1, 0])
+
+
+def test_odds_are_the_prior_s_times_the_evidence_s():
+    tip = finger(4, noise=1e-2)
+    readings = tip.read(TOUCHES["vertex"])
+    even = (Kind("line", "line"), Kind("vertex", "wedge", (0.1, 0.35)))
+    odd = (Kind("line", "line", prior=9.0), Kind("vertex", "wedge", (0.1, 0.35), prior=3.0))
+    one, two = contact_type(tip, readings, even), contact_type(tip, readings, odd)
+    assert 0.01 < one.probability[0] < 0.99
+    ratio = [s.probability[0] / s.probability[1] for s in (one, two)]
+    assert ratio[1] / ratio[0] == pytest.approx(3.0, rel=1e-9)
+    np.testing.assert_array_equal(one.log_evidence, two.log_evidence)
+
+
+def test_a_wider_range_of_widths_costs_what_it_adds():
+    """Occam's factor: widths that the readings rule out thin the prior where they are."""
+    readings = TIP.read(TOUCHES["round side"])
+    narrow, wide = Kind("narrow", "hertz", (0.7, 0.9)), Kind("wide", "hertz", (0.4, 1.4))
+    said = contact_type(TIP, readings, (narrow, wide))
+    assert said.log_evidence[0] - said.log_evidence[1] == pytest.approx(np.log(5.0), abs=1e-6)
+
+
+def test_cannot_tell_with_four_sensors_and_a_free_width():
+    """Four unknowns explain four readings, whatever pressed: the answer is that they cannot tell."""
+    tip = finger(4)
+    kinds = tuple(Kind(n, n, (0.02, 1.2)) for n in ("wedge", "punch", "hertz"))
+    touches = [
+        ss.Hertz(1.0, a, y, half_width=0.5) for a, y in ((0.0, 0.2), (0.3, -0.4), (-0.4, 0.1), (0.1, 0.6))
+    ]
+    said = contact_type(tip, [tip.read(t) for t in touches], kinds)
+    assert said.decision.tolist() == [CANNOT_TELL] * 4
+    assert said.name.tolist() == ["cannot tell"] * 4
+    assert said.status.tolist() == [ss.Status.AMBIGUOUS] * 4
+    assert (said.best != CANNOT_TELL).all()
+    assert (said.residual < 1e-3).all()
+    more = finger(6, noise=1e-4)
+    six = contact_type(more, [more.read(t) for t in touches], kinds)
+    assert six.name.tolist() == ["hertz"] * 4
+
+
+def test_sure_sets_where_a_kind_is_decided_for():
+    tip = finger(4, noise=1e-2)
+    readings = tip.read(TOUCHES["vertex"])
+    kinds = (Kind("line", "line"), Kind("vertex", "wedge", (0.1, 0.35)))
+    top = contact_type(tip, readings, kinds).probability.max()
+    assert contact_type(tip, readings, kinds, sure=top - 1e-9).decision != CANNOT_TELL
+    assert contact_type(tip, readings, kinds, sure=top + 1e-9).decision == CANNOT_TELL
+
+
+def test_odd_frames_get_a_status_and_no_kind():
+    good = TIP.read(TOUCHES["round side"])
+    one_out, three_out, nothing = good.copy(), good.copy(), np.zeros(6)
+    one_out[2] = np.nan
+    three_out[:3] = np.nan
+    nonsense = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    said = contact_type(TIP, [good, one_out, three_out, nothing, nonsense, np.full(6, np.inf)])
+    expected = ["OK", "OK", "INCOMPLETE", "NO_CONTACT", "UNEXPLAINED", "INCOMPLETE"]
+    assert [ss.Status(s).name for s in said.status] == expected
+    words = ["round side", "round side", "incomplete", "no contact", "unexplained", "incomplete"]
+    assert said.name.tolist() == words
+    assert (said.best[2:] == CANNOT_TELL).all()
+    for values in (said.probability[:, 0], said.position, said.force, said.half_width):
+        assert np.isnan(values[2:]).all()
+        assert np.isfinite(values[:2]).all()
+    np.testing.assert_array_equal(said.used[1], [True, True, False, True, True, True])
+
+
+@pytest.mark.parametrize("family", [ss.Hertz, "strip"])
+def test_families_of_one_s_own(family):
+    touch = (ss.Strip if family == "strip" else family)(1.0, 0.1, -0.2, half_width=0.9)
+    kinds = (Kind("point", "line"), Kind("mine", family, (0.5, 1.2)))
+    assert str(contact_type(TIP, TIP.read(touch), kinds).name) == "mine"
+
+
+def test_gain_and_offset_are_taken_off():
+    tip = finger(gain=[1, -2, 3, 1, 0.5, -1], offset=[1, 2, 3, 4, 5, 6])
+    assert contact_type(tip, frames(tip)).name.tolist() == list(TOUCHES)
+
+
+def test_other_skins_and_transducers():
+    skin = ss.Layered(ss.Layer(ss.Material(young=1.0, poisson=0.45), thickness=2.5))
+    array = ss.SensorArray.line(8, pitch=0.5, depth=1.0, transducer=ss.MeanPressure(), noise=1e-4)
+    tip = ss.Finger(skin, array)
+    assert contact_type(tip, frames(tip), search=(-1.0, 1.0)).name.tolist() == list(TOUCHES)
+
+
+def test_inputs_stay_as_they_are():
+    readings = frames()
+    before = readings.copy()
+    contact_type(TIP, readings)
+    np.testing.assert_array_equal(readings, before)
+
+
+@pytest.mark.parametrize(
+    ("make", "seen"),
+    [
+        (lambda: Kind("", "line"), "name"),
+        (lambda: Kind("a", "lin"), "family"),
+        (lambda: Kind("a", "line", (0.0, 1.0)), "width"),
+        (lambda: Kind("a", "hertz"), "largest half width"),
+        (lambda: Kind("a", "hertz", (1.0, 0.5)), "ascending"),
+        (lambda: Kind("a", "hertz", (0.5, 1.0), prior=0.0), "prior"),
+        (lambda: contact_type(TIP, frames(), ()), "at least one"),
+        (lambda: contact_type(TIP, frames(), (Kind("a", "line"), Kind("a", "line"))), "own name"),
+        (lambda: contact_type(TIP, frames(), ("line",)), "Kind"),
+        (lambda: contact_type(TIP, frames(), sure=0.4), "sure"),
+        (lambda: contact_type(TIP, frames(), sure=1.0), "sure"),
+        (lambda: contact_type(TIP, frames(), friction=-1.0), "friction"),
+        (lambda: contact_type(TIP, frames(), search=(1.0, 0.0)), "search"),
+        (lambda: contact_type(finger(noise=0.0), frames()), "noise"),
+        (lambda: contact_type(TIP, np.zeros((3, 5))), "6 sensors"),
+    ],
+)
+def test_bad_input_is_told(make, seen):
+    with pytest.raises(ss.SubskinError, match=seen):
+        make()
+
+
+def test_the_usual_kinds_are_in_depths():
+    skin = ss.HalfPlane(ss.Material(young=1.0))
+    tip = ss.Finger(skin, ss.SensorArray(y=[0.0, 1.0, 2.0], depth=[2.0, 3.0, 2.5]))
+    widths = [kind.width for kind in usual_kinds(tip)]
+    np.testing.assert_allclose(widths, 2.0 * np.array([[0, 0], [0.1, 0.35], [0.5, 1.2], [0.5, 1.2]]))

@@ -1,0 +1,140 @@
+"""The evidence of a kind against the integral it stands for, and its probabilities against how often they come true."""
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.decide import Kind, contact_type
+
+FULL_SCALE = 3 / (2 * np.pi)
+CLASSES = {"line": ss.LineLoad, "wedge": ss.Wedge, "punch": ss.FlatPunch, "hertz": ss.Hertz}
+SMALL = (Kind("vertex", "wedge", (0.1, 0.35)), Kind("round side", "hertz", (0.5, 1.2)))
+ALL = (Kind("line", "line"), SMALL[0], Kind("flat side", "punch", (0.5, 1.2)), SMALL[1])
+
+
+def finger(count, pitch, noise):
+    array = ss.SensorArray.line(count, pitch=pitch, depth=1.0, noise=noise * FULL_SCALE)
+    return ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)
+
+
+def simulated(tip, kinds, count, seed):
+    """Readings of touches drawn from the prior, and the numbers of their kinds."""
+    rng = np.random.default_rng(seed)
+    half = float(np.asarray(tip.array.y).max())
+    truth = np.arange(count) % len(kinds)
+    readings = np.empty((count, len(tip.array)))
+    for i, kind in enumerate(kinds):
+        chosen = truth == i
+        size = int(chosen.sum())
+        load = {"force": np.ones(size), "position": rng.uniform(-half, half, size)}
+        load["angle"] = rng.uniform(-np.pi / 4, np.pi / 4, size)
+        if kind.width[1]:
+            load["half_width"] = rng.uniform(*kind.width, size)
+        readings[chosen] = tip.read(CLASSES[kind.family](**load), rng)
+    return readings, truth
+
+
+def integral(tip, kind, frame, places, widths, angles):
+    """log of the likelihood's average over the prior, up to what all kinds share: plain sums over place, half width
+    and angle; the force is integrated by Laplace's method, which is exact to its relative error squared.
+    """
+    w = frame / np.asarray(tip.array.noise)
+    high = []
+    for a in widths:
+        more = {"half_width": a} if kind.width[1] else {}
+        columns = [
+            tip.read(CLASSES[kind.family](force=1.0, angle=angle, position=places, **more))
+            / np.asarray(tip.array.noise)
+            for angle in (0.0, np.pi / 2)
+        ]
+        unit = np.cos(angles)[:, None, None] * columns[0] + np.sin(angles)[:, None, None] * columns[1]
+        square, along = (unit**2).sum(-1), unit @ w
+        force = np.maximum(along, 1e-300) / square
+        log = np.where(
+            along > 0, 0.5 * along * force + 0.5 * np.log(2 * np.pi / square) - np.log(force), -np.inf
+        )
+        top = log.max()
+        high.append(top + np.log(np.exp(log - top).sum()))
+    high = np.array(high)
+    mean = np.exp(high - high.max())
+    mean = np.trapezoid(mean, widths) / (widths[-1] - widths[0]) if len(widths) > 1 else mean[0]
+    return high.max() + np.log(mean) + np.log((places[1] - places[0]) * (angles[1] - angles[0]))
+
+
+def test_evidence_is_the_integral_where_readings_tell_little():
+    """Four sensors, noise of 1 %: place and width known to a tenth of a depth, several places possible."""
+    tip = finger(4, 0.8, 1e-2)
+    half = float(np.asarray(tip.array.y).max())
+    readings, _ = simulated(tip, SMALL, 30, seed=3)
+    said = contact_type(tip, readings, SMALL, search=(-half, half))
+    places, angles = np.linspace(-half, half, 241), np.linspace(-np.pi / 4, np.pi / 4, 241)
+    compared = []
+    for frame, evidence in zip(readings, said.log_evidence, strict=True):
+        exact = np.array([integral(tip, k, frame, places, np.linspace(*k.width, 21), angles) for k in SMALL])
+        if np.isfinite(evidence).all() and abs(exact[0] - exact[1]) < 9:
+            compared.append([evidence[0] - evidence[1], exact[0] - exact[1]])
+    ours, theirs = np.array(compared).T
+    assert ours.size >= 12
+    close = np.abs(theirs) < 5  # where it matters: the lesser kind's probability is above 0.7 %
+    assert close.sum() >= 6
+    assert np.abs(ours - theirs)[close].max() < 0.05
+    assert np.abs(ours - theirs).max() < 0.5
+    assert np.abs(1 / (1 + np.exp(ours)) - 1 / (1 + np.exp(theirs))).max() < 0.01
+
+
+def test_evidence_is_the_integral_where_readings_tell_much():
+    """Noise of 0.01 %: the other branch, Gaussian in place and forces; fine sums about the best place.
+
+    Four readings are explained by all three families, with forces that differ by a quarter.
+    """
+    tip = finger(4, 0.5, 1e-4)
+    kinds = tuple(Kind(n, n, (0.02, 1.2)) for n in ("wedge", "punch", "hertz"))
+    touch = ss.Hertz(1.0, 0.3, -0.3, half_width=0.7)
+    frame = tip.read(touch, np.random.default_rng(0))
+    said = contact_type(tip, frame, kinds, search=(-0.75, 0.75))
+    exact = []
+    for k in kinds:
+        best = tip.fit(frame, k.family, search=(-0.75, 0.75), width=k.width)
+        place, lean, width = (
+            np.linspace(value - reach * std, value + reach * std, count)
+            for value, std, reach, count in (
+                (float(best.position), float(best.std[0]), 7, 161),
+                (float(best.angle), float(best.std[2]), 7, 161),
+                (float(best.half_width), float(best.std[3]), 8, 61),
+            )
+        )
+        share = (width[-1] - width[0]) / (k.width[1] - k.width[0])
+        exact.append(integral(tip, k, frame, place, width, lean) + np.log(share))
+    np.testing.assert_allclose(np.diff(said.log_evidence), np.diff(exact), atol=0.01)
+    assert np.ptp(exact) > 1
+
+
+def calibration_error(top, right, bins=15):
+    group = np.minimum((top * bins).astype(int), bins - 1)
+    return sum(
+        abs(top[group == b].mean() - right[group == b].mean()) * (group == b).mean() for b in np.unique(group)
+    )
+
+
+@pytest.mark.parametrize(
+    ("kinds", "count", "pitch", "noise", "least"),
+    [
+        (SMALL, 4, 0.35, 1e-2, 0.995),  # the memo's claim
+        (SMALL, 4, 1.0, 1e-2, 0.88),  # wider apart they tell less, and say so
+        (ALL, 5, 0.5, 1e-3, 0.94),
+        (ALL, 6, 0.5, 1e-3, 0.95),
+        (ALL, 6, 0.5, 1e-4, 0.99),
+    ],
+)
+def test_right_as_often_as_it_says(kinds, count, pitch, noise, least):
+    """Bayes's rule is the best that any method can do on touches drawn from the prior, if what it says comes true."""
+    tip = finger(count, pitch, noise)
+    half = float(np.asarray(tip.array.y).max())
+    readings, truth = simulated(tip, kinds, 4000, seed=count)
+    said = contact_type(tip, readings, kinds, search=(-half, half))
+    top, right = np.nan_to_num(said.probability.max(-1)), said.best == truth
+    assert right.mean() > least - 2 * np.sqrt(least * (1 - least) / 4000)
+    assert calibration_error(top, right) < 0.02
+    assert abs(top.mean() - right.mean()) < 3 * np.sqrt(max((top * (1 - top)).mean(), 1e-4) / 4000)
+    decided = said.decision >= 0
+    assert (said.decision[decided] != truth[decided]).mean() < 0.01
