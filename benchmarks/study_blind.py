@@ -4,11 +4,11 @@
 
 Real fingers differ from the drawing by 5 % (gains), 5 % (depth) and 2 % of the depth (each sensor's place), all of
 them standard deviations. Touches are line loads anywhere over the row, of force 0.5 to 2, leaning within 40 degrees;
-noise is 0.1 % of what a unit load reads straight above a sensor. On 2000 fresh touches, over those that are OK on either
-finger: rms errors of angle and of place with the calibrated finger, over those with the finger known exactly. Places up
-to a straight line, for a shift and on the half plane a scale are nowhere in the readings. `bound` is the same ratio from
-the Fisher information at the real finger, by differences of the forward model alone, and `95 %` that of one finger in
-twenty: no method that knows no more does better.
+noise is 0.1 % of what a unit load reads straight above a sensor. On 2000 fresh touches, over those that are OK on
+either finger: rms errors of angle and of place with the calibrated finger, over those with the finger known exactly.
+Places up to a straight line, for a shift and on the half plane a scale are nowhere in the readings. `bound` is the same
+ratio from the Fisher information at the real finger, by differences of the forward model alone, and `95 %` that of one
+finger in twenty: no method that knows no more does better.
 """
 
 from __future__ import annotations

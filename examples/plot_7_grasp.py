@@ -26,7 +26,7 @@ rubber = ss.Material(young=0.4e6)
 row = ss.SensorArray.line(count=8, pitch=1e-3, depth=2e-3, noise=1e-4)
 finger = ss.Finger(ss.HalfPlane(rubber), row)
 fitter = {"family": "hertz", "friction": 2.0, "width": (0.2e-3, 1.6e-3)}
-CONE, BOUND = 2.0, 1e-3
+BOUND = 1e-3
 
 # %%
 # The load
@@ -93,7 +93,7 @@ def hold(belief):
     grips, risks, felt = [], [], []
     for k in range(t.size):
         found = finger.fit(readings(grip, load[:, k], mu), **fitter)
-        risks.append(slip(found, belief, cone=CONE).probability)
+        risks.append(slip(found, belief).probability)
         felt.append(found.force * np.sin(found.angle))
         rise, error = np.zeros(bottles), np.full(bottles, 0.5)
         if k >= window:
@@ -106,7 +106,6 @@ def hold(belief):
             BOUND,
             rise=np.nan_to_num(rise),
             rise_std=np.nan_to_num(error, nan=0.5),
-            cone=CONE,
         )
         grips.append(grip)
         missing = wanted - found.force * np.cos(found.angle)
@@ -128,7 +127,7 @@ from_range, risk = hold(guessed)
 sliding = np.stack(
     [readings(np.full(bottles, 16.0), np.full(bottles, 99.0), mu) for _ in range(20)], 1
 )
-learned = guessed.updated(slips=finger.fit(sliding, **fitter), cone=CONE)
+learned = guessed.updated(slips=finger.fit(sliding, **fitter))
 from_slip, risk_after = hold(learned)
 error = np.sqrt(np.mean((learned.mean - mu) ** 2))
 print(f"friction: {np.mean(learned.std):.3f} +- on average, {error:.3f} off")

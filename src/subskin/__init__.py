@@ -31,21 +31,16 @@ from .estimate import (
     Locator,
     PressureMap,
     PressureMapper,
-    Relaxation,
-    RelaxationFit,
     Rival,
     SensorHealth,
     ShapeEstimate,
     SideAngle,
     Status,
-    Tare,
-    Tared,
     ThreeSensorSolution,
     Verdict,
     blind_depth,
     calibrate,
     calibrate_blind,
-    fit_relaxation,
     pressure_map,
     sensor_health,
     side_angle,
@@ -73,6 +68,7 @@ from .pressing import (
 )
 from .receptive_field import ReceptiveField
 from .skin import HalfPlane, Layer, Layered, Round, Skin
+from .stream import Relaxation, RelaxationFit, Tare, Tared, fit_relaxation
 from .transducer import (
     EnergyDensity,
     LateralStrain,

@@ -1,4 +1,4 @@
-"""`subskin calibrate --blind`: from a table of readings to a finger file, its table for people, JSON, figure, errors."""
+"""`subskin calibrate --blind`: readings to a finger file, a table for people, JSON, figure, errors."""
 
 import json
 

@@ -8,7 +8,7 @@ import subskin as ss
 from subskin.estimate.estimate import ANGLE, COVARIANCE, FORCE, POSITION, RIVAL, STATUS, WIDTH
 
 
-def estimate(normal, tangential, covariance=(0.04, 0.0, 0.09), status=ss.Status.OK):
+def estimate(normal, tangential, covariance=(0.04, 0.0, 0.09), status=ss.Status.OK, friction=np.inf):
     """An estimate with these forces and this covariance (NN, NT, TT) of them."""
     normal, tangential = np.broadcast_arrays(np.asarray(normal, float), np.asarray(tangential, float))
     nn, nt, tt = covariance
@@ -21,4 +21,4 @@ def estimate(normal, tangential, covariance=(0.04, 0.0, 0.09), status=ss.Status.
     table[..., COVARIANCE + 4] = (cos * sin * (tt - nn) + (cos**2 - sin**2) * nt) / force
     table[..., COVARIANCE + 5] = (sin**2 * nn - 2 * cos * sin * nt + cos**2 * tt) / force**2
     table[..., RIVAL + 3], table[..., STATUS] = np.inf, status
-    return ss.Estimate(table, np.ones((*normal.shape, 6), bool))
+    return ss.Estimate(table, np.ones((*normal.shape, 6), bool), friction)

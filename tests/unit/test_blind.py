@@ -271,11 +271,20 @@ class TestHowMany:
 
     def test_ratio_against_fresh_fingers_of_the_posterior(self):
         """Angles located by fingers drawn from the posterior scatter as `error_ratio` says."""
-        found = ss.calibrate_blind(drawn(count=6), touched(made(drawn(count=6)), 60))
+        tip, rng = drawn(count=6), np.random.default_rng(7)
+
+        def aslant(
+            finger, count
+        ):  # to one side only: else the signs of the two forces' parts would not matter
+            load = loads(finger, count, seed=5)
+            return replace(load, angle=0.1 + 0.8 * np.abs(np.asarray(load.angle)))
+
+        real = made(tip)
+        found = ss.calibrate_blind(tip, real.read(aslant(tip, 100), rng))
         learning = found._learning
         rng = np.random.default_rng(0)
-        drawn_x = rng.multivariate_normal(learning.x, learning.covariance(), size=60)
-        fresh = loads(found.finger, 100, seed=5)
+        drawn_x = rng.multivariate_normal(learning.x, learning.covariance(), size=200)
+        fresh = aslant(tip, 100)
         readings = found.finger.read(fresh)
         errors, noise = [], []
         for x in drawn_x:
@@ -446,6 +455,20 @@ class TestOddReadings:
         assert found.misfit > 3
         assert "the model does not fit" in found.doubts[0]
         np.testing.assert_allclose(found.finger.array.noise, 5e-5 * found.misfit)
+
+    def test_noise_drawn_too_small_is_found_out(self):
+        tip, quiet = drawn(count=6), drawn(count=6, noise=1e-5)
+        readings = touched(made(tip), 150)
+        known, found = (ss.calibrate_blind(finger, readings) for finger in (tip, quiet))
+        assert known.misfit == 1.0
+        assert found.misfit == pytest.approx(5.0, rel=0.15)
+        np.testing.assert_allclose(
+            [p.std for p in found.parameters], [p.std for p in known.parameters], rtol=0.1
+        )
+        at = [f.error_ratio(10 * 150) for f in (known, found)]
+        assert at[1].angle - 1 == pytest.approx(at[0].angle - 1, rel=0.2)
+        spread = [f._learning.covariance() - f._learning.covariance(np.inf) for f in (known, found)]
+        assert np.trace(spread[1]) == pytest.approx(np.trace(spread[0]), rel=0.35)
 
     def test_a_surprise_is_said(self):
         tip = drawn(count=6)

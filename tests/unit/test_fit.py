@@ -192,6 +192,24 @@ def test_missing_sensors_and_shapes():
     assert found.covariance.shape == (2, 3, 4, 4)
 
 
+def test_without_friction_there_is_no_angle_to_be_unsure_of():
+    """The bound on place, force and width is that of three unknowns."""
+    tip = finger()
+    truth = np.array([0.3e-3, 40.0, 0.8 * DEPTH])
+
+    def read(p):
+        return tip.read(ss.Hertz(p[1], 0.0, p[0], half_width=p[2]))
+
+    steps = np.array([1e-6, 1e-3, 1e-6])
+    columns = [(read(truth + h) - read(truth - h)) / (2 * h.sum()) for h in np.diag(steps)]
+    jacobian = np.stack(columns, -1) / NOISE
+    bound = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+    found = tip.fit(read(truth), "hertz", friction=0.0)
+    assert found.std[[0, 1, 3]] == pytest.approx(bound, rel=2e-3)
+    assert found.std[2] == 0
+    assert (tip.fit(read(truth), "hertz").std[[0, 3]] > 1.01 * bound[[0, 2]]).any()
+
+
 def test_a_known_width_and_no_friction():
     tip = finger(4)
     frame = tip.read(ss.Hertz(40.0, 0.0, 0.3e-3, half_width=DEPTH))

@@ -63,9 +63,7 @@ class TestLearning:
     def test_the_likelihood_of_a_slip_with_both_forces_unsure(self):
         """Against the integral over N of the density of (N, T) measured, at T = mu N and at T = -mu N."""
         cov = np.array([[4.0, 1.5], [1.5, 2.0]])
-        mu = Friction.between(0.1, 0.9).updated(
-            slips=estimate(8.0, -3.0, (cov[0, 0], cov[0, 1], cov[1, 1])), cone=np.inf
-        )
+        mu = Friction.between(0.1, 0.9).updated(slips=estimate(8.0, -3.0, (cov[0, 0], cov[0, 1], cov[1, 1])))
         n = np.linspace(-40, 60, 4001)
         grid = np.linspace(0.1, 0.9, 801)
         density = np.zeros(grid.size)
@@ -120,8 +118,8 @@ class TestLearning:
     def test_what_says_nothing(self):
         prior = Friction.between(0.3, 0.9)
         none = estimate([20.0, 20.0], 12.0, status=ss.Status.NO_CONTACT)
-        cut = estimate(20.0, 20.0 * 0.7)
-        for learned in (prior.updated(), prior.updated(slips=none), prior.updated(slips=cut, cone=0.7)):
+        cut = estimate(20.0, 20.0 * 0.7, friction=0.7)
+        for learned in (prior.updated(), prior.updated(slips=none), prior.updated(slips=cut)):
             assert learned.masses == pytest.approx(prior.masses, rel=1e-12)
         assert Friction.known(0.5).updated(slips=estimate(20.0, 9.0)).mean == 0.5
 

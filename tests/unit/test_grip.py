@@ -55,12 +55,12 @@ def test_at_the_answer_the_probability_is_the_bound(friction, bound):
     cov = root @ root.T
     square = (cov[0, 0], cov[0, 1], cov[1, 1])
     tangential = rng.uniform(-15.0, 15.0, 20)
-    found = least_force(estimate(30.0, tangential, square), friction, bound, cone=np.inf)
+    found = least_force(estimate(30.0, tangential, square), friction, bound)
     told = found > 0
     assert told.mean() > 0.8
-    again = slip(estimate(found[told], tangential[told], square), friction, cone=np.inf).probability
+    again = slip(estimate(found[told], tangential[told], square), friction).probability
     assert again == pytest.approx(bound, rel=1e-7)
-    less = slip(estimate(0.999 * found[told], tangential[told], square), friction, cone=np.inf).probability
+    less = slip(estimate(0.999 * found[told], tangential[told], square), friction).probability
     assert (less > bound).all()
 
 
@@ -81,7 +81,7 @@ class TestFrames:
         status = [ss.Status.OK, ss.Status.NO_CONTACT, ss.Status.UNEXPLAINED, ss.Status.INCOMPLETE]
         found = [float(least_force(estimate(20.0, 5.0, status=s), 0.5)) for s in status]
         assert np.isnan(found).tolist() == [False, True, True, True]
-        assert np.isnan(least_force(estimate(20.0, 20.0 * 0.7), 0.5, cone=0.7))
+        assert np.isnan(least_force(estimate(20.0, 20.0 * 0.7, friction=0.7), 0.5))
 
     def test_where_friction_may_be_nothing(self):
         made = estimate(20.0, 5.0)

@@ -27,6 +27,7 @@ ORDER = (
     "finger",
     "estimate",
     "decide",
+    "stream",
     "design",
     "io",
     "memo",

@@ -165,6 +165,27 @@ def test_the_angle_is_the_one_of_least_misfit(angle):
         assert sigma == pytest.approx(1 / np.sqrt(curve), rel=1e-3)
 
 
+def test_the_angle_is_the_best_of_the_cone_for_scattered_contacts():
+    """One to three humps on a sparse row, where the misfit bends both ways on the way to its least."""
+    rng = np.random.default_rng(5)
+    y, angle = np.linspace(-4, 4, 401), rng.uniform(-0.6, 0.6, 20)
+    humps = np.zeros((20, 401))
+    for row_ in humps:
+        for _ in range(rng.integers(1, 4)):
+            centre, half = rng.uniform(-2, 2), rng.uniform(0.2, 1.2)
+            row_ += rng.uniform(0.2, 1) * np.sqrt(np.maximum(1 - ((y - centre) / half) ** 2, 0))
+    humps /= np.trapezoid(humps, y)[:, None]
+    finger = row(count=7, pitch=1.0, noise=1e-4)
+    frames = finger.read(ss.PressureProfile(y, humps, humps * np.tan(angle)[:, None]), rng)
+    found = ss.pressure_map(finger, frames)
+    assert np.isfinite(found.angle_std).all()
+    dense = Dense(finger, found.y)
+    for f, b in enumerate(frames / finger.array.noise):
+        w = float(found.weight[f])
+        here = dense.solve(b, np.tan(found.angle[f]), w)[1]
+        assert here < min(dense.solve(b, t, w)[1] for t in np.linspace(-1, 1, 21)) + 0.01
+
+
 @pytest.mark.parametrize("rule", RULES)
 def test_the_rule_is_met(rule):
     finger = row(noise=3e-3)

@@ -59,7 +59,7 @@ def test_probability_against_random_draws():
     assert found_ok.size > 25
     draws = 60_000
     for friction in (Friction.known(0.5), Friction.between(0.3, 0.8), Friction.normal(0.5, 0.08)):
-        judged = slip(found, friction, cone=np.inf)
+        judged = slip(found, friction)
         mu = friction.quantile(rng.uniform(size=draws))
         checked = 0
         for i in found_ok[np.isfinite(judged.probability[found_ok])]:
@@ -104,7 +104,7 @@ def test_located_touches_slip_as_often_as_stated(friction):
         rng.uniform(size=count)
     )
     found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, place), rng), friction=WIDE)
-    judged = slip(found, friction, cone=WIDE)
+    judged = slip(found, friction)
     ok = found.status == ss.Status.OK
     assert ok.mean() > 0.95
     assert_reliable(judged.probability[ok], (np.abs(tangential) > mu * normal)[ok])
@@ -119,7 +119,7 @@ def test_fitted_touches_slip_as_often_as_stated():
     mu = friction.quantile(rng.uniform(size=count))
     frames = tip.read(touch(ss.Hertz, normal, tangential, place, half_width=a), rng)
     found = tip.fit(frames, "hertz", friction=WIDE)
-    judged = slip(found, friction, cone=WIDE)
+    judged = slip(found, friction)
     ok = found.status == ss.Status.OK
     assert ok.mean() > 0.9
     assert_reliable(judged.probability[ok], (np.abs(tangential) > mu * normal)[ok])
@@ -136,7 +136,7 @@ def test_the_least_force_slips_as_often_as_it_is_allowed_to(bound):
     place = rng.uniform(-2.5e-3, 2.5e-3, count)
     found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, place), rng), friction=WIDE)
     ok = found.status == ss.Status.OK
-    raised = normal + least_force(found, friction, bound, cone=WIDE) - found.force * np.cos(found.angle)
+    raised = normal + least_force(found, friction, bound) - found.force * np.cos(found.angle)
     # |T| is not below 0: near there loads are not spread evenly about what is felt, and fewer slip than may
     ok &= np.abs(tangential) > 8.0
     share = (np.abs(tangential) > mu * raised)[ok].mean()
@@ -160,7 +160,6 @@ def test_friction_learned_from_slips_and_holds_is_as_sure_as_it_says():
     learned = prior.updated(
         slips=tip.locate(np.where(slides[..., None], frames, missing), friction=WIDE),
         holds=tip.locate(np.where(slides[..., None], missing, frames), friction=WIDE),
-        cone=WIDE,
     )
     shares = np.linspace(0.05, 0.95, 10)
     below = (mu[:, None] < learned.quantile(shares)).mean(axis=0)

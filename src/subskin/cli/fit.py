@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .common import add_command, number, quantity_range, say, show, write_json
@@ -58,7 +59,6 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    from ..estimate.shape import ShapeEstimate
     from ..io.tables import write_table
 
     check_targets(options)
@@ -71,8 +71,10 @@ def run(options: argparse.Namespace) -> int:
             ),
             readings,
         )
-    found = ShapeEstimate(
-        np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]), parts[0].unknowns
+    found = replace(
+        parts[0],
+        table=np.concatenate([p.table for p in parts]),
+        used=np.concatenate([p.used for p in parts]),
     )
     columns = _columns(file, found, rows)
     if options.figure is not None:

@@ -73,7 +73,7 @@ def read_frames(options: argparse.Namespace) -> tuple[FingerFile, Table, npt.NDA
     file = load_finger(options.finger)
     table = read_table(options.readings)
     readings = table.readings(file.names)
-    rows = np.flatnonzero(chosen_rows(options, len(table)))
+    rows = np.flatnonzero(chosen_rows(options, len(table)) ^ getattr(options, "skip_used", False))
     return file, table, rows, readings[rows]
 
 

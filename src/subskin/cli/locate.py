@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, add_rows, add_shared, chosen_rows, number, say, show, write_json
+from .common import add_command, number, say, show, write_json
+from .frames import (
+    MEANING,
+    add_frames,
+    check_targets,
+    in_chunks,
+    read_frames,
+    sensor_names,
+    show_statuses,
+    status_counts,
+    status_names,
+    told,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import numpy as np
     import numpy.typing as npt
 
@@ -34,17 +42,13 @@ Each row is a frame of raw readings. A missing reading (an empty cell) costs tha
 on the axis of the calibration's touches: the finger's own y plus the origin in [calibration]. With --tare the rows
 are a stream that begins with the skin free: offsets are followed while nothing touches it, and taken off.
 """
-_CHUNK = 100_000
 
 
 def add(commands: Any) -> None:
     """Add the command."""
     parser = add_command(commands, "locate", run, "find the load in each frame of readings", _EXAMPLES)
     parser.description = f"{parser.description}\n\n{_NOTES}"
-    parser.add_argument("finger", help="finger.toml, best as calibrated")
-    parser.add_argument("readings", help="table of readings, CSV or Parquet; - for standard input")
     parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
-    parser.add_argument("--figure", metavar="FILE", help="draw truth against estimate (.svg, .png or .pdf)")
     parser.add_argument(
         "--tare",
         nargs="?",
@@ -60,43 +64,38 @@ def add(commands: Any) -> None:
         metavar="N",
         help="1: try unexplained frames without each one reading (0)",
     )
-    add_rows(parser, "locate only")
     parser.add_argument(
         "--skip-used", action="store_true", help="locate the rows that --every or --rows does not name"
     )
-    add_shared(parser, "table of loads")
+    add_frames(parser, "locate", "table of loads", "draw truth against estimate")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    from ..errors import FileError, InvalidValueError, SubskinError
-    from ..io.finger_file import load_finger
-    from ..io.tables import read_table, write_table
+    from ..errors import InvalidValueError
+    from ..io.tables import write_table
 
     if options.skip_used and options.every is None and options.rows is None:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
     if options.figure is not None and options.truth is None:
         raise InvalidValueError("--figure", "it needs the true positions", "--truth position")
-    _check_targets(options)
-    file = load_finger(options.finger)
-    try:
+    check_targets(options)
+    file, table, rows, readings = read_frames(options)
+    with told(options.finger):
         locator = file.locator(outliers=options.outliers)
-    except SubskinError as error:
-        raise FileError(f"{options.finger}: {error.seen}", error.rule, error.fix) from None
-    table = read_table(options.readings)
-    readings = table.readings(file.names)
     if options.tare is not None:
-        readings = _tared(options, file, table, readings)
+        readings = _tared(options, file, table)[rows]
     truth = None
     if options.truth is not None:
-        truth = table.numbers(options.truth, finite=True, why="the true position")
-    chosen = chosen_rows(options, len(table)) ^ bool(options.skip_used)
-    rows = np.flatnonzero(chosen)
-    if truth is not None:
-        truth = truth[rows]
-    found = _located(locator, readings[rows])
+        truth = table.numbers(options.truth, finite=True, why="the true position")[rows]
+    parts = in_chunks(locator, readings)
+    found = replace(
+        parts[0],
+        table=np.concatenate([p.table for p in parts]),
+        used=np.concatenate([p.used for p in parts]),
+    )
     columns = _columns(file, found, rows, truth)
     score = None
     if truth is not None:
@@ -108,33 +107,18 @@ def run(options: argparse.Namespace) -> int:
     if options.out is not None:
         write_table(options.out, columns)
     if options.json:
-        write_json(
-            {"frames": len(rows), "status": _counts(found), "against_truth": score, "columns": columns}
-        )
+        counts = status_counts(found.status)
+        write_json({"frames": len(rows), "status": counts, "against_truth": score, "columns": columns})
     else:
         _show(options, found, columns, score)
     return 0
 
 
-def _check_targets(options: argparse.Namespace) -> None:
-    from ..errors import FileError
-    from ..io.files import check_target
-
-    if options.figure is not None:
-        if not options.figure.lower().endswith((".svg", ".png", ".pdf")):
-            raise FileError(
-                f"--figure {options.figure}", "a figure is .svg, .png or .pdf", "--figure truth.png"
-            )
-        check_target(options.figure)
-    if options.out not in (None, "-"):
-        check_target(options.out)
-
-
-def _tared(options: argparse.Namespace, file: FingerFile, table: Table, readings: FloatArray) -> FloatArray:
-    """Readings with their drift off; rows that are not to be located are part of the stream too."""
+def _tared(options: argparse.Namespace, file: FingerFile, table: Table) -> FloatArray:
+    """All readings with their drift off; rows that are not to be located are part of the stream too."""
     from ..errors import FileError, InvalidValueError, SubskinError
-    from ..estimate.drift import Tare
     from ..io.recording import Column
+    from ..stream import Tare
 
     column = file.recording.time if file.recording is not None else Column("time")
     time = table.numbers(column.name, finite=True, why="--tare: the time") * column.scale
@@ -147,57 +131,15 @@ def _tared(options: argparse.Namespace, file: FingerFile, table: Table, readings
                 f'--tare "{options.tare}"', "a reading per second is needed, in the table's unit", "--tare 2"
             ) from None
     try:
-        return Tare(file.finger, drift=drift)(readings, time).readings
+        return Tare(file.finger, drift=drift)(table.readings(file.names), time).readings
     except SubskinError as error:
         raise FileError(f"{table.name}: {error.seen}", error.rule, error.fix) from None
-
-
-def _located(locator: Any, readings: FloatArray) -> Estimate:
-    """All frames, in chunks: memory stays small and the progress bar moves."""
-    import numpy as np
-
-    from ..estimate.estimate import Estimate
-
-    if len(readings) <= _CHUNK:
-        found: Estimate = locator(readings)
-        return found
-    parts = []
-    with _progress(len(readings)) as advance:
-        for first in range(0, len(readings), _CHUNK):
-            parts.append(locator(readings[first : first + _CHUNK]))
-            advance(len(parts[-1].used))
-    return Estimate(np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]))
-
-
-@contextmanager
-def _progress(total: int) -> Iterator[Callable[[int], None]]:
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    bar = Progress(
-        "frames", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
-    )
-    with bar:
-        task = bar.add_task("", total=total)
-        yield lambda count: bar.advance(task, count)
 
 
 def _columns(
     file: FingerFile, found: Estimate, rows: npt.NDArray[np.intp], truth: FloatArray | None
 ) -> dict[str, Any]:
-    import numpy as np
-
-    from ..estimate.estimate import Status
-
-    names = np.array([status.name.lower() for status in Status], dtype=object)
     std = found.std
-    patterns, group = np.unique(found.used, axis=0, return_inverse=True)
-    sensors = np.array(
-        [" ".join(n for n, on in zip(file.names, p, strict=True) if on) for p in patterns], dtype=str
-    )
     columns: dict[str, Any] = {
         "row": rows,
         "position": found.position + file.origin,
@@ -206,11 +148,11 @@ def _columns(
         "position_std": std[:, 0],
         "force_std": std[:, 1],
         "angle_std": std[:, 2],
-        "status": names[found.status],
+        "status": status_names(found.status),
         "residual": found.residual,
         "second_position": found.second.position + file.origin,
         "second_chi2": found.second.chi2,
-        "used": sensors[group.reshape(-1)],
+        "used": sensor_names(file, found.used),
     }
     if truth is not None:
         columns |= {"truth": truth, "error": columns["position"] - truth}
@@ -237,15 +179,6 @@ def _score(error: FloatArray, status: npt.NDArray[np.object_]) -> dict[str, Any]
     return score
 
 
-def _counts(found: Estimate) -> dict[str, int]:
-    import numpy as np
-
-    from ..estimate.estimate import Status
-
-    counts = np.bincount(found.status.astype(np.intp).reshape(-1), minlength=len(Status))
-    return {status.name.lower(): int(counts[status]) for status in Status}
-
-
 def _draw(path: str, truth: FloatArray | None, columns: dict[str, Any], status: npt.NDArray[np.int8]) -> None:
     from ..plot import save, truth_against_estimate
 
@@ -254,21 +187,11 @@ def _draw(path: str, truth: FloatArray | None, columns: dict[str, Any], status: 
         save(truth_against_estimate(truth, columns["position"], std=std, status=status), path)
 
 
-_MEANING = {
-    "ok": "one load explains the readings",
-    "ambiguous": "another load explains them nearly as well, or the place is at the edge of the search",
-    "no_contact": "nothing beyond noise",
-    "unexplained": "no pressing load within the friction cone explains the readings",
-    "incomplete": "too few sensors could be used",
-}
-
-
 def _show(
     options: argparse.Namespace, found: Estimate, columns: dict[str, Any], score: dict[str, Any] | None
 ) -> None:
     out = say(options)
-    counts = [[name, _MEANING[name], str(count)] for name, count in _counts(found).items()]
-    show(out, "frames", ["status", "", "count"], counts, left=2)
+    show_statuses(options, found.status, MEANING)
     if score is not None:
         rows = [
             [

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, ShapeEstimate, Status
@@ -37,7 +36,7 @@ class Load(NamedTuple):
         return Load(*(v.reshape(-1)[index] for v in self))
 
 
-def load_of(estimate: Estimate | ShapeEstimate, cone: float) -> tuple[Load, BoolArray, BoolArray]:
+def load_of(estimate: Estimate | ShapeEstimate) -> tuple[Load, BoolArray, BoolArray]:
     """The load of each frame; whether there is one with a known error; whether the estimator's own cone cut it off.
 
     Readings are linear in (N, T), so that errors are Gaussian there: the covariance of (force, angle) is turned back.
@@ -48,10 +47,7 @@ def load_of(estimate: Estimate | ShapeEstimate, cone: float) -> tuple[Load, Bool
             "what Finger.locate or Finger.fit returned is needed",
             "decide.slip(finger.fit(readings), friction=0.5)",
         )
-    edge_of = _check.real("cone", cone, at_least=0.0, finite=False)
-    if edge_of.ndim:
-        raise InvalidValueError(f"cone of shape {edge_of.shape}", "a single number is needed", "cone=1.0")
-    widest = float(edge_of)
+    widest = estimate.friction
     force, angle = estimate.force, estimate.angle
     square = estimate.covariance[..., 1:3, 1:3]
     ff, fa, aa = square[..., 0, 0], square[..., 0, 1], square[..., 1, 1]

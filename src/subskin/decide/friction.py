@@ -198,7 +198,6 @@ class Friction:
         *,
         slips: Estimate | ShapeEstimate | None = None,
         holds: Estimate | ShapeEstimate | None = None,
-        cone: float = 1.0,
     ) -> Friction:
         """What is known after slips and holds that were seen.
 
@@ -214,8 +213,6 @@ class Friction:
         slips, holds : Estimate or ShapeEstimate, optional
             Loads at which a slip began or went on, and loads that held. Their leading axes are this friction's, all
             further ones are counted together.
-        cone : float, optional
-            The `friction` that the estimates were made with.
 
         Raises
         ------
@@ -235,7 +232,7 @@ class Friction:
         (0.5, True)
         """
         events = [(e, slid) for e, slid in ((slips, True), (holds, False)) if e is not None]
-        loads = [(*self._events(e, cone), slid) for e, slid in events]
+        loads = [(*self._events(e), slid) for e, slid in events]
         edges, before = (np.array(v) for v in self._rows())
         for load, tells, slid in loads:
             check_possible(load, tells, slid, edges)
@@ -255,9 +252,9 @@ class Friction:
                 edges[row] = grid
         return Friction(edges.reshape((*self.shape, -1)), masses.reshape((*self.shape, -1)))
 
-    def _events(self, estimate: Estimate | ShapeEstimate, cone: float) -> tuple[Load, npt.NDArray[np.bool_]]:
+    def _events(self, estimate: Estimate | ShapeEstimate) -> tuple[Load, npt.NDArray[np.bool_]]:
         """Loads and which of them tell, shape (frictions, events)."""
-        load, told, edge = load_of(estimate, cone)
+        load, told, edge = load_of(estimate)
         if estimate.shape[: len(self.shape)] != self.shape:
             raise GeometryError(
                 f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",

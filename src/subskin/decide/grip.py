@@ -26,7 +26,6 @@ def least_force(
     *,
     rise: npt.ArrayLike = 0.0,
     rise_std: npt.ArrayLike = 0.0,
-    cone: float = 1.0,
 ) -> FloatArray:
     """The least normal force at which the probability of slip is no more than a bound.
 
@@ -46,8 +45,6 @@ def least_force(
         What T changes by until the grip has followed [N/m]: its rate of rise times the time that this takes.
     rise_std : array_like, shape (...), optional
         Standard deviation of that [N/m].
-    cone : float, optional
-        The `friction` that the estimate was made with, as in `slip`.
 
     Returns
     -------
@@ -77,7 +74,7 @@ def least_force(
         raise InvalidValueError(f"probability = {bound:.6g}", "has to be < 1", "probability=1e-3")
     change = _check.real("rise", rise, unit="N/m")
     spread = _check.real("rise_std", rise_std, unit="N/m", at_least=0.0)
-    load, told, edge = load_of(estimate, cone)
+    load, told, edge = load_of(estimate)
     shape = estimate.shape
     _fits("rise", change, shape)
     _fits("rise_std", spread, shape)

@@ -150,7 +150,6 @@ def slip(
     contact: str = "hertz",
     skin: Skin | None = None,
     indenter: Indenter | None = None,
-    cone: float = 1.0,
     thresholds: tuple[float, float] = (1e-3, 0.5),
 ) -> Slip:
     """How close to slipping: margin to the friction cone, probability of slip, and what of the contact still sticks.
@@ -161,16 +160,15 @@ def slip(
     Parameters
     ----------
     estimate : Estimate or ShapeEstimate
-        From `Finger.locate` or `Finger.fit`, shape (...).
+        From `Finger.locate` or `Finger.fit`, shape (...). Its own `friction`, the cone that was searched, has to be
+        wider than the skin's: a load on its edge may be steeper than was found, and where friction might hold that,
+        nothing can be told.
     friction : Friction or float
         What is known of the coefficient; a number is taken as known.
     contact : {"hertz", "wedge", "punch", "line"}, optional
         What presses, for the stick zone: a round body, a wedge, a flat punch, or a line, which has none.
     skin, indenter : Skin and Indenter, optional
         For other bodies and skins: the contact solver finds the stick zone, when it is asked for.
-    cone : float, optional
-        The `friction` that the estimate was made with, 1 by default there and here. It has to be wider than the skin's
-        own: a load on its edge may be steeper than was found, and where friction might hold that, nothing can be told.
     thresholds : (float, float), optional
         Probabilities of slip below which a frame HOLDS and from which it SLIPS.
 
@@ -201,9 +199,9 @@ def slip(
         raise InvalidValueError(
             f"skin = {skin!r}, indenter = {indenter!r}", "the solver needs both", "skin=finger.skin"
         )
-    load, told, edge = load_of(estimate, cone)
+    load, told, edge = load_of(estimate)
     shape = estimate.shape
-    told &= (load.normal > 0) & ~(edge & (cone < of_frames(mu.high, shape)))
+    told &= (load.normal > 0) & ~(edge & (estimate.friction < of_frames(mu.high, shape)))
     index = np.flatnonzero(told)
     values = np.full((4, told.size), np.nan)
     if index.size:

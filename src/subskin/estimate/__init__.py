@@ -4,15 +4,12 @@ from .blind import calibrate_blind
 from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
 from .calibrate import calibrate
 from .calibration import Calibration, Health, Parameter, Score
-from .drift import Tare, Tared, TareState
 from .estimate import Estimate, Rival, Status
 from .fit import Fitter
-from .fit_relaxation import RelaxationFit, fit_relaxation
 from .health import SensorHealth, sensor_health
 from .locate import Locator
 from .pressure import PressureMap
 from .pressure_map import PressureMapper, pressure_map
-from .relaxation import Relaxation, RelaxationState, Relaxed
 from .shape import ShapeEstimate, ShapeRival
 from .shape_field import ShapeField
 from .side_angle import SideAngle, side_angle
@@ -34,10 +31,6 @@ __all__ = [
     "Parameter",
     "PressureMap",
     "PressureMapper",
-    "Relaxation",
-    "RelaxationFit",
-    "RelaxationState",
-    "Relaxed",
     "Rival",
     "Score",
     "SensorHealth",
@@ -46,15 +39,11 @@ __all__ = [
     "ShapeRival",
     "SideAngle",
     "Status",
-    "Tare",
-    "TareState",
-    "Tared",
     "ThreeSensorSolution",
     "Verdict",
     "blind_depth",
     "calibrate",
     "calibrate_blind",
-    "fit_relaxation",
     "pressure_map",
     "sensor_health",
     "side_angle",

@@ -28,6 +28,7 @@ from .pressure import (
     WIDTH,
 )
 
+BUILT_ON = "70902cd65892"  # what it imports, so that compiled code kept from before is not used with it
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _EDGE = 0.02  # of the force
 _SETTLED, _NEAR = 0.01, 0.03  # of the tangent's standard deviation, on fine and on coarse elements

@@ -18,6 +18,7 @@ import numba as nb
 import numpy as np
 
 _ROUNDS = 300
+_CLOSE = 1e-9  # of two tangents
 _TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
 
 _compiled = nb.njit(
@@ -293,11 +294,14 @@ def settle(
             d = t
         else:
             a = t
-        new = t - first / second if second > 0.0 else (low if first > 0.0 else high)
-        new = min(max(new, low), high)
+        # where J curves the wrong way there is no step: halve the bracket, whose ends slope towards each other
+        new = t - first / second if second > 0.0 else math.inf
+        if (t <= low and first >= 0.0) or (t >= high and first <= 0.0):
+            return t, count  # at the edge of the cone
+        new = min(max(new, low), high) if second > 0.0 else new
         if not a <= new <= d:
             new = 0.5 * (a + d)
-        if abs(new - t) * math.sqrt(max(second, 0.0)) < near:
+        if abs(new - t) * math.sqrt(max(second, 0.0)) < near and (second > 0.0 or d - a < _CLOSE):
             return t, count
         t = new
     return t, count

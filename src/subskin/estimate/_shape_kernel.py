@@ -162,7 +162,7 @@ def _refine(w, table, start, step, square, mu, y, q, ends, c, a, trial, fit):
 
 
 @_compiled
-def _uncertainty(w, a, fit, y, q, ends, row):
+def _uncertainty(w, a, fit, mu, q, ends, row):
     """Covariance of (position, force, angle, half width), and the 95 % interval of the half width."""
     n = w.size
     normal, tangential = fit[0], fit[1]
@@ -172,7 +172,7 @@ def _uncertainty(w, a, fit, y, q, ends, row):
     columns = np.empty((size, n))
     for i in range(n):
         columns[0, i] = a[2, i] * normal + a[3, i] * tangential
-        columns[1, i], columns[2, i] = a[0, i], a[1, i]
+        columns[1, i], columns[2, i] = a[0, i], (a[1, i] if mu > 0.0 else 0.0)
         if wide:
             columns[3, i] = a[4, i] * normal + a[5, i] * tangential
     scale = np.empty(size)
@@ -194,8 +194,9 @@ def _uncertainty(w, a, fit, y, q, ends, row):
     cos, sin = normal / force, tangential / force
     turn = np.zeros((4, size))
     turn[0, 0] = 1.0 / scale[0]
-    turn[1, 1], turn[1, 2] = cos / scale[1], sin / scale[2]
-    turn[2, 1], turn[2, 2] = -sin / force / scale[1], cos / force / scale[2]
+    turn[1, 1], turn[2, 1] = cos / scale[1], -sin / force / scale[1]
+    if mu > 0.0:  # else there is no drag, and that is known
+        turn[1, 2], turn[2, 2] = sin / scale[2], cos / force / scale[2]
     half = math.sqrt(q)
     row[INTERVAL] = row[INTERVAL + 1] = half
     if wide:
@@ -299,7 +300,7 @@ def fit_frames(readings, sensors, basis, edges, places, squares, table, options,
         row[POSITION], row[FORCE] = y, math.hypot(normal, tangential)
         row[FORCE + 1], row[HALF_WIDTH] = math.atan2(tangential, normal), math.sqrt(q)
         _rows(table, start, step, square, y, q, c, a)
-        _uncertainty(w, a, fits[best], y, q, ends, row)
+        _uncertainty(w, a, fits[best], mu, q, ends, row)
         status = _OK
         if y <= ends[0] or y >= ends[1] or not row[COVARIANCE + 7] < 1.0:
             status = _AMBIGUOUS  # at the search's edge, or at any angle

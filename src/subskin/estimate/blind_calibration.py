@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -119,7 +119,7 @@ class BlindCalibration:
     misfit: float
     steady: bool
     unknown: tuple[str, ...]
-    _learning: Learning
+    _learning: Learning = field(repr=False)
 
     def std(self, touches: float) -> FloatArray:
         """Standard deviation of each parameter after `touches` of this kind in all, shape (k,)."""

@@ -79,10 +79,13 @@ class Estimate:
         The packed results; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on; the others were missing, saturated or dead.
+    friction : float
+        The cone that was searched, |tan(angle)| <= friction [-]. A load on its edge may be steeper than was found.
     """
 
     table: FloatArray
     used: npt.NDArray[np.bool_]
+    friction: float
 
     position = _column(POSITION, "Place of the load y [m].")
     force = _column(FORCE, "Magnitude of the load [N/m].")

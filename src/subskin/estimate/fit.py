@@ -114,7 +114,7 @@ class Fitter(Framewise):
         GeometryError
             A last axis that is not the number of sensors.
         """
-        return ShapeEstimate(*self._frames(readings), self.unknowns)
+        return ShapeEstimate(*self._frames(readings), self.unknowns, self.friction)
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         from scipy.special import chdtri

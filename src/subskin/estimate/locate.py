@@ -128,7 +128,7 @@ class Locator(Framewise):
         GeometryError
             A last axis that is not the number of sensors.
         """
-        return Estimate(*self._frames(readings))
+        return Estimate(*self._frames(readings), self.friction)
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""

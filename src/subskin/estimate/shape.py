@@ -51,11 +51,14 @@ class ShapeEstimate:
         Which sensors each frame's answer rests on.
     unknowns : int
         Number of unknowns; as many readings are always explained, whatever presses.
+    friction : float
+        The cone that was searched, |tan(angle)| <= friction [-]. A load on its edge may be steeper than was found.
     """
 
     table: FloatArray
     used: npt.NDArray[np.bool_]
     unknowns: int
+    friction: float
 
     position = _column(POSITION, "Centre of the contact y [m].")
     force = _column(FORCE, "Magnitude of the resultant [N/m].")

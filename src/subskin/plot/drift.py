@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..estimate import Tared
+from ..stream import Tared
 from .style import BLACK, BLUE, DOUBLE, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["drift_figure"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -93,7 +94,8 @@ def _cone(axes: Axes, judged: Slip, index: tuple[int, ...], most: float, high: f
 
 def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> None:
     normal, tangential = float(judged.normal[index]), float(judged.tangential[index])
-    least = float(np.asarray(least_force(judged.estimate, judged.friction, bound, cone=np.inf))[index])
+    found = replace(judged.estimate, friction=np.inf)  # drawn on the cone's edge as well
+    least = float(np.asarray(least_force(found, judged.friction, bound))[index])
     covariance = judged.covariance[index]
     half = 2.5 * np.sqrt(np.diag(covariance))
     reach = least if np.isfinite(least) and least < 4 * normal else 0.0

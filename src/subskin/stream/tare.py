@@ -11,9 +11,9 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
+from ..estimate.estimate import Status
+from ..estimate.locate import Locator
 from ..finger import Finger
-from .estimate import Status
-from .locate import Locator
 
 __all__ = ["Tare", "TareState", "Tared"]
 
