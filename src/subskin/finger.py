@@ -21,7 +21,7 @@ from .transducer import Transducer
 if TYPE_CHECKING:
     from .estimate.estimate import Estimate
     from .estimate.locate import Locator
-    from .estimate.shape import ShapeEstimate
+    from .estimate.shape.shape import ShapeEstimate
 
 __all__ = ["Finger"]
 
@@ -286,8 +286,8 @@ class Finger:
         >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3)
         ('OK', 1.2)
         """
-        from .estimate.fit import Fitter, widths_of
-        from .estimate.shape_field import ShapeField, family_of
+        from .estimate.shape.fit import Fitter, widths_of
+        from .estimate.shape.shape_field import ShapeField, family_of
 
         key = (family, search and tuple(search), width and tuple(width), *sorted(options.items()))
         fitters = self.__dict__.setdefault("_fitters", {})

@@ -39,5 +39,5 @@ def test_says_what_it_is_built_on(path):
 
 
 def test_there_are_such_modules():
-    kernel = ROOT / "estimate" / "_evidence_kernel.py"
-    assert {path.name for path in imported(kernel)} >= {"_shape_kernel.py"}
+    kernel = ROOT / "estimate" / "shape" / "_evidence_kernel.py"
+    assert {path.name for path in imported(kernel)} >= {"_kernel.py"}

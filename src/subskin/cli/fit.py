@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from ..estimate.shape import ShapeEstimate
+    from ..estimate.shape.shape import ShapeEstimate
     from ..io.finger_file import FingerFile
 
 _FAMILIES = ("line", "wedge", "hertz", "strip", "punch")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from ..estimate.pressure import PressureMap
+    from ..estimate.pressure.map import PressureMap
     from ..io.finger_file import FingerFile
 
 _EXAMPLES = """\
@@ -72,8 +72,8 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    from ..estimate.pressure import PressureMap
-    from ..estimate.pressure_map import PressureMapper
+    from ..estimate.pressure.map import PressureMap
+    from ..estimate.pressure.mapper import PressureMapper
     from ..io.files import check_target
     from ..io.tables import write_table
 
@@ -162,7 +162,7 @@ def _draw(options: argparse.Namespace, found: PressureMap, origin: float) -> Non
     import numpy as np
 
     from ..errors import FileError
-    from ..estimate.pressure import PressureMap
+    from ..estimate.pressure.map import PressureMap
     from ..plot import pressure_figure, save
 
     there = np.flatnonzero(np.isfinite(found.normal_force))

@@ -13,7 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..estimate.estimate import Status
-from ..estimate.evidence import Evidence, Kind
+from ..estimate.shape.evidence import Evidence, Kind
 from ..finger import Finger
 
 __all__ = ["CANNOT_TELL", "TypeDecision", "contact_type", "usual_kinds"]

@@ -5,16 +5,11 @@ from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Kno
 from .calibrate import calibrate
 from .calibration import Calibration, Health, Parameter, Score
 from .estimate import Estimate, Rival, Status
-from .fit import Fitter
 from .health import SensorHealth, sensor_health
 from .locate import Locator
-from .pressure import PressureMap
-from .pressure_map import PressureMapper, pressure_map
-from .shape import ShapeEstimate, ShapeRival
-from .shape_field import ShapeField
-from .side_angle import SideAngle, side_angle
-from .side_gradient import side_angle_from_gradients
-from .side_slope import blind_depth, side_angle_from_slope
+from .pressure import PressureMap, PressureMapper, pressure_map
+from .shape import Fitter, ShapeEstimate, ShapeField, ShapeRival
+from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
 from .three_sensor import Degeneracy, ThreeSensorSolution, Verdict, three_sensor
 
 __all__ = [

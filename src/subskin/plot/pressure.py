@@ -10,7 +10,7 @@ from .._check import FloatArray
 from ..contact import Contact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.estimate import Status
-from ..estimate.pressure import PressureMap
+from ..estimate.pressure.map import PressureMap
 from .style import BLACK, BLUE, GREEN, GREY, SINGLE, VERMILLION, house_style, new_figure, settled, zero_line
 
 __all__ = ["pressure_figure"]

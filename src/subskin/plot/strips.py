@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ..decide import TypeDecision
 from ..errors import GeometryError
 from ..estimate.estimate import Status
-from ..estimate.shape import ShapeEstimate
+from ..estimate.shape.shape import ShapeEstimate
 from .style import (
     BLACK,
     BLUE,

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..contact import FlatPunch, Hertz, LineLoad, Strip, Wedge
-from ..contact.spread import SpreadContact
-from ..errors import InvalidValueError
-from ..finger import Finger
-from ..receptive_field import CELL_NODES, DEGREE, TO_POWERS, ReceptiveField
+from ... import _check
+from ..._check import FloatArray
+from ...contact import FlatPunch, Hertz, LineLoad, Strip, Wedge
+from ...contact.spread import SpreadContact
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ...receptive_field import CELL_NODES, DEGREE, TO_POWERS, ReceptiveField
 
 __all__ = ["FAMILIES", "Family", "ShapeField", "family_of"]
 

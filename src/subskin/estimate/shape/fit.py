@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from ..array import SensorArray
-from ..contact import LineLoad
-from ..errors import GeometryError, InvalidValueError
-from ._frames import Framewise, checked_friction, scan_geometry, sensor_rows
+from ... import _check
+from ...array import SensorArray
+from ...contact import LineLoad
+from ...errors import GeometryError, InvalidValueError
+from .._frames import Framewise, checked_friction, scan_geometry, sensor_rows
 from .shape import RESIDUAL, RIVAL, STATUS, WIDTH, ShapeEstimate
 from .shape_field import ShapeField
 
@@ -22,7 +22,7 @@ _SCAN_WIDTHS = 12
 
 def _kernel() -> Any:
     """The compiled loop, imported on first use."""
-    from . import _shape_kernel as module
+    from . import _kernel as module
 
     return module.fit_frames
 

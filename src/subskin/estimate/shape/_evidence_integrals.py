@@ -6,7 +6,7 @@ import math
 
 import numba as nb
 
-from ._shape_kernel import _rows, _slopes
+from ._kernel import _rows, _slopes
 
 _REACH = 5.0
 _FINE = 4  # steps of the survey's grid to one of the scan's

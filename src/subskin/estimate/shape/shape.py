@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .._check import FloatArray
+from ..._check import FloatArray
 
 __all__ = ["ShapeEstimate", "ShapeRival"]
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..errors import InvalidValueError
-from ..finger import Finger
-from ._frames import Framewise, sensor_rows
-from ._pressure_operator import COARSE, Factors, Surface, shear_seen
-from .pressure import LEAN, STATUS, WIDTH, PressureMap
+from ... import _check
+from ..._check import FloatArray
+from ...errors import InvalidValueError
+from ...finger import Finger
+from .._frames import Framewise, sensor_rows
+from ._operator import COARSE, Factors, Surface, shear_seen
+from .map import LEAN, STATUS, WIDTH, PressureMap
 
 __all__ = ["RULES", "SHEARS", "PressureMapper", "pressure_map"]
 
@@ -30,7 +30,7 @@ _STRIPS = (0.75, 1.5, 3.0)
 
 def _kernel() -> Any:
     """The compiled loop, imported on first use."""
-    from . import _pressure_kernel as module
+    from . import _kernel as module
 
     return module.map_frames
 

@@ -11,9 +11,9 @@ import math
 import numba as nb
 import numpy as np
 
-from ._pressure_solver import forward, settle, turn
-from ._pressure_weight import HIGHEST, LOWEST, weigh
-from .pressure import (
+from ._solver import forward, settle, turn
+from ._weight import HIGHEST, LOWEST, weigh
+from .map import (
     ANGLE,
     ANGLE_STD,
     CENTRE,

@@ -7,16 +7,16 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..contact import Hertz, LineLoad
-from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
-from ..skin import HalfPlane
-from ..transducer import MeanPressure, NormalStrain, NormalStress, VolumeResistance
-from ._side_row import LEAST, Frames, count_of, stencil, unit_readings
-from .side_angle import BEYOND, MOST_STD, SideAngle, checked_bounds
-from .side_slope import blind_depth
+from ... import _check
+from ..._check import FloatArray
+from ...contact import Hertz, LineLoad
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ...skin import HalfPlane
+from ...transducer import MeanPressure, NormalStrain, NormalStress, VolumeResistance
+from ._row import LEAST, Frames, count_of, stencil, unit_readings
+from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds
+from .slope import blind_depth
 
 __all__ = ["side_angle_from_gradients"]
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import _check
-from .._check import FloatArray
-from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
-from ..receptive_field import ReceptiveField
+from ... import _check
+from ..._check import FloatArray
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ...receptive_field import ReceptiveField
 
 __all__ = ["COARSE", "Factors", "Surface", "shear_seen"]
 

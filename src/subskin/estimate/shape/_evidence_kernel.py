@@ -3,7 +3,7 @@
 The evidence of a kind is the integral of likelihood times prior over place y, half width a, and forces N, T. Where the
 readings tell place and width but roughly, it is a sum over a grid of both, the forces being integrated at each. Where
 they tell them closely it is Gaussian in place and forces about the best place at each width, and a sum, or a Gaussian,
-over widths. Best places are found as in `_shape_kernel`.
+over widths. Best places are found as in `_kernel`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ._evidence_integrals import (
     _log_weight,
     _survey,
 )
-from ._shape_kernel import _highest, _refine, _rows, _scan, _slopes
+from ._kernel import _highest, _refine, _rows, _scan, _slopes
 
 # Columns: of the frame, then of each kind.
 STATUS, KIND = 0, 1
@@ -34,7 +34,7 @@ _PEAKS = 4
 _NODES = 10
 _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
-BUILT_ON = "434e92b0ccd3"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
+BUILT_ON = "dbfb2e6d15bd"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
 
 _compiled = nb.njit(
     cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"

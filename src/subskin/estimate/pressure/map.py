@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from .._check import FloatArray, read_only
+from ..._check import FloatArray, read_only
 
 if TYPE_CHECKING:
-    from .pressure_map import PressureMapper
+    from .mapper import PressureMapper
 
 __all__ = ["PressureMap"]
 

@@ -14,15 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..contact import LineLoad
-from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
-from ._frames import checked_friction
-from ._side_row import LEAST, Frames, Mask, Response, count_of, known_only, stencil
-from .estimate import Status
-from .shape_field import Family, family_of
+from ... import _check
+from ..._check import FloatArray
+from ...contact import LineLoad
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from .._frames import checked_friction
+from ..estimate import Status
+from ..shape.shape_field import Family, family_of
+from ._row import LEAST, Frames, Mask, Response, count_of, known_only, stencil
 
 __all__ = ["MOST_STD", "SideAngle", "side_angle"]
 

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..contact import LineLoad
-from ..errors import InvalidValueError
-from ..skin import Skin
-from ._side_row import Mask, contact_of
-from .shape_field import Family, family_of
-from .side_angle import BEYOND, MOST_STD, SideAngle, checked_bounds, checked_width
+from ... import _check
+from ..._check import FloatArray
+from ...contact import LineLoad
+from ...errors import InvalidValueError
+from ...skin import Skin
+from ..shape.shape_field import Family, family_of
+from ._row import Mask, contact_of
+from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds, checked_width
 
 __all__ = ["blind_depth", "side_angle_from_slope"]
 

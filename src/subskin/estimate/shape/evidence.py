@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..contact import LineLoad
-from ..errors import InvalidValueError
-from ..finger import Finger
-from ._frames import Framewise, checked_friction, scan_geometry, sensor_rows
+from ... import _check
+from ..._check import FloatArray
+from ...contact import LineLoad
+from ...errors import InvalidValueError
+from ...finger import Finger
+from .._frames import Framewise, checked_friction, scan_geometry, sensor_rows
 from .shape_field import Family, ShapeField, family_of
 
 __all__ = ["Evidence", "Kind"]

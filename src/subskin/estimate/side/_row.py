@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..array import SensorArray
-from ..contact import LineLoad
-from ..contact.base import ProportionalContact
-from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
-from .shape_field import Family
+from ... import _check
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...contact import LineLoad
+from ...contact.base import ProportionalContact
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ..shape.shape_field import Family
 
 __all__ = ["LEAST", "Frames", "Response", "contact_of", "count_of", "stencil"]
 
