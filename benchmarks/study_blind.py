@@ -8,7 +8,7 @@ noise is 0.1 % of what a unit load reads straight above a sensor. On 2000 fresh 
 either finger: rms errors of angle and of place with the calibrated finger, over those with the finger known exactly.
 Places up to a straight line, for a shift and on the half plane a scale are nowhere in the readings. `bound` is the same
 ratio from the Fisher information at the real finger, by differences of the forward model alone, and `95 %` that of one
-finger in twenty: no method that knows no more does better.
+finger in twenty: on average over fingers no method that knows no more does better.
 """
 
 from __future__ import annotations
