@@ -7,7 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.estimate import Known
-from subskin.estimate._blind_model import BlindModel, Touches
+from subskin.estimate.calibration._blind_model import BlindModel, Touches
 
 SOFT = ss.Material(0.4e6)
 SKINS = {

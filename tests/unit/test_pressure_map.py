@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from subskin.estimate.pressure._operator import half_widths
 
 import subskin as ss
+from subskin.estimate.pressure._operator import half_widths
 
 RUBBER = ss.Material(young=0.4e6)
 NOISE = 2e-5

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .common import check_figure, chosen_rows, number, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..estimate.blind_calibration import BlindCalibration, BlindParameter
+    from ..estimate.calibration import BlindCalibration, BlindParameter
     from ..io.finger_file import FingerFile
 
 __all__ = ["add_blind", "refuse_blind_options", "run_blind"]
@@ -56,7 +56,7 @@ def run_blind(options: argparse.Namespace) -> int:
     import numpy as np
 
     from ..errors import FileError, InvalidValueError
-    from ..estimate.blind import calibrate_blind
+    from ..estimate.calibration import calibrate_blind
     from ..io.files import check_target, write_bytes
     from ..io.finger_file import load_finger
     from ..io.tables import read_table

@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     refuse_blind_options(options)
     if options.fit is None:
         options.fit = "gain,offset,depth,origin"
-    from ..estimate.calibrate import calibrate
+    from ..estimate.calibration import calibrate
     from ..io.files import write_bytes
     from ..io.finger_file import load_finger
     from ..io.tables import read_table

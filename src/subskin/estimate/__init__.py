@@ -1,11 +1,20 @@
 """From readings to the load that made them, with its uncertainty."""
 
-from .blind import calibrate_blind
-from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
-from .calibrate import calibrate
-from .calibration import Calibration, Health, Parameter, Score
+from .calibration import (
+    BlindCalibration,
+    BlindParameter,
+    Calibration,
+    ErrorRatio,
+    Health,
+    Known,
+    Parameter,
+    Score,
+    SensorHealth,
+    calibrate,
+    calibrate_blind,
+    sensor_health,
+)
 from .estimate import Estimate, Rival, Status
-from .health import SensorHealth, sensor_health
 from .locate import Locator
 from .pressure import PressureMap, PressureMapper, pressure_map
 from .shape import Fitter, ShapeEstimate, ShapeField, ShapeRival

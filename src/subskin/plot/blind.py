@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..errors import GeometryError
-from ..estimate.blind_calibration import BlindCalibration
+from ..estimate.calibration import BlindCalibration
 from .style import BLACK, BLUE, DOUBLE, GREY, NORMAL_95, ORANGE, house_style, new_figure, settled
 
 __all__ = ["blind_figure"]

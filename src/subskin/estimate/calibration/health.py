@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..errors import ConvergenceError, GeometryError
-from ..finger import Finger
+from ... import _check
+from ..._check import FloatArray
+from ...errors import ConvergenceError, GeometryError
+from ...finger import Finger
+from ..estimate import Status
+from ..locate import Locator
 from .calibration import Health
-from .estimate import Status
-from .locate import Locator
 
 __all__ = ["SensorHealth", "sensor_health"]
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._check import FloatArray
-from ..finger import Finger
+from ..._check import FloatArray
+from ...finger import Finger
 from ._forward import Forward
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._check import FloatArray
-from ..contact import LineLoad
-from ..errors import InvalidValueError
-from ..finger import Finger
+from ..._check import FloatArray
+from ...contact import LineLoad
+from ...errors import InvalidValueError
+from ...finger import Finger
 
 __all__ = ["TERMS", "Forward"]
 

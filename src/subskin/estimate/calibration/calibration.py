@@ -8,10 +8,10 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..errors import GeometryError
-from ..finger import Finger
+from ... import _check
+from ..._check import FloatArray
+from ...errors import GeometryError
+from ...finger import Finger
 from ._forward import Forward
 
 __all__ = ["Calibration", "Health", "Parameter", "Score", "checked_touches", "score"]

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..errors import GeometryError, InvalidValueError, NotLinearError
-from ..finger import Finger
+from ... import _check
+from ..._check import FloatArray
+from ...errors import GeometryError, InvalidValueError, NotLinearError
+from ...finger import Finger
+from .._frames import checked_friction
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
-from ._frames import checked_friction
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
 from .calibration import Health

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from .._check import FloatArray
-from ..errors import ConvergenceError
-from ..finger import Finger
+from ..._check import FloatArray
+from ...errors import ConvergenceError
+from ...finger import Finger
+from ..estimate import Estimate, Status
+from ..locate import Locator
 from ._blind_fit import Settled, settle
 from ._blind_model import BlindModel, Touches
-from .estimate import Estimate, Status
-from .locate import Locator
 
 __all__ = ["Rounds"]
 

@@ -8,13 +8,13 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
-from .._check import FloatArray
-from ..errors import InvalidValueError
-from ..finger import Finger
+from ... import _check
+from ..._check import FloatArray
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ..estimate import Estimate
 from ._learning import Learning
 from .calibration import Health
-from .estimate import Estimate
 
 __all__ = ["BlindCalibration", "BlindParameter", "ErrorRatio", "Known"]
 

@@ -1,0 +1,22 @@
+"""Touches -> the finger's own numbers: from known places, from touches of which nothing is known, from daily use."""
+
+from .blind import calibrate_blind
+from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
+from .calibrate import calibrate
+from .calibration import Calibration, Health, Parameter, Score
+from .health import SensorHealth, sensor_health
+
+__all__ = [
+    "BlindCalibration",
+    "BlindParameter",
+    "Calibration",
+    "ErrorRatio",
+    "Health",
+    "Known",
+    "Parameter",
+    "Score",
+    "SensorHealth",
+    "calibrate",
+    "calibrate_blind",
+    "sensor_health",
+]
