@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
 
-__all__ = ["Estimate", "Rival", "Status"]
+__all__ = ["Estimate", "Packed", "Rival", "Status"]
 
 
 class Status(IntEnum):
@@ -30,7 +31,6 @@ class Status(IntEnum):
 
 # Columns of the packed table that the compiled locator fills, one row a frame.
 POSITION, FORCE, ANGLE, COVARIANCE, RESIDUAL, RIVAL, STATUS, WIDTH = 0, 1, 2, 3, 9, 10, 14, 15
-_SQUARE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + COVARIANCE
 
 
 def _column(index: int, text: str) -> property:
@@ -67,10 +67,40 @@ class Rival:
         return self.table[..., RIVAL + 3]
 
 
+class Packed:
+    """What all estimates are: a table of packed results, a row a frame, read by name."""
+
+    table: FloatArray
+    _status: ClassVar[int]
+    _square: ClassVar[npt.NDArray[np.intp]]
+    """Columns of the covariance, as the square that they make."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return self.table.shape[:-1]
+
+    @property
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame, as integers."""
+        return self.table[..., self._status].astype(np.int8)
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of (position [m], force [N/m], angle [rad], ...), shape (..., k, k): the inverse Fisher information."""
+        return self.table[..., self._square]
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviations of the same, shape (..., k)."""
+        return np.sqrt(self.table[..., self._square.diagonal()])
+
+
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class Estimate(Packed):
     """The load found in each frame; every field has the batch's shape (...).
 
+    `covariance` and `std` are of position [m], force [N/m] and angle [rad], shapes (..., 3, 3) and (..., 3).
     Frames that are not `OK` or `AMBIGUOUS` carry NaN for the load: no number is given for nonsense.
 
     Parameters
@@ -87,32 +117,15 @@ class Estimate:
     used: npt.NDArray[np.bool_]
     friction: float
 
+    _status: ClassVar[int] = STATUS
+    _square: ClassVar[npt.NDArray[np.intp]] = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + COVARIANCE
+
     position = _column(POSITION, "Place of the load y [m].")
     force = _column(FORCE, "Magnitude of the load [N/m].")
     angle = _column(ANGLE, "Angle from the inward normal [rad], positive where it drags the skin towards +y.")
     residual = _column(
         RESIDUAL, "Chi-square of the fit: sum of squared residuals in units of each sensor's noise."
     )
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the batch."""
-        return self.table.shape[:-1]
-
-    @property
-    def status(self) -> npt.NDArray[np.int8]:
-        """`Status` of each frame, as integers."""
-        return self.table[..., STATUS].astype(np.int8)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Covariance of (position [m], force [N/m], angle [rad]), shape (..., 3, 3); inverse Fisher information."""
-        return self.table[..., _SQUARE]
-
-    @property
-    def std(self) -> FloatArray:
-        """Standard deviations of (position, force, angle), shape (..., 3)."""
-        return np.sqrt(self.table[..., _SQUARE.diagonal()])
 
     @property
     def second(self) -> Rival:

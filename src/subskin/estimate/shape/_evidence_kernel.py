@@ -24,7 +24,7 @@ from ._evidence_integrals import (
     _log_weight,
     _survey,
 )
-from ._kernel import _highest, _refine, _rows, _scan, _slopes
+from ._kernel import _refine, _rows, _scan, _slopes, _starts
 
 # Columns: of the frame, then of each kind.
 STATUS, KIND = 0, 1
@@ -34,34 +34,11 @@ _PEAKS = 4
 _NODES = 10
 _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
-BUILT_ON = "dbfb2e6d15bd"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
+BUILT_ON = "b6724f8a5da7"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
 
 _compiled = nb.njit(
     cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
 )
-
-
-@_compiled
-def _starts(s, places, squares, score, at):
-    """The highest points of the scan s, the best first: their number."""
-    rows, m = squares.size, places.size
-    count = 0
-    for j in range(rows):
-        for k in range(m):
-            here = s[j, k]
-            if not here > 0.0 or not _highest(s, j, k):
-                continue
-            place = count
-            while place > 0 and score[place - 1] < here:
-                place -= 1
-            if place < _PEAKS:
-                for p in range(min(count, _PEAKS - 1), place, -1):
-                    score[p] = score[p - 1]
-                    at[p] = at[p - 1]
-                score[place] = here
-                at[place, 0], at[place, 1] = places[k], squares[j]
-                count = min(count + 1, _PEAKS)
-    return count
 
 
 @_compiled

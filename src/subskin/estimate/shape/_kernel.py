@@ -248,22 +248,7 @@ def fit_frames(readings, sensors, basis, edges, places, squares, table, options,
             row[STATUS] = _PENDING
             continue
         _scan(w, basis, edges, s)
-        count = 0
-        for j in range(rows):
-            for k in range(m):
-                here = s[j, k]
-                if not here > 0.0 or not _highest(s, j, k):
-                    continue
-                place = count
-                while place > 0 and score[place - 1] < here:
-                    place -= 1
-                if place < _CANDIDATES:
-                    for p in range(min(count, _CANDIDATES - 1), place, -1):
-                        score[p] = score[p - 1]
-                        at[p] = at[p - 1]
-                    score[place] = here
-                    at[place, 0], at[place, 1] = places[k], squares[j]
-                    count = min(count + 1, _CANDIDATES)
+        count = _starts(s, places, squares, score, at)
         best = second = -1
         for p in range(count):
             at[p, 0], at[p, 1] = _refine(
@@ -319,6 +304,29 @@ def fit_frames(readings, sensors, basis, edges, places, squares, table, options,
 def _differ(at, i, j, apart):
     """Whether two maxima are two contacts, and not one reached twice."""
     return abs(at[i, 0] - at[j, 0]) > apart or abs(math.sqrt(at[i, 1]) - math.sqrt(at[j, 1])) > apart
+
+
+@_compiled
+def _starts(s, places, squares, score, at):
+    """The highest points of the scan s, the best first, as many as `score` holds: their number."""
+    rows, m, most = squares.size, places.size, score.size
+    count = 0
+    for j in range(rows):
+        for k in range(m):
+            here = s[j, k]
+            if not here > 0.0 or not _highest(s, j, k):
+                continue
+            place = count
+            while place > 0 and score[place - 1] < here:
+                place -= 1
+            if place < most:
+                for p in range(min(count, most - 1), place, -1):
+                    score[p] = score[p - 1]
+                    at[p] = at[p - 1]
+                score[place] = here
+                at[place, 0], at[place, 1] = places[k], squares[j]
+                count = min(count + 1, most)
+    return count
 
 
 @_compiled

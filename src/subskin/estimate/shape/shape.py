@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ..estimate import Packed
 
 __all__ = ["ShapeEstimate", "ShapeRival"]
 
 # Columns of the packed table that the compiled fit fills, one row a frame.
 POSITION, FORCE, ANGLE, HALF_WIDTH, COVARIANCE, INTERVAL = 0, 1, 2, 3, 4, 14
 RESIDUAL, RIVAL, STATUS, WIDTH = 16, 17, 22, 23
-_SQUARE = np.array([[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]]) + COVARIANCE
 
 
 def _column(index: int, text: str) -> property:
@@ -38,10 +39,11 @@ class ShapeRival:
 
 
 @dataclass(frozen=True, eq=False)
-class ShapeEstimate:
+class ShapeEstimate(Packed):
     """The contact of one family found in each frame; every field has the batch's shape (...).
 
-    Frames that are not `OK` or `AMBIGUOUS` carry NaN.
+    `covariance` and `std` are of position [m], force [N/m], angle [rad] and half width [m], shapes (..., 4, 4) and
+    (..., 4). Frames that are not `OK` or `AMBIGUOUS` carry NaN.
 
     Parameters
     ----------
@@ -60,6 +62,11 @@ class ShapeEstimate:
     unknowns: int
     friction: float
 
+    _status: ClassVar[int] = STATUS
+    _square: ClassVar[npt.NDArray[np.intp]] = (
+        np.array([[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]]) + COVARIANCE
+    )
+
     position = _column(POSITION, "Centre of the contact y [m].")
     force = _column(FORCE, "Magnitude of the resultant [N/m].")
     angle = _column(ANGLE, "Angle from the inward normal [rad], positive where it drags the skin towards +y.")
@@ -67,26 +74,6 @@ class ShapeEstimate:
     residual = _column(
         RESIDUAL, "Chi-square of the fit: sum of squared residuals in units of each sensor's noise."
     )
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the batch."""
-        return self.table.shape[:-1]
-
-    @property
-    def status(self) -> npt.NDArray[np.int8]:
-        """`Status` of each frame, as integers."""
-        return self.table[..., STATUS].astype(np.int8)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Covariance of (position [m], force [N/m], angle [rad], half width [m]), shape (..., 4, 4)."""
-        return self.table[..., _SQUARE]
-
-    @property
-    def std(self) -> FloatArray:
-        """Standard deviations of (position, force, angle, half width), shape (..., 4)."""
-        return np.sqrt(self.table[..., _SQUARE.diagonal()])
 
     @property
     def half_width_interval(self) -> FloatArray:
