@@ -6,8 +6,8 @@ Sensors at unit depth; unit forces; noise in shares of the reading of a normal l
 the array, leaning within 40 degrees; wedges of half width 0.1 to 0.35 depth, punches and Hertz contacts of 0.5 to 1.2.
 The peer of `fit` is scipy's least squares from eight places and three widths, told all the forward model knows; that
 of `contact_type` a random forest of 100 trees trained on as many simulated frames as --train says (scikit-learn, of the
-extra `bench`), with the same noise. Asked for: four types at 0.1 % noise, 94 % with five sensors, 95 % with six; 99 % at
-0.01 %; vertex against side 99.5 % with four sensors at 1 %; expected calibration error 0.02; 100 us a frame.
+extra `bench`), with the same noise. Asked for: four types at 0.1 % noise, 94 % with five sensors, 95 % with six; 99 %
+at 0.01 %; vertex against side 99.5 % with four sensors at 1 %; expected calibration error 0.02; 100 us a frame.
 """
 
 from __future__ import annotations

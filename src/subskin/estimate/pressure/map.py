@@ -123,7 +123,7 @@ class PressureMap:
 
     @property
     def seen(self) -> FloatArray:
-        """What is left at each node of an even pressure over the whole search, shape (..., m): 1 is all of it."""
+        """What is left at each node of an even pressure over the whole search, shape (..., m); 1 is all of it."""
         return self._along("seen")
 
     def _along(self, what: str) -> FloatArray:

@@ -71,8 +71,8 @@ class PressureMapper(Framewise):
 
     Attributes
     ----------
-    y : ndarray, shape (m,)
-        The nodes [m].
+    y : ndarray
+        The nodes [m], (m,).
     shear_seen : float
         Share of the shear's components that are seen beside an unknown pressure; "free" needs 0.2.
 

@@ -82,7 +82,7 @@ class ShapeEstimate(Packed):
 
     @property
     def spare(self) -> npt.NDArray[np.intp]:
-        """Readings beyond the unknowns, shape (...); where 0 the residual says nothing: all is explained."""
+        """Readings beyond the unknowns, shape (...); where 0 the residual says nothing, for all is explained."""
         return np.asarray(np.maximum(self.used.sum(axis=-1) - self.unknowns, 0))
 
     @property
