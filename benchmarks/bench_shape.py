@@ -13,6 +13,8 @@ at 0.01 %; vertex against side 99.5 % with four sensors at 1 %; expected calibra
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -34,6 +36,8 @@ CASES = (
     (5, 0.5, 1e-4, tuple(KINDS)),
     (6, 0.5, 1e-4, tuple(KINDS)),
 )
+
+FITS = ((5, 0.5, 1e-3), (6, 0.5, 1e-3), (8, 0.5, 1e-3), (8, 0.5, 1e-2))
 
 
 def touches(tip: ss.Finger, names: tuple[str, ...], count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -83,10 +87,10 @@ def forest(
     return said, (time.perf_counter() - start) / len(frames)
 
 
-def types(frames: int, train: int) -> list[list[str]]:
+def types(frames: int, train: int, cases: Sequence[Any] = CASES) -> list[list[str]]:
     """Rows of the table of `contact_type`."""
     rows = []
-    for sensors, spacing, noise, names in CASES:
+    for sensors, spacing, noise, names in cases:
         tip = finger(sensors, spacing, noise)
         readings, truth = touches(tip, names, frames, seed=sensors)
         half = float(np.asarray(tip.array.y).max())
@@ -145,10 +149,10 @@ def bound(tip: ss.Finger, truth: np.ndarray) -> np.ndarray:
     return np.diagonal(np.linalg.inv(np.einsum("mni,mnj->mij", jacobian, jacobian)), axis1=1, axis2=2)[:, :2]
 
 
-def fits(frames: int, peer: int) -> list[list[str]]:
+def fits(frames: int, peer: int, cases: Sequence[Any] = FITS) -> list[list[str]]:
     """Rows of the table of `fit`."""
     rows = []
-    for sensors, spacing, noise in ((5, 0.5, 1e-3), (6, 0.5, 1e-3), (8, 0.5, 1e-3), (8, 0.5, 1e-2)):
+    for sensors, spacing, noise in cases:
         tip, ends = finger(sensors, spacing, noise), search(sensors, spacing)
         rng = np.random.default_rng(sensors)
         half = 0.5 * (sensors - 1) * spacing
