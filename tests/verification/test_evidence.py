@@ -34,7 +34,7 @@ def simulated(tip, kinds, count, seed):
     return readings, truth
 
 
-def integral(tip, kind, frame, places, widths, angles):
+def integral(tip, kind, frame, places, widths, angles, span=None):
     """log of the likelihood's average over the prior, up to what all kinds share: plain sums over place, half width
     and angle; the force is integrated by Laplace's method, which is exact to its relative error squared.
     """
@@ -58,7 +58,7 @@ def integral(tip, kind, frame, places, widths, angles):
     high = np.array(high)
     mean = np.exp(high - high.max())
     mean = np.trapezoid(mean, widths) / (widths[-1] - widths[0]) if len(widths) > 1 else mean[0]
-    return high.max() + np.log(mean) + np.log((places[1] - places[0]) * (angles[1] - angles[0]))
+    return high.max() + np.log(mean) + np.log((places[1] - places[0]) * (span or angles[1] - angles[0]))
 
 
 def test_evidence_is_the_integral_where_readings_tell_little():
@@ -107,6 +107,25 @@ def test_evidence_is_the_integral_where_readings_tell_much():
         exact.append(integral(tip, k, frame, place, width, lean) + np.log(share))
     np.testing.assert_allclose(np.diff(said.log_evidence), np.diff(exact), atol=0.01)
     assert np.ptp(exact) > 1
+
+
+@pytest.mark.parametrize("noise", [1e-2, 3e-4])
+def test_evidence_without_friction(noise):
+    """Place, width and normal force are all that is unknown; sums over the three, in both branches."""
+    tip = finger(4, 0.8, noise)
+    kinds = (Kind("round", "hertz", (0.1, 0.9)), Kind("flat", "punch", (0.1, 0.9)))
+    frame = tip.read(ss.Hertz(1.0, 0.0, 0.3, half_width=0.5), np.random.default_rng(1))
+    said = contact_type(tip, frame, kinds, search=(-1.2, 1.2), friction=0.0)
+    exact = []
+    for kind in kinds:
+        best = tip.fit(frame, kind.family, search=(-1.2, 1.2), width=kind.width, friction=0.0)
+        y, a = float(best.position), float(best.half_width)
+        places = np.linspace(y - 8 * float(best.std[0]), y + 8 * float(best.std[0]), 301)
+        spread = 8 * float(best.std[3])
+        widths = np.linspace(max(a - spread, 0.1), min(a + spread, 0.9), 201)
+        share = (widths[-1] - widths[0]) / 0.8
+        exact.append(integral(tip, kind, frame, places, widths, np.zeros(2), 1.0) + np.log(share))
+    assert np.diff(said.log_evidence) == pytest.approx(np.diff(exact), abs=0.03)
 
 
 def calibration_error(top, right, bins=15):

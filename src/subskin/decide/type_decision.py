@@ -170,7 +170,7 @@ def contact_type(
     Parameters
     ----------
     finger : Finger
-        The forward model, with the sensors' noise: at least four sensors.
+        The forward model, with the sensors' noise: at least four sensors, three where friction is 0.
     readings : array_like, shape (..., n)
         Raw readings; NaN marks a missing one.
     kinds : sequence of Kind, optional

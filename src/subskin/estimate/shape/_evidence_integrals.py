@@ -52,19 +52,23 @@ def _log_weight(w, a, fit, mu, y, ends, info, mean):
         info[1, 1] += a[0, i] * a[0, i]
         info[1, 2] += a[0, i] * a[1, i]
         info[2, 2] += a[1, i] * a[1, i]
+    if mu == 0.0:  # no drag: one unknown less, which is kept out of the way
+        g2 = info[0, 2] = info[1, 2] = 0.0
+        info[2, 2] = 1.0
     det = _invert(info)
     mean[0] = info[0, 0] * g0 + info[0, 1] * g1 + info[0, 2] * g2
     mean[1] = info[1, 0] * g0 + info[1, 1] * g1 + info[1, 2] * g2
     mean[2] = info[2, 0] * g0 + info[2, 1] * g1 + info[2, 2] * g2
-    out = 0.5 * (fit[2] + g0 * mean[0] + g1 * mean[1] + g2 * mean[2]) + 1.5 * _LOG_2PI - 0.5 * math.log(det)
+    out = 0.5 * (fit[2] + g0 * mean[0] + g1 * mean[1] + g2 * mean[2] + _LOG_2PI - math.log(det))
+    out += _LOG_2PI if mu > 0.0 else 0.5 * _LOG_2PI
     mean[0] += y
     mean[1] += normal
     mean[2] += tangential
     # equally probable in the logarithm of the magnitude and in the angle: 1 / P^2 in the plane of (N, T)
-    out -= 2.0 * math.log(max(size, 1e-300))
-    e1, e2 = (mu, 1.0) if mu < math.inf else (1.0, 0.0)
+    out -= (2.0 if mu > 0.0 else 1.0) * math.log(max(size, 1e-300))
+    e1, e2 = (mu, 1.0) if 0.0 < mu < math.inf else (1.0, 0.0)
     out += _cut(info, mean, 0.0, e1, -e2, 0.0)
-    if mu < math.inf:
+    if 0.0 < mu < math.inf:
         out += _cut(info, mean, 0.0, e1, e2, 0.0)
     out += _cut(info, mean, 1.0, 0.0, 0.0, -ends[0])
     return out + _cut(info, mean, -1.0, 0.0, 0.0, ends[1])
@@ -167,7 +171,7 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
                     continue
                 here += nodes[3, j, k]
                 for side in range(2):
-                    e1, e2 = (mu, 1.0 - 2.0 * side) if mu < math.inf else (1.0, 0.0)
+                    e1, e2 = (mu, 1.0 - 2.0 * side) if 0.0 < mu < math.inf else (1.0, 0.0)
                     v1, v2 = i11 * e1 + i12 * e2, i12 * e1 + i22 * e2
                     spread = math.sqrt(e1 * v1 + e2 * v2)
                     z = (e1 * normal + e2 * tangential) / spread
@@ -176,9 +180,10 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
                         here += share
                         shift = math.exp(-0.5 * z * z - 0.5 * _LOG_2PI - share) / spread
                         normal, tangential = normal + v1 * shift, tangential + v2 * shift
-                    if mu == math.inf:
+                    if e2 == 0.0:
                         break
-                here -= math.log(max(normal * normal + tangential * tangential, 1e-300))
+                size = max(normal * normal + tangential * tangential, 1e-300)
+                here -= math.log(size) if mu > 0.0 else 0.5 * math.log(size)
                 weight = rows[2, j] * (0.5 if k == 0 or k == m - 1 else 1.0)
                 if here > highest:
                     total *= math.exp(highest - here)

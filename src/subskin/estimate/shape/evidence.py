@@ -133,7 +133,12 @@ class Evidence(Framewise):
         self.friction = checked_friction(friction)
         # there is no rival: what would mark its absence goes where the status is written after it
         super().__init__(
-            array, _kernel, needed=4, columns=1 + _EACH * len(names), status=_STATUS, unrivalled=_STATUS
+            array,
+            _kernel,
+            needed=4 if self.friction > 0 else 3,
+            columns=1 + _EACH * len(names),
+            status=_STATUS,
+            unrivalled=_STATUS,
         )
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(depth.min())
@@ -175,7 +180,7 @@ class Evidence(Framewise):
             widths, weights = _widths(kind.width, _FINE_WIDTH * self._shallowest)
             grid = field(fine_places, widths[:, None])[..., pattern, :] * scale[:, None]
             fines.append(np.ascontiguousarray(np.moveaxis(grid, (2, 3), (0, 1))))
-            nodes.append(_inverse(grid))
+            nodes.append(_inverse(grid, self.friction))
             rows.append(np.stack([widths, widths**2, weights]))
             geometry.append([field.start, field.step, field.widest**2, *np.square(kind.width)])
         options = np.array(
@@ -183,7 +188,7 @@ class Evidence(Framewise):
                 self.friction,
                 *self._ends,
                 2 * np.log(1 / self._false_alarm),
-                float(chdtri(max(len(array) - 3, 1), self._false_alarm)),
+                float(chdtri(max(len(array) - (3 if self.friction > 0 else 2), 1), self._false_alarm)),
             ]
         )
         return (
@@ -212,8 +217,14 @@ def _widths(width: tuple[float, float], step: float) -> tuple[FloatArray, FloatA
     return np.linspace(low, high, count), weights / (count - 1)
 
 
-def _inverse(fields: FloatArray) -> FloatArray:
-    """Inverse of A^T A (three entries) and log(2 pi) - log(det) / 2, for fields (..., n, 2); shape (4, ...)."""
+def _inverse(fields: FloatArray, friction: float) -> FloatArray:
+    """Inverse of A^T A (three entries) and log(2 pi) - log(det) / 2, for fields (..., n, 2); shape (4, ...).
+
+    Without friction that of its first column alone.
+    """
     g = np.einsum("...nk,...nl->kl...", fields, fields)
+    if friction == 0:
+        none = np.zeros_like(g[0, 0])
+        return np.stack([1 / g[0, 0], none, none, 0.5 * np.log(2 * np.pi) - 0.5 * np.log(g[0, 0])])
     det = np.maximum(g[0, 0] * g[1, 1] - g[0, 1] ** 2, 1e-14 * g[0, 0] * g[1, 1])
     return np.stack([g[1, 1] / det, -g[0, 1] / det, g[0, 0] / det, np.log(2 * np.pi) - 0.5 * np.log(det)])
