@@ -35,7 +35,13 @@ drawing to within the errors given. What touches cannot tell, and how many would
 
 def add(commands: Any) -> None:
     """Add the command."""
-    parser = add_command(commands, "calibrate", run, "fit a finger to touches at known places", _EXAMPLES)
+    parser = add_command(
+        commands,
+        "calibrate",
+        run,
+        "fit a finger to touches at known places, or --blind to any touches",
+        _EXAMPLES,
+    )
     parser.description = f"{parser.description}\n\n{_NOTES}"
     parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
     parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")

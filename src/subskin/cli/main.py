@@ -19,6 +19,11 @@ a recording of your own, from raw pressures to places:
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
   subskin locate    calibrated.toml presses.csv -o located.csv --every 2 --skip-used --truth position
 
+what touched, and how, from readings of a finger as drawn or as calibrated:
+  subskin fit       finger.toml readings.csv --family hertz -o widths.csv
+  subskin decide    finger.toml readings.csv -o kinds.csv
+  subskin pressure  finger.toml readings.csv -o map.csv --figure map.png
+
 Files may hold units ("2 mm", "0.4 MPa"); results are in SI: m, N/m, rad, s.
 exit codes: 0 done; 1 a result that could not be reached; 2 bad input, nothing written; 130 stopped with Ctrl-C
 """
