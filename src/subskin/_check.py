@@ -42,6 +42,8 @@ def real(
         Where `value` is no number, not finite, or outside the bounds.
     """
     try:
+        if np.asarray(value).dtype.kind in "SU":  # NumPy would read a number out of the text
+            raise TypeError
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise InvalidValueError(
@@ -103,3 +105,21 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
     except ValueError:
         seen = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
         raise GeometryError(f"shapes {seen}", "they have to broadcast as in NumPy") from None
+
+
+def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
+    """Two numbers as a pair that can be a key, or None; whether they ascend is for others to say.
+
+    Raises
+    ------
+    InvalidValueError
+        Where `value` is neither.
+    """
+    if value is None:
+        return None
+    if type(value) is tuple and len(value) == 2 and type(value[0]) is type(value[1]) is float:
+        return value  # the usual case, in no time
+    pair = np.asarray(value)
+    if pair.shape != (2,) or pair.dtype.kind not in "iuf":
+        raise InvalidValueError(f"{name} = {value!r}", "two ascending numbers are needed", fix)
+    return float(pair[0]), float(pair[1])

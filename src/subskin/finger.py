@@ -169,7 +169,7 @@ class Finger:
             Where `search` is not two ascending places, or goes more than once round a finger.
         """
         tables: dict[tuple[float, ...] | None, ReceptiveField] = self.__dict__.setdefault("_tables", {})
-        key = None if search is None else tuple(search)
+        key = _check.ends("search", search, "search=(-5e-3, 5e-3)")
         if key not in tables:
             tables[key] = self._tabulate(search)
         return tables[key]
@@ -231,7 +231,7 @@ class Finger:
         >>> ss.Status(found.status).name, round(float(found.position) * 1e3, 4)
         ('OK', 0.8)
         """
-        key = (None if search is None else tuple(search), *sorted(options.items()))
+        key = (_check.ends("search", search, "search=(-5e-3, 5e-3)"), *sorted(options.items()))
         locators = self.__dict__.setdefault("_locators", {})
         if key not in locators:
             locators[key] = self.locator(search=search, **options)
@@ -289,13 +289,14 @@ class Finger:
         from .estimate.shape.fit import Fitter, widths_of
         from .estimate.shape.shape_field import ShapeField, family_of
 
-        key = (family, search and tuple(search), width and tuple(width), *sorted(options.items()))
+        ends = _check.ends("width", width, "width=(0.0, 3e-3)")
+        key = (family, _check.ends("search", search, "search=(-5e-3, 5e-3)"), ends, *sorted(options.items()))
         fitters = self.__dict__.setdefault("_fitters", {})
         if key not in fitters:
             kind = family_of(family)
             table = self.tabulate(search)
-            ends = widths_of(kind, width, float(np.asarray(self.array.depth).min()))
-            field = ShapeField.of(self, kind, (table.start, table.stop), max(ends[1], 1e-3 * table.step))
-            fitters[key] = Fitter(field, self.array, width=ends, **options)
+            widths = widths_of(kind, ends, float(np.asarray(self.array.depth).min()))
+            field = ShapeField.of(self, kind, (table.start, table.stop), max(widths[1], 1e-3 * table.step))
+            fitters[key] = Fitter(field, self.array, width=widths, **options)
         found: ShapeEstimate = fitters[key](readings)
         return found

@@ -220,6 +220,20 @@ def test_a_known_width_and_no_friction():
     assert known.std[3] == 0
     bounded = tip.fit(frame, "hertz", width=(0.2 * DEPTH, 0.6 * DEPTH))
     assert bounded.half_width == pytest.approx(0.6 * DEPTH, rel=1e-6)
+    assert bounded.status == ss.Status.AMBIGUOUS
+
+
+def test_an_answer_at_the_edge_of_the_search_is_not_sure():
+    tip = finger(8)
+    for touch, options in (
+        (ss.Hertz(40.0, 0.1, 0.3e-3, half_width=DEPTH), {"width": (0.0, 0.99 * DEPTH)}),
+        (ss.Hertz(40.0, 0.1, 0.3e-3, half_width=0.5 * DEPTH), {"width": (0.51 * DEPTH, DEPTH)}),
+        (ss.Hertz(40.0, 0.55, 0.3e-3, half_width=0.8 * DEPTH), {"friction": 0.6}),
+    ):
+        found = tip.fit(tip.read(touch), "hertz", false_alarm=1e-300, **options)
+        assert found.status == ss.Status.AMBIGUOUS
+    line = tip.fit(tip.read(ss.LineLoad(40.0, 0.1, 0.3e-3)), "hertz")  # no width at all is an answer
+    assert line.status == ss.Status.OK
 
 
 @pytest.mark.parametrize(
@@ -231,6 +245,9 @@ def test_a_known_width_and_no_friction():
         ({"family": "hertz", "width": (-1e-3, 1e-3)}, "width"),
         ({"family": "line", "width": (0.0, 1e-3)}, "it has none"),
         ({"family": "hertz", "friction": -1.0}, "friction"),
+        ({"family": "hertz", "search": 1e-3}, "two ascending"),
+        ({"family": "hertz", "search": "ab"}, "two ascending"),
+        ({"family": "hertz", "width": 1e-3}, "two ascending"),
     ],
 )
 def test_what_cannot_be_asked(call, words):

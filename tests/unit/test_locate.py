@@ -297,3 +297,13 @@ def test_the_first_process_says_that_it_compiles_and_the_second_does_not(tmp_pat
     assert "compiling" in runs[0].stderr
     assert runs[1].stderr == ""
     assert abs(float(runs[1].stdout) - 0.2) < 1e-6
+
+
+def test_an_estimate_says_in_a_line_what_it_holds():
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    tip = ss.Finger(skin, ss.SensorArray.line(4, pitch=2e-3, depth=2e-3, noise=1e-4))
+    frames = np.stack([tip.read(ss.LineLoad(40.0, 0.1, 1e-3)), np.zeros(4), np.zeros(4)])
+    assert repr(tip.locate(frames)) == "Estimate(shape (3,): 1 OK, 2 NO_CONTACT)"
+    assert repr(tip.fit(frames[0])) == "ShapeEstimate(shape (): 1 OK)"
+    with pytest.raises(ss.InvalidValueError, match="numbers are needed"):
+        tip.locate(["a", "b", "c", "d"])

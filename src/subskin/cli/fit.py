@@ -27,6 +27,12 @@ if TYPE_CHECKING:
     from ..estimate.shape.shape import ShapeEstimate
     from ..io.finger_file import FingerFile
 
+_HERE = {
+    **MEANING,
+    "ok": "one contact explains the readings",
+    "ambiguous": "another explains them nearly as well, or it is at an end of place, width or angle",
+    "unexplained": "no contact of the family, within the friction cone, explains the readings",
+}
 _FAMILIES = ("line", "wedge", "hertz", "strip", "punch")
 _EXAMPLES = """\
   subskin fit finger.toml readings.csv --family hertz -o fitted.csv
@@ -116,7 +122,7 @@ def _columns(file: FingerFile, found: ShapeEstimate, rows: npt.NDArray[np.intp])
 
 def _show(options: argparse.Namespace, found: ShapeEstimate, columns: dict[str, Any]) -> None:
     out = say(options)
-    show_statuses(options, found.status, MEANING)
+    show_statuses(options, found.status, _HERE)
     if not found.spare.any():
         print(
             "no reading to spare: any family would explain these as well (subskin decide weighs them)",

@@ -207,13 +207,20 @@ def contact_type(
     _check.scalar("sure", sure, above=0.5)
     if not sure < 1:
         raise InvalidValueError(f"sure = {sure}", "has to be in (0.5, 1)", "sure=0.95")
+    if not isinstance(finger, Finger):
+        raise InvalidValueError(f"finger = {repr(finger)[:60]}", "a Finger comes first, then its readings")
+    if isinstance(kinds, Kind | str):
+        raise InvalidValueError(
+            f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))"
+        )
     chosen = usual_kinds(finger) if kinds is None else tuple(kinds)
     for kind in chosen:
         if not isinstance(kind, Kind):
             raise InvalidValueError(
                 f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)'
             )
-    key: tuple[Any, ...] = (chosen, search and tuple(search), friction, false_alarm)
+    place = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    key: tuple[Any, ...] = (chosen, place, friction, false_alarm)
     kept: dict[tuple[Any, ...], Evidence] = finger.__dict__.setdefault("_evidence", {})
     if key not in kept:
         kept[key] = Evidence(finger, chosen, search=search, friction=friction, false_alarm=false_alarm)

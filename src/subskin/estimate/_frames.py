@@ -92,7 +92,12 @@ class Framewise(ABC):
 
     def _frames(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Packed results (..., columns) and the sensors used (..., n)."""
-        raw = np.asarray(readings, dtype=np.float64)
+        try:
+            raw = np.asarray(readings, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InvalidValueError(
+                f"readings = {repr(readings)[:60]}", "numbers are needed, NaN for a missing one"
+            ) from None
         n = self._sensors
         if raw.ndim == 0 or raw.shape[-1] != n:
             raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")

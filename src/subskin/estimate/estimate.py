@@ -75,6 +75,11 @@ class Packed:
     _square: ClassVar[npt.NDArray[np.intp]]
     """Columns of the covariance, as the square that they make."""
 
+    def __repr__(self) -> str:
+        counts = np.bincount(np.atleast_1d(self.status).reshape(-1), minlength=len(Status))
+        said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
+        return f"{type(self).__name__}(shape {self.shape}: {said or 'no frames'})"
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the batch."""
@@ -96,7 +101,7 @@ class Packed:
         return np.sqrt(self.table[..., self._square.diagonal()])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Estimate(Packed):
     """The load found in each frame; every field has the batch's shape (...).
 

@@ -295,7 +295,7 @@ def pressure_map(
     >>> bool(np.linalg.norm(found.pressure - true) < 0.1 * np.linalg.norm(true))
     True
     """
-    key = (None if search is None else tuple(search), *sorted(options.items()))
+    key = (_check.ends("search", search, "search=(-5e-3, 5e-3)"), *sorted(options.items()))
     mappers = finger.__dict__.setdefault("_mappers", {})
     if key not in mappers:
         mappers[key] = PressureMapper(finger, search=search, **options)

@@ -287,8 +287,13 @@ def fit_frames(readings, sensors, basis, edges, places, squares, table, options,
         _rows(table, start, step, square, y, q, c, a)
         _uncertainty(w, a, fits[best], mu, q, ends, row)
         status = _OK
-        if y <= ends[0] or y >= ends[1] or not row[COVARIANCE + 7] < 1.0:
-            status = _AMBIGUOUS  # at the search's edge, or at any angle
+        beyond = y <= ends[0] or y >= ends[1]
+        if ends[3] > ends[2]:
+            beyond |= q >= ends[3] or 0.0 < q <= ends[2]
+        if 0.0 < mu < math.inf:
+            beyond |= abs(tangential) >= mu * normal * (1.0 - 1e-9)
+        if beyond or not row[COVARIANCE + 7] < 1.0:
+            status = _AMBIGUOUS  # at the edge of the search, in place, width or angle; or at any angle
         if second >= 0:
             row[RIVAL] = at[second, 0]
             row[RIVAL + 1] = math.hypot(fits[second, 0], fits[second, 1])

@@ -15,11 +15,13 @@ from ...contact import LineLoad
 from ...errors import InvalidValueError
 from ...finger import Finger
 from .._frames import Framewise, checked_friction, scan_geometry, sensor_rows
+from ..estimate import Status
 from .shape_field import Family, ShapeField, family_of
 
 __all__ = ["Evidence", "Kind"]
 
 _STATUS, _EACH = 0, 6
+_SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
 _SQUARE = 0.2
 """Step of the scan in the square of the half width, in squares of the least depth."""
 _FINE = 4
@@ -70,6 +72,10 @@ class Kind:
         if not isinstance(self.name, str) or not self.name:
             raise InvalidValueError(
                 f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)'
+            )
+        if self.name in _SAID:
+            raise InvalidValueError(
+                f'name = "{self.name}"', "answers without a kind are called so", "another name"
             )
         line = issubclass(family_of(self.family), LineLoad)
         ends = _check.real("width", self.width, unit="m", at_least=0.0)

@@ -38,7 +38,7 @@ class ShapeRival:
     chi2 = _column(RIVAL + 4, "How much larger its chi-square is than the best one's, shape (...).")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ShapeEstimate(Packed):
     """The contact of one family found in each frame; every field has the batch's shape (...).
 
