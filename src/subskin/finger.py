@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["Finger"]
 
 
+_FARTHEST = 100.0
+
+
 class _Group(NamedTuple):
     """Sensors of one transducer and one number of averaging nodes, evaluated together."""
 
@@ -190,6 +193,12 @@ class Finger:
                 f"search = {search!r}",
                 f"the finger is {self.skin.period:.6g} m about, and places repeat after that",
                 "a narrower search",
+            )
+        if ends[1] - ends[0] > np.ptp(y) + _FARTHEST * float(depth.max()):
+            raise InvalidValueError(
+                f"search = {search!r} m",
+                f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which nothing is felt",
+                "search in metres, such as (-5e-3, 5e-3)",
             )
         return ReceptiveField.from_function(
             self.receptive_field, float(ends[0]), float(ends[1]), step=float(depth.min()) / 16

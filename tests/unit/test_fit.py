@@ -246,6 +246,9 @@ def test_an_answer_at_the_edge_of_the_search_is_not_sure():
         ({"family": "line", "width": (0.0, 1e-3)}, "it has none"),
         ({"family": "hertz", "friction": -1.0}, "friction"),
         ({"family": "hertz", "search": 1e-3}, "two ascending"),
+        ({"family": "hertz", "search": (-3.0, 3.0)}, "in metres"),
+        ({"family": "hertz", "width": (0.0, 4.1 * DEPTH)}, "4 depths"),
+        ({"family": "hertz", "width": (0.0, 3.0)}, "4 depths"),
         ({"family": "hertz", "search": "ab"}, "two ascending"),
         ({"family": "hertz", "width": 1e-3}, "two ascending"),
     ],
@@ -258,3 +261,25 @@ def test_what_cannot_be_asked(call, words):
         tip.fit(np.zeros(5), "hertz")
     with pytest.raises(ss.InvalidValueError, match="noise = 0"):
         finger(noise=0.0).fit(np.zeros(6), "hertz")
+
+
+def test_fewer_sensors_than_unknowns_are_too_few():
+    for count in (1, 2, 3):
+        array = ss.SensorArray.line(count, pitch=DEPTH / 2, depth=DEPTH, noise=NOISE)
+        tip = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+        frame = tip.read(ss.Hertz(40.0, 0.1, 0.0, half_width=DEPTH))
+        assert tip.fit(frame, "hertz").status == ss.Status.INCOMPLETE
+        assert ss.decide.contact_type(tip, frame).status == ss.Status.INCOMPLETE
+        if count < 3:
+            assert tip.locate(frame).status == ss.Status.INCOMPLETE
+
+
+def test_contacts_of_up_to_four_depths_are_found():
+    tip = finger(10)
+    rng = np.random.default_rng(0)
+    a, y = rng.uniform(0.5 * DEPTH, 3.5 * DEPTH, 200), rng.uniform(-DEPTH, DEPTH, 200)
+    frames = tip.read(ss.Hertz(np.full(200, 40.0), 0.2, y, half_width=a), rng)
+    found = tip.fit(frames, "hertz", width=(0.0, 4 * DEPTH))
+    sure = found.status == ss.Status.OK
+    assert sure.mean() > 0.9
+    assert (np.abs(found.half_width - a)[sure] < 5 * found.std[sure, 3]).mean() > 0.97

@@ -171,3 +171,17 @@ def test_touches_in_one_place_do_not_tell():
 def test_what_cannot_be_done_is_said(call, error, seen):
     with pytest.raises(error, match=seen):
         call()
+
+
+def test_a_model_that_is_a_little_wrong_kills_no_sensor():
+    """Sensors that work are not called dead because the finger is 2 % deeper than it is taken for."""
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    drawn, made = (
+        ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=depth, noise=5e-5))
+        for depth in (2e-3, 2.04e-3)
+    )
+    rng = np.random.default_rng(0)
+    touch = ss.LineLoad(np.full(300, 40.0), rng.uniform(-0.5, 0.5, 300), rng.uniform(-3.5e-3, 3.5e-3, 300))
+    found = ss.sensor_health(drawn, made.read(touch, rng))
+    assert ss.Health.DEAD not in found.health
+    assert (np.abs(found.gain_ratio - 1) < 0.1).all()

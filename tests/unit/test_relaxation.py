@@ -225,3 +225,10 @@ def test_a_state_goes_on_and_not_back():
         RUBBER.undo(np.zeros((1, 3)), [0.5], state=left)
     with pytest.raises(ss.GeometryError, match="state"):
         RUBBER.undo(np.zeros((1, 2)), [1.5], state=left)
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_nothing_relaxes_in_readings_of_nothing(value):
+    time = np.arange(0.0, 10.0, 0.01)
+    with pytest.raises(ss.ConvergenceError, match="never change"):
+        ss.fit_relaxation(np.full((time.size, 3), value), time, [(2.0, 8.0)], terms=1, rest=np.zeros(3))

@@ -70,10 +70,17 @@ def run(options: argparse.Namespace) -> int:
     import numpy as np
 
     from ..decide import TypeDecision, contact_type
+    from ..errors import InvalidValueError
     from ..io.tables import write_table
 
     check_targets(options)
+    if not 0.5 < options.sure < 1:
+        raise InvalidValueError(
+            f"--sure {options.sure:g}", "a probability in (0.5, 1) is needed", "--sure 0.95"
+        )
     kinds = None if options.kind is None else tuple(_kind(text) for text in options.kind)
+    if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
+        raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
     file, _, rows, readings = read_frames(options)
     given = {k: v for k, v in (file.options or {}).items() if k in ("friction", "false_alarm")}
     with told(options.finger):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _HERE = {
     **MEANING,
-    "ok": "one contact explains the readings",
+    "ok": "one contact of the family explains the readings",
     "ambiguous": "another explains them nearly as well, or it is at an end of place, width or angle",
     "unexplained": "no contact of the family, within the friction cone, explains the readings",
 }

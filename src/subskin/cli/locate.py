@@ -55,7 +55,7 @@ def add(commands: Any) -> None:
         const="",
         metavar="DRIFT",
         help="take off the drift of a stream with a column of times; the fastest believed, reading/s "
-        "(0.3 noise a second)",
+        "(0.3 noise a second). A finger calibrated on presses that `segment` cut out: see docs/robust.md",
     )
     parser.add_argument(
         "--outliers",

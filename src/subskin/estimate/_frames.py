@@ -80,7 +80,7 @@ class Framewise(ABC):
         self._prepared: dict[bytes, tuple[Any, ...]] = {}
         self._all = array.live
         self._all.flags.writeable = False
-        self._whole = bool(self._all.all())
+        self._whole = bool(self._all.all()) and len(array) >= needed
         self._whole_key = self._all.tobytes()
         self._sensors = len(array)
         self._compiled: Any = None

@@ -136,7 +136,7 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
         axes.text(normal + away, place, text, color=GREEN, ha=ha, va="bottom" if up else "top", **note)
     axes.legend(loc="upper left" if tangential >= 0 else "lower left")
     verdict = SlipVerdict(int(judged.verdict[index])).name.lower().replace("_", " ")
-    axes.set_title(f"{verdict}: probability of slip {100 * float(judged.probability[index]):.2g} %")
+    axes.set_title(f"{verdict}: probability of slip {_percent(float(judged.probability[index]))}")
 
 
 def _signed(value: float) -> str:
@@ -191,3 +191,8 @@ def _tractions(contact: str, y: FloatArray, stick: float, ratio: float) -> tuple
         return held, ratio * held
     shape = hertz if contact == "hertz" else wedge
     return shape(1.0), shape(1.0) - shape(stick)
+
+
+def _percent(share: float) -> str:
+    """A probability for people: never 1e+02 %."""
+    return f"{100 * share:.2g} %" if share < 0.1 else "> 99.9 %" if share > 0.999 else f"{100 * share:.0f} %"

@@ -154,6 +154,12 @@ class _Fit:
         # a sensor that rounds away its noise, or a recording without any
         moved = np.abs(frames - self.rows[0])
         largest = float(moved[np.isfinite(moved)].max(initial=0.0))
+        if not largest > 0:
+            raise ConvergenceError(
+                "readings that never change, or are all missing",
+                "relaxation shows where a touch is held",
+                "frames from before the touches on, and stretches within them",
+            )
         self.noise = np.maximum(self.noise, 1e-9 * largest or 1.0)
         self.lengths = np.array([clock[s][-1] - clock[s][0] for s in self.spans])
         if not self.lengths.max() > 0:

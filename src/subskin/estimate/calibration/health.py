@@ -29,6 +29,7 @@ _FEWEST = 10
 _MOST, _CELLS = 20_000, 8_000_000
 """Touches that are looked at, at most, and numbers in a matrix over all of them."""
 
+_MUCH_AS_IT_WAS = 0.25
 _WEAK, _GONE, _TOLD, _BLIND = 0.9, 0.02, 0.2, 0.25
 
 
@@ -285,6 +286,8 @@ class _Check:
         for i in np.flatnonzero(suspects & told):
             before = self.share()
             self.out[i] = False
+            if abs(self.ratio[i] - 1) < _MUCH_AS_IT_WAS:  # it works: what does not fit is the model
+                continue
             if self.share() < before - _BETTER:  # what it reads has little to do with the touches
                 self.out[i] = True
         if (suspects & ~self.out).any():

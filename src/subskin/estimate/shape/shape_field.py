@@ -27,6 +27,8 @@ FAMILIES: dict[str, Family] = {
 _WIDTHS = 14
 """Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
 _POINTS = 40
+_MOST_WIDE = 4.0
+"""Depths up to which the nodes, and the scans that start from them, are close enough."""
 
 
 def family_of(family: str | Family) -> Family:
@@ -79,7 +81,14 @@ class ShapeField:
     def of(cls, finger: Finger, family: Family, search: tuple[float, float], widest: float) -> ShapeField:
         """Tabulate a family from the finger's table for line loads: a contact is a sum of them, on any skin."""
         low, high = search
-        step = float(np.asarray(finger.array.depth).min()) / 16
+        depth = float(np.asarray(finger.array.depth).min())
+        if widest > _MOST_WIDE * depth * (1 + 1e-12):
+            raise InvalidValueError(
+                f"half widths up to {widest:.6g} m",
+                f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted",
+                f"width=(0.0, {_MOST_WIDE * depth:.3g})",
+            )
+        step = depth / 16
         cells = max(int(np.ceil((high - low) / step * (1 - 1e-12))), 1)
         step = (high - low) / cells
         places = (low + step * (np.arange(cells) + 0.5))[:, None] + step * CELL_NODES
