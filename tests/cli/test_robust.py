@@ -79,3 +79,12 @@ def test_a_table_without_times_cannot_be_tared(subskin, folder):
     assert ran.code == 2
     assert '"time"' in ran.err
     assert "--tare" in ran.err
+
+
+def test_offsets_that_are_not_the_free_skin_s_are_said(subskin, stream, folder):
+    assert "warning" not in subskin("locate", "finger.toml", "stream.csv", "--tare").err
+    text = (folder / "finger.toml").read_text()
+    (folder / "finger.toml").write_text(text.replace("offset = 1e5", "offset = 700"))
+    ran = subskin("locate", "finger.toml", "stream.csv", "--tare")
+    assert ran.code == 0
+    assert "knows differences" in ran.err

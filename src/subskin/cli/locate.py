@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -116,6 +117,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _tared(options: argparse.Namespace, file: FingerFile, table: Table) -> FloatArray:
     """All readings with their drift off; rows that are not to be located are part of the stream too."""
+    import numpy as np
+
     from ..errors import FileError, InvalidValueError, SubskinError
     from ..io.recording import Column
     from ..stream import Tare
@@ -131,9 +134,18 @@ def _tared(options: argparse.Namespace, file: FingerFile, table: Table) -> Float
                 f'--tare "{options.tare}"', "a reading per second is needed, in the table's unit", "--tare 2"
             ) from None
     try:
-        return Tare(file.finger, drift=drift)(table.readings(file.names), time).readings
+        tared = Tare(file.finger, drift=drift)(table.readings(file.names), time)
     except SubskinError as error:
         raise FileError(f"{table.name}: {error.seen}", error.rule, error.fix) from None
+    array = file.finger.array
+    free, drawn = np.nanmedian(tared.offset, axis=0), np.asarray(array.offset)
+    if (np.abs(free - drawn) > np.maximum(0.5 * np.abs(free), 100 * np.asarray(array.noise))).all():
+        print(
+            f"subskin: warning: the free skin reads {free[0]:.4g}, and the finger's offset is {drawn[0]:.4g}: a finger "
+            "calibrated on presses cut out by segment knows differences, and misreads a stream (docs/robust.md)",
+            file=sys.stderr,
+        )
+    return tared.readings
 
 
 def _columns(
