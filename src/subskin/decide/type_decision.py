@@ -13,6 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..estimate.estimate import Status
+from ..estimate.shape import evidence as columns
 from ..estimate.shape.evidence import Evidence, Kind
 from ..finger import Finger
 
@@ -74,17 +75,17 @@ class TypeDecision:
         return tuple(kind.name for kind in self.kinds)
 
     def _each(self, column: int) -> FloatArray:
-        return self.table[..., 1 + column :: 6]
+        return self.table[..., columns.KIND + column :: columns.EACH]
 
     @property
     def log_evidence(self) -> FloatArray:
         """Log of the evidence of each kind, up to what all have in common, shape (..., kinds)."""
-        return self._each(0)
+        return self._each(columns.LOG_EVIDENCE)
 
     @property
     def probability(self) -> FloatArray:
         """Probability of each kind after the readings, shape (..., kinds); NaN where `status` says there is none."""
-        evidence = self._each(0) + np.log([kind.prior for kind in self.kinds])
+        evidence = self._each(columns.LOG_EVIDENCE) + np.log([kind.prior for kind in self.kinds])
         known = np.isfinite(evidence).any(axis=-1, keepdims=True)
         evidence = np.where(known, evidence, 0.0)
         share = np.exp(evidence - evidence.max(axis=-1, keepdims=True))
@@ -114,7 +115,7 @@ class TypeDecision:
     @property
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame; `AMBIGUOUS` where the readings cannot tell."""
-        status = self.table[..., 0].astype(np.int8)
+        status = self.table[..., columns.STATUS].astype(np.int8)
         unsure = (status == Status.OK) & (self.decision == CANNOT_TELL)
         return np.asarray(np.where(unsure, np.int8(Status.AMBIGUOUS), status))
 
@@ -126,27 +127,27 @@ class TypeDecision:
     @property
     def residual(self) -> FloatArray:
         """Least chi-square of the most probable kind."""
-        return self._of_best(1)
+        return self._of_best(columns.CHI2)
 
     @property
     def position(self) -> FloatArray:
         """Place y of the most probable kind's best contact [m]."""
-        return self._of_best(2)
+        return self._of_best(columns.POSITION)
 
     @property
     def force(self) -> FloatArray:
         """Its magnitude [N/m]."""
-        return self._of_best(3)
+        return self._of_best(columns.FORCE)
 
     @property
     def angle(self) -> FloatArray:
         """Its angle from the inward normal [rad]."""
-        return self._of_best(4)
+        return self._of_best(columns.ANGLE)
 
     @property
     def half_width(self) -> FloatArray:
         """Its half width [m]; 0 of a line."""
-        return self._of_best(5)
+        return self._of_best(columns.HALF_WIDTH)
 
 
 def contact_type(

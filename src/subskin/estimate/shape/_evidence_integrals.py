@@ -9,7 +9,6 @@ import numba as nb
 from ._kernel import _rows, _slopes
 
 _REACH = 5.0
-_FINE = 4  # steps of the survey's grid to one of the scan's
 _NEGLIGIBLE = 40.0
 _LOG_2PI = math.log(2 * math.pi)
 BUILT_ON = "19a6e38e0817"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
@@ -129,7 +128,7 @@ def _broad(w, table, g, at, fit, ends, rows, step, c, a):
     y, q = at[0], at[1]
     _rows(table, g[0], g[1], g[2], y, q, c, a)
     _, gq, yy, yq, qq = _slopes(w, a, fit)
-    if not yy * (0.57 * step / _FINE) ** 2 < 1.0:
+    if not yy * (0.57 * step) ** 2 < 1.0:
         return False
     if not ends[3] > ends[2]:
         return True
@@ -144,10 +143,11 @@ def _broad(w, table, g, at, fit, ends, rows, step, c, a):
 def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
     """Log of the evidence by sums over a fine grid of places and widths, where they are known no closer than its steps.
 
-    fine (n, 2, r, m): A on the grid, which has `_FINE` steps to each of the scan's; nodes (5, r, m): the inverse of
+    fine (n, 2, r, m): A on the grid, which has some steps to each of the scan's; nodes (4, r, m): the inverse of
     A^T A and log(2 pi) less half the log of its determinant, in the last; rows (3, r): half width, its square, weight.
     """
     n, _, count, m = fine.shape
+    steps = (m - 1) // (scan.shape[1] - 1)
     total, highest = 0.0, -math.inf
     for j in range(count):
         below = 0
@@ -158,8 +158,8 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
             near = max(scan[below, cell], scan[below, cell + 1], scan[above, cell], scan[above, cell + 1])
             if near < explained - 2.0 * _NEGLIGIBLE:
                 continue
-            last = _FINE + (cell == scan.shape[1] - 2)  # a cell has its left end; the last cell has both
-            for k in range(cell * _FINE, cell * _FINE + last):
+            last = steps + (cell == scan.shape[1] - 2)  # a cell has its left end; the last cell has both
+            for k in range(cell * steps, cell * steps + last):
                 b1 = b2 = 0.0
                 for i in range(n):
                     b1 += fine[i, 0, j, k] * w[i]

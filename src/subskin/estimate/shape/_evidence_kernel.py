@@ -14,7 +14,6 @@ import numba as nb
 import numpy as np
 
 from ._evidence_integrals import (
-    _FINE,
     _LOG_2PI,
     _NEGLIGIBLE,
     _REACH,
@@ -25,16 +24,13 @@ from ._evidence_integrals import (
     _survey,
 )
 from ._kernel import _refine, _rows, _scan, _slopes, _starts
-
-# Columns: of the frame, then of each kind.
-STATUS, KIND = 0, 1
-LOG_EVIDENCE, CHI2, POSITION, FORCE, ANGLE, HALF_WIDTH, EACH = 0, 1, 2, 3, 4, 5, 6
+from .evidence import ANGLE, CHI2, EACH, FORCE, HALF_WIDTH, KIND, LOG_EVIDENCE, POSITION, STATUS
 
 _PEAKS = 4
 _NODES = 10
 _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
-BUILT_ON = "7044e685e4fe"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
+BUILT_ON = "f50b263e7b31"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
 
 _compiled = nb.njit(
     cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
@@ -155,7 +151,7 @@ def _evidence(
 def weigh_frames(
     readings, sensors, bases, edges, places, squares, tables, fines, nodes, rows, geometry, options, out
 ):
-    """Fill `out`, one row a frame; the columns are named above.
+    """Fill `out`, one row a frame; the columns are named in `evidence.py`.
 
     bases, edges, squares, tables: one array a kind, as of `fit_frames`; geometry (kinds, 5): start and step of the
     table, the square of its widest, and the ends of q; fines, nodes, rows: as of `_survey`; options: mu, the ends of
@@ -222,10 +218,10 @@ def weigh_frames(
                 count += 1
             if count == 0:
                 continue
-            if _broad(w, tables[k], g, at[k, 0], fits[k, 0], ends, rows[k], places[1] - places[0], c, a):
+            step = (places[-1] - places[0]) / (fines[k].shape[3] - 1)
+            if _broad(w, tables[k], g, at[k, 0], fits[k, 0], ends, rows[k], step, c, a):
                 scan = scans[: squares[k].size]
                 _scan(w, bases[k], edges[k], scan)
-                step = (places[1] - places[0]) / _FINE
                 part[LOG_EVIDENCE] = _survey(
                     w, scan, squares[k], explained, mu, fines[k], nodes[k], rows[k], step
                 )

@@ -20,11 +20,14 @@ from .shape_field import Family, ShapeField, family_of
 
 __all__ = ["Evidence", "Kind"]
 
-_STATUS, _EACH = 0, 6
+# Columns of the packed table that the compiled loop fills: of the frame, then of each kind.
+STATUS, KIND = 0, 1
+LOG_EVIDENCE, CHI2, POSITION, FORCE, ANGLE, HALF_WIDTH, EACH = 0, 1, 2, 3, 4, 5, 6
 _SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
 _SQUARE = 0.2
 """Step of the scan in the square of the half width, in squares of the least depth."""
 _FINE = 4
+"""Steps of the survey's places to one of the scan's."""
 _FINE_WIDTH = 0.04
 """Largest step of the survey in the half width, in least depths."""
 
@@ -142,9 +145,9 @@ class Evidence(Framewise):
             array,
             _kernel,
             needed=4 if self.friction > 0 else 3,
-            columns=1 + _EACH * len(names),
-            status=_STATUS,
-            unrivalled=_STATUS,
+            columns=KIND + EACH * len(names),
+            status=STATUS,
+            unrivalled=STATUS,
         )
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(depth.min())
