@@ -9,6 +9,7 @@ from .half_plane_error import (
     half_plane_error,
     half_plane_map,
 )
+from .touches import Touches
 
 __all__ = [
     "MAP_RADIUS",
@@ -17,6 +18,7 @@ __all__ = [
     "LocatingError",
     "Regime",
     "SkinCompliance",
+    "Touches",
     "half_plane_error",
     "half_plane_map",
     "skin_compliance",
