@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,12 +12,12 @@ import numpy as np
 
 from .. import transducer as kinds
 from ..array import SensorArray
-from ..errors import FileError, InvalidValueError, SubskinError
+from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
 from ..transducer import Transducer
 from ._skin import Misplaced, build_skin, key_of
-from ._toml_lines import key_line
-from .files import read_bytes, write_bytes
+from ._toml_errors import misplaced, read_text, short, validated
+from .files import write_bytes
 from .recording import Column, RecordingFormat
 from .units import quantity, si_unit, unit_scale
 
@@ -107,15 +105,7 @@ def load_finger(path: str | Path) -> FingerFile:
         A file that cannot be read, is no TOML, or holds a wrong key or value. The message names the file, the line,
         what was seen, the rule and the fix.
     """
-    data = read_bytes(path)
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise FileError(
-            f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8"
-        ) from None
-    return parse_finger(text, str(path))
+    return parse_finger(read_text(path), str(path))
 
 
 def save_finger(file: FingerFile, path: str | Path) -> None:
@@ -151,110 +141,15 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     >>> len(file.finger.array), file.names, round(float(file.finger.array.depth[0]), 6)
     (4, ('s0', 's1', 's2', 's3'), 0.005)
     """
-    document = _document(text, name)
+    from ._schema import Document
+
+    document = validated(
+        text, name, Document, "it needs at least [skin] young and [sensors] count, pitch, depth"
+    )
     try:
         return _build(document, text)
     except Misplaced as wrong:
-        error = wrong.error
-        raise _at(
-            text, name, wrong.path, _as_written(error.seen, text, wrong.path), error.rule, error.fix
-        ) from None
-
-
-def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
-    """`depth = -0.005` as the file has it: `depth = "-5 mm"`."""
-    value: Any = tomllib.loads(text)
-    for part in path:
-        if isinstance(value, list) and part.isdigit():
-            value = value[int(part)]
-        else:
-            value = value.get(part) if isinstance(value, dict) else None
-    known = isinstance(value, str) and re.fullmatch(r"\w+ = \S+", seen)
-    return f"{path[-1]} = {_short(value)}" if known else seen
-
-
-def _at(text: str, name: str, path: tuple[str, ...], seen: str, rule: str, fix: str) -> FileError:
-    line = key_line(text, path)
-    place = f"{name}, line {line}" if line else name
-    table = f"[{_dotted(path[:-1])}] " if len(path) > 1 else ""
-    return FileError(f"{place}: {table}{seen}", rule, fix)
-
-
-def _dotted(path: tuple[str, ...]) -> str:
-    """The name of a table; which one of an array of tables, the line tells."""
-    return ".".join(part for part in path if not part.isdigit())
-
-
-def _document(text: str, name: str) -> _schema.Document:
-    from pydantic import ValidationError
-
-    from ._schema import Document
-
-    if not text.strip():
-        raise FileError(
-            f"{name} is empty", "it needs at least [skin] young and [sensors] count, pitch, depth"
-        )
-    try:
-        raw = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        found = re.search(r"(.*?)\s*\(at (?:line (\d+), column \d+|end of document)\)", str(error))
-        line = found[2] or str(len(text.splitlines())) if found else None
-        what = found[1] if found else str(error)[:80]
-        rule = f"not TOML: {what[:1].lower()}{what[1:]}"
-        raise FileError(f"{name}, line {line}" if line else name, rule, 'write key = "value"') from None
-    try:
-        return Document.model_validate(raw)
-    except ValidationError as invalid:
-        raise _explained(text, name, Document, invalid.errors(include_url=False)) from None
-
-
-def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
-    """The first of pydantic's errors by line, in the words of this project."""
-    found = []
-    for error in errors:
-        path = tuple(str(part) for part in error["loc"])
-        keys = path
-        while keys and keys[-1].isdigit():
-            keys = keys[:-1]
-        key = keys[-1] if keys else name
-        seen = f"{key} = {_short(error['input'])}"
-        context = error.get("ctx", {}).get("error")
-        if isinstance(context, SubskinError):
-            seen, rule, fix = context.seen, context.rule, context.fix
-        elif error["type"] == "extra_forbidden":
-            known = _keys(model, keys[:-1])
-            close = difflib.get_close_matches(key, known, n=1)
-            what = "table" if len(keys) == 1 else "key"
-            seen, rule = f'{what} "{key}"', f"no such {what} is known"
-            fix = f'did you mean "{close[0]}"' if close else f"known here: {', '.join(known)}"
-        elif error["type"] == "missing":
-            seen, rule = f'"{key}" is missing', "it is needed"
-            keys = keys[:-1]
-            fix = f"add a table [{key}]" if len(path) == 1 else f"add {key} = ... to [{_dotted(keys)}]"
-        elif error["type"] == "list_type" and isinstance(error["input"], dict):
-            seen, rule = f"[{_dotted(keys)}]", "there may be several, so each is headed by twice the brackets"
-            fix = f"[[{_dotted(keys)}]]"
-        else:
-            what = error["msg"][:1].lower() + error["msg"][1:]
-            rule, fix = what.replace("input should be", "it has to be"), ""
-        found.append((error["type"] != "extra_forbidden", key_line(text, keys) or 0, keys, seen, rule, fix))
-    # a key that is not known comes first: it is often the misspelt name of one that is missing
-    *_, keys, seen, rule, fix = min(found, key=lambda item: item[:2])
-    return _at(
-        text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix
-    )
-
-
-def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
-    """Keys known in the table at `path`."""
-    for part in path:
-        if part.isdigit():  # which of the tables of an array
-            continue
-        options = [model.model_fields[part].annotation]
-        while any(hasattr(o, "__args__") for o in options):  # Optional, list
-            options = [inner for o in options for inner in getattr(o, "__args__", (o,))]
-        model = next((o for o in options if hasattr(o, "model_fields")), model)
-    return list(model.model_fields)
+        raise misplaced(text, name, wrong.path, wrong.error) from None
 
 
 def _build(document: _schema.Document, text: str) -> FingerFile:
@@ -321,7 +216,7 @@ def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Tr
         if not isinstance(name, str) or name not in KINDS:
             close = difflib.get_close_matches(str(name), list(KINDS), n=1)
             fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(KINDS)}"
-            raise InvalidValueError(f"kind = {_short(name)}", "no such kind of sensor is known", fix)
+            raise InvalidValueError(f"kind = {short(name)}", "no such kind of sensor is known", fix)
         return kinds.VolumeResistance(exact=exact) if name == "volume_resistance" else KINDS[name]()
 
     if isinstance(kind, list):
@@ -386,8 +281,3 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
         )  # fmt: skip
     except SubskinError as error:
         raise Misplaced(error, "recording", key_of(error)) from None
-
-
-def _short(value: object) -> str:
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,146 @@
+"""A TOML file against its model: what is wrong with it in the words of this project, with the line."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from typing import Any, TypeVar
+
+from ..errors import FileError, SubskinError
+from ._toml_lines import key_line
+from .files import read_bytes
+
+__all__ = ["located", "misplaced", "read_text", "short", "validated"]
+
+_Model = TypeVar("_Model")
+
+
+def read_text(path: object) -> str:
+    """The text of the file at `path`.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read, or is not in UTF-8.
+    """
+    data = read_bytes(str(path))
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise FileError(
+            f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8"
+        ) from None
+
+
+def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
+    """What `text` says, as `model`; `needs` is what an empty file is told.
+
+    Raises
+    ------
+    FileError
+        No TOML, or a key or value that the model does not allow.
+    """
+    from pydantic import ValidationError
+
+    if not text.strip():
+        raise FileError(f"{name} is empty", needs)
+    try:
+        raw = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        found = re.search(r"(.*?)\s*\(at (?:line (\d+), column \d+|end of document)\)", str(error))
+        line = found[2] or str(len(text.splitlines())) if found else None
+        what = found[1] if found else str(error)[:80]
+        rule = f"not TOML: {what[:1].lower()}{what[1:]}"
+        raise FileError(f"{name}, line {line}" if line else name, rule, 'write key = "value"') from None
+    try:
+        document: _Model = model.model_validate(raw)  # type: ignore[attr-defined]
+    except ValidationError as invalid:
+        raise _explained(text, name, model, invalid.errors(include_url=False)) from None
+    return document
+
+
+def misplaced(text: str, name: str, path: tuple[str, ...], error: SubskinError) -> FileError:
+    """`error`, which the value of the key `path` made, as one of the file."""
+    return located(text, name, path, _as_written(error.seen, text, path), error.rule, error.fix)
+
+
+def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
+    """`depth = -0.005` as the file has it: `depth = "-5 mm"`."""
+    value: Any = tomllib.loads(text)
+    for part in path:
+        if isinstance(value, list) and part.isdigit():
+            value = value[int(part)]
+        else:
+            value = value.get(part) if isinstance(value, dict) else None
+    known = isinstance(value, str) and re.fullmatch(r"\w+ = \S+", seen)
+    return f"{path[-1]} = {short(value)}" if known else seen
+
+
+def located(text: str, name: str, path: tuple[str, ...], seen: str, rule: str, fix: str) -> FileError:
+    """An error at the line on which the key `path` stands."""
+    line = key_line(text, path)
+    place = f"{name}, line {line}" if line else name
+    table = f"[{_dotted(path[:-1])}] " if len(path) > 1 else ""
+    return FileError(f"{place}: {table}{seen}", rule, fix)
+
+
+def _dotted(path: tuple[str, ...]) -> str:
+    """The name of a table; which one of an array of tables, the line tells."""
+    return ".".join(part for part in path if not part.isdigit())
+
+
+def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
+    """The first of pydantic's errors by line, in the words of this project."""
+    found = []
+    for error in errors:
+        path = tuple(str(part) for part in error["loc"])
+        keys = path
+        while keys and keys[-1].isdigit():
+            keys = keys[:-1]
+        key = keys[-1] if keys else name
+        seen = f"{key} = {short(error['input'])}"
+        context = error.get("ctx", {}).get("error")
+        if isinstance(context, SubskinError):
+            seen, rule, fix = context.seen, context.rule, context.fix
+        elif error["type"] == "extra_forbidden":
+            known = _keys(model, keys[:-1])
+            close = difflib.get_close_matches(key, known, n=1)
+            what = "table" if len(keys) == 1 else "key"
+            seen, rule = f'{what} "{key}"', f"no such {what} is known"
+            fix = f'did you mean "{close[0]}"' if close else f"known here: {', '.join(known)}"
+        elif error["type"] == "missing":
+            seen, rule = f'"{key}" is missing', "it is needed"
+            keys = keys[:-1]
+            fix = f"add a table [{key}]" if len(path) == 1 else f"add {key} = ... to [{_dotted(keys)}]"
+        elif error["type"] == "list_type" and isinstance(error["input"], dict):
+            seen, rule = f"[{_dotted(keys)}]", "there may be several, so each is headed by twice the brackets"
+            fix = f"[[{_dotted(keys)}]]"
+        else:
+            what = error["msg"][:1].lower() + error["msg"][1:]
+            rule, fix = what.replace("input should be", "it has to be"), ""
+        found.append((error["type"] != "extra_forbidden", key_line(text, keys) or 0, keys, seen, rule, fix))
+    # a key that is not known comes first: it is often the misspelt name of one that is missing
+    *_, keys, seen, rule, fix = min(found, key=lambda item: item[:2])
+    return located(
+        text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix
+    )
+
+
+def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
+    """Keys known in the table at `path`."""
+    for part in path:
+        if part.isdigit():  # which of the tables of an array
+            continue
+        options = [model.model_fields[part].annotation]
+        while any(hasattr(o, "__args__") for o in options):  # Optional, list
+            options = [inner for o in options for inner in getattr(o, "__args__", (o,))]
+        model = next((o for o in options if hasattr(o, "model_fields")), model)
+    return list(model.model_fields)
+
+
+def short(value: object) -> str:
+    """A value as it may stand in a message."""
+    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
