@@ -37,8 +37,8 @@ class Misplaced(Exception):
         self.error, self.path = error, path
 
 
-def build_skin(table: _schema.SkinTable) -> Skin:
-    """The skin that [skin] describes.
+def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
+    """The skin that the table at `at` describes.
 
     Raises
     ------
@@ -52,32 +52,32 @@ def build_skin(table: _schema.SkinTable) -> Skin:
             continue
         fix = ", ".join(f'"{k}"' for k in _KEYS if key in _KEYS[k])
         seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(known)}"
-        raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), "skin", key)
+        raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), *at, key)
     for key in _NEEDED[kind]:
         if not getattr(table, key):
             seen, rule = f'"{key}" is missing', f'kind = "{kind}" needs it'
-            raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE[key]), "skin", "")
+            raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE[key]), *at, "")
     if kind == "layers":
-        return _layered(table)
-    material = _material(table, "skin")
+        return _layered(table, at)
+    material = _material(table, *at)
     if kind == "half_plane":
         return HalfPlane(material, table.plane or "strain")
     try:
         return Round(material, _given(table.radius), _given(table.core_radius))
     except SubskinError as error:
-        raise Misplaced(error, "skin", key_of(error)) from None
+        raise Misplaced(error, *at, key_of(error)) from None
 
 
-def _layered(table: _schema.SkinTable) -> Skin:
+def _layered(table: _schema.SkinTable, at: tuple[str, ...]) -> Skin:
     layers = []
     for i, row in enumerate(table.layers or ()):
-        path = ("skin", "layers", str(i))
+        path = (*at, "layers", str(i))
         material = _material(row, *path)
         try:
             layers.append(Layer(material, row.thickness, row.bond))
         except SubskinError as error:
             raise Misplaced(error, *path, key_of(error)) from None
-    base = None if table.base is None else _material(table.base, "skin", "base")
+    base = None if table.base is None else _material(table.base, *at, "base")
     return Layered(layers, base)
 
 
