@@ -12,15 +12,22 @@ from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
 from subskin.plot import (
+    aliasing_figure,
     contact_strip,
     drift_figure,
     finger_section,
     half_plane_map_figure,
     memo_figure,
+    placement_figure,
+    placement_study_figure,
+    pressed_ridges_figure,
     pressure_figure,
     probability_strip,
+    ridge_figure,
     side_angle_figure,
     slip_figure,
+    tolerance_figure,
+    two_point_study_figure,
 )
 from subskin.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, save
 
@@ -166,6 +173,48 @@ def compliance() -> Figure:
     return memo_figure(17)
 
 
+def ridges() -> Figure:
+    """The memo's Fig. 16, as `subskin figures` draws it."""
+    return memo_figure(16)
+
+
+def _ridged() -> ss.Finger:
+    """A sensor at the depth that the memo gives for the macaque's."""
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    return ss.Finger(skin, ss.SensorArray(y=[0.0], depth=0.5e-3))
+
+
+def ridge_map() -> Figure:
+    """Gain over pitch and half width of the contact."""
+    widths, pitches = 0.5e-3 * np.geomspace(0.3, 20, 32), 0.5e-3 * np.geomspace(1, 30, 40)
+    touch = ss.Hertz(40.0, half_width=widths[:, None])
+    return ridge_figure(ss.design.ridge_gain(_ridged(), touch, ss.design.Ridges(pitches)))
+
+
+def pressed_ridges() -> Figure:
+    """Ridges of many heights under a cylinder."""
+    heights = np.geomspace(2e-6, 150e-6, 14)
+    found = ss.design.press_ridges(_ridged(), np.pi * 1e-3, heights, force=200.0, radius=52e-3)
+    return pressed_ridges_figure(found)
+
+
+def two_sensors() -> Figure:
+    """The memo's Fig. 18, as `subskin figures` draws it."""
+    return memo_figure(18)
+
+
+def three_sensors() -> Figure:
+    """The memo's Fig. 19, as `subskin figures` draws it."""
+    return memo_figure(19)
+
+
+def two_points() -> Figure:
+    """Least separations over spacing, count and noise: the study of docs/two_points.md."""
+    unit = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), ss.SensorArray(y=[0.0], depth=1.0))
+    touches = ss.design.Touches(force=1.0, span=(-1.0, 1.0))
+    return two_point_study_figure(ss.design.two_point_study(unit, touches))
+
+
 def side_angle() -> Figure:
     """The memo's Fig. 13 and its correction, and where each way to the angle is blind."""
     return side_angle_figure()
@@ -226,6 +275,53 @@ def pressure() -> Figure:
     return pressure_figure(made["found"], truth=made["two"])
 
 
+def response() -> Figure:
+    """The memo's Fig. 15, as `subskin figures` draws it."""
+    return memo_figure(15)
+
+
+def sampling() -> Figure:
+    """The memo's Fig. 14, as `subskin figures` draws it."""
+    return memo_figure(14)
+
+
+def density() -> Figure:
+    """A dragged roller over sensors one depth apart, which is too far for what lies between them."""
+    tip = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray(y=[0.0], depth=2e-3))
+    return aliasing_figure(ss.design.aliasing_error(tip, ss.Hertz(40.0, 0.4, half_width=1e-3), 2e-3))
+
+
+def tolerances() -> Figure:
+    """What tolerances cost and what self-calibration leaves: the finger of docs/tolerances.md."""
+    row = ss.SensorArray.line(count=8, pitch=1.5e-3, depth=2e-3, noise=5e-5)
+    tip = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), row)
+    budget = ss.design.tolerance_budget(
+        tip, ss.design.Touches(force=20.0, friction=0.8), self_calibration=("known", "blind")
+    )
+    return tolerance_figure(budget, position=0.1e-3, angle=np.radians(2))
+
+
+def placement() -> Figure:
+    """Four sensors one depth apart: the finger of docs/placement.md."""
+    row = ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=2e-5)
+    tip = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), row)
+    return placement_figure(ss.design.placement_quality(tip, ss.design.Touches(force=40.0)))
+
+
+def rows() -> Figure:
+    """Rows of three to sixteen sensors over their spacing: the study of docs/placement.md, spacings closer."""
+    study = ss.design.placement_study(
+        ss.HalfPlane(ss.Material(young=0.4e6)),
+        ss.NormalStrain(),
+        2e-3,
+        2e-3 * np.linspace(0.2, 2.5, 47),
+        [3, 4, 5, 6, 8, 16],
+        ss.design.Touches(force=40.0),
+        noise=2e-5,
+    )
+    return placement_study_figure(study)
+
+
 def main() -> None:
     with house_style():
         for draw, kind in (
@@ -235,11 +331,23 @@ def main() -> None:
             (half_plane, "svg"),
             (compliance, "png"),
             (slip, "svg"),
+            (ridges, "png"),
+            (ridge_map, "svg"),
+            (pressed_ridges, "svg"),
+            (two_sensors, "png"),
+            (three_sensors, "png"),
+            (two_points, "svg"),
             (side_angle, "svg"),
             (drift, "png"),
             (pressure, "png"),
             (widths, "png"),
             (kinds, "png"),
+            (tolerances, "svg"),
+            (response, "svg"),
+            (sampling, "svg"),
+            (density, "svg"),
+            (placement, "png"),
+            (rows, "svg"),
         ):
             save(draw(), HERE / draw.__name__, [kind])
 

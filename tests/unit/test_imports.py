@@ -32,6 +32,7 @@ ORDER = (
     "io",
     "memo",
     "plot",
+    "report",
     "cli",
     "__main__",
 )

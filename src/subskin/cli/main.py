@@ -9,7 +9,20 @@ import warnings
 from collections.abc import Sequence
 
 from ..errors import ConvergenceError, SubskinError
-from . import calibrate, check, compliance, decide, figures, fit, locate, pressure, segment, simulate
+from . import (
+    calibrate,
+    check,
+    compliance,
+    decide,
+    design,
+    figures,
+    fit,
+    locate,
+    pressure,
+    segment,
+    simulate,
+    tolerances,
+)
 
 __all__ = ["main"]
 
@@ -38,7 +51,20 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and stop")
     commands = parser.add_subparsers(title="commands", metavar="command", required=True)
-    for module in (simulate, segment, calibrate, locate, fit, decide, pressure, check, compliance, figures):
+    for module in (
+        simulate,
+        segment,
+        calibrate,
+        locate,
+        fit,
+        decide,
+        pressure,
+        check,
+        compliance,
+        tolerances,
+        design,
+        figures,
+    ):
         module.add(commands)
     return parser
 

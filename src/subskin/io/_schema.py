@@ -18,14 +18,29 @@ from pydantic import (
 from ..errors import InvalidValueError
 from .units import quantity, si_unit, unit_scale
 
-__all__ = ["CalibrationTable", "ColumnTable", "Document", "LocateTable", "RecordingTable", "SensorsTable"]
+__all__ = [
+    "CalibrationTable",
+    "ColumnTable",
+    "Document",
+    "Length",
+    "Lengths",
+    "LocateTable",
+    "Number",
+    "RecordingTable",
+    "SensorsTable",
+    "SkinTable",
+    "StrictTable",
+    "one",
+    "one_or_each",
+]
 
 
-def _quantity(unit: str) -> PlainValidator:
+def one(unit: str) -> PlainValidator:
+    """A quantity in the SI unit `unit`."""
     return PlainValidator(lambda value, info: quantity(value, unit, str(info.field_name)))
 
 
-def _quantities(unit: str) -> PlainValidator:
+def one_or_each(unit: str) -> PlainValidator:
     """One quantity for all sensors, or a list with one for each."""
 
     def convert(value: object, info: ValidationInfo) -> float | list[float]:
@@ -66,21 +81,23 @@ def _names(value: object, info: ValidationInfo) -> list[str]:
     return list(value)
 
 
-Length = Annotated[float, _quantity("m")]
-Pressure = Annotated[float, _quantity("Pa")]
-Time = Annotated[float, _quantity("s")]
-Number = Annotated[float, _quantity("")]
-Lengths = Annotated[float | list[float], _quantities("m")]
+Length = Annotated[float, one("m")]
+Pressure = Annotated[float, one("Pa")]
+Time = Annotated[float, one("s")]
+Number = Annotated[float, one("")]
+Lengths = Annotated[float | list[float], one_or_each("m")]
 UnitText = Annotated[str, PlainValidator(_unit_text)]
 Names = Annotated[list[str], PlainValidator(_names)]
 Readings = Annotated[Any, PlainValidator(lambda value: value)]  # units follow from [recording], so they wait
 
 
-class _Table(BaseModel):
+class StrictTable(BaseModel):
+    """A table that takes no key but its own."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class MaterialTable(_Table):
+class MaterialTable(StrictTable):
     """[skin.base]: the half plane beneath the layers."""
 
     young: Pressure
@@ -94,7 +111,7 @@ class LayerTable(MaterialTable):
     bond: Literal["bonded", "frictionless"] = "bonded"
 
 
-class SkinTable(_Table):
+class SkinTable(StrictTable):
     """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
 
     kind: Literal["half_plane", "layers", "round"] = "half_plane"
@@ -107,7 +124,7 @@ class SkinTable(_Table):
     base: MaterialTable | None = None
 
 
-class SensorsTable(_Table):
+class SensorsTable(StrictTable):
     """[sensors]: where they are and how each turns what it measures into a reading."""
 
     count: StrictInt | None = None
@@ -126,7 +143,7 @@ class SensorsTable(_Table):
     resolution: Readings = 0.0
 
 
-class LocateTable(_Table):
+class LocateTable(StrictTable):
     """[locate]: options of `Finger.locate`."""
 
     friction: Number | None = None
@@ -135,14 +152,14 @@ class LocateTable(_Table):
     ambiguity: Number | None = None
 
 
-class ColumnTable(_Table):
+class ColumnTable(StrictTable):
     """A column of a recording and what one count of it is worth."""
 
     column: StrictStr = Field(min_length=1)
     unit: UnitText | None = None
 
 
-class RecordingTable(_Table):
+class RecordingTable(StrictTable):
     """[recording]: how to read a raw recording."""
 
     sensors: Names
@@ -155,7 +172,7 @@ class RecordingTable(_Table):
     hold: Time = 0.5
 
 
-class CalibrationTable(_Table):
+class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
     origin: Length = 0.0
@@ -171,7 +188,7 @@ class CalibrationTable(_Table):
     std: dict[str, Any] = {}
 
 
-class Document(_Table):
+class Document(StrictTable):
     """The whole file."""
 
     skin: SkinTable

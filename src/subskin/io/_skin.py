@@ -46,9 +46,10 @@ def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Ski
         A key that the kind does not have or lacks, a value out of range.
     """
     kind, known = table.kind, _KEYS[table.kind]
-    given = [key for key in type(table).model_fields if key in table.model_fields_set]
+    mechanics = {key for keys in _KEYS.values() for key in keys}
+    given = [key for key in type(table).model_fields if key in table.model_fields_set & mechanics]
     for key in given:
-        if key in ("kind", *known):
+        if key in known:
             continue
         fix = ", ".join(f'"{k}"' for k in _KEYS if key in _KEYS[k])
         seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(known)}"

@@ -26,6 +26,8 @@ def key_line(text: str, path: tuple[str, ...]) -> int | None:
     5
     >>> key_line("[[skin.layers]]\nyoung = 1\n[[skin.layers]]\nyoung = 2\n", ("skin", "layers", "1", "young"))
     4
+    >>> key_line("[[skin]]\nyoung = 1\n[[skin]]\n[[skin.layers]]\nyoung = 2\n", ("skin", "1", "layers", "0", "young"))
+    5
     """
     seen: dict[tuple[str, ...], int] = {}
     best, line_of_best = 0, None
@@ -33,7 +35,12 @@ def key_line(text: str, path: tuple[str, ...]) -> int | None:
     for number, line in enumerate(text.split("\n"), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:
-            table = _parts(header[2])
+            table = ()
+            *outer, last = _parts(header[2]) or ("",)
+            for part in outer:  # a table within an array's belongs to the last of these
+                table = (*table, part)
+                table = (*table, str(seen[table])) if table in seen else table
+            table = (*table, last)
             if header[1] == "[[":
                 seen[table] = seen.get(table, -1) + 1
                 table = (*table, str(seen[table]))

@@ -20,33 +20,53 @@ from .drift import drift_figure
 from .fields import receptive_fields
 from .half_plane import half_plane_map_figure
 from .memo_contacts import figure_9, figure_11, figure_12, figure_13
+from .memo_filter import figure_14, figure_15
 from .memo_lines import figure_2, figure_3, figure_6
+from .memo_ridges import figure_16
+from .memo_two_points import figure_18, figure_19
+from .placement import placement_figure, placement_study_figure
 from .pressure import pressure_figure
+from .response import aliasing_figure, density_figure, response_figure
+from .ridges import pressed_ridges_figure, ridge_figure
+from .search import design_map_figure
 from .section import COMPONENTS, finger_section
 from .side_angle import side_angle_figure
 from .slip import slip_figure
 from .strips import contact_strip, probability_strip
 from .style import house_style, save, settled
+from .tolerance import tolerance_figure
 from .truth import truth_against_estimate
+from .two_point import two_point_figure, two_point_study_figure
 
 __all__ = [
     "COMPONENTS",
     "MEMO_FIGURES",
+    "aliasing_figure",
     "blind_figure",
     "compliance_figure",
     "contact_strip",
+    "density_figure",
+    "design_map_figure",
     "drift_figure",
     "finger_section",
     "half_plane_map_figure",
     "memo_figure",
+    "placement_figure",
+    "placement_study_figure",
+    "pressed_ridges_figure",
     "pressure_figure",
     "probability_strip",
     "receptive_fields",
+    "response_figure",
+    "ridge_figure",
     "save",
     "save_memo_figures",
     "side_angle_figure",
     "slip_figure",
+    "tolerance_figure",
     "truth_against_estimate",
+    "two_point_figure",
+    "two_point_study_figure",
 ]
 
 _MEMO = {
@@ -57,7 +77,12 @@ _MEMO = {
     11: figure_11,
     12: figure_12,
     13: figure_13,
+    14: figure_14,
+    15: figure_15,
+    16: figure_16,
     17: figure_17,
+    18: figure_18,
+    19: figure_19,
 }
 
 MEMO_FIGURES = tuple(_MEMO)
@@ -75,7 +100,8 @@ def memo_figure(number: int) -> Figure:
     number : int
         Its number in the memo, one of `MEMO_FIGURES`: 2 and 3 (strain beneath a line load), 6 (three sensors,
         four roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder),
-        17 (a particle felt through three skins).
+        14 (strain measured at discrete places), 15 (response of the skin to waves),
+        16 (ridges), 17 (a particle felt through three skins), 18 (what two sensors confuse), 19 (what a third tells).
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from os import PathLike, getpid
@@ -22,10 +23,13 @@ __all__ = [
     "BLUE",
     "GREEN",
     "GREY",
+    "LETTERS",
     "ORANGE",
     "PINK",
     "SKY",
     "VERMILLION",
+    "Figure",
+    "encoded",
     "house_style",
     "new_figure",
     "save",
@@ -41,6 +45,9 @@ SKY, PINK = "#56B4E9", "#CC79A7"
 
 NORMAL_95 = 1.959964
 """Half a 95 % interval in standard deviations."""
+
+LETTERS = Path(mpl.get_data_path()) / "fonts" / "ttf"
+"""Where the files of the letters are that the figures are written with."""
 
 _MM = 1 / 25.4
 _DPI = 300
@@ -199,13 +206,20 @@ def _formats(formats: Iterable[str]) -> tuple[str, ...]:
     return kinds
 
 
+def encoded(figure: Figure, kind: str) -> bytes:
+    """The file of a figure, "svg", "png" or "pdf": the same figure gives the same bytes."""
+    file = io.BytesIO()
+    with house_style():
+        figure.savefig(file, format=kind, metadata=_UNDATED[kind])
+    return file.getvalue()
+
+
 def _write(figure: Figure, file: Path, kind: str) -> Path:
     part = file.with_name(f".{file.name}.{getpid()}.part")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with house_style():
-                figure.savefig(part, format=kind, metadata=_UNDATED[kind])
+            part.write_bytes(encoded(figure, kind))
             part.replace(file)
         finally:
             part.unlink(missing_ok=True)

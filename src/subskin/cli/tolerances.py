@@ -1,0 +1,243 @@
+"""`subskin tolerances`: what each tolerance of a finger costs in millimetres, degrees and force."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
+
+if TYPE_CHECKING:
+    from ..design import Cost, Needed, ToleranceBudget, Touches
+    from ..io.finger_file import FingerFile
+
+_EXAMPLES = """\
+  subskin tolerances finger.toml --force "20 N/m"
+  subskin tolerances finger.toml --force "20 N/m" --friction 0.8 --depth "0.05 mm" --gains "3 %" --poisson 0.05
+  subskin tolerances finger.toml --force "20 N/m" --wanted-position "0.1 mm" --wanted-angle "2 deg"
+  subskin tolerances finger.toml --force "20 N/m" --only place,gains --calibrate blind --figure tolerances.png
+"""
+_NOTES = """\
+The finger as drawn locates readings of fingers that are off by one source each. An amount is a standard deviation, but
+for --width (how much wider the sensors are than drawn) and --resolution (the step of a reading); 0 leaves a source out,
+and what is not given is as usual: 2 % of the depth for places and for each depth, 5 % for the depth of all and for
+gains, 10 % for Young's modulus, 0.02 for Poisson's ratio.
+"""
+_HELP = {
+    "place": "each sensor's place along the row",
+    "depth": "depth of all sensors",
+    "depths": "each sensor's depth",
+    "young": "Young's modulus, a share",
+    "poisson": "Poisson's ratio",
+    "gain": "gain of all sensors, a share",
+    "gains": "each sensor's gain, a share",
+    "offset": "each sensor's offset, in readings",
+    "width": "by how much sensors are wider than drawn",
+    "thickness": "thickness of the skin",
+    "radius": "radius of a round finger",
+    "resolution": "step of the readings",
+    "noise": "noise of the readings",
+}
+_NAMES = {"total": "root sum of squares", "together": "all at once"}
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands, "tolerances", run, "say what each tolerance of a finger costs in locating", _EXAMPLES
+    )
+    parser.description = f"{parser.description}\n\n{_NOTES}"
+    parser.add_argument("finger", help="finger.toml")
+    parser.add_argument("--force", metavar="F", required=True, help='of the touches, "20 N/m"')
+    parser.add_argument("--friction", type=float, metavar="MU", help="of touches and search ([locate], or 1)")
+    parser.add_argument("--span", metavar="RANGE", help='what is touched, "-5..5 mm" or "12 mm" (the row)')
+    group = parser.add_argument_group("tolerances")
+    for name, text in _HELP.items():
+        group.add_argument(f"--{name}", metavar="X", help=text)
+    group.add_argument("--only", metavar="LIST", help="these sources alone: place,gains")
+    parser.add_argument(
+        "--wanted-position", metavar="LENGTH", help="wanted rms error: say how tight each has to be"
+    )
+    parser.add_argument("--wanted-angle", metavar="ANGLE", help="wanted rms error of the angle")
+    parser.add_argument(
+        "--calibrate",
+        metavar="KIND",
+        nargs="?",
+        const="known,blind",
+        help="what self-calibration wins back: known, blind or both (both)",
+    )
+    parser.add_argument("--fingers", type=int, default=3, metavar="N", help="calibrated for each source (3)")
+    parser.add_argument(
+        "--draws", type=int, default=200, metavar="N", help="fingers drawn for a source (200)"
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
+    parser.add_argument("--figure", metavar="FILE", help="draw it; .svg, .png or .pdf")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..design import tolerance_budget
+    from ..design.tolerance import SOURCES
+    from ..io.finger_file import load_finger
+
+    if options.figure is not None:
+        check_figure(options.figure, "--figure")
+    file = load_finger(options.finger)
+    touches = _touches(options, file)
+    amounts = _amounts(options, file)
+    wanted = {name: _wanted(options, name, unit) for name, unit in (("position", "m"), ("angle", "rad"))}
+    methods = tuple(part.strip() for part in (options.calibrate or "").split(",") if part.strip())
+    off = sum(amount > 0 and SOURCES[name].spread != "reading" for name, amount in amounts.items())
+    steps = sum(amount > 0 for amount in amounts.values()) + 1
+    steps += len(methods) * options.fingers * (off + 1 if off else 0)
+    with progress_bar("sources", steps) as advance:
+        budget = tolerance_budget(
+            file.finger, touches, amounts, search=file.search, draws=options.draws, seed=options.seed,
+            self_calibration=methods, calibration_draws=options.fingers, progress=advance,
+        )  # fmt: skip
+    needed = budget.needed(wanted["position"], wanted["angle"]) if any(wanted.values()) else ()
+    if options.figure is not None:
+        from ..plot import save, tolerance_figure
+
+        save(tolerance_figure(budget, **wanted), options.figure)
+    if options.json:
+        write_json(_as_json(budget, needed))
+    else:
+        _show(options, budget, needed)
+    return 0
+
+
+def _wanted(options: argparse.Namespace, name: str, unit: str) -> float | None:
+    """A wanted accuracy, refused before the work begins."""
+    from ..errors import InvalidValueError
+    from ..io.units import quantity
+
+    text = getattr(options, f"wanted_{name}")
+    if text is None:
+        return None
+    value = quantity(text, unit, f"--wanted-{name}")
+    if not value > 0:
+        raise InvalidValueError(f"--wanted-{name} {text}", f"has to be > 0 [{unit}]")
+    return value
+
+
+def _touches(options: argparse.Namespace, file: FingerFile) -> Touches:
+    import numpy as np
+
+    from ..design import Touches
+    from ..io.units import quantity
+
+    friction = options.friction
+    if friction is None:
+        friction = (file.options or {}).get("friction", 1.0)
+    span = None
+    if options.span is not None:
+        low, high = quantity_range(options.span, "m", "--span")
+        if low == high:  # a width, about the middle of the row
+            y = np.asarray(file.finger.array.y)
+            middle, half = 0.5 * float(y.min() + y.max()), 0.5 * abs(low)
+            low, high = middle - half, middle + half
+        span = (low, high)
+    return Touches(quantity(options.force, "N/m", "--force"), friction, span)
+
+
+def _amounts(options: argparse.Namespace, file: FingerFile) -> dict[str, float]:
+    from ..design import usual_tolerances
+    from ..design.tolerance import SOURCES
+    from ..errors import InvalidValueError
+    from ..io.units import quantity
+
+    amounts = usual_tolerances(file.finger)
+    for name in _HELP:
+        text = getattr(options, name)
+        if text is not None:
+            unit = SOURCES[name].unit
+            amounts[name] = quantity(text, "m" if unit == "m" else "", f"--{name}")
+    if options.only is None:
+        return amounts
+    chosen = [part.strip() for part in options.only.split(",") if part.strip()]
+    for name in chosen:
+        if name not in amounts:
+            fix = f"--{name} says how large it is" if name in SOURCES else ""
+            raise InvalidValueError(f"--only {name}", f"there are {', '.join(amounts)}", fix)
+    return {name: amounts[name] for name in chosen}
+
+
+def _as_json(budget: ToleranceBudget, needed: tuple[Needed, ...]) -> dict[str, Any]:
+    return {
+        "rows": [asdict(row) for row in budget.rows],
+        "total": asdict(budget.total),
+        "together": asdict(budget.together),
+        "needed": [asdict(row) for row in needed],
+        "recovered": [asdict(row) | {"failed": dict(row.failed)} for row in budget.recovered],
+        "quantile": budget.quantile,
+        "draws": budget.draws,
+        "seed": budget.seed,
+    }
+
+
+def _show(options: argparse.Namespace, budget: ToleranceBudget, needed: tuple[Needed, ...]) -> None:
+    import numpy as np
+
+    out = say(options)
+    columns = ["", "amount", "place [mm]", "worst", "angle [deg]", "worst", "force [%]", "worst", "lost [%]"]
+    rows = []
+    for row in (*budget.rows, budget.total, budget.together):
+        errors = [
+            scale * getattr(row, f"{name}_{kind}")
+            for name, scale in (("position", 1e3), ("angle", np.rad2deg(1.0)), ("force", 100.0))
+            for kind in ("rms", "worst")
+        ]
+        cells = [_small(e) for e in errors] + [number(100 * row.lost, 3)]
+        rows.append([_NAMES.get(row.source, row.source), _amount(row.amount, row), *cells])
+    title = f"rms errors, and at the worst touch what {100 * budget.quantile:g} % of the fingers stay within"
+    show(out, title, columns, rows)
+    if needed:
+        rows = [[n.source, *(_amount(a, n) for a in (n.amount, n.alone, n.shared))] for n in needed]
+        show(out, "how tight each has to be", ["", "given", "by itself", "beside the others"], rows)
+    if budget.recovered:
+        _show_recovered(out, budget)
+    if options.figure is not None:
+        print(f"-> {options.figure}", file=out)
+
+
+def _show_recovered(out: Any, budget: ToleranceBudget) -> None:
+    import numpy as np
+
+    kinds = [kind for kind in ("drawn", "known", "blind") if getattr(budget.recovered[0], kind) is not None]
+    columns = [""]
+    for what in ("place [mm]", "angle [deg]", "force [%]"):
+        columns += [f"{what} {kinds[0]}", *kinds[1:]]
+    rows = []
+    for r in budget.recovered:
+        cells = [
+            _small(scale * getattr(getattr(r, kind), f"{name}_rms"))
+            for name, scale in (("position", 1e3), ("angle", np.rad2deg(1.0)), ("force", 100.0))
+            for kind in kinds
+        ]
+        rows.append([_NAMES.get(r.source, r.source), *cells])
+    show(out, "rms errors as drawn, and after self-calibration", columns, rows)
+    for r in budget.recovered:
+        for kind, count in r.failed:
+            if count:
+                print(f"{r.source}: {count} calibrations ({kind}) did not settle", file=out)
+
+
+def _small(value: float) -> str:
+    """A number of three digits; 0 for what rounding leaves."""
+    return "0" if abs(value) < 1e-6 else number(value, 3)
+
+
+def _amount(value: float, row: Cost | Needed) -> str:
+    """An amount with its unit; one that need not be tight is any."""
+    from ..design.tolerance import SOURCES
+
+    if value == float("inf"):
+        return "any"
+    if row.unit == "m":
+        return f"{number(1e3 * value, 3)} mm"
+    if row.unit or row.source not in SOURCES or row.source == "poisson":
+        return number(value, 3)
+    return f"{number(100 * value, 3)} %"

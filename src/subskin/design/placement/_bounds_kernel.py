@@ -1,0 +1,148 @@
+"""Compiled: a row's receptive field, and the bounds of Cramer and Rao for touches on it."""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+_SINGULAR = 1e-24
+_UNTOLD = 1e6
+
+_fast = {"nsz", "arcp", "contract", "reassoc"}  # not nnan, ninf: infinities have a meaning here
+_compiled = nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
+
+
+@_compiled
+def row_table(field, field_start, field_step, places, start, step, table):
+    """Fill `table` (cells, 5, 2, n): a row's receptive field from that of one sensor at y = 0.
+
+    field (c, 5, 2): of one sensor; places (n,) of each. Both are polynomials of degree 4 in a cell; those of the row
+    go through five points of each cell.
+    """
+    cells, _, _, n = table.shape
+    most = field.shape[0]
+    for cell in range(cells):
+        centre = start + step * (cell + 0.5)
+        for i in range(n):
+            for side in range(2):
+                v0 = v1 = v2 = v3 = v4 = 0.0
+                for node in range(5):
+                    t = (centre + (node - 2) * 0.25 * step - places[i] - field_start) / field_step
+                    k = min(max(int(t), 0), most - 1)
+                    t -= k + 0.5
+                    f = field[k]
+                    v = f[0, side] + t * (f[1, side] + t * (f[2, side] + t * (f[3, side] + t * f[4, side])))
+                    if node == 0:
+                        v0 = v
+                    elif node == 1:
+                        v1 = v
+                    elif node == 2:
+                        v2 = v
+                    elif node == 3:
+                        v3 = v
+                    else:
+                        v4 = v
+                # the polynomial through values at t = -1/2, -1/4, 0, 1/4, 1/2
+                odd1, odd2 = 0.5 * (v3 - v1), 0.5 * (v4 - v0)
+                even1, even2 = 0.5 * (v3 + v1) - v2, 0.5 * (v4 + v0) - v2
+                table[cell, 0, side, i] = v2
+                table[cell, 1, side, i] = (16.0 * odd1 - 2.0 * odd2) / 3.0
+                table[cell, 2, side, i] = (64.0 * even1 - 4.0 * even2) / 3.0
+                table[cell, 3, side, i] = (32.0 * odd2 - 64.0 * odd1) / 3.0
+                table[cell, 4, side, i] = (64.0 * even2 - 256.0 * even1) / 3.0
+
+
+@_compiled
+def _field(table, start, step, y, a):
+    """Values and slopes of the receptive field at y, into a (4, n): normal, tangential, their slopes."""
+    cells, _, _, n = table.shape
+    place = (y - start) / step
+    cell = min(max(int(place), 0), cells - 1)
+    t = place - cell - 0.5
+    for side in range(2):
+        for i in range(n):
+            c1, c2 = table[cell, 1, side, i], table[cell, 2, side, i]
+            c3, c4 = table[cell, 3, side, i], table[cell, 4, side, i]
+            a[side, i] = table[cell, 0, side, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
+            a[2 + side, i] = (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4)))) / step
+
+
+@_compiled
+def _grams(a):
+    """Products of the rows of a (4, n): A with A, A with its slope, the slope with itself."""
+    k11 = k12 = k22 = m11 = m12 = m21 = m22 = h11 = h12 = h22 = 0.0
+    for i in range(a.shape[1]):
+        an, at, dn, dt = a[0, i], a[1, i], a[2, i], a[3, i]
+        k11 += an * an
+        k12 += an * at
+        k22 += at * at
+        m11 += an * dn
+        m12 += an * dt
+        m21 += at * dn
+        m22 += at * dt
+        h11 += dn * dn
+        h12 += dn * dt
+        h22 += dt * dt
+    return k11, k12, k22, m11, m12, m21, m22, h11, h12, h22
+
+
+@_compiled
+def _bounds(grams, c, s, mu, farthest):
+    """Fisher information of position u, logarithm of the force f and angle a: uu, uf, ua, ff, fa, aa, determinant.
+
+    Then the three variances, infinite where they are beyond all sense: there the Jacobian is singular, but for the
+    rounding of the table. c, s: normal and tangential force.
+    """
+    k11, k12, k22, m11, m12, m21, m22, h11, h12, h22 = grams
+    ff = k11 * c * c + 2 * k12 * c * s + k22 * s * s
+    uu = h11 * c * c + 2 * h12 * c * s + h22 * s * s
+    u1, u2 = m11 * c + m12 * s, m21 * c + m22 * s
+    uf, ua = u1 * c + u2 * s, u2 * c - u1 * s
+    fa = c * s * (k22 - k11) + k12 * (c * c - s * s)
+    aa = k11 * s * s - 2 * k12 * c * s + k22 * c * c
+    ff_aa = ff * aa - fa * fa
+    if mu > 0.0:
+        det = uu * ff_aa - uf * (uf * aa - ua * fa) + ua * (uf * fa - ua * ff)
+        v_y, v_f, v_a = ff_aa / det, (uu * aa - ua * ua) / det, (uu * ff - uf * uf) / det
+    else:  # the angle is known
+        det = uu * ff - uf * uf
+        v_y, v_f, v_a = ff / det, uu / det, 0.0
+    if not (det > 0.0 and ff_aa >= 0.0):
+        v_y = v_f = v_a = math.inf
+    v_y = v_y if 0.0 <= v_y < _UNTOLD * farthest * farthest else math.inf
+    v_f = v_f if 0.0 <= v_f < _UNTOLD else math.inf
+    v_a = v_a if 0.0 <= v_a < _UNTOLD else math.inf
+    return uu, uf, ua, ff, fa, aa, det, v_y, v_f, v_a
+
+
+@_compiled
+def climb(table, start, step, mu, force, which, touch, size, ends):
+    """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
+
+    touch, size (2,): place and angle to begin with, and first step of each; ends (2, 2): of both. The nearest eight
+    are tried, then steps halve; at a singular touch the way up ends in infinity or, between two floats, far up.
+    """
+    a = np.empty((4, table.shape[3]))
+    farthest = step * table.shape[0]
+    best = -1.0
+    y, angle, dy, da = touch[0], touch[1], size[0], size[1]
+    for _ in range(400):
+        here_y, here_angle = y, angle
+        for q in range(9):
+            at = min(max(here_y + (q // 3 - 1) * dy, ends[0, 0]), ends[0, 1])
+            lean = min(max(here_angle + (q % 3 - 1) * da, ends[1, 0]), ends[1, 1])
+            _field(table, start, step, at, a)
+            found = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)[
+                7 + which
+            ]
+            if found > best:
+                best, y, angle = found, at, lean
+        if best == math.inf:
+            break
+        if y == here_y and angle == here_angle:
+            dy, da = 0.5 * dy, 0.5 * da
+            if dy < 1e-9 * farthest:
+                break
+    return math.sqrt(best)

@@ -1,0 +1,104 @@
+"""Which touches are looked at, and what their maps come to in one number each."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...errors import GeometryError, InvalidValueError
+from ...skin import Skin
+from ..touches import Touches
+from ._table import MAPS
+
+GRID = (101, 41)
+"""Places and angles of the grid on which bounds are found."""
+
+SHARES = ("ambiguous", "wrong", "unfelt")
+_STDS = ("position", "angle", "force")
+PLACEMENT_MEASURES = (*(f"{name}_{s}" for name in _STDS for s in ("worst", "95", "mean")), *SHARES, "log_det")
+"""Names of the numbers in which a placement is judged; `study_row` describes them."""
+
+
+def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """At least `count` touches, one at random in each of equal cells of the unit square: places (p,), angles (p, k).
+
+    The angles of a place share it. There are more places than angles, for what is ambiguous is so along narrow strips
+    that run with the angle.
+    """
+    across = max(round(np.sqrt(count / 10)), 1)
+    along = -(-count // across)
+    places = (np.arange(along) + rng.random(along)) / along
+    return places, (np.arange(across) + rng.random((along, across))) / across
+
+
+def closed_grid(
+    touches: Touches, span: tuple[float, float], shape: tuple[int, int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places (p,) and angles (k,) from end to end, and weights (p, k) of the trapezoidal rule, of sum 1."""
+    places = np.linspace(*span, shape[0])
+    angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
+    return places, angles, _trapezoid(places.size)[:, None] * _trapezoid(angles.size)
+
+
+def _trapezoid(count: int) -> FloatArray:
+    weight = np.ones(count)
+    if count > 1:
+        weight[[0, -1]] = 0.5
+    return weight / float(weight.sum())
+
+
+def measured(
+    maps: FloatArray, worst: FloatArray, weight: FloatArray, touches: Touches, span: tuple[float, float]
+) -> dict[str, float]:
+    """`PLACEMENT_MEASURES` of maps on a grid; worst (3,), of `Table.worst`."""
+    # a touch that is known less well than by its being one of `touches` counts as one known so well
+    most = {"position": (span[1] - span[0]) / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
+    out = {}
+    for name in _STDS:
+        std = maps[MAPS.index(name)]
+        out[f"{name}_worst"] = float(worst[MAPS.index(name)])
+        out[f"{name}_95"] = _quantile_95(std, weight)
+        out[f"{name}_mean"] = float((np.minimum(std, most[name]) * weight).sum())
+    return out | {name: float((maps[MAPS.index(name)] * weight).sum()) for name in (*SHARES, "log_det")}
+
+
+def _quantile_95(values: FloatArray, weight: FloatArray) -> float:
+    order = np.argsort(values, axis=None)
+    passed = np.cumsum(weight.ravel()[order])
+    return float(values.ravel()[order[np.searchsorted(passed, 0.95 * passed[-1])]])
+
+
+def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
+    """Two whole numbers, >= 2 places and >= 1 angle."""
+    values = _check.real("grid", grid)
+    if values.shape != (2,) or not (values == np.round(values)).all() or values[0] < 2 or values[1] < 1:
+        raise InvalidValueError(
+            f"grid = {grid!r}", "numbers of places and of angles are needed", f"grid={GRID}"
+        )
+    return int(values[0]), int(values[1])
+
+
+def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.int_]:
+    """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
+    numbers = np.atleast_1d(_check.real("counts", counts))
+    if numbers.ndim != 1 or not numbers.size or not (numbers == np.round(numbers)).all():
+        raise InvalidValueError(
+            f"counts = {counts!r}", "a list of whole numbers is needed", "counts=[4, 6, 8]"
+        )
+    needed = 2 if touches.friction == 0 else 3
+    if numbers.min() < needed:
+        raise InvalidValueError(
+            f"{int(numbers.min())} sensors",
+            f"a touch has {needed} unknowns, and takes as many sensors that respond",
+        )
+    return numbers.astype(np.int_)
+
+
+def check_span(skin: Skin, touches: Touches) -> None:
+    """Refuses touches that go round the skin and on."""
+    if touches.span is not None and touches.span[1] - touches.span[0] > skin.period * (1 + 1e-12):
+        raise GeometryError(
+            f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span"
+        )

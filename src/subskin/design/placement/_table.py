@@ -1,0 +1,167 @@
+"""The whitened receptive field of a row as a table, and the survey of touches on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ...receptive_field import ReceptiveField
+from ...skin import Skin
+from ...transducer import Transducer
+from ..touches import Touches
+
+AMBIGUITY = 13.8
+FALSE_ALARM = 1e-6
+MARGIN = 1.5
+"""As `finger.locate` has them if it is not told otherwise."""
+
+MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
+"""Rows of a survey, in the order of the compiled code."""
+
+_PEAKS = 6
+_CELLS = 16
+_SCAN = 32
+"""Per depth: cells of a table, and places at which loads are looked for; `locate` has the same."""
+
+
+def _compiled() -> tuple[Any, Any]:
+    """The compiled files, imported on first use."""
+    from . import _bounds_kernel, _kernel
+
+    return _bounds_kernel, _kernel
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A row's whitened receptive field, shape (cells, 5, 2, n), its start and step [m], and its shallowest depth [m].
+
+    Its two ends are those of the search.
+    """
+
+    values: FloatArray
+    start: float
+    step: float
+    shallowest: float
+
+    @classmethod
+    def of(cls, finger: Finger, search: tuple[float, float]) -> Table:
+        """That of a finger, its dead sensors left out."""
+        live = finger.array.live
+        array = finger.array.select(live)
+        noise = np.asarray(array.noise)
+        if not (noise > 0).all():
+            raise InvalidValueError(
+                "noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4"
+            )
+        field = finger.tabulate(search).select(live)
+        values = np.ascontiguousarray(np.swapaxes(field.coefficients / noise[:, None], 2, 3))
+        return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
+
+    def survey(
+        self,
+        touches: Touches,
+        places: FloatArray,
+        directions: FloatArray,
+        ambiguity: float,
+        *,
+        bounds: bool = True,
+    ) -> FloatArray:
+        """`MAPS` of touches at places (p,) [m] and in `directions_of` angles (2, p, k), shape (7, p, k).
+
+        Without `bounds` the first four are not filled.
+        """
+        out = np.empty((len(MAPS), *directions.shape[1:]))
+        length = self.step * len(self.values)
+        count = max(int(np.ceil(length * _SCAN / self.shallowest - 1e-9)) + 1, 3)
+        limits = [2 * np.log(1 / FALSE_ALARM), ambiguity, 0.02 * self.shallowest, 0.1 * self.shallowest]
+        _compiled()[1].survey(
+            self.values,
+            self.start,
+            self.step,
+            np.array([self.start, length / (count - 1), count]),
+            touches.friction,
+            touches.cone,
+            touches.force,
+            np.array(limits),
+            np.array(places),  # a copy, for another kind of array would be compiled for
+            directions,
+            bounds,
+            out,
+        )
+        return out
+
+    def worst(self, touches: Touches, places: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
+        """Largest standard deviations of position, force and angle, uphill from the highest points of a grid."""
+        climb = _compiled()[0].climb
+        ends = np.array([places[[0, -1]], angles[[0, -1]]])
+        size = np.ptp(ends, axis=1) / np.maximum([places.size - 1, angles.size - 1], 1)
+        out = maps[:3].max(axis=(1, 2))
+        for which in np.flatnonzero(np.isfinite(out)):
+            for p, k in _highest(maps[which]):
+                top = climb(
+                    self.values, self.start, self.step, touches.friction, touches.force, which,
+                    np.array([places[p], angles[k]]), size, ends,
+                )  # fmt: skip
+                out[which] = max(out[which], top)
+        return out
+
+
+def _highest(heights: FloatArray) -> list[tuple[int, int]]:
+    """Indices of the highest few points that no neighbour exceeds."""
+    padded = np.pad(heights, 1, constant_values=-np.inf)
+    middle = padded[1:-1, 1:-1]
+    top = np.ones(heights.shape, dtype=np.bool_)
+    for i in range(3):
+        for j in range(3):
+            top &= middle >= padded[i : i + heights.shape[0], j : j + heights.shape[1]]
+    at = np.argwhere(top)
+    order = np.argsort(-heights[top], kind="stable")[:_PEAKS]
+    return [(int(p), int(k)) for p, k in at[order]]
+
+
+class OneSensor:
+    """The receptive field of one sensor, from which that of every row at its depth follows by shifting it.
+
+    `reach` is the largest distance of a load from a sensor that will be asked for [m].
+    """
+
+    def __init__(
+        self, skin: Skin, transducer: Transducer, depth: float, noise: float, width: float, reach: float
+    ) -> None:
+        finger = Finger(skin, SensorArray([0.0], depth, transducer, width=width))
+        field = ReceptiveField.from_function(finger.receptive_field, -reach, reach, step=depth / _CELLS)
+        self._start, self._step = field.start, field.step
+        self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
+        self._depth = depth
+
+    def row(self, places: FloatArray, search: tuple[float, float]) -> Table:
+        """The table of sensors at `places` [m]."""
+        cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
+        step = (search[1] - search[0]) / cells
+        values = np.empty((cells, 5, 2, places.size))
+        _compiled()[0].row_table(
+            self._values, self._start, self._step, np.array(places), search[0], step, values
+        )
+        return Table(values, search[0], step, self._depth)
+
+
+def directions_of(angles: FloatArray) -> FloatArray:
+    """Cosine and sine of angles [rad], in front."""
+    return np.stack([np.cos(angles), np.sin(angles)])
+
+
+def searched(
+    places: FloatArray, depth: float, skin: Skin, span: tuple[float, float] | None, margin: float
+) -> tuple[float, float]:
+    """Where loads are looked for [m]: `margin` depths beyond the sensors at `places`, and all that is touched."""
+    low, high = float(places.min()) - margin * depth, float(places.max()) + margin * depth
+    if span is not None:
+        low, high = min(low, span[0]), max(high, span[1])
+    middle, half = 0.5 * (low + high), min(0.5 * (high - low), 0.5 * skin.period)
+    return middle - half, middle + half

@@ -1,0 +1,231 @@
+"""Sensors at free places, to see whether it pays to leave the equal row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ... import _check
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ..touches import Touches
+from ._measures import PLACEMENT_MEASURES, checked_counts, checked_grid, closed_grid, measured
+from ._table import AMBIGUITY, MARGIN, OneSensor, Table, directions_of, searched
+from .quality import PlacementQuality, placement_quality
+
+__all__ = ["BestPositions", "best_positions"]
+
+_ROUGH = (61, 21)
+_STARTS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class BestPositions:
+    """What `best_positions` found.
+
+    Attributes
+    ----------
+    finger : Finger
+        With its sensors at the best places.
+    measure : str
+        What they are best at.
+    before, after : PlacementQuality
+        Of the finger as given, and of this one.
+    gain : float
+        How many times smaller the measure has become; for `log_det`, by how much larger.
+    tried : int
+        Placements looked at.
+    """
+
+    finger: Finger
+    measure: str
+    before: PlacementQuality
+    after: PlacementQuality
+    gain: float
+    tried: int
+
+
+def best_positions(
+    finger: Finger,
+    touches: Touches,
+    measure: str = "position_worst",
+    *,
+    ambiguous: float = 0.01,
+    gap: float | None = None,
+    symmetric: bool = True,
+    seed: int = 0,
+    tries: int = 1500,
+    grid: tuple[int, int] = _ROUGH,
+    margin: float = MARGIN,
+    ambiguity: float = AMBIGUITY,
+) -> BestPositions:
+    """Moves the sensors of a finger along the row until one measure is least and few touches are ambiguous.
+
+    Nelder and Mead's search over the gaps, from the places given and from places jittered about them. It is local: a
+    better place far from all starts is not found.
+
+    Parameters
+    ----------
+    finger : Finger
+        Of sensors alike, at their places to begin with: the best equal row, from `best_row`.
+    touches : Touches
+        With a span, or the finger's own row is the span, whatever becomes of it.
+    measure : str, optional
+        One of `PLACEMENT_MEASURES`; the least is best, of `log_det` the largest. A `worst` that is infinite, as with
+        three sensors, cannot be improved: take the `95`.
+    ambiguous : float, optional
+        Largest share of touches that may be ambiguous or unfelt; or the finger's own, if that is more.
+    gap : float, optional
+        Least distance of neighbours [m]; the sensors' width, or a tenth of their depth if that is more.
+    symmetric : bool, optional
+        Whether the places mirror each other about the middle of the span.
+    seed : int, optional
+        Of the jitter.
+    tries : int, optional
+        Placements to look at, about.
+    grid, margin, ambiguity
+        As of `placement_quality`; the search itself looks at this grid.
+
+    Returns
+    -------
+    BestPositions
+        Never worse than the finger given.
+
+    Raises
+    ------
+    InvalidValueError
+        Sensors that are not alike or have no noise; an unknown measure; a measure that is infinite to begin with.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=5, pitch=2e-3, depth=2e-3, noise=5e-5))
+    >>> found = ss.design.best_positions(finger, ss.design.Touches(40.0, span=(-3e-3, 3e-3)), tries=100)
+    >>> found.gain > 2
+    True
+    """
+    if measure not in PLACEMENT_MEASURES:
+        raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}")
+    array = _alike(finger)
+    checked_counts([len(array)], touches)
+    own = replace(touches, span=touches.span_on(finger))
+    assert own.span is not None
+    middle = 0.5 * (own.span[0] + own.span[1])
+    depth, width = float(np.asarray(array.depth)[0]), float(np.asarray(array.width)[0])
+    least = max(width, 0.1 * depth) if gap is None else _check.scalar("gap", gap, unit="m", at_least=width)
+    share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
+    amount = int(_check.scalar("tries", tries, at_least=1))
+    before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)
+    if not np.isfinite(before[measure]):
+        raise InvalidValueError(
+            f"{measure} = {before[measure]}", "what is infinite cannot be improved", 'measure="position_95"'
+        )
+    allowed = max(share, before["ambiguous"] + before["unfelt"])
+    place, angle, weight = closed_grid(own, own.span, checked_grid(grid))
+    directions = directions_of(np.broadcast_to(angle, weight.shape))
+    start = np.sort(np.asarray(array.y))
+    # as far as sensors may come, half the span and two depths beyond it
+    most = max(0.5 * (own.span[1] - own.span[0]) + 2 * depth, float(np.abs(start - middle).max()))
+    one = OneSensor(finger.skin, array.transducers[0], depth, _noise(array), width, 2 * most + margin * depth)
+
+    def table(y: FloatArray) -> Table:
+        return one.row(y, searched(y, depth, finger.skin, own.span, margin))
+
+    tried = 0
+
+    def cost(y: FloatArray) -> float:
+        nonlocal tried
+        tried += 1
+        outside = float(np.maximum(np.abs(y - middle) - most, 0.0).sum()) / depth
+        tight = float(np.maximum(least - np.diff(y), 0.0).sum()) / depth
+        length = y[-1] - y[0] + least
+        if outside > 0 or tight > 1e-12 or length > finger.skin.period:
+            return 1e3 * (1 + outside + tight)
+        row = table(y)
+        maps = row.survey(own, place, directions, ambiguity)
+        values = measured(maps, row.worst(own, place, angle, maps), weight, own, own.span)
+        size = -values["log_det"] if measure == "log_det" else float(np.log(max(values[measure], 1e-300)))
+        excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
+        return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)
+
+    best = _searched(cost, start, middle, symmetric, 0.25 * depth, np.random.default_rng(seed), amount)
+    moved = Finger(finger.skin, replace(array, y=best))
+    after = placement_quality(moved, own, margin=margin, ambiguity=ambiguity)
+    if measure == "log_det":
+        gain = after[measure] - before[measure]
+    else:
+        gain = before[measure] / after[measure] if after[measure] > 0 else 1.0
+    if gain < (0.0 if measure == "log_det" else 1.0):  # finer, the grid tells the other way
+        moved, after, gain = finger, before, 0.0 if measure == "log_det" else 1.0
+    return BestPositions(moved, measure, before, after, float(gain), tried)
+
+
+def _alike(finger: Finger) -> SensorArray:
+    """The live sensors, which have to be of one kind, depth, noise and width."""
+    array = finger.array.select(finger.array.live)
+    for name in ("depth", "noise", "width", "gain"):
+        values = np.asarray(getattr(array, name))
+        if np.ptp(values) > 0:
+            raise InvalidValueError(
+                f"{name} from {values.min():.6g} to {values.max():.6g}", "sensors that are alike are needed"
+            )
+    if len(set(array.transducers)) > 1:
+        raise InvalidValueError("several kinds of sensor", "sensors that are alike are needed")
+    if not float(np.asarray(array.noise)[0]) > 0:
+        raise InvalidValueError("noise = 0", "what can be told depends on it", "noise=1e-4")
+    return array
+
+
+def _noise(array: SensorArray) -> float:
+    """Of what a sensor measures, its gain taken out."""
+    return abs(float((np.asarray(array.noise) / np.asarray(array.gain))[0]))
+
+
+def _searched(
+    cost: Callable[[FloatArray], float],
+    start: FloatArray,
+    middle: float,
+    symmetric: bool,
+    scale: float,
+    rng: np.random.Generator,
+    tries: int,
+) -> FloatArray:
+    """Places of least cost, from the start and from jittered ones, by turns."""
+    from scipy.optimize import minimize
+
+    count, half = start.size, start.size // 2
+
+    def places(free: FloatArray) -> FloatArray:
+        if not symmetric:
+            return np.sort(free)
+        out = np.full(count, middle)
+        offsets = np.sort(np.abs(free))
+        out[count - half :] += offsets
+        out[:half] -= offsets[::-1]
+        return out
+
+    free = 0.5 * (start - start[::-1])[count - half :] if symmetric else start
+    best, least = start, cost(start)
+    for turn in range(_STARTS):
+        begin = free if turn == 0 else free + scale * rng.uniform(-1, 1, free.size)
+        simplex = np.vstack([begin, begin + scale * np.eye(free.size)])
+        found = minimize(
+            lambda x: cost(places(x)),
+            begin,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": simplex,
+                "maxfev": max(tries // _STARTS, free.size + 2),
+                "xatol": 1e-4 * scale,
+                "fatol": 1e-4,
+                "adaptive": free.size > 4,
+            },
+        )
+        if found.fun < least:
+            best, least, free = places(found.x), float(found.fun), found.x
+    return best

@@ -1,0 +1,190 @@
+"""Equal rows over kind, depth, spacing and count, on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from threading import Event
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ...skin import Skin
+from ...transducer import Transducer
+from ..touches import Touches
+from ._measures import GRID, PLACEMENT_MEASURES, checked_counts
+from ._table import AMBIGUITY, MARGIN
+from .row import SAMPLES, equal_row, study_row
+
+__all__ = ["PlacementStudy", "placement_study"]
+
+
+@dataclass(frozen=True, eq=False)
+class PlacementStudy:
+    """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, spacing and count.
+
+    Attributes
+    ----------
+    skin : Skin
+    transducers : tuple of k Transducers
+    depth : ndarray, shape (d,)
+        [m].
+    spacing : ndarray, shape (d, s)
+        At each depth [m].
+    count : ndarray of int, shape (c,)
+    touches : Touches
+    noise : ndarray, shape (k,)
+        Of a reading of each kind, in its unit.
+    width : float
+        Of a sensor [m].
+    seed : int
+        Of the touches.
+    values : dict of str to ndarray, shape (k, d, s, c)
+        One of each `PLACEMENT_MEASURES`, described at `study_row`. Also by index, `study["ambiguous"]`.
+    """
+
+    skin: Skin
+    transducers: tuple[Transducer, ...]
+    depth: FloatArray
+    spacing: FloatArray
+    count: npt.NDArray[np.int_]
+    touches: Touches
+    noise: FloatArray
+    width: float
+    seed: int
+    values: dict[str, FloatArray]
+
+    def __getitem__(self, measure: str) -> FloatArray:
+        if measure not in self.values:
+            raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(self.values)}")
+        return self.values[measure]
+
+    def finger(self, index: tuple[int, int, int, int]) -> Finger:
+        """The finger at a place of the arrays: kind, depth, spacing, count."""
+        k, d, s, c = index
+        y = equal_row(int(self.count[c]), float(self.spacing[d, s]), self.touches)
+        kind, noise = self.transducers[k], float(self.noise[k])
+        return Finger(self.skin, SensorArray(y, float(self.depth[d]), kind, noise=noise, width=self.width))
+
+
+def placement_study(
+    skin: Skin,
+    transducers: Sequence[Transducer] | Transducer,
+    depths: npt.ArrayLike,
+    spacings: npt.ArrayLike,
+    counts: npt.ArrayLike,
+    touches: Touches,
+    *,
+    noise: npt.ArrayLike,
+    width: float = 0.0,
+    seed: int = 0,
+    samples: int = SAMPLES,
+    grid: tuple[int, int] = GRID,
+    margin: float = MARGIN,
+    ambiguity: float = AMBIGUITY,
+    workers: int | None = None,
+    progress: Callable[[], object] | None = None,
+) -> PlacementStudy:
+    """Every kind of sensor at every depth, spacing and count. The numbers depend on the seed and not on the workers.
+
+    Parameters
+    ----------
+    skin : Skin
+        Any.
+    transducers : Transducer, or sequence of k of them
+        Kinds of sensor.
+    depths : array_like, shape (d,)
+        Of the sensors [m].
+    spacings : array_like, shape (s,) or (d, s)
+        Distances of neighbours [m]: the same at all depths, or a list for each.
+    counts : array_like, shape (c,)
+        Numbers of sensors.
+    touches : Touches
+        What is to be located.
+    noise : array_like, shape () or (k,)
+        Standard deviation of a reading of each kind, in its unit.
+    width, seed, samples, grid, margin, ambiguity
+        As of `study_row`.
+    workers : int, optional
+        Threads; as many as there are cores if left out.
+    progress : callable, optional
+        Called after each design, from any thread. What it raises ends the study.
+
+    Returns
+    -------
+    PlacementStudy
+        The numbers of all designs.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError, NotLinearError
+        As by `study_row`; lists that do not match.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> depths = np.array([1e-3, 2e-3])
+    >>> found = ss.design.placement_study(
+    ...     skin, ss.NormalStrain(), depths, np.multiply.outer(depths, [0.5, 0.75, 2.0]), [4, 6],
+    ...     ss.design.Touches(force=40.0), noise=5e-5, samples=1000,
+    ... )
+    >>> found["ambiguous"].shape, bool((found["ambiguous"][..., 2, :] > 0.05).all())
+    ((1, 2, 3, 2), True)
+    """
+    kinds = (transducers,) if isinstance(transducers, Transducer) else tuple(transducers)
+    depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
+    steps = np.atleast_1d(_check.real("spacings", spacings, unit="m", above=0.0))
+    if not kinds or depth.ndim != 1 or steps.ndim > 2 or (steps.ndim == 2 and len(steps) != depth.size):
+        raise GeometryError(
+            f"{len(kinds)} kinds, depths of shape {depth.shape}, spacings of shape {steps.shape}",
+            "kinds, a list of depths, and spacings of shape (s,) or (depths, s) are needed",
+        )
+    sigma = _check.real("noise", noise, above=0.0)
+    if sigma.shape not in ((), (1,), (len(kinds),)):
+        raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds")
+    sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
+    steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
+    numbers = checked_counts(counts, touches)
+    numbers.flags.writeable = False
+    threads = os.cpu_count() or 1 if workers is None else int(_check.scalar("workers", workers, at_least=1))
+    stop = Event()
+
+    def passed() -> None:
+        if stop.is_set():
+            raise _StoppedError
+        if progress is not None:
+            progress()
+
+    def row(cell: tuple[int, ...]) -> dict[str, FloatArray]:
+        k, d = cell
+        return study_row(
+            skin, kinds[k], float(depth[d]), steps[d], numbers, touches,
+            noise=float(sigma[k]), width=width, seed=seed, samples=samples, grid=grid, margin=margin,
+            ambiguity=ambiguity, progress=passed,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            rows = list(pool.map(row, np.ndindex(len(kinds), depth.size)))
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+    shape = (len(kinds), depth.size, steps.shape[1], numbers.size)
+    values = {
+        name: _check.read_only(np.stack([r[name] for r in rows]).reshape(shape))
+        for name in PLACEMENT_MEASURES
+    }
+    return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), seed, values)
+
+
+class _StoppedError(Exception):
+    """Another thread has failed."""

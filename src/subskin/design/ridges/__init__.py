@@ -1,0 +1,19 @@
+"""Ridges on the skin or on what touches it (memo section 6.1)."""
+
+from .gain import Gains, RidgeGain, read_ridged, ridge_gain
+from .pitch import RidgePitch, best_ridge_pitch
+from .pressed import PressedRidges, closing_pressure, press_ridges
+from .shape import Ridges
+
+__all__ = [
+    "Gains",
+    "PressedRidges",
+    "RidgeGain",
+    "RidgePitch",
+    "Ridges",
+    "best_ridge_pitch",
+    "closing_pressure",
+    "press_ridges",
+    "read_ridged",
+    "ridge_gain",
+]

@@ -1,0 +1,287 @@
+"""Ridges on the skin: the gain that they bring, beneath and between them (memo section 6.1, Fig. 16)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import _check
+from ..._check import FloatArray
+from ...contact import Contact
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ...receptive_field import ReceptiveField
+from ._nodes import LineLoads, line_loads
+from .shape import Ridges
+
+__all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
+
+_BEYOND, _PER_DEPTH, _CLOSER = 2.5, 5, 65
+"""How far beyond the contact places are tried, in depths; how many a depth; and how many about the largest reading."""
+
+_FARTHEST = 1000.0
+_BLOCK = 1 << 18
+
+
+class Gains(NamedTuple):
+    """Largest readings under ridges over the largest one without, each of the batch's shape.
+
+    `peak`: wherever it lies. `beneath`: of a sensor straight beneath a crest. `between`: of one midway between two.
+    `ripple`: of what the ridges add to a smooth contact that carries as much as they do on average.
+    """
+
+    peak: FloatArray
+    beneath: FloatArray
+    between: FloatArray
+    ripple: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RidgeGain:
+    """What `ridge_gain` found. Arrays have the shape to which contact and ridges broadcast.
+
+    Attributes
+    ----------
+    finger : Finger
+    contact : Contact
+    ridges : Ridges
+    sensor : int
+        Index of the sensor whose kind this is about.
+    pitch, half_width : ndarray
+        Of the ridges, and of the contact from end to end [m].
+    smooth : ndarray
+        Largest reading without ridges, in size.
+    load_ratio : ndarray
+        Force of the smooth contact over that of the ridged one, at the same peak pressure; infinite where the contact
+        lies between ridges that carry nothing there.
+    equal_peak : Gains
+        Both with the same peak pressure, or rather the same pressure at the crests (the memo's).
+    equal_load : Gains
+        Both with the same force: `load_ratio` times as much.
+    """
+
+    finger: Finger
+    contact: Contact
+    ridges: Ridges
+    sensor: int
+    pitch: FloatArray
+    half_width: FloatArray
+    smooth: FloatArray
+    load_ratio: FloatArray
+    equal_peak: Gains
+
+    @property
+    def equal_load(self) -> Gains:  # noqa: D102
+        with np.errstate(invalid="ignore"):
+            return Gains(*(_check.read_only(self.load_ratio * g) for g in self.equal_peak))
+
+    @property
+    def depth(self) -> float:
+        """Depth of the sensor [m]."""
+        return float(np.asarray(self.finger.array.depth)[self.sensor])
+
+
+def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int = 0) -> RidgeGain:
+    """How much more a sensor reads where ridges break up the pressure of a contact.
+
+    The pressure, and the drag with it, is that of the smooth contact times the ridges' share. One sensor is tried at
+    all places along the skin: its depth, transducer and width count, its own place does not. The contact becomes line
+    loads, by Gauss's rule between the places where anything is not smooth, exact to about 1e-8. Source: memo section
+    6.1, Fig. 16; docs/ridges.md.
+
+    Parameters
+    ----------
+    finger : Finger
+        Any skin; a linear transducer.
+    contact : Contact
+        The smooth one; a batch broadcasts against the ridges.
+    ridges : Ridges
+        Several pitches or crests are a batch.
+    sensor : int, optional
+        Index of the sensor.
+
+    Returns
+    -------
+    RidgeGain
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        No such sensor, a contact that it does not feel; a contact or a pitch of a thousand depths; shapes that do not
+        broadcast.
+    NotLinearError
+        A transducer that is not linear.
+    ConvergenceError
+        A contact that is not smooth where it says it is.
+
+    Examples
+    --------
+    The memo's example, a cylinder over about three ridges of its best pitch: 1.5 times the load, twice the strain.
+
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=0.5e-3))
+    >>> touch = ss.Hertz(force=40.0, half_width=5e-3)
+    >>> gain = ridge_gain(finger, touch, Ridges(pitch=np.pi * 1e-3))
+    >>> round(float(gain.load_ratio), 3), round(float(gain.equal_peak.peak), 3)
+    (1.564, 2.017)
+    """
+    chosen = finger.array.select([_index(finger, sensor)])
+    depth = float(np.asarray(chosen.depth)[0])
+    shape, (low, high), lines = _broken_up(contact, ridges, depth)
+    pitch, crest = (np.broadcast_to(v, shape) for v in (ridges.pitch, ridges.crest))
+    shares = _shares(ridges, lines)
+    far = float((high - low + 0.5 * pitch).max(initial=0.0)) + (_BEYOND + 1) * depth
+    if far > _FARTHEST * depth:
+        raise GeometryError(
+            f"a contact and half a pitch of {far:.6g} m together",
+            f"beyond {_FARTHEST:g} depths nothing is felt",
+            "lengths in metres, such as pitch=3e-3",
+        )
+    field = _Field(replace(finger, array=replace(chosen, y=[0.0])), far)
+    out = {name: np.empty(shape) for name in ("smooth", "load_ratio", *Gains._fields)}
+    for index in np.ndindex(shape):
+        load, share = LineLoads(*(values[index] for values in lines)), shares[index]
+        ends = float(low[index]), float(high[index])
+        crests, troughs = (
+            ridge_places(float(pitch[index]), float(crest[index]), ends, shift) for shift in (0.0, 0.5)
+        )
+        read = partial(field.readings, load, np.stack([np.ones_like(share), share, share - ridges.mean]))
+        smooth, peak, ripple = largest(read, *ends, depth)
+        if not smooth > 0:
+            raise InvalidValueError(
+                f"a smooth contact that sensor {sensor} does not feel",
+                "a gain needs something to compare with",
+            )
+        beneath, between = (float(np.abs(read(at)[1]).max()) for at in (crests, troughs))
+        values = (smooth, _ratio(load, share), max(peak, beneath, between), beneath, between, ripple)
+        for (name, array), value in zip(out.items(), values, strict=True):
+            array[index] = value / smooth if name in Gains._fields else value
+    done = {name: _check.read_only(values) for name, values in out.items()}
+    gains = Gains(*(done.pop(name) for name in Gains._fields))
+    half = _check.read_only(0.5 * (high - low))
+    return RidgeGain(
+        finger, contact, ridges, int(sensor), _check.read_only(pitch.copy()), half, **done, equal_peak=gains
+    )
+
+
+def read_ridged(
+    finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None
+) -> FloatArray:
+    """Readings of the sensors under a contact whose pressure and drag ridges break up.
+
+    As `Finger.read`; `finger.locate` takes them.
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        Of the shape to which contact and ridges broadcast, and the sensors.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError, NotLinearError, ConvergenceError
+        As `ridge_gain`; a contact wider than the row by more than 100 depths.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(3, pitch=1e-3, depth=0.5e-3))
+    >>> touch = ss.Hertz(force=40.0, half_width=3e-3)
+    >>> read_ridged(finger, touch, Ridges(pitch=2e-3)).round(4).tolist()
+    [0.0019, -0.0068, 0.0019]
+    """
+    shape, (low, high), lines = _broken_up(contact, ridges, float(np.asarray(finger.array.depth).min()))
+    shares = _shares(ridges, lines)
+    margin = 1e-3 * float(np.asarray(finger.array.depth).min())  # a line load has no width
+    table = finger.tabulate((float(low.min()) - margin, float(high.max()) + margin))
+    out = np.empty((*shape, len(finger.array)))
+    for index in np.ndindex(shape):
+        y, *forces = (values[index] for values in lines)
+        answer = table(y)
+        out[index] = sum(f * shares[index] @ answer[..., i] for i, f in enumerate(forces))
+    gain = np.asarray(finger.array.gain)
+    return finger.array.digitise(out / np.where(gain == 0, 1.0, gain), rng)
+
+
+def _index(finger: Finger, sensor: int) -> int:
+    count = len(finger.array)
+    if isinstance(sensor, bool) or not isinstance(sensor, (int, np.integer)) or not 0 <= sensor < count:
+        raise InvalidValueError(f"sensor = {sensor!r}", f"there are {count}, counted from 0")
+    return int(sensor)
+
+
+def _broken_up(
+    contact: Contact, ridges: Ridges, depth: float
+) -> tuple[tuple[int, ...], tuple[FloatArray, FloatArray], LineLoads]:
+    """Shape of the batch, the contact's ends, and the contact as line loads, all of that shape."""
+    if not isinstance(contact, Contact):
+        raise InvalidValueError(
+            f"contact = {contact!r}", "a Contact is needed", "Hertz(40.0, half_width=2e-3)"
+        )
+    if not isinstance(ridges, Ridges):
+        raise InvalidValueError(f"ridges = {ridges!r}", "Ridges are needed", "Ridges(pitch=3e-3)")
+    shape = _check.broadcast(contact=np.empty(contact.shape), ridges=np.empty(ridges.batch))
+    low, high = (np.broadcast_to(end, shape) for end in contact.support)
+    return shape, (low, high), line_loads(contact, ridges.breaks(low, high), depth)
+
+
+def _shares(ridges: Ridges, lines: LineLoads) -> FloatArray:
+    wide = replace(
+        ridges, pitch=np.asarray(ridges.pitch)[..., None], crest=np.asarray(ridges.crest)[..., None]
+    )
+    return wide.share(lines.y)
+
+
+def _ratio(load: LineLoads, share: FloatArray) -> float:
+    """Smooth over ridged force; of the drag where nothing presses."""
+    force = load.normal if load.normal.any() else load.tangential
+    left = float((force * share).sum())
+    return float(force.sum()) / left if left else np.inf
+
+
+def ridge_places(pitch: float, crest: float, ends: tuple[float, float], shift: float) -> FloatArray:
+    """Crests (shift 0) or troughs (shift 1/2) beneath the contact, and the nearest to its middle."""
+    start = crest + shift * pitch
+    first, last = (int(np.ceil((ends[0] - start) / pitch)), int(np.floor((ends[1] - start) / pitch)))
+    nearest = int(np.round((0.5 * (ends[0] + ends[1]) - start) / pitch))
+    return np.asarray(start + pitch * np.arange(min(first, nearest), max(last, nearest) + 1))
+
+
+class _Field:
+    """What one sensor, put at any place, reads of line loads."""
+
+    def __init__(self, alone: Finger, far: float) -> None:
+        self.period = alone.skin.period
+        reach, depth = min(far, 0.5 * self.period), float(np.asarray(alone.array.depth)[0])
+        self.table = ReceptiveField.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
+
+    def readings(self, load: LineLoads, shares: FloatArray, places: FloatArray) -> FloatArray:
+        """Readings at `places` of each of the shares (s, lines) of the load, shape (s, places)."""
+        felt = (load.normal != 0) | (load.tangential != 0)
+        y, forces = load.y[felt], (load.normal[felt], load.tangential[felt])
+        out = np.zeros((len(shares), places.size))
+        size = max(1, _BLOCK // max(1, y.size))
+        for start in range(0, places.size, size):
+            part = slice(start, start + size)
+            distance = y - places[part, None]
+            if np.isfinite(self.period):
+                distance = distance - self.period * np.round(distance / self.period)
+            answer = self.table(distance)[..., 0, :]
+            for i, force in enumerate(forces):
+                if force.any():
+                    out[:, part] += (force * shares[:, felt]) @ answer[..., i].T
+        return out
+
+
+def largest(read: Callable[[FloatArray], FloatArray], low: float, high: float, depth: float) -> list[float]:
+    """Largest size of each row of `read`, at places about a contact; where it lies is looked at more closely."""
+    start, stop = low - _BEYOND * depth, high + _BEYOND * depth
+    along = np.linspace(start, stop, int(np.ceil((stop - start) / depth * _PER_DEPTH)) + 1)
+    closer = (along[1] - along[0]) * np.linspace(-1, 1, _CLOSER)
+    tops = along[np.argmax(np.abs(read(along)), axis=1)]
+    return [float(np.abs(read(top + closer)[i]).max()) for i, top in enumerate(tops)]

@@ -1,0 +1,205 @@
+"""Ridges as they are pressed: the contact solver's pressure beside the smooth one broken up (memo section 6.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...contact import PressureProfile
+from ...finger import Finger
+from ...pressing import SineRidges, press
+from ...skin import Skin
+from .gain import Gains, largest, ridge_gain, ridge_places
+from .shape import Ridges, ShapeName
+
+__all__ = ["PressedRidges", "closing_pressure", "press_ridges"]
+
+
+def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike) -> FloatArray:
+    """Mean pressure [Pa] at which ridges amplitude cos(2 pi y / pitch) are pressed flat: touching all along.
+
+    On a half plane pi E* amplitude / pitch (Westergaard 1939; Johnson, Contact Mechanics (1985), section 13.2); on any
+    skin amplitude over the displacement per pressure at that wavelength. On a round finger the nearest whole number of
+    ridges goes round.
+
+    Parameters
+    ----------
+    skin : Skin
+        Any.
+    pitch, amplitude : array_like
+        From crest to crest, and half the height from trough to crest [m].
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
+    >>> round(float(closing_pressure(skin, pitch=3e-3, amplitude=20e-6)), 3)
+    11170.107
+    """
+    wide = _check.real("pitch", pitch, unit="m", above=0.0)
+    high = _check.real("amplitude", amplitude, unit="m", at_least=0.0)
+    k = 2 * np.pi / wide
+    if np.isfinite(skin.period):
+        radius = skin.period / (2 * np.pi)
+        k = np.maximum(np.round(k * radius), 2) / radius
+    return _check.read_only(high / skin.surface_compliance(k)[..., 0, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class PressedRidges:
+    """What `press_ridges` found. Arrays have the shape to which pitch, amplitude and force broadcast.
+
+    Attributes
+    ----------
+    finger : Finger
+    pitch, amplitude, force : ndarray
+        Of the ridges [m, m], and the normal force [N/m].
+    status : ndarray of int
+        Values of `PressStatus`; anything but OK is to be looked at.
+    closing : ndarray
+        `closing_pressure` [Pa].
+    half_width, pressure : ndarray
+        Half width [m] and greatest pressure [Pa] of the smooth contact.
+    touching : ndarray
+        Share of the width, from the first edge of the ridged contact to its last, that touches.
+    valley : ndarray
+        Pressure half a pitch from the middle over that at the crest in the middle; NaN where the smooth contact does
+        not reach so far.
+    crest : ndarray
+        Pressure at the crest in the middle over the greatest one of the smooth contact.
+    shape : str
+        The shape that `assumed` takes.
+    solved : Gains
+        Readings under the ridges over those without, at the same force. The ripple is the difference of the two.
+    assumed : Gains
+        The same for the smooth pressure times ridges of that shape: `ridge_gain` at equal load.
+    """
+
+    finger: Finger
+    pitch: FloatArray
+    amplitude: FloatArray
+    force: FloatArray
+    status: npt.NDArray[np.int_]
+    closing: FloatArray
+    half_width: FloatArray
+    pressure: FloatArray
+    touching: FloatArray
+    valley: FloatArray
+    crest: FloatArray
+    shape: str
+    solved: Gains
+    assumed: Gains
+
+    @property
+    def filling(self) -> FloatArray:
+        """Greatest smooth pressure over `closing`; ridges are pressed flat in the middle from about 1 on."""
+        with np.errstate(divide="ignore"):
+            return _check.read_only(self.pressure / self.closing)
+
+
+def press_ridges(
+    finger: Finger,
+    pitch: npt.ArrayLike,
+    amplitude: npt.ArrayLike,
+    *,
+    force: npt.ArrayLike,
+    radius: float = np.inf,
+    shape: ShapeName = "abs_cos",
+    sensor: int = 0,
+    nodes: int | None = None,
+) -> PressedRidges:
+    """The gain by ridges of a given height, from solved contacts, beside the gain that a shape of pressure assumes.
+
+    Ridges on the skin and ridges on what touches it are the same problem to first order: the gap between the bodies is
+    the sum of both profiles, and the skin is a half space beneath either where ridges are low beside their pitch. Only
+    what moves with the sensors differs. A crest is at y = 0, in the middle of the contact.
+
+    Parameters
+    ----------
+    finger : Finger
+        Any skin; a linear transducer.
+    pitch, amplitude, force : array_like
+        From crest to crest [m], half the height from trough to crest [m], normal force [N/m]; they broadcast.
+    radius : float, optional
+        Radius [m] of the cylinder that is pressed on; a flat if left out, for a round finger.
+    shape : {"abs_cos", "cos_squared", "raised_cosine", "square"}, optional
+        The share that `assumed` takes.
+    sensor : int, optional
+        Index of the sensor whose kind this is about.
+    nodes : int, optional
+        As of `press`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError, NotLinearError
+        As of `press` and `ridge_gain`.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=0.5e-3))
+    >>> low, high = 5e-6, 60e-6
+    >>> found = press_ridges(finger, 3e-3, [low, high], force=200.0, radius=50e-3)
+    >>> found.filling.round(1).tolist(), found.touching.round(2).tolist()
+    ([9.3, 0.8], [1.0, 0.51])
+    """
+    given = {
+        "pitch": _check.real("pitch", pitch, unit="m", above=0.0),
+        "amplitude": _check.real("amplitude", amplitude, unit="m", at_least=0.0),
+        "force": _check.real("force", force, unit="N/m", above=0.0),
+    }
+    batch = _check.broadcast(**given)
+    wide, high, load = (_check.read_only(np.broadcast_to(a, batch).copy()) for a in given.values())
+    status = np.zeros(batch, dtype=int)
+    half_width, pressure, touching, valley, crest = (np.full(batch, np.nan) for _ in range(5))
+    gains = [[np.empty(batch) for _ in Gains._fields] for _ in range(2)]
+    for index in np.ndindex(batch):
+        p = float(wide[index])
+        bodies = [SineRidges(p, a, radius) for a in (0.0, float(high[index]))]
+        smooth, ridged = (press(finger.skin, b, force=float(load[index]), nodes=nodes) for b in bodies)
+        status[index] = max(ridged.status, smooth.status)
+        half_width[index], pressure[index] = smooth.half_width, smooth.pressure.max()
+        touching[index] = np.diff(ridged.edges, axis=1).sum() / (2 * ridged.half_width)
+        top = ridged.contact.pressure(0.0)
+        crest[index] = top / pressure[index]
+        if smooth.half_width > 0.5 * p:
+            valley[index] = ridged.contact.pressure(0.5 * p) / top
+        assumed = ridge_gain(finger, smooth.contact, Ridges(p, shape), sensor=sensor).equal_load
+        solved = _solved(finger, sensor, smooth.contact, ridged.contact, p)
+        for arrays, found in zip(gains, (solved, assumed), strict=True):
+            for array, value in zip(arrays, found, strict=True):
+                array[index] = value
+    closing = closing_pressure(finger.skin, wide, high)
+    for array in (half_width, pressure, touching, valley, crest):
+        array.flags.writeable = False
+    solved_gains, assumed_gains = (Gains(*map(_check.read_only, arrays)) for arrays in gains)
+    return PressedRidges(
+        finger, wide, high, load, status, closing, half_width, pressure, touching, valley, crest,
+        shape, solved_gains, assumed_gains,
+    )  # fmt: skip
+
+
+def _solved(
+    finger: Finger, sensor: int, smooth: PressureProfile, ridged: PressureProfile, pitch: float
+) -> Gains:
+    """Largest readings under the one pressure over that under the other."""
+    chosen = finger.array.select([sensor])
+    depth = float(np.asarray(chosen.depth)[0])
+
+    def read(places: FloatArray) -> FloatArray:
+        row = replace(finger.array.select([sensor] * places.size), y=places)
+        without, with_ = (Finger(finger.skin, row).measure(c, linear=True) for c in (smooth, ridged))
+        return np.stack([without, with_, with_ - without])
+
+    low, high = (float(f(float(c.nodes[i]) for c in (smooth, ridged))) for f, i in ((min, 0), (max, -1)))
+    top, peak, ripple = largest(read, low, high, depth)
+    beneath, between = (
+        float(np.abs(read(ridge_places(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5)
+    )
+    values = (max(peak, beneath, between), beneath, between, ripple)
+    return Gains(*(np.asarray(v / top) for v in values))

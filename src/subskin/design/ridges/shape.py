@@ -1,0 +1,168 @@
+"""Ridges: the share of a contact's pressure that they let through, place by place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...errors import InvalidValueError
+
+__all__ = ["Ridges"]
+
+ShapeName = Literal["abs_cos", "cos_squared", "raised_cosine", "square"]
+
+_DUTY = 2 / 3
+_SAMPLES = 513
+_NEAR = 8.0 ** -np.arange(1, 5)
+"""Distances from a kink of one's own shape, in pitches, at which panels end."""
+
+_SMOOTH = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Ridges:
+    """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each place.
+
+    They belong to the skin, or to what touches it: to first order only the sum of the two profiles counts.
+
+    Parameters
+    ----------
+    pitch : array_like
+        From crest to crest [m], > 0.
+    shape : {"abs_cos", "cos_squared", "raised_cosine", "square"} or callable, optional
+        |cos(pi u)|, its square, (2 + cos(2 pi u))/3, or 1 for |u| < duty/2 and else 0, u being the distance from the
+        crest in pitches; or one's own, a function of u in [-1/2, 1/2] with values from 0 to 1 and 1 at u = 0.
+    crest : array_like, optional
+        Place y of a crest [m].
+    duty : float, optional
+        Share of a pitch that a "square" ridge is wide, in (0, 1]; 2/3 if left out.
+    kinks : sequence of float, optional
+        Where one's own shape is not smooth besides crests and troughs, in [-1/2, 1/2].
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range, a shape of no known name, shares that are no shares; arrays that do not broadcast.
+
+    Examples
+    --------
+    >>> ridges = Ridges(pitch=3e-3)
+    >>> ridges.share([0.0, 1e-3, 1.5e-3]).round(6).tolist(), round(ridges.mean, 6)
+    ([1.0, 0.5, 0.0], 0.63662)
+    """
+
+    pitch: npt.ArrayLike
+    shape: ShapeName | Callable[[FloatArray], FloatArray] = "abs_cos"
+    crest: npt.ArrayLike = 0.0
+    duty: float | None = None
+    kinks: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        pitch = _check.real("pitch", self.pitch, unit="m", above=0.0)
+        crest = _check.real("crest", self.crest, unit="m")
+        _check.broadcast(pitch=pitch, crest=crest)
+        object.__setattr__(self, "pitch", pitch)
+        object.__setattr__(self, "crest", crest)
+        own = callable(self.shape)
+        if not own and self.shape not in get_args(ShapeName):
+            raise InvalidValueError(
+                f"shape = {self.shape!r}",
+                f"has to be one of {', '.join(get_args(ShapeName))}, or a function of the distance in pitches",
+            )
+        if self.duty is not None and self.shape != "square":
+            raise InvalidValueError(
+                f"duty = {self.duty!r} with shape = {self.shape!r}", "only square ridges have a duty", 'shape="square"'
+            )  # fmt: skip
+        duty = _check.scalar("duty", _DUTY if self.duty is None else self.duty, above=0.0, at_most=1.0)
+        object.__setattr__(self, "duty", duty if self.shape == "square" else None)
+        kinks = _check.real("kinks", self.kinks, at_least=-0.5, at_most=0.5).reshape(-1)
+        if kinks.size and not own:
+            raise InvalidValueError(
+                f"kinks = {self.kinks!r} with shape = {self.shape!r}", "the kinks of that shape are known"
+            )
+        object.__setattr__(self, "kinks", tuple(kinks.tolist()))
+        if own:
+            _check_shares(self._unit(np.linspace(-0.5, 0.5, _SAMPLES)))
+            whole, halves = self._integral(1), self._integral(2)
+            if abs(whole - halves) > _SMOOTH:
+                raise InvalidValueError(
+                    f"a mean share of {whole:.6g} or {halves:.6g}, as the nodes lie",
+                    "the shape has to be smooth between u = -1/2, 0, 1/2 and its kinks",
+                    "kinks=, the places where it is not",
+                )
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Shape that pitch and crest have together."""
+        return np.broadcast_shapes(np.shape(self.pitch), np.shape(self.crest))
+
+    def share(self, y: npt.ArrayLike) -> FloatArray:
+        """Share of the smooth pressure that is left at y [m]; y broadcasts against the pitch."""
+        u = (_check.real("y", y, unit="m") - np.asarray(self.crest)) / np.asarray(self.pitch)
+        return _check.read_only(self._unit(u - np.round(u)))
+
+    @property
+    def mean(self) -> float:
+        """Mean of the share over a pitch."""
+        if callable(self.shape):
+            return self._integral(2)
+        known = {"abs_cos": 2 / np.pi, "cos_squared": 0.5, "raised_cosine": 2 / 3}
+        return known.get(self.shape, float(self.duty or 0.0))
+
+    @property
+    def _corners(self) -> FloatArray:
+        """Places [pitches] between which the share is smooth, in [-1/2, 1/2]."""
+        half = [0.5 * self.duty] if self.duty is not None else []
+        kinks = np.asarray(self.kinks, dtype=np.float64)
+        near = np.add.outer(kinks, np.concatenate([-_NEAR, [0.0], _NEAR])).reshape(-1)
+        return np.unique([-0.5, 0.0, 0.5, *half, *(-h for h in half), *near[np.abs(near) <= 0.5]])
+
+    def _integral(self, parts: int) -> float:
+        """Integral of the share over a pitch, each stretch between corners in so many parts."""
+        corners = self._corners
+        ends = np.append((corners[:-1, None] + np.outer(np.diff(corners), np.arange(parts) / parts)), 0.5)
+        t, w = np.polynomial.legendre.leggauss(16)
+        half = 0.5 * np.diff(ends)[:, None]
+        return float((self._unit(ends[:-1, None] + half * (1 + t)) * half * w).sum())
+
+    def _unit(self, u: FloatArray) -> FloatArray:
+        if callable(self.shape):
+            values = np.asarray(self.shape(u), dtype=np.float64)
+            if values.shape != u.shape:
+                raise InvalidValueError(
+                    f"shares of shape {values.shape} from distances of shape {u.shape}",
+                    "the shape of a ridge has to be a function of an array",
+                )
+            return values
+        if self.shape == "abs_cos":
+            return np.abs(np.cos(np.pi * u))
+        if self.shape == "cos_squared":
+            return np.asarray(np.cos(np.pi * u) ** 2)
+        if self.shape == "raised_cosine":
+            return np.asarray((2 + np.cos(2 * np.pi * u)) / 3)
+        return np.where(np.abs(u) <= 0.5 * float(self.duty or 0.0), 1.0, 0.0)
+
+    def breaks(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Crests, troughs and kinks from `low` to `high` [m], shape (..., k); what is too many lies beyond them."""
+        pitch, crest = np.asarray(self.pitch)[..., None], np.asarray(self.crest)[..., None]
+        first = np.floor((low[..., None] - crest) / pitch)
+        count = int(np.ceil(((high - low) / np.asarray(self.pitch)).max(initial=0.0))) + 2
+        u = np.add.outer(np.arange(count), np.unique(self._corners % 1.0))
+        return np.asarray(crest + pitch * (first + u.reshape(-1)))
+
+
+def _check_shares(share: FloatArray) -> None:
+    top = float(share[_SAMPLES // 2])
+    if not (
+        np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12
+    ):
+        raise InvalidValueError(
+            f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
+            "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
+        )

@@ -1,0 +1,14 @@
+"""How densely sensors have to lie: the spacing that a spectrum asks for, the error made, what sliding adds."""
+
+from .aliasing import AliasingError, aliasing_error
+from .density import SensorDensity, sensor_density
+from .sliding import SlidingSamples, sliding_samples
+
+__all__ = [
+    "AliasingError",
+    "SensorDensity",
+    "SlidingSamples",
+    "aliasing_error",
+    "sensor_density",
+    "sliding_samples",
+]

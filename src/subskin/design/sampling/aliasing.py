@@ -1,0 +1,221 @@
+"""The error that a row of sensors makes between them: sampled, joined again and compared with the true readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import _check
+from ..._check import FloatArray
+from ...contact import Contact
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ...skin import Round
+from ._row import Row
+
+__all__ = ["AliasingError", "aliasing_error"]
+
+_BEYOND = 15.0
+"""Depths beyond the contact up to which every sample counts in full; further out the readings are smooth."""
+_TAPER, _REACH = 8.0, 6.0
+"""Width of the taper at the end of the row, in samples, and how many of these it takes to fall to nothing."""
+_WINDOW = 4.0
+"""Depths on either side of the contact in which the error is looked for."""
+_STEPS = 16
+_DEEP = 1e6
+"""Attenuation up to which the spectrum is followed beyond the Nyquist wavenumber."""
+_BLOCK = 1 << 22
+
+
+@dataclass(frozen=True, eq=False)
+class AliasingError:
+    """What `aliasing_error` found, m places along the skin and p shifts of the row.
+
+    Attributes
+    ----------
+    finger : Finger
+        The skin, with the one sensor that the row repeats, at y = 0.
+    contact : Contact
+    spacing : float
+        Of the sensors [m].
+    place : ndarray, shape (m,)
+        Places along the skin [m].
+    reading : ndarray, shape (m,)
+        What a sensor there would read.
+    shift : ndarray, shape (p,)
+        How far the row is shifted [m]: sensors at shift + j spacing, from the contact's centre.
+    error : ndarray, shape (p, m)
+        Reading recovered from the row's samples, less the true one.
+    full_scale : float
+        Largest size of a reading anywhere.
+    bound : float
+        No error is larger, whatever the shift: 2 / pi times the integral of the spectrum's size beyond the Nyquist
+        wavenumber, over `full_scale`.
+    at_nyquist : float
+        Largest spectral value beyond the Nyquist wavenumber over the largest at all: 1 / attenuation, the memo's
+        measure.
+    """
+
+    finger: Finger
+    contact: Contact
+    spacing: float
+    place: FloatArray
+    reading: FloatArray
+    shift: FloatArray
+    error: FloatArray
+    full_scale: float
+    bound: float
+    at_nyquist: float
+
+    @property
+    def largest(self) -> float:
+        """Largest error, over all places and shifts, in shares of the full scale."""
+        return float(np.abs(self.error).max()) / self.full_scale
+
+    @property
+    def rms(self) -> float:
+        """Root mean square over the shifts where it is largest, in shares of the full scale."""
+        return float(np.sqrt((self.error**2).mean(axis=0)).max()) / self.full_scale
+
+
+def aliasing_error(
+    finger: Finger,
+    contact: Contact,
+    spacing: float | None = None,
+    *,
+    sensor: int = 0,
+    shifts: int = 16,
+) -> AliasingError:
+    """What is lost between sensors: the strain sampled at their places, joined by sinc functions, against the true one.
+
+    The row has no end, and is free of noise. It is shifted through one spacing, for a contact can press anywhere
+    between two sensors. The error has two halves, the short waves that are missing and the longer ones for which they
+    are taken, so it is at most twice the spectrum's integral beyond the Nyquist wavenumber: the bound. What is
+    recovered here is the reading between the sensors, of a contact of which nothing is known. A contact of known shape
+    has a few unknowns, and a few sensors find them (docs/locating.md).
+
+    Parameters
+    ----------
+    finger : Finger
+        Any skin, any transducer that is linear or has a linear part.
+    contact : Contact
+        A single one; pressure and shear as given.
+    spacing : float, optional
+        Spacing of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
+        smaller one of which a whole number goes round.
+    sensor : int, optional
+        Which sensor of the finger is repeated.
+    shifts : int, optional
+        Number of shifts of the row, >= 2.
+
+    Returns
+    -------
+    AliasingError
+
+    Raises
+    ------
+    InvalidValueError
+        A spacing that is not > 0, too few shifts, a sensor that is not there or reads nothing.
+    GeometryError
+        A batch of contacts; no spacing, and a finger whose sensors have none.
+    NotLinearError
+        A transducer that has no linear part.
+
+    Examples
+    --------
+    The memo's density, under a line load: the error is a little less than one part in a thousand of the peak.
+
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
+    >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=2e-3))
+    >>> found = ss.design.aliasing_error(finger, ss.LineLoad(force=40.0), spacing=2e-3 / 3.2574)
+    >>> f"{found.at_nyquist:.2e} {found.largest:.2e} {found.bound:.2e}"
+    '1.00e-03 8.08e-04 8.08e-04'
+    """
+    row = Row.of(finger, sensor, contact)
+    step = _spacing(finger, spacing)
+    if isinstance(shifts, bool) or int(shifts) != shifts or shifts < 2:
+        raise InvalidValueError(f"shifts = {shifts!r}", "a whole number >= 2 is needed", "shifts=16")
+    skin, around = row.finger.skin, 0
+    if isinstance(skin, Round):
+        around = max(int(np.ceil(skin.period / step * (1 - 1e-12))), 1)
+        step = skin.period / around
+    window = row.half_width + _WINDOW * row.depth + step
+    half = int(np.ceil(_STEPS * window / step))
+    places = np.linspace(-half, half, 2 * half + 1) * (step / _STEPS)
+    if around:
+        places = places[np.abs(places) <= 0.5 * skin.period]
+    truth = row.readings(row.centre + places)
+    offsets = step / int(shifts) * np.arange(int(shifts), dtype=np.float64)
+    error = np.stack([_recovered(row, places, offset, step, around) for offset in offsets]) - truth
+    scale = float(np.abs(truth).max())
+    if not scale > 0:
+        raise InvalidValueError(
+            f"a sensor at {row.depth:.6g} m", "it reads nothing of the contact", "another depth, or contact"
+        )
+    bound, at_nyquist = _spectral(row, np.pi / step)
+    return AliasingError(
+        finger=row.finger,
+        contact=contact,
+        spacing=step,
+        place=_check.read_only(row.centre + places),
+        reading=_check.read_only(truth),
+        shift=_check.read_only(offsets),
+        error=_check.read_only(error),
+        full_scale=scale,
+        bound=bound / scale,
+        at_nyquist=at_nyquist,
+    )
+
+
+def _spacing(finger: Finger, spacing: float | None) -> float:
+    if spacing is not None:
+        return _check.scalar("spacing", spacing, unit="m", above=0.0)
+    gaps = np.diff(np.sort(np.asarray(finger.array.y)))
+    if not gaps.size or not gaps.min() > 0 or np.ptp(gaps) > 1e-9 * gaps.max():
+        raise GeometryError(
+            f"sensors at {np.asarray(finger.array.y).tolist()} m", "they are not evenly spaced", "spacing="
+        )
+    return float(gaps.mean())
+
+
+def _recovered(row: Row, places: FloatArray, offset: float, step: float, around: int) -> FloatArray:
+    """The samples at offset + j step from the contact's centre, joined by sinc functions, or their like on a ring."""
+    if around:
+        at = offset + step * np.arange(around, dtype=np.float64)
+    else:
+        full = (row.half_width + _BEYOND * row.depth) / step + _REACH * _TAPER
+        last = int(np.ceil(full + _REACH * _TAPER))
+        at = offset + step * np.arange(-last, last + 1, dtype=np.float64)
+    samples = row.readings(row.centre + at)
+    if not around:
+        # far out samples fall as slowly as 1/y and the sinc's signs alternate: a smooth end sums them as none would
+        from scipy.special import erfc
+
+        samples = samples * 0.5 * erfc((np.abs(at) / step - full) / _TAPER)
+    out = np.empty(places.size)
+    size = max(1, _BLOCK // at.size)
+    for i in range(0, places.size, size):
+        t = (places[i : i + size, None] - at) / step
+        out[i : i + size] = (_periodic(t, around) if around else np.sinc(t)) @ samples
+    return out
+
+
+def _periodic(t: FloatArray, count: int) -> FloatArray:
+    """Sum of the sincs of `count` samples round a ring, t in samples; the middle of the two where count is even."""
+    turn = np.pi * t / count
+    under = np.sin(turn) if count % 2 else np.tan(turn)
+    near = np.abs(np.sin(turn)) < 1e-12
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(near, 1.0, np.sin(np.pi * t) / (count * np.where(near, 1.0, under)))
+
+
+def _spectral(row: Row, nyquist: float) -> tuple[float, float]:
+    """The bound on the error, and the spectrum beyond the Nyquist wavenumber over its largest value."""
+    beyond, wanted = row.waves(_DEEP, start=nyquist), row.waves(_DEEP)
+    sizes = np.abs(row.spectrum(beyond))
+    largest = float(np.abs(row.spectrum(wanted)).max())
+    if not beyond.size:
+        return 0.0, 0.0
+    return float(row.beyond(beyond, sizes)[0]), float(sizes.max()) / largest

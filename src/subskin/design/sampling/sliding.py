@@ -1,0 +1,125 @@
+"""Samples that sliding adds: where a row's readings lie on the thing touched, frame after frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import _check
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...errors import GeometryError, InvalidValueError
+
+__all__ = ["SlidingSamples", "sliding_samples"]
+
+_SAME = 1e-9
+"""Samples closer than this share of a step lie at one place."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingSamples:
+    """What `sliding_samples` found.
+
+    Attributes
+    ----------
+    step : float
+        How far the skin slides from one frame to the next [m].
+    distance : float
+        How far it slides in all [m].
+    place : ndarray, shape (m,)
+        Different places sampled on the stretch that every sensor passes over, one step of it [m], ascending.
+    visits : float
+        Samples at each of these places, on average over the places: those of sensors that follow in others' tracks.
+    spacing : float
+        The widest gap between neighbouring places [m]: what the row's spacing is to be replaced by.
+    mean_spacing : float
+        Step over the number of places [m]; smaller than `spacing` where samples come in bunches.
+    noise_gain : float
+        Noise of the readings recovered between the samples over that of as many samples spaced evenly, if all waves up
+        to pi / mean_spacing are recovered: 1 for even samples, large for bunches.
+    """
+
+    step: float
+    distance: float
+    place: FloatArray
+    visits: float
+    spacing: float
+    mean_spacing: float
+    noise_gain: float
+
+
+def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: int = 0) -> SlidingSamples:
+    """Where on a thing that slides past the sensors sample it.
+
+    In frame j a sensor at y samples the thing at y + j speed / rate. One sensor alone so samples every step = speed /
+    rate; n sensors sample n places a step, where their places differ once whole steps are taken off. Sensors a whole
+    number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count that
+    are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over the
+    whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
+    known: one wrong by a share e puts a sample e times the way slid off its place.
+
+    Parameters
+    ----------
+    array : SensorArray
+        The row.
+    speed : float
+        Of the thing along the skin [m/s], not 0.
+    rate : float
+        Frames per second [Hz], > 0.
+    sensor : int, optional
+        The sensor whose like are counted.
+
+    Returns
+    -------
+    SlidingSamples
+
+    Raises
+    ------
+    InvalidValueError
+        A speed of 0, a rate that is not > 0, a sensor that is not there.
+
+    Examples
+    --------
+    Four sensors 1 mm apart and a step of 0.8 mm: every 0.2 mm is sampled.
+
+    >>> import subskin as ss
+    >>> row = ss.SensorArray.line(count=4, pitch=1e-3, depth=2e-3)
+    >>> found = ss.design.sliding_samples(row, speed=0.08, rate=100.0)
+    >>> round(found.spacing * 1e3, 6), round(found.noise_gain, 6)
+    (0.2, 1.0)
+    """
+    pace = abs(_check.scalar("speed", speed, unit="m/s"))
+    frames = _check.scalar("rate", rate, unit="Hz", above=0.0)
+    if not pace > 0:
+        raise InvalidValueError("speed = 0 m/s", "what does not slide adds no samples", "speed=0.05")
+    count = len(array)
+    if isinstance(sensor, bool) or int(sensor) != sensor or not 0 <= sensor < count:
+        raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {count - 1}", "sensor=0")
+    kinds = [
+        (kind.linear_part, float(depth), float(width))
+        for kind, depth, width in zip(
+            array.transducers, np.asarray(array.depth), np.asarray(array.width), strict=True
+        )
+    ]
+    alike = np.array([kind == kinds[sensor] for kind in kinds]) & array.live
+    if not alike.any():
+        raise GeometryError(f"sensor {sensor}", "it is dead, of gain 0, and so are its like", "name another")
+    y = np.asarray(array.y)[alike]
+    step = pace / frames
+    rest = np.sort(np.mod(y - y.max(), step) / step)
+    rest = np.sort(np.where(rest > 1 - _SAME, 0.0, rest))
+    rest = rest[np.concatenate([[True], np.diff(rest) > _SAME])]
+    gaps = np.diff(np.concatenate([rest, [rest[0] + 1]]))
+    # waves that the step alone confuses, told apart by the places within it; evenly spaced these are a Fourier matrix
+    waves = np.exp(2j * np.pi * np.outer(rest, np.arange(rest.size))) / np.sqrt(rest.size)
+    gain = float(np.sqrt((np.abs(np.linalg.inv(waves)) ** 2).sum() / rest.size))
+    return SlidingSamples(
+        step=step,
+        distance=float(np.ptp(y)) + step,
+        place=_check.read_only(y.max() + step * rest),
+        visits=y.size / rest.size,
+        spacing=step * float(gaps.max()),
+        mean_spacing=step / rest.size,
+        noise_gain=gain,
+    )

@@ -1,0 +1,29 @@
+"""From what a designer knows to ranked fingers."""
+
+from .goals import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice
+from .grid import Criterion, DesignGrid, Store, search_grid
+from .rank import Check, DesignedFinger, DesignStudy, limen, most_looked_at, rank_fingers
+from .reasons import in_words
+from .table import finger_table
+
+__all__ = [
+    "Accuracy",
+    "Check",
+    "Criterion",
+    "DesignGrid",
+    "DesignStudy",
+    "DesignedFinger",
+    "Effort",
+    "Goals",
+    "Room",
+    "Row",
+    "SensorKind",
+    "SkinChoice",
+    "Store",
+    "finger_table",
+    "in_words",
+    "limen",
+    "most_looked_at",
+    "rank_fingers",
+    "search_grid",
+]

@@ -1,0 +1,265 @@
+"""What the designer of a finger knows and wants: touches, accuracy, sensors, skins, space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ... import _check
+from ...array import SensorArray
+from ...errors import GeometryError, InvalidValueError
+from ...finger import Finger
+from ...skin import Skin
+from ...transducer import Transducer
+from ..touches import Touches
+
+__all__ = ["Accuracy", "Effort", "Goals", "Room", "Row", "SensorKind", "SkinChoice"]
+
+
+@dataclass(frozen=True)
+class SensorKind:
+    """A kind of sensor that is at hand.
+
+    Parameters
+    ----------
+    name : str
+        What it is called in the report.
+    transducer : Transducer
+        What it measures.
+    noise : float
+        Standard deviation of a reading, > 0, in the unit of what it measures.
+    width : float, optional
+        Width over which it averages [m].
+    largest : float, optional
+        Largest magnitude that it can read, in the same unit.
+    resolution : float, optional
+        Step to which a reading is rounded, in the same unit; its rounding error adds to the noise.
+    """
+
+    name: str
+    transducer: Transducer
+    noise: float
+    width: float = 0.0
+    largest: float = np.inf
+    resolution: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.transducer, Transducer):
+            raise InvalidValueError(f"transducer = {self.transducer!r}", "a Transducer is needed")
+        self.transducer.linearise(np.zeros(0))  # refuses what cannot be made linear
+        object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
+        for name in ("width", "resolution"):
+            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), at_least=0.0))
+        if not self.largest > 0:
+            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0")
+
+    @property
+    def error(self) -> float:
+        """Standard deviation of a reading, that of rounding included."""
+        return float(np.hypot(self.noise, self.resolution / np.sqrt(12)))
+
+
+@dataclass(frozen=True)
+class SkinChoice:
+    """A skin that could be moulded, and what it is called in the report."""
+
+    name: str
+    skin: Skin
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """What 95 % of the weakest touches should be told to, in one frame; None where it does not matter.
+
+    Parameters
+    ----------
+    position, angle : float, optional
+        Standard error of the place [m] and of the angle [rad].
+    force : float, optional
+        Standard error of the force, relative to it.
+    unsure : float, optional
+        Largest share of touches that may be ambiguous or not felt, in (0, 1].
+    feature : float, optional
+        Distance at which two touches have to be told from one [m].
+    """
+
+    position: float | None = None
+    angle: float | None = None
+    force: float | None = None
+    unsure: float = 0.01
+    feature: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("position", "angle", "force", "feature"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
+        object.__setattr__(self, "unsure", _check.scalar("unsure", self.unsure, above=0.0, at_most=1.0))
+        if self.position is None and self.angle is None and self.force is None:
+            raise InvalidValueError(
+                "no accuracy is wanted", "one of position, angle and force is needed", "position=0.2e-3"
+            )
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where sensors can be put.
+
+    Parameters
+    ----------
+    counts : (int, int)
+        Fewest and most sensors; at least 3.
+    depths : (float, float)
+        Shallowest and deepest [m].
+    least_pitch : float
+        Least distance between sensors, their wiring included [m].
+    longest_row : float, optional
+        Largest distance from the first sensor to the last [m].
+    """
+
+    counts: tuple[int, int]
+    depths: tuple[float, float]
+    least_pitch: float
+    longest_row: float = np.inf
+
+    def __post_init__(self) -> None:
+        low, high = self.counts
+        if int(low) != low or int(high) != high or not 3 <= low <= high:
+            raise InvalidValueError(
+                f"counts = {self.counts!r}", "two whole numbers are needed, 3 <= fewest <= most", "(3, 12)"
+            )
+        shallow, deep = self.depths
+        if not (0 < shallow <= deep < np.inf):
+            raise GeometryError(f"depths = {self.depths!r} m", "0 < shallowest <= deepest is needed")
+        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
+        if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
+            raise GeometryError(
+                f"longest_row = {self.longest_row:.6g} m",
+                f"{low} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
+                "fewer sensors, a smaller pitch, or a longer row",
+            )
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of equal sensors: the indices of its skin and of its kind of sensor among the goals', and its geometry.
+
+    Parameters
+    ----------
+    skin, sensor : int
+        Which of the goals' skins and kinds of sensor.
+    count : int
+        How many sensors.
+    depth, pitch : float
+        [m].
+    """
+
+    skin: int
+    sensor: int
+    count: int
+    depth: float
+    pitch: float
+
+    @property
+    def length(self) -> float:
+        """From the first sensor to the last [m]."""
+        return (self.count - 1) * self.pitch
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How finely designs are searched.
+
+    Parameters
+    ----------
+    depths, spacings : int, optional
+        How many of each are tried.
+    touches : int, optional
+        Touches by which each design is judged.
+    seed : int, optional
+        Of the touches: the same seed gives the same numbers.
+    keep : int, optional
+        How many fingers are returned.
+    """
+
+    depths: int = 20
+    spacings: int = 30
+    touches: int = 100_000
+    seed: int = 0
+    keep: int = 5
+
+    def __post_init__(self) -> None:
+        for name, least in (("depths", 1), ("spacings", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or int(value) != value or value < least:
+                raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed")
+
+
+@dataclass(frozen=True)
+class Goals:
+    """All that `search_designs` needs to know.
+
+    Parameters
+    ----------
+    touches : Touches
+        The weakest touch that has to be felt, the friction, and the span of skin that is touched, which is needed.
+    strongest : float
+        The strongest force that has to be borne [N/m].
+    accuracy : Accuracy
+    sensors : tuple of SensorKind
+    skins : tuple of SkinChoice
+    room : Room
+    largest_strain : float, optional
+        Largest compressive strain at the sensors under the strongest force: the theory is one of small strains.
+    tolerances : mapping, optional
+        Tolerances of making the finger, as of `tolerance_budget`; without them only noise counts.
+    effort : Effort, optional
+    title : str, optional
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Touches without a span, a strongest force below the weakest, nothing to choose from.
+    """
+
+    touches: Touches
+    strongest: float
+    accuracy: Accuracy
+    sensors: tuple[SensorKind, ...]
+    skins: tuple[SkinChoice, ...]
+    room: Room
+    largest_strain: float = 0.1
+    tolerances: dict[str, float] = field(default_factory=dict)
+    effort: Effort = Effort()
+    title: str = "Finger"
+
+    def __post_init__(self) -> None:
+        self.touches.span_on()
+        if not self.touches.force <= self.strongest < np.inf:
+            raise InvalidValueError(
+                f"strongest = {self.strongest!r} N/m",
+                f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
+            )
+        object.__setattr__(
+            self,
+            "largest_strain",
+            _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0),
+        )
+        for name in ("sensors", "skins"):
+            choices = tuple(getattr(self, name))
+            object.__setattr__(self, name, choices)
+            if not choices:
+                raise InvalidValueError(f"{name} = ()", "one at least is needed")
+            called = [choice.name for choice in choices]
+            twice = next((c for c in called if called.count(c) > 1), None)
+            if twice is not None:
+                raise InvalidValueError(f'two {name} called "{twice}"', "names tell them apart in the report")
+
+    def finger(self, row: Row) -> Finger:
+        """The finger of one design."""
+        kind = self.sensors[row.sensor]
+        array = SensorArray.line(
+            row.count, row.pitch, row.depth, transducer=kind.transducer, noise=kind.noise, width=kind.width,
+            low=-kind.largest, high=kind.largest, resolution=kind.resolution,
+        )  # fmt: skip
+        return Finger(self.skins[row.skin].skin, array)

@@ -1,0 +1,237 @@
+"""Every design that the goals allow, judged: a grid over skins, kinds of sensor, depths, pitches and counts."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...contact import LineLoad
+from ...errors import GeometryError
+from ...transducer import MaxCompressiveStrain
+from ..placement import study_row
+from .goals import Goals
+
+__all__ = ["Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
+
+_DEEPEST = 0.98
+"""A sensor lies no deeper than this share of the skin: at a rigid base little is to be felt."""
+_WIDEST = 2.5
+"""Pitches go up to this many times the largest depth, unless the room ends before."""
+_LOOKED_AT = np.linspace(-4.0, 4.0, 161)
+"""Places at which the largest strain and reading are looked for, in depths."""
+
+
+class Store(Protocol):
+    """Where finished rows of the grid are kept, so that a search that was stopped can go on."""
+
+    def get(self, key: str) -> Mapping[str, FloatArray] | None:
+        """What was put under `key`, if anything."""
+
+    def put(self, key: str, row: Mapping[str, FloatArray]) -> None:
+        """Keep `row` under `key`."""
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One thing that is wanted of a finger.
+
+    Attributes
+    ----------
+    name : str
+        Key of the grid's values.
+    label, unit : str
+        What it is called, and the SI unit.
+    wanted : float
+        Largest value that will do.
+    """
+
+    name: str
+    label: str
+    unit: str
+    wanted: float
+
+
+@dataclass(frozen=True, eq=False)
+class DesignGrid:
+    """What every design of the grid can do. Arrays of shape (skins, kinds, depths, pitches, counts).
+
+    Attributes
+    ----------
+    goals : Goals
+    depths : ndarray, shape (skins, depths)
+        [m]
+    pitches : ndarray, shape (pitches,)
+        [m]
+    counts : ndarray of int, shape (counts,)
+    values : dict of ndarray
+        The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not felt; "strain":
+        compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
+        be read. NaN where a row has no room.
+    criteria : tuple of Criterion
+        What is wanted, of these values.
+    """
+
+    goals: Goals
+    depths: FloatArray
+    pitches: FloatArray
+    counts: np.ndarray[Any, np.dtype[np.intp]]
+    values: dict[str, FloatArray]
+    criteria: tuple[Criterion, ...]
+
+    @property
+    def excess(self) -> FloatArray:
+        """Largest ratio of a value to what is wanted; at most 1 where a design meets the goals, NaN without room."""
+        ratios = [self.values[c.name] / c.wanted for c in self.criteria]
+        return np.asarray(np.max(ratios, axis=0))
+
+    def columns(self) -> dict[str, Any]:
+        """Every design as a line of a table: names, lengths [m], and `values`; those without room are left out."""
+        k, m, d, s, n = np.nonzero(~np.isnan(self.excess))
+        skins, kinds = self.goals.skins, self.goals.sensors
+        digits = np.vectorize(lambda value: float(f"{value:.6g}"), otypes=[float])
+        chosen = {name: digits(value[k, m, d, s, n]) for name, value in self.values.items()}
+        return {
+            "skin": [skins[i].name for i in k],
+            "sensor": [kinds[i].name for i in m],
+            "count": self.counts[n],
+            "depth": digits(self.depths[k, d]),
+            "pitch": digits(self.pitches[s]),
+            **chosen,
+            "excess": digits(self.excess[k, m, d, s, n]),
+        }
+
+
+def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
+    """What the goals ask of every design of the grid."""
+    accuracy = goals.accuracy
+    asked = [
+        Criterion("position_95", "error of the place", "m", accuracy.position or np.inf),
+        Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
+        Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
+        Criterion("unsure", "touches ambiguous or not felt", "", accuracy.unsure),
+        Criterion("strain", "strain at the sensors, strongest force", "", goals.largest_strain),
+        Criterion("range", "largest reading over the range", "", 1.0),
+    ]
+    return tuple(c for c in asked if np.isfinite(c.wanted))
+
+
+def search_grid(
+    goals: Goals,
+    *,
+    store: Store | None = None,
+    workers: int | None = None,
+    progress: Callable[[], object] | None = None,
+) -> DesignGrid:
+    """Judge every design of the grid, on all cores.
+
+    Parameters
+    ----------
+    goals : Goals
+        What is wanted, and what there is to choose from.
+    store : Store, optional
+        Rows found there are not worked out again, and finished ones are put there.
+    workers : int, optional
+        How many rows at a time; as many as there are cores if left out. The result does not depend on it.
+    progress : callable, optional
+        Called after each of the skins x kinds x depths rows.
+
+    Raises
+    ------
+    GeometryError
+        No depth lies within a skin.
+    """
+    effort, room = goals.effort, goals.room
+    depths = np.stack([_depths(goals, k) for k in range(len(goals.skins))])
+    pitches = _pitches(goals)
+    counts = np.arange(room.counts[0], room.counts[1] + 1)
+    shape = (len(goals.skins), len(goals.sensors), depths.shape[1], pitches.size, counts.size)
+    tasks = list(np.ndindex(shape[:3]))
+    rows: dict[tuple[int, ...], Mapping[str, FloatArray]] = {}
+
+    def work(task: tuple[int, ...]) -> Mapping[str, FloatArray]:
+        k, m, d = task
+        kind, skin = goals.sensors[m], goals.skins[k].skin
+        depth = float(depths[k, d])
+        question = (
+            _VERSION, skin, kind.transducer, kind.error, kind.width, depth, pitches.tolist(), counts.tolist(),
+            goals.touches, effort.touches, effort.seed,
+        )  # fmt: skip
+        key = hashlib.sha256(repr(question).encode()).hexdigest()[:24]
+        row = None if store is None else store.get(key)
+        if row is None:
+            row = study_row(
+                skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width,
+                seed=effort.seed, samples=effort.touches,
+            )  # fmt: skip
+            if store is not None:
+                store.put(key, row)
+        return row
+
+    pool = ThreadPoolExecutor(max_workers=workers or len(os.sched_getaffinity(0)))
+    try:
+        waiting = {pool.submit(work, task): task for task in tasks}
+        for done in as_completed(waiting):
+            rows[waiting[done]] = done.result()
+            if progress is not None:
+                progress()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+    values = {name: np.stack([rows[task][name] for task in tasks]).reshape(shape) for name in rows[tasks[0]]}
+    values["unsure"] = values["ambiguous"] + values["unfelt"]
+    values |= _under_load(goals, depths, shape)
+    fits = pitches[:, None] * (counts - 1) <= room.longest_row * (1 + 1e-9)
+    values = {name: np.where(fits, value, np.nan) for name, value in values.items()}
+    return DesignGrid(goals, depths, pitches, counts, values, criteria_of(goals))
+
+
+_VERSION = 1
+"""Of what is kept in a store: to be raised where `study_row` comes to give other numbers."""
+
+
+def _depths(goals: Goals, k: int) -> FloatArray:
+    shallow, deep = goals.room.depths
+    choice = goals.skins[k]
+    deepest = min(deep, _DEEPEST * choice.skin.thickness)
+    if deepest < shallow:
+        raise GeometryError(
+            f'skin "{choice.name}" is {choice.skin.thickness:.6g} m thick',
+            f"the shallowest sensors are to lie {shallow:.6g} m deep",
+            "a thicker skin or shallower sensors",
+        )
+    return np.geomspace(shallow, deepest, goals.effort.depths)
+
+
+def _pitches(goals: Goals) -> FloatArray:
+    room = goals.room
+    widest = min(room.longest_row / (room.counts[0] - 1), _WIDEST * room.depths[1])
+    return np.geomspace(room.least_pitch, max(widest, room.least_pitch), goals.effort.spacings)
+
+
+def _under_load(goals: Goals, depths: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
+    found: dict[str, FloatArray] = {"strain": np.zeros(shape), "range": np.zeros(shape)}
+    for k, m, d in np.ndindex(shape[:3]):
+        for name, value in loaded(goals, k, m, float(depths[k, d])).items():
+            found[name][k, m, d] = value
+    return found
+
+
+def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
+    """Largest strain at `depth` in the k-th skin under the strongest force, and largest reading of the m-th kind
+    over its range.
+    """
+    kind = goals.sensors[m]
+    angles = goals.touches.cone * np.linspace(-1.0, 1.0, 9)
+    load = LineLoad(goals.strongest, angles[:, None], _LOOKED_AT * depth)
+    state = goals.skins[k].skin.state(load, depth, 0.0)
+    reading = np.abs(kind.transducer.linear_part.measure(state)).max()
+    return {
+        "strain": float(MaxCompressiveStrain().measure(state).max()),
+        "range": float(reading) / kind.largest,
+    }

@@ -1,0 +1,212 @@
+"""What one source of error costs, and what all of them do together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...errors import InvalidValueError, SubskinError
+from ...finger import Finger
+from ._study import Located, Study
+from .result import Cost
+from .sources import SOURCES, as_made, of_each_sensor
+
+__all__ = ["Costs", "combined", "joined", "summed_up"]
+
+_TRIES = 1000
+_STEP = 1e-3
+"""Of the differences by a sensor's place or depth, in amounts."""
+
+
+class Costs:
+    """Costs of sources on a study's touches.
+
+    Parameters
+    ----------
+    study : Study
+    draws : int
+        Fingers drawn for what differs from sensor to sensor, frames for what differs from reading to reading.
+    quantile : float
+        Of the draws, for the worst errors.
+    seed : int
+        Of the draws; each source has its own from it, so that a row does not depend on the others.
+    """
+
+    def __init__(self, study: Study, draws: int, quantile: float, seed: int) -> None:
+        self.study, self.draws, self.quantile, self.seed = study, draws, quantile, seed
+        self.drawn_readings = study.readings(study.finger)
+        self._slope, self._singular = study.slope()
+        self._far = NormalDist().inv_cdf(0.5 * (1 + quantile))
+
+    def rng(self, name: str, *more: int) -> np.random.Generator:
+        """Random numbers of a source's own."""
+        return np.random.default_rng([self.seed, [*SOURCES, "together"].index(name), *more])
+
+    def cost(self, name: str, amount: float) -> Cost:
+        """What the source costs if it is off by `amount`.
+
+        Raises
+        ------
+        InvalidValueError
+            Where no finger can be off by as much.
+        """
+        study, spread = self.study, SOURCES[name].spread
+        linear = self._linear(name, amount)
+        if spread in ("finger", "fixed"):
+            near = joined(study.locate(study.readings(made)) for made in self.sides(name, amount))
+            wide = near
+            if spread == "finger":
+                wide = joined(
+                    study.locate(study.readings(made)) for made in self.sides(name, self._far * amount)
+                )
+            return summed_up(name, amount, near, np.abs(wide.errors).max(axis=0), linear)
+        if name == "resolution":
+            step = of_each_sensor(study.finger.array.resolution, amount)
+            found = study.locate(np.round(self.drawn_readings / step) * step)
+            return summed_up(name, amount, found, np.abs(found.errors), linear)
+        if name == "noise":
+            readings = self.drawn_readings + self.noise(amount, self.rng(name))
+        else:
+            readings = study.readings_of(self.fingers({name: amount}, self.rng(name)))
+        found = study.locate(readings)
+        return summed_up(name, amount, found, self.largest(found.errors), linear)
+
+    def together(self, amounts: Mapping[str, float]) -> Cost:
+        """All sources at once, by drawing fingers and frames."""
+        rng = self.rng("together")
+        readings = self.study.readings_of(self.fingers(amounts, rng))
+        if "noise" in amounts:
+            readings = readings + self.noise(amounts["noise"], rng)
+        if "resolution" in amounts:
+            step = of_each_sensor(self.study.finger.array.resolution, amounts["resolution"])
+            readings = np.round(readings / step) * step
+        found = self.study.locate(readings)
+        return summed_up("together", np.nan, found, self.largest(found.errors))
+
+    def sides(self, name: str, amount: float) -> list[Finger]:
+        """The finger off by the amount to either side; one of them where the other cannot be."""
+        out: list[Finger] = []
+        for value in (amount,) if SOURCES[name].spread == "fixed" else (amount, -amount):
+            try:
+                out.append(as_made(self.study.finger, {name: value}))
+            except SubskinError as error:
+                refused = error
+        if not out:
+            raise InvalidValueError(
+                f"{name} off by {amount:.6g}",
+                f"no such finger ({refused.seen}: {refused.rule})",
+                "a smaller one",
+            )
+        return out
+
+    def fingers(self, amounts: Mapping[str, float], rng: np.random.Generator) -> list[Finger]:
+        """Fingers drawn at random, as many as `draws`."""
+        return [self.finger(amounts, rng) for _ in range(self.draws)]
+
+    def finger(self, amounts: Mapping[str, float], rng: np.random.Generator) -> Finger:
+        """A finger drawn at random; drawn again where there is no such finger."""
+        array = self.study.finger.array
+        for _ in range(_TRIES):
+            off: dict[str, Any] = {}
+            for name, amount in amounts.items():
+                spread = SOURCES[name].spread
+                if spread == "fixed":
+                    off[name] = amount
+                elif spread == "finger":
+                    off[name] = amount * rng.standard_normal()
+                elif spread == "sensor":
+                    each = of_each_sensor(array.noise, amount) if name == "offset" else amount
+                    off[name] = each * rng.standard_normal(len(array))
+            try:
+                return as_made(self.study.finger, off)
+            except SubskinError as error:
+                refused = error
+        raise InvalidValueError(
+            ", ".join(f"{name} = {amount:.6g}" for name, amount in amounts.items()),
+            f"hardly a finger is off like that ({refused.seen}: {refused.rule})",
+            "smaller tolerances",
+        )
+
+    def noise(self, amount: float, rng: np.random.Generator) -> FloatArray:
+        """Noise of `draws` frames of each touch, shape (draws, p, a, n)."""
+        size = of_each_sensor(self.study.finger.array.noise, amount)
+        return np.asarray(size * rng.standard_normal((self.draws, *self.drawn_readings.shape)))
+
+    def largest(self, errors: FloatArray) -> FloatArray:
+        """What the quantile of the draws stays within at each touch, shape (p, a, 3)."""
+        size = np.sort(np.abs(errors), axis=0)  # frames without an answer last
+        rank = np.ceil(self.quantile * np.isfinite(size).sum(axis=0)).astype(np.intp) - 1
+        return np.asarray(np.take_along_axis(size, np.maximum(rank, 0)[None], axis=0)[0])
+
+    def _linear(self, name: str, amount: float) -> FloatArray:
+        """RMS errors (3,) to first order in the readings' change; infinite where some touch is singular."""
+        study, array = self.study, self.study.finger.array
+        spread, readings = SOURCES[name].spread, self.drawn_readings
+        if spread in ("finger", "fixed"):
+            changes = [study.readings(made) - readings for made in self.sides(name, amount)]
+            square = np.mean([np.einsum("pakn,pan->pak", self._slope, c) ** 2 for c in changes], axis=0)
+        else:
+            if name in ("place", "depths"):
+                step = _STEP * amount
+                ends = [study.readings(as_made(study.finger, {name: s})) for s in (step, -step)]
+                change = (ends[0] - ends[1]) * (0.5 / _STEP)
+            elif name == "gains":
+                change = amount * (readings - np.asarray(array.offset))
+            elif name == "resolution":
+                change = of_each_sensor(array.resolution, amount) / np.sqrt(12)
+            else:
+                change = of_each_sensor(array.noise, amount)
+            changes = [np.broadcast_to(change, readings.shape)]
+            square = np.einsum("pakn,pan->pak", self._slope**2, changes[0] ** 2)
+        moved = np.any([np.abs(c).max(axis=-1) > 0 for c in changes], axis=0)
+        square[self._singular & moved] = np.inf
+        return np.asarray(np.sqrt(square.mean(axis=(0, 1))))
+
+
+def joined(parts: Iterable[Located]) -> Located:
+    """Several located sets as one, along a new first axis."""
+    located = list(parts)
+    return Located(np.stack([e.errors for e in located]), np.stack([e.ok for e in located]))
+
+
+def summed_up(
+    name: str, amount: float, found: Located, worst: FloatArray, linear: FloatArray | None = None
+) -> Cost:
+    """A row of the budget; `worst` (p, a, 3) is the error at each touch."""
+    e = found.errors.reshape(-1, 3)
+    answered = np.isfinite(e).all(axis=1)
+    rms = np.sqrt((e[answered] ** 2).mean(axis=0)) if answered.any() else np.full(3, np.nan)
+    top = worst.reshape(-1, 3)
+    top = top[np.isfinite(top).all(axis=1)]
+    largest = top.max(axis=0) if len(top) else np.full(3, np.nan)
+    first = np.full(3, np.nan) if linear is None else linear
+    source = SOURCES.get(name)
+    return Cost(
+        source=name,
+        amount=amount,
+        unit="" if source is None else source.unit,
+        spread="finger" if source is None else source.spread,
+        position_rms=float(rms[0]),
+        position_worst=float(largest[0]),
+        angle_rms=float(rms[2]),
+        angle_worst=float(largest[2]),
+        force_rms=float(rms[1]),
+        force_worst=float(largest[1]),
+        lost=float(1 - found.ok.mean()),
+        position_linear=float(first[0]),
+        angle_linear=float(first[2]),
+        force_linear=float(first[1]),
+    )
+
+
+def combined(rows: tuple[Cost, ...]) -> Cost:
+    """The root of the sum of squares of each column; frames that are lost do not add up like that."""
+    names = [
+        f"{what}_{kind}" for what in ("position", "angle", "force") for kind in ("rms", "worst", "linear")
+    ]
+    values = {name: float(np.sqrt(sum(getattr(row, name) ** 2 for row in rows))) for name in names}
+    return Cost("total", np.nan, "", "finger", **values, lost=np.nan)

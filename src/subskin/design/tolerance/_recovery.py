@@ -1,0 +1,165 @@
+"""Fingers that are off, calibrated by their own touches, and what is left of their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...contact import LineLoad
+from ...errors import ConvergenceError, SubskinError
+from ...estimate import calibrate, calibrate_blind
+from ...finger import Finger
+from ._costs import Costs, joined, summed_up
+from ._study import Located
+from .result import Cost, Recovery
+from .sources import SOURCES, as_made, of_each_sensor
+
+__all__ = ["METHODS", "recoveries", "terms_for"]
+
+METHODS = ("known", "blind")
+
+_TERMS = {
+    "gain": ("gain", "gains", "young"),
+    "offset": ("offset",),
+    "depth": ("depth",),
+    "depths": ("depths",),
+    "place": ("place",),
+    "poisson": ("poisson",),
+    "thickness": ("thickness",),
+}
+"""What a calibration can fit, and the sources that it then makes up for."""
+
+_TOGETHER = "together"
+
+
+def terms_for(finger: Finger, amounts: Mapping[str, float]) -> tuple[str, ...]:
+    """What a self-calibration fits: all that has a tolerance, of what a calibration of this finger can fit."""
+    off = [term for term, sources in _TERMS.items() if any(name in amounts for name in sources)]
+    if finger.skin.single_material is None:
+        off = [term for term in off if term not in ("poisson", "thickness")]
+    if "depths" in off and "depth" in off:
+        off.remove("depth")
+    return tuple(off) or ("gain",)
+
+
+def recoveries(
+    costs: Costs,
+    amounts: Mapping[str, float],
+    methods: Mapping[str, Sequence[str]],
+    draws: int,
+    touches: Mapping[str, int],
+    progress: Callable[[], object],
+) -> tuple[Recovery, ...]:
+    """A row for each source that a calibration could remove, and one for all of them at once."""
+    if not methods:
+        return ()
+    off = {name: amount for name, amount in amounts.items() if SOURCES[name].spread != "reading"}
+    if not off:
+        return ()
+    rows = [{name: amount} for name, amount in off.items()] + [off]
+    names = [*off, _TOGETHER]
+    return tuple(
+        _recovery(costs, name, row, amounts, methods, draws, touches, progress)
+        for name, row in zip(names, rows, strict=True)
+    )
+
+
+def _recovery(
+    costs: Costs,
+    name: str,
+    off: Mapping[str, float],
+    amounts: Mapping[str, float],
+    methods: Mapping[str, Sequence[str]],
+    draws: int,
+    touches: Mapping[str, int],
+    progress: Callable[[], object],
+) -> Recovery:
+    study = costs.study
+    drawn: list[Located] = []
+    after: dict[str, list[Located]] = {method: [] for method in methods}
+    failed = dict.fromkeys(methods, 0)
+    for draw in range(draws):
+        rng = costs.rng(name, draw)
+        made = _made(costs, name, off, draw, rng)
+        readings = study.readings(made)
+        drawn.append(study.locate(readings))
+        for method, fit in methods.items():
+            try:
+                found = _calibrated(costs, made, method, fit, amounts, touches[method], rng)
+                after[method].append(study.of(found).locate(readings))
+            except ConvergenceError:
+                failed[method] += 1
+                after[method].append(drawn[-1])
+            progress()
+    amount = off.get(name, np.nan)
+    costs_after = {method: _summed(costs, name, amount, parts) for method, parts in after.items()}
+    return Recovery(
+        name,
+        _summed(costs, name, amount, drawn),
+        costs_after.get("known"),
+        costs_after.get("blind"),
+        tuple(failed.items()),
+    )
+
+
+def _summed(costs: Costs, name: str, amount: float, parts: list[Located]) -> Cost:
+    found = joined(parts)
+    return summed_up(name, amount, found, costs.largest(found.errors))
+
+
+def _made(costs: Costs, name: str, off: Mapping[str, float], draw: int, rng: np.random.Generator) -> Finger:
+    """A finger off by one standard deviation, to either side in turn, where it is off as a whole; else a drawn one."""
+    if name != _TOGETHER and SOURCES[name].spread == "finger":
+        for sign in (1, -1) if draw % 2 == 0 else (-1, 1):
+            try:
+                return as_made(costs.study.finger, {name: sign * off[name]})
+            except SubskinError:
+                continue
+    return costs.finger(off, rng)
+
+
+def _calibrated(
+    costs: Costs,
+    made: Finger,
+    method: str,
+    fit: Sequence[str],
+    amounts: Mapping[str, float],
+    count: int,
+    rng: np.random.Generator,
+) -> Finger:
+    """The finger as drawn, with the numbers that touches of `made` tell; `amounts` say how far it can be off."""
+    study = costs.study
+    noise = of_each_sensor(made.array.noise, amounts["noise"]) if "noise" in amounts else made.array.noise
+    made = replace(made, array=replace(made.array, noise=noise))
+    if method == "known":
+        places = np.linspace(*study.touches.span_on(study.finger), count)
+        readings = made.read(LineLoad(study.touches.force, 0.0, places), rng)
+        return calibrate(
+            study.finger, readings, places, fit=fit, force=study.touches.force, origin=0.0
+        ).finger
+    readings = made.read(study.touches.sample(count, rng, study.finger), rng)
+    options: dict[str, Any] = {"friction": study.friction, "search": study.search}
+    options |= _priors(study.finger, fit, amounts)
+    return calibrate_blind(study.finger, readings, fit=fit, **options).finger
+
+
+def _priors(finger: Finger, fit: Sequence[str], amounts: Mapping[str, float]) -> dict[str, float]:
+    """The tolerances as errors of the drawing, as `calibrate_blind` takes them; its own where there is none."""
+    depth = np.asarray(finger.array.depth)
+    below = finger.skin.thickness - float(depth.max())
+    scale = {
+        "place": 1 / depth.mean(),
+        "depth": 1 / depth.mean(),
+        "depths": 1 / depth.mean(),
+        "thickness": 1 / below,
+    }
+    out: dict[str, float] = {}
+    for term in fit:
+        names = ("depth", "depths") if term == "depths" else _TERMS.get(term, ())
+        size = float(np.sqrt(sum(amounts.get(name, 0.0) ** 2 for name in names)))
+        if size > 0:
+            out["depth_error" if term == "depths" else f"{term}_error"] = size * scale.get(term, 1.0)
+    return out

@@ -1,0 +1,174 @@
+"""What can be off in a finger as it is made, and the finger that it then is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from ... import _check
+from ..._check import FloatArray
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ...material import Material
+from ...skin import HalfPlane, Layered, Round, Skin
+
+__all__ = ["SOURCES", "Source", "as_made", "checked_tolerances", "of_each_sensor", "usual_tolerances"]
+
+
+class Source(NamedTuple):
+    """A source of error: unit of its amount, what draws it anew, and its name in words."""
+
+    unit: str
+    spread: Literal["finger", "fixed", "sensor", "reading"]
+    text: str
+
+
+SOURCES = {
+    "place": Source("m", "sensor", "each sensor's place"),
+    "depth": Source("m", "finger", "depth of all"),
+    "depths": Source("m", "sensor", "each sensor's depth"),
+    "young": Source("", "finger", "Young's modulus"),
+    "poisson": Source("", "finger", "Poisson's ratio"),
+    "gain": Source("", "finger", "gain of all"),
+    "gains": Source("", "sensor", "each sensor's gain"),
+    "offset": Source("reading", "sensor", "each sensor's offset"),
+    "width": Source("m", "fixed", "width of the sensors"),
+    "thickness": Source("m", "finger", "thickness of the skin"),
+    "radius": Source("m", "finger", "radius of the finger"),
+    "resolution": Source("reading", "reading", "step of the readings"),
+    "noise": Source("reading", "reading", "noise"),
+}
+"""Every source, in the order of a budget's rows."""
+
+
+def usual_tolerances(finger: Finger) -> dict[str, float]:
+    """What is usually not known better of a finger that is moulded and not measured, by source.
+
+    Amounts are standard deviations, but for `width` and `resolution`: by how much the sensors are wider than the model
+    takes them, and the step of a reading. In the finger's own terms, with d the mean depth: `place` 2 % of d, `depth` 5
+    % of d, `gains` 5 %, as `calibrate_blind` takes them; `depths` 2 % of d, `young` 10 %, `poisson` 0.02 where the skin
+    has a material that can be changed, `gain` 5 %, `offset` as much as the noise, `width` a fifth of d, `thickness` 5 %
+    of itself, `radius` 2 % of itself, `resolution` and `noise` those of the array. What a finger has not is left out.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4)
+    >>> usual = usual_tolerances(ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array))
+    >>> round(usual["place"] * 1e6), usual["gains"], "thickness" in usual
+    (40, 0.05, False)
+    """
+    array, skin = finger.array, finger.skin
+    depth, noise = float(np.asarray(array.depth).mean()), _typical(array.noise, array.live)
+    usual = {
+        "place": 0.02 * depth, "depth": 0.05 * depth, "depths": 0.02 * depth, "young": 0.1, "poisson": 0.02,
+        "gain": 0.05, "gains": 0.05, "offset": noise, "width": 0.2 * depth,
+        "resolution": _typical(array.resolution, array.live), "noise": noise,
+    }  # fmt: skip
+    if not isinstance(skin, (HalfPlane, Layered, Round)):
+        del usual["young"], usual["poisson"]
+    if np.isfinite(skin.thickness) and skin.single_material is not None:
+        usual["thickness"] = 0.05 * skin.thickness
+    if isinstance(skin, Round):
+        usual["radius"] = 0.02 * skin.radius
+    return {name: usual[name] for name in SOURCES if usual.get(name, 0.0) > 0}
+
+
+def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -> dict[str, float]:
+    """Amounts > 0 in the order of `SOURCES`; those that are 0 are left out.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown source, an amount that is negative, none at all, or one that this finger has not.
+    """
+    given = usual_tolerances(finger) if tolerances is None else tolerances
+    if not isinstance(given, Mapping):
+        raise InvalidValueError(
+            f"tolerances = {given!r}", "a mapping of sources to amounts is needed", '{"depth": 0.05e-3}'
+        )
+    for name in given:
+        if name not in SOURCES:
+            raise InvalidValueError(f"tolerance of {name!r}", f"there are {', '.join(SOURCES)}")
+    amounts = {name: _check.scalar(name, given[name], at_least=0.0) for name in SOURCES if name in given}
+    amounts = {name: amount for name, amount in amounts.items() if amount > 0}
+    if not amounts:
+        raise InvalidValueError("no tolerance > 0", "at least one is needed", "usual_tolerances(finger)")
+    for name in amounts:
+        if name in ("young", "poisson", "thickness", "radius"):
+            _skin_off(finger.skin, {name: 0.0})  # refuses what the skin has not
+    return amounts
+
+
+def as_made(finger: Finger, off: Mapping[str, Any]) -> Finger:
+    """The finger with each source of `off` off by the value given: a number, or one a sensor.
+
+    Raises
+    ------
+    SubskinError
+        Where there is no such finger: a depth below 0, sensors beneath the base, Poisson's ratio above 1/2.
+    """
+    array = finger.array
+    values: dict[str, FloatArray] = {
+        name: np.asarray(getattr(array, name)) for name in ("y", "depth", "gain", "offset", "width")
+    }
+    changes = {
+        "y": values["y"] + off.get("place", 0.0),
+        "depth": values["depth"] + off.get("depth", 0.0) + off.get("depths", 0.0),
+        "gain": values["gain"] * (1 + off.get("gain", 0.0)) * (1 + off.get("gains", 0.0)),
+        "offset": values["offset"] + off.get("offset", 0.0),
+        "width": values["width"] + off.get("width", 0.0),
+    }
+    return Finger(_skin_off(finger.skin, off), replace(array, **changes))
+
+
+def _skin_off(skin: Skin, off: Mapping[str, Any]) -> Skin:
+    """The skin with other moduli, thickness or radius; the radius changes that of the core as much."""
+    if "young" in off or "poisson" in off:
+        skin = _other_material(skin, 1 + float(off.get("young", 0.0)), float(off.get("poisson", 0.0)))
+    if "radius" in off:
+        if not isinstance(skin, Round):
+            raise InvalidValueError(f"radius of a {type(skin).__name__}", "a Round skin has one")
+        more = float(off["radius"])
+        skin = replace(skin, radius=skin.radius + more, core_radius=skin.core_radius + more)
+    if "thickness" in off:
+        if not np.isfinite(skin.thickness):
+            raise InvalidValueError(
+                f"thickness of a {type(skin).__name__} without a rigid base", "it has none"
+            )
+        skin = skin.changed(thickness=skin.thickness + float(off["thickness"]))
+    return skin
+
+
+def _other_material(skin: Skin, factor: float, more: float) -> Skin:
+    """All moduli times a factor, and all of Poisson's ratios off by as much."""
+    if isinstance(skin, HalfPlane):
+        return replace(skin, material=_changed(skin.material, factor, more))
+    if isinstance(skin, Round):
+        return replace(skin, material=_changed(skin.material, factor, more))
+    if isinstance(skin, Layered):
+        layers = tuple(replace(e, material=_changed(e.material, factor, more)) for e in skin.stack)
+        return replace(
+            skin, layers=layers, base=None if skin.base is None else _changed(skin.base, factor, more)
+        )
+    raise InvalidValueError(f"material of a {type(skin).__name__}", "it cannot be changed here")
+
+
+def _changed(material: Material, factor: float, more: float) -> Material:
+    return replace(material, young=factor * material.young, poisson=material.poisson + more)
+
+
+def of_each_sensor(values: Any, amount: float) -> FloatArray:
+    """`amount` shared out as `values` of the array are, or alike where these are 0."""
+    each = np.asarray(values, dtype=np.float64)
+    size = float(np.sqrt(np.mean(each**2)))
+    return each * (amount / size) if size > 0 else np.full(each.shape, amount)
+
+
+def _typical(values: Any, live: Any) -> float:
+    """Root mean square over the sensors that respond."""
+    each = np.asarray(values, dtype=np.float64)[live]
+    return float(np.sqrt(np.mean(each**2))) if each.size else 0.0

@@ -1,0 +1,86 @@
+"""The tables of `goals.toml` as pydantic models."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field, PlainValidator, StrictInt, StrictStr
+
+from ._schema import Length, Lengths, Number, SkinTable, StrictTable, one, one_or_each
+
+__all__ = ["GoalsDocument"]
+
+_Force = Annotated[float, one("N/m")]
+_Forces = Annotated[float | list[float], one_or_each("N/m")]
+_Angle = Annotated[float, one("rad")]
+_Measured = Annotated[Any, PlainValidator(lambda value: value)]  # in the unit of what the sensor measures
+_Counts = Annotated[list[StrictInt], Field(min_length=2, max_length=2)]
+_Name = Annotated[StrictStr, Field(min_length=1)]
+
+
+class TouchTable(StrictTable):
+    """[touch]: what the finger is to feel."""
+
+    force: _Forces
+    friction: Number = 1.0
+    span: Length
+    feature: Length | None = None
+    largest_strain: Number = 0.1
+
+
+class AccuracyTable(StrictTable):
+    """[accuracy]: what 95 % of the weakest touches are to be told to."""
+
+    position: Length | None = None
+    angle: _Angle | None = None
+    force: Number | None = None
+    unsure: Number = 0.01
+
+
+class RoomTable(StrictTable):
+    """[room]: where sensors can be put."""
+
+    count: _Counts
+    depth: Lengths
+    least_pitch: Length
+    longest_row: Length | None = None
+
+
+class SensorTable(StrictTable):
+    """[[sensor]]: a kind of sensor that is at hand."""
+
+    name: _Name
+    kind: StrictStr
+    noise: _Measured
+    width: Length = 0.0
+    largest: _Measured = None
+    resolution: _Measured = 0.0
+
+
+class SkinChoiceTable(SkinTable):
+    """[[skin]]: a skin that could be moulded, with the keys of [skin] in a finger.toml."""
+
+    name: _Name
+
+
+class EffortTable(StrictTable):
+    """[search]: how finely."""
+
+    depths: StrictInt = 20
+    spacings: StrictInt = 30
+    touches: StrictInt = 100_000
+    seed: StrictInt = 0
+    keep: StrictInt = 5
+
+
+class GoalsDocument(StrictTable):
+    """The whole file."""
+
+    title: StrictStr = "Finger"
+    touch: TouchTable
+    accuracy: AccuracyTable
+    room: RoomTable
+    sensor: Annotated[list[SensorTable], Field(min_length=1)]
+    skin: Annotated[list[SkinChoiceTable], Field(min_length=1)]
+    tolerances: dict[str, Any] = Field(default_factory=dict)
+    search: EffortTable = EffortTable()

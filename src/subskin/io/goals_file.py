@@ -1,0 +1,201 @@
+"""`goals.toml`: what the designer of a finger knows and wants, read and checked; and a design as a `finger.toml`."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..design import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice, Touches
+from ..design.tolerance import SOURCES
+from ..errors import InvalidValueError, SubskinError
+from ._skin import Misplaced, build_skin, key_of
+from ._toml_errors import misplaced, read_text, validated
+from .finger_file import KINDS
+from .units import format_quantity, quantity
+
+if TYPE_CHECKING:
+    from . import _goals_schema
+
+__all__ = ["GoalsFile", "finger_text", "load_goals", "parse_goals"]
+
+_TOLERANCES = {name: source for name, source in SOURCES.items() if source.unit != "reading"}
+"""What making a finger leaves open; what a reading is off by is said of each kind of sensor."""
+_NEEDS = "it needs [touch], [accuracy], [room], [[sensor]] and [[skin]]"
+
+
+@dataclass(frozen=True)
+class GoalsFile:
+    """What a `goals.toml` says.
+
+    Parameters
+    ----------
+    goals : Goals
+        What is wanted.
+    skins : tuple of dict
+        The tables of the skins as they stand in the file, for the files of the fingers.
+    text : str
+        The file itself.
+    """
+
+    goals: Goals
+    skins: tuple[Mapping[str, Any], ...]
+    text: str
+
+
+def load_goals(path: str | Path) -> GoalsFile:
+    """Read goals from `path`.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read, is no TOML, or holds a wrong key or value. The message names the file, the line,
+        what was seen, the rule and the fix.
+    """
+    return parse_goals(read_text(path), str(path))
+
+
+def parse_goals(text: str, name: str = "goals.toml") -> GoalsFile:
+    """The goals that `text` describes; `name` is what messages call it.
+
+    Raises
+    ------
+    FileError
+        As `load_goals`.
+    """
+    from ._goals_schema import GoalsDocument
+
+    document = validated(text, name, GoalsDocument, _NEEDS)
+    try:
+        goals = _build(document)
+    except Misplaced as wrong:
+        raise misplaced(text, name, wrong.path, wrong.error) from None
+    raw = tomllib.loads(text)["skin"]
+    skins = tuple({key: value for key, value in table.items() if key != "name"} for table in raw)
+    return GoalsFile(goals, skins, text)
+
+
+def _build(document: _goals_schema.GoalsDocument) -> Goals:
+    touch, accuracy, room = document.touch, document.accuracy, document.room
+    forces = touch.force if isinstance(touch.force, list) else [touch.force, touch.force]
+    if len(forces) != 2:
+        rule, fix = "one force or two are needed", 'force = ["20 N/m", "100 N/m"]'
+        raise Misplaced(InvalidValueError(f"force lists {len(forces)}", rule, fix), "touch", "force")
+    depths = room.depth if isinstance(room.depth, list) else [room.depth, room.depth]
+    if len(depths) != 2:
+        rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
+        raise Misplaced(InvalidValueError(f"depth lists {len(depths)}", rule, fix), "room", "depth")
+    longest = np.inf if room.longest_row is None else room.longest_row
+    with _in("touch", {"strongest": "force"}):
+        if not touch.span > 0:
+            raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
+        touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2))
+    with _in("accuracy"):
+        wanted = Accuracy(
+            accuracy.position,
+            accuracy.angle,
+            accuracy.force,
+            accuracy.unsure,
+            touch.feature,
+        )
+    with _in("room", {"counts": "count", "depths": "depth"}):
+        space = Room((room.count[0], room.count[1]), (depths[0], depths[1]), room.least_pitch, longest)
+    sensors = tuple(_sensor(table, i) for i, table in enumerate(document.sensor))
+    skins = tuple(
+        SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin)
+    )
+    with _in("search"):
+        effort = Effort(**document.search.model_dump())
+    keys = {"strongest": ("touch", "force"), "largest_strain": ("touch", "largest_strain")}
+    try:
+        return Goals(
+            touches=touches, strongest=forces[1], accuracy=wanted, sensors=sensors, skins=skins, room=space,
+            largest_strain=touch.largest_strain, tolerances=_tolerances(document.tolerances), effort=effort,
+            title=document.title,
+        )  # fmt: skip
+    except SubskinError as error:
+        raise Misplaced(error, *keys.get(key_of(error), (key_of(error),))) from None
+
+
+def _tolerances(table: Mapping[str, Any]) -> dict[str, float]:
+    """Amounts of the sources of error, each in its unit."""
+    amounts = {}
+    for name, value in table.items():
+        if name not in _TOLERANCES:
+            close = difflib.get_close_matches(name, list(_TOLERANCES), n=1)
+            fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(_TOLERANCES)}"
+            wrong = InvalidValueError(f'key "{name}"', "no such tolerance is known", fix)
+            raise Misplaced(wrong, "tolerances", name)
+        with _in("tolerances"):
+            amounts[name] = quantity(value, _TOLERANCES[name].unit, name)
+    return amounts
+
+
+class _in:
+    """Errors of the model in this block are about keys of the table `path`."""
+
+    def __init__(self, *path: str | Mapping[str, str]) -> None:
+        self._path = tuple(part for part in path if isinstance(part, str))
+        self._names = next((part for part in path if isinstance(part, Mapping)), {})
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, SubskinError):
+            key = key_of(error)
+            raise Misplaced(error, *self._path, self._names.get(key, key)) from None
+
+
+def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:
+    path = ("sensor", str(i))
+    if table.kind not in KINDS:
+        close = difflib.get_close_matches(table.kind, list(KINDS), n=1)
+        fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(KINDS)}"
+        wrong = InvalidValueError(f'kind = "{table.kind}"', "no such kind of sensor is known", fix)
+        raise Misplaced(wrong, *path, "kind")
+    transducer = KINDS[table.kind]()
+    with _in(*path):
+        values = {
+            key: quantity(getattr(table, key), transducer.unit, key)
+            for key in ("noise", "largest", "resolution")
+            if getattr(table, key) is not None
+        }
+        return SensorKind(table.name, transducer, width=table.width, **values)
+
+
+def finger_text(file: GoalsFile, row: Row, remarks: list[str]) -> str:
+    """The `finger.toml` of a design; `remarks` stand on top as comments."""
+    import tomlkit
+
+    kind, goals = file.goals.sensors[row.sensor], file.goals
+    document = tomlkit.document()
+    for line in remarks:
+        document.add(tomlkit.comment(line))
+    document.add("skin", tomlkit.item({**file.skins[row.skin]}))
+    sensors: dict[str, Any] = {
+        "count": row.count,
+        "pitch": format_quantity(row.pitch, "m"),
+        "depth": format_quantity(row.depth, "m"),
+        "kind": next(name for name, one in KINDS.items() if one is type(kind.transducer)),
+        "noise": _nine(kind.noise),
+    }
+    if kind.width:
+        sensors["width"] = format_quantity(kind.width, "m")
+    if np.isfinite(kind.largest):
+        sensors |= {"low": _nine(-kind.largest), "high": _nine(kind.largest)}
+    if kind.resolution:
+        sensors["resolution"] = _nine(kind.resolution)
+    document.add("sensors", tomlkit.item(sensors))
+    document.add("locate", tomlkit.item({"friction": goals.touches.friction}))
+    return tomlkit.dumps(document)
+
+
+def _nine(value: float) -> float:
+    """A reading, in SI as a file without [recording] has it, without the last digits of rounding."""
+    return float(f"{value:.9g}")

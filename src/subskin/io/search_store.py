@@ -1,0 +1,59 @@
+"""Finished rows of a search in a folder, so that a search that was stopped can go on."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._check import FloatArray
+from ..errors import FileError
+from .files import write_bytes
+
+__all__ = ["FolderStore"]
+
+
+class FolderStore:
+    """A folder with one file for each row; made where it is missing.
+
+    Parameters
+    ----------
+    folder : path-like
+        Where the rows are.
+
+    Raises
+    ------
+    FileError
+        A folder that cannot be made.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(str(folder), f"it cannot be made ({error.strerror or error})") from None
+
+    def get(self, key: str) -> Mapping[str, FloatArray] | None:
+        """The row of that name, or None; a file that was damaged counts as none."""
+        try:
+            data = io.BytesIO((self.folder / f"{key}.npz").read_bytes())
+        except OSError:
+            return None
+        try:
+            with np.load(data, allow_pickle=False) as file:
+                return {name: file[name] for name in file.files}
+        except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error):  # cut off
+            return None
+
+    def put(self, key: str, row: Mapping[str, FloatArray]) -> None:
+        """Keep a row, whole or not at all."""
+        file = io.BytesIO()
+        arrays: dict[str, Any] = dict(row)
+        np.savez_compressed(file, **arrays)
+        write_bytes(self.folder / f"{key}.npz", file.getvalue())

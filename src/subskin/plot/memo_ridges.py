@@ -1,0 +1,79 @@
+"""The memo's figure on ridges (Fig. 16): the strain beneath a smooth and beneath a ridged skin."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from .._check import FloatArray
+from ..array import SensorArray
+from ..contact.hertz import Hertz
+from ..design import RidgeGain, Ridges, best_ridge_pitch, read_ridged, ridge_gain
+from ..finger import Finger
+from .memo_lines import UNIT_SKIN
+from .style import BLACK, BLUE, DOUBLE, GREY, VERMILLION, new_figure, zero_line
+
+__all__ = ["figure_16"]
+
+# Depth, modulus and peak pressure are 1: places come out in units of d, strains in units of p0/E.
+_HALF_WIDTH = 10.0
+_REACH = 13.0
+_PLACES = 261
+
+
+def figure_16() -> Figure:
+    """Effect of ridges on strain amplitude: a cylinder on a smooth skin, and on ridges of the best pitch."""
+    one = Finger(UNIT_SKIN, SensorArray(y=[0.0], depth=1.0))
+    ridges = Ridges(best_ridge_pitch(one).pitch[0], shape="abs_cos")
+    touch = Hertz(0.5 * np.pi * _HALF_WIDTH, half_width=_HALF_WIDTH)
+    found = ridge_gain(one, touch, ridges)
+    y = np.linspace(-_REACH, _REACH, _PLACES)
+    row = Finger(UNIT_SKIN, SensorArray(y=y, depth=1.0))
+    pressure = touch.pressure(y)
+    smooth, ridged = row.read(touch), read_ridged(row, touch, ridges)
+    figure = new_figure(DOUBLE, 92.0)
+    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[1.0, 1.5])
+    for (above, below), shares, strain in zip(
+        panels.T, (np.ones_like(y), ridges.share(y)), (smooth, ridged), strict=True
+    ):
+        above.fill_between(y, shares * pressure, color=VERMILLION, alpha=0.25, linewidth=0)
+        above.plot(y, shares * pressure, color=VERMILLION)
+        zero_line(below)
+        below.plot(y, strain, color=BLUE)
+        below.set_xlabel("place along the skin, in depths, $y/d$")
+    panels[0, 1].plot(y, pressure, color=GREY, linewidth=0.7, linestyle=(0, (4, 2)))
+    panels[0, 0].set_ylim(0.0, 1.1)
+    panels[1, 0].set(xlim=(-_REACH, _REACH), ylim=(-0.34, 0.32))
+    panels[0, 0].set_ylabel("pressure $p/p_0$")
+    panels[1, 0].set_ylabel(r"strain at depth $d$, $\varepsilon_x E/p_0$")
+    gain = float(found.equal_peak.peak)
+    panels[0, 0].set_title(f"Smooth: {float(found.load_ratio):.2f} times the load")
+    panels[0, 1].set_title(rf"Ridges $2\pi d$ apart: {gain:.2f} times the strain")
+    _sensors(panels[1, 1], found, y, ridged)
+    for axes in panels[1]:
+        for side in (-1, 1):
+            axes.axhline(side * float(found.smooth), color=GREY, linewidth=0.7, linestyle=(0, (4, 2)))
+    panels[1, 0].text(
+        0.0, -1.1 * float(found.smooth), "largest strain, here and dashed on the right", fontsize=7, color=GREY,
+        ha="center", va="top",
+    )  # fmt: skip
+    return figure
+
+
+def _sensors(axes: Axes, found: RidgeGain, y: FloatArray, strain: FloatArray) -> None:
+    """The sensors of section 6.1: beneath the ridges, and between them."""
+    pitch = float(found.pitch)
+    last = int(_HALF_WIDTH / (0.5 * pitch))
+    for number in range(-last, last + 1):
+        place = 0.5 * pitch * number
+        axes.plot(
+            place, np.interp(place, y, strain), "o" if number % 2 == 0 else "s", ms=4,
+            mfc=BLACK if number % 2 == 0 else "white", mec=BLACK, mew=0.9, zorder=3,
+        )  # fmt: skip
+    marks = [
+        axes.plot([], [], m, ms=4, mfc=c, mec=BLACK, mew=0.9)[0] for m, c in (("o", BLACK), ("s", "white"))
+    ]
+    axes.legend(
+        marks, ["sensor beneath a ridge", "between two"], loc="upper center", ncols=2, columnspacing=1.0
+    )

@@ -1,0 +1,252 @@
+"""The report of a design study: what was wanted, what to build, why, and what it will do."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import __version__
+from ..contact import LineLoad
+from ..design import (
+    Cost,
+    DesignedFinger,
+    DesignStudy,
+    finger_table,
+    in_words,
+    spatial_response,
+)
+from ..design.search import limen
+from ..design.tolerance import SOURCES
+from ..plot import (
+    design_map_figure,
+    finger_section,
+    placement_figure,
+    response_figure,
+    tolerance_figure,
+    two_point_figure,
+)
+from ..plot.style import Figure
+from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
+
+__all__ = ["design_report"]
+
+_LIMITS = (
+    "Loads are lines across the finger, of the weakest force that was stated; wider contacts are told less well.",
+    "The skin is linearly elastic, and strains are small.",
+    "Noise is independent from sensor to sensor. Errors are Cramér-Rao bounds for one frame, which `locate` reaches.",
+    "Nothing here was tuned on a recording: calibrate the finger that was made before relying on it.",
+)
+
+
+def design_report(study: DesignStudy, goals_text: str) -> Document:
+    """The report.
+
+    Parameters
+    ----------
+    study : DesignStudy
+        From `subskin.design.rank_fingers`.
+    goals_text : str
+        The goals as they were written, to be shown at the end.
+    """
+    goals, best = study.goals, study.fingers[0]
+    met = sum(finger.meets for finger in study.fingers)
+    blocks: list[Block] = [Heading("What to build"), Paragraph(_verdict(study), lead=True), _checks(best)]
+    blocks += [Picture(_section(study, best), _section_words(study, best))]
+    blocks += [Heading("The fingers"), Paragraph(_ranked(study, met)), _table(study)]
+    caption = (
+        "Left: every depth and pitch that was tried for finger 1, by the largest ratio of what it does to what was "
+        "wanted; within the line all goals of the search are met, grey has no room. Right: the best depth and pitch "
+        "for each count, of every kind and skin. The search counts noise alone; tolerances and the distance of two "
+        "touches are added afterwards (ring)."
+    )
+    blocks.append(Picture(design_map_figure(study), caption))
+    blocks.append(Heading("Why these"))
+    for rank, finger in enumerate(study.fingers, start=1):
+        blocks += [Heading(f"Finger {rank}: {_name(study, finger)}", 2), Bullets(finger.reasons)]
+    blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(study, best))]
+    blocks += [
+        Picture(placement_figure(finger.quality), f"Finger {rank}. {_name(study, finger)}.")
+        for rank, finger in enumerate(study.fingers, start=1)
+    ]
+    blocks += _tolerances(study, best)
+    blocks += _two_points(study, best)
+    blocks += _filter(study, best)
+    blocks += _provenance(study, goals_text)
+    subtitle = f"subskin {__version__}, seed {goals.effort.seed}, {study.grid.excess.size:,} designs tried"
+    return Document(f"{goals.title}: a design", subtitle, blocks)
+
+
+def _name(study: DesignStudy, finger: DesignedFinger) -> str:
+    goals, row = study.goals, finger.row
+    return (
+        f"{row.count} × {goals.sensors[row.sensor].name}, {in_words(row.pitch, 'm')} apart, "
+        f"{in_words(row.depth, 'm')} deep in “{goals.skins[row.skin].name}”"
+    )
+
+
+def _verdict(study: DesignStudy) -> str:
+    best = study.fingers[0]
+    if best.meets:
+        return f"{_name(study, best)}. It meets every goal."
+    missed = [check.criterion.label for check in best.checks if not check.ratio <= 1]
+    return (
+        f"No finger within the limits meets every goal. The nearest: {_name(study, best)}. It misses: "
+        f"{'; '.join(missed)}."
+    )
+
+
+def _checks(finger: DesignedFinger) -> Table:
+    rows = [
+        [
+            check.criterion.label,
+            in_words(check.criterion.wanted, check.criterion.unit),
+            in_words(check.value, check.criterion.unit),
+            f"{check.ratio:.2f}" if np.isfinite(check.ratio) else "∞",
+            "met" if check.ratio <= 1 else "missed",
+        ]
+        for check in finger.checks
+    ]
+    return Table(
+        ["wanted", "at most", "finger 1", "ratio", ""],
+        rows,
+        "What was wanted, and what finger 1 does. Errors hold noise and, where stated, the tolerances of making.",
+    )
+
+
+def _section(study: DesignStudy, finger: DesignedFinger) -> Figure:
+    touch = _example_touch(study, finger)
+    readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
+    found = finger.finger.locate(
+        readings, search=study.goals.touches.span_on(), friction=study.goals.touches.friction
+    )
+    return finger_section(finger.finger, touch, readings=readings, estimate=found)
+
+
+def _example_touch(study: DesignStudy, finger: DesignedFinger) -> LineLoad:
+    """A touch as good as any: the weakest force, half-way out in its angle, off the sensors."""
+    touches = study.goals.touches
+    return LineLoad(touches.force, 0.5 * touches.cone, 0.3 * finger.row.pitch)
+
+
+def _section_words(study: DesignStudy, finger: DesignedFinger) -> str:
+    touch = _example_touch(study, finger)
+    force, angle = float(np.asarray(touch.force)), in_words(float(np.asarray(touch.angle)), "rad")
+    return (
+        f"Finger 1 under its weakest touch, {force:g} N/m at {angle}, with one frame of noisy readings, and the load "
+        "found from them with its 95 % interval."
+    )
+
+
+def _ranked(study: DesignStudy, met: int) -> str:
+    effort = study.goals.effort
+    judged = f"{study.grid.excess.size:,} designs, each by {effort.touches:,} touches"
+    first = "Those that meet the goals come first, the fewest sensors first. " if met else ""
+    return (
+        f"The best of {judged}: at most one for each skin, kind and count. {first}Place and angle are the standard "
+        "errors that 95 % of the touches keep, the tolerances of making included where they were stated."
+    )
+
+
+def _table(study: DesignStudy) -> Table:
+    columns, rows = finger_table(study)
+    return Table(columns, rows, left=4, strong=frozenset({0}))
+
+
+def _resolution(study: DesignStudy, finger: DesignedFinger) -> str:
+    values = finger.values
+    return (
+        "The maps show the standard error of the place and of the angle for every place and angle of the touch, at "
+        f"the weakest force. On average finger 1 is off by {in_words(values['position_mean'], 'm')} and "
+        f"{in_words(values['angle_mean'], 'rad')}, at its worst by {in_words(values['position_worst'], 'm')} and "
+        f"{in_words(values['angle_worst'], 'rad')}. In {in_words(values['ambiguous'], '')} of the touches another load "
+        f"explains the readings nearly as well and `locate` says so; in {in_words(values['wrong'], '')} of them noise "
+        "makes that other load the better one."
+    )
+
+
+def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
+    budget, touches = finger.budget, study.goals.touches
+    if budget is None:
+        return []
+    rows = [
+        [
+            SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once", _amount(cost),
+            in_words(cost.position_rms, "m"),
+            in_words(cost.angle_rms, "rad"), in_words(cost.force_rms, ""), in_words(cost.lost, ""),
+        ]
+        for cost in (*budget.rows, budget.together)
+    ]  # fmt: skip
+    accuracy = study.goals.accuracy
+    return [
+        Heading("Tolerances"),
+        Paragraph(
+            "What each source of error costs by itself, finger 1 being read as if it had been made exactly: root mean "
+            "squares over the touches, and the share of frames that are no longer told for sure."
+        ),
+        Table(
+            ["source", "amount", "place", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})
+        ),
+        Picture(
+            tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
+            "The same, against what was wanted. Calibration on known touches takes out most of what is common to all "
+            f"frames: `subskin tolerances finger_1.toml --force {touches.force:g} --calibrate known` says how much.",
+        ),
+    ]
+
+
+def _amount(cost: Cost) -> str:
+    if not np.isfinite(cost.amount):
+        return ""
+    if cost.unit == "reading":
+        return f"{cost.amount:.3g}"
+    return f"{cost.amount:g}" if cost.source == "poisson" else in_words(cost.amount, cost.unit)
+
+
+def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
+    found = limen(finger.finger, study.goals, "point")
+    words = "Two touches that share the weakest force, wherever in the span: "
+    words += f"{_from(finger.point)} told from a single line load, {_from(finger.wide)} from a single wide contact."
+    return [
+        Heading("Two touches, or one"),
+        Paragraph(
+            words.replace("from without bound apart", "nowhere for sure").replace(
+                "from without bound", "nowhere for sure"
+            )
+        ),
+        Picture(
+            two_point_figure(found),
+            "Least distance of two touches that finger 1 tells from one, and how surely.",
+        ),
+    ]
+
+
+def _from(distance: float) -> str:
+    return f"from {in_words(distance, 'm')} apart" if np.isfinite(distance) else "not everywhere"
+
+
+def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
+    found = spatial_response(finger.finger)
+    return [
+        Heading("The skin as a filter"),
+        Paragraph(
+            "How strongly finger 1 answers waves of pressure and of shear along its surface. What is finer than its "
+            "sensors stand apart cannot be sampled; a load of known shape can still be located far more finely."
+        ),
+        Picture(
+            response_figure(found), "Reading for each Pa of a wave of pressure or shear, by its frequency."
+        ),
+    ]
+
+
+def _provenance(study: DesignStudy, goals_text: str) -> list[Block]:
+    effort = study.goals.effort
+    return [
+        Heading("How this was found"),
+        Paragraph(
+            f"subskin {__version__} design, seed {effort.seed}: {effort.depths} depths and {effort.spacings} pitches "
+            "for each kind of sensor, skin and count; the same goals and seed give the same numbers. What it takes for "
+            "granted:"
+        ),
+        Bullets(_LIMITS),
+        Heading("The goals as they were given", 2),
+        Listing(goals_text),
+    ]

@@ -1,0 +1,105 @@
+"""A report as one HTML file: styles and pictures are in it, and nothing is fetched when it is read."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from functools import singledispatch
+from html import escape
+from importlib.resources import files
+
+from ..plot.style import encoded
+from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
+
+__all__ = ["as_html"]
+
+
+def as_html(document: Document) -> str:
+    """The report as a page."""
+    style = files(__package__).joinpath("report.css").read_text(encoding="utf-8")
+    sections = [b for b in document.blocks if isinstance(b, Heading) and b.level == 1]
+    links = "".join(f'<a href="#{_anchor(h.text)}">{escape(h.text)}</a>' for h in sections)
+    body = "\n".join(_html(block) for block in document.blocks)
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(document.title)}</title>
+<style>
+{style}</style>
+</head>
+<body>
+<header>
+<h1>{escape(document.title)}</h1>
+<p>{escape(document.subtitle)}</p>
+<nav>{links}</nav>
+</header>
+<main>
+{body}
+</main>
+</body>
+</html>
+"""
+
+
+def _anchor(text: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in text.lower())
+
+
+def _class(name: str, given: bool) -> str:
+    return f' class="{name}"' if given else ""
+
+
+@singledispatch
+def _html(block: Block) -> str:
+    raise NotImplementedError(type(block).__name__)
+
+
+@_html.register
+def _(block: Heading) -> str:
+    return f'<h{block.level + 1} id="{_anchor(block.text)}">{escape(block.text)}</h{block.level + 1}>'
+
+
+@_html.register
+def _(block: Paragraph) -> str:
+    return f"<p{_class('lead', block.lead)}>{escape(block.text)}</p>"
+
+
+@_html.register
+def _(block: Bullets) -> str:
+    return "<ul>" + "".join(f"<li>{escape(item)}</li>" for item in block.items) + "</ul>"
+
+
+@_html.register
+def _(block: Table) -> str:
+    def cells(row: Sequence[str], tag: str) -> str:
+        return "".join(
+            f"<{tag}{_class('text', i < block.left)}>{escape(cell)}</{tag}>" for i, cell in enumerate(row)
+        )
+
+    rows = "".join(
+        f"<tr{_class('strong', i in block.strong)}>{cells(row, 'td')}</tr>"
+        for i, row in enumerate(block.rows)
+    )
+    caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
+    return (
+        f'<div class="table"><table>{caption}<thead><tr>{cells(block.columns, "th")}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )
+
+
+@_html.register
+def _(block: Picture) -> str:
+    data = base64.b64encode(encoded(block.figure, "svg")).decode("ascii")
+    caption = escape(block.caption)
+    width = block.figure.get_figwidth() * 25.4
+    return (
+        f'<figure><img alt="{caption}" style="width:{width:.0f}mm" src="data:image/svg+xml;base64,{data}">'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )
+
+
+@_html.register
+def _(block: Listing) -> str:
+    return f"<pre>{escape(block.text)}</pre>"

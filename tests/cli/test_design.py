@@ -1,0 +1,201 @@
+"""`subskin design`: its files, its report, stopping and going on, what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from html.parser import HTMLParser
+
+import pytest
+
+GOALS = """\
+title = "A <finger> & more"
+[touch]
+force = ["20 N/m", "100 N/m"]
+friction = 0.5
+span = "6 mm"
+feature = "3 mm"
+[accuracy]
+position = "0.1 mm"
+angle = "3 deg"
+[room]
+count = [4, 5]
+depth = ["1.5 mm", "3 mm"]
+least_pitch = "1 mm"
+longest_row = "8 mm"
+[[sensor]]
+name = "gauge"
+kind = "normal_strain"
+noise = 2e-4
+[[skin]]
+name = "silicone"
+young = "0.4 MPa"
+[tolerances]
+place = "0.02 mm"
+[search]
+depths = 3
+spacings = 4
+touches = 1000
+keep = 2
+"""
+
+
+@pytest.fixture
+def goals(folder):
+    (folder / "goals.toml").write_text(GOALS)
+    return folder
+
+
+class Page(HTMLParser):
+    """What a page is made of, and what it would fetch."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.fetched, self.pictures, self.words = [], [], 0, []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in ("meta", "img", "link", "br"):
+            self.open.append(tag)
+        for name, value in attributes:
+            if name in ("src", "href") and not value.startswith(("data:", "#")):
+                self.fetched.append(value)
+        self.pictures += tag == "img"
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_fingers_table_and_report(goals, subskin):
+    done = subskin("design", "goals.toml", "-o", "out")
+    assert (done.code, done.err) == (0, "")
+    out = goals / "out"
+    page = Page((out / "report.html").read_text())
+    text = " ".join(page.words)
+    assert page.open == []
+    assert page.fetched == []
+    assert page.pictures >= 6
+    assert "A <finger> & more: a design" in text
+    assert "Why these" in text
+    pdf = (out / "report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type /Page\b", pdf)) >= 4
+    with (out / "designs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert (
+        len(rows) == 3 * 4 * 2
+    )  # every row of the grid fits into 8 mm: the widest pitch is 8/3 mm for four...
+    assert {row["skin"] for row in rows} == {"silicone"}
+
+
+def test_the_fingers_are_files_like_any_other(goals, subskin):
+    done = subskin("design", "goals.toml", "-o", "out", "--no-report", "--json")
+    best = json.loads(done.out)["fingers"][0]
+    again = subskin("simulate", "out/finger_1.toml", "-o", "readings.csv", "--count", "20", "--seed", "1")
+    assert again.code == 0, again.err
+    found = subskin("locate", "out/finger_1.toml", "readings.csv", "-o", "found.csv")
+    assert found.code == 0, found.err
+    text = (goals / "out" / "finger_1.toml").read_text()
+    assert f"count = {best['count']}" in text
+    assert f'depth = "{best["depth"] * 1e3:.9g} mm"' in text
+    assert best["reasons"][0] in text
+    assert not (goals / "out" / "report.html").exists()
+
+
+def test_the_same_goals_give_the_same_bytes(goals, subskin):
+    for name in ("one", "two"):
+        assert (
+            subskin("design", "goals.toml", "-o", name, "--workers", "1" if name == "one" else "3").code == 0
+        )
+    for file in ("finger_1.toml", "finger_2.toml", "designs.csv", "report.html", "report.pdf"):
+        assert (goals / "one" / file).read_bytes() == (goals / "two" / file).read_bytes(), file
+
+
+def test_a_finger_of_an_earlier_search_does_not_stay(goals, subskin):
+    (goals / "out").mkdir()
+    (goals / "out" / "finger_7.toml").write_text("old")
+    (goals / "out" / "finger_mine.toml").write_text("mine")
+    assert subskin("design", "goals.toml", "-o", "out", "--no-report").code == 0
+    assert not (goals / "out" / "finger_7.toml").exists()
+    assert (goals / "out" / "finger_mine.toml").read_text() == "mine"
+
+
+def test_stopped_and_gone_on(goals, subskin):
+    (goals / "long.toml").write_text(GOALS.replace("depths = 3", "depths = 16").replace("= 1000", "= 30000"))
+    command = [sys.executable, "-m", "subskin", "design", "long.toml", "-o", "out", "--no-report"]
+    run = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ}
+    )
+    rows = goals / "out" / "search"
+    end = time.monotonic() + 100
+    while time.monotonic() < end and not list(rows.glob("*.npz")) and run.poll() is None:
+        time.sleep(0.01)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    kept = len(list(rows.glob("*.npz")))
+    assert run.returncode == 130, (out, err)
+    assert 1 <= kept < 16
+    assert err == (
+        f"subskin: stopped; {kept} rows are kept in out/search, the same command goes on from there\n"
+    )
+    assert not (goals / "out" / "designs.csv").exists()
+    kept_files = {file: file.stat().st_mtime_ns for file in rows.glob("*.npz")}
+    assert subskin("design", "long.toml", "-o", "out", "--no-report").code == 0
+    assert {file: file.stat().st_mtime_ns for file in kept_files} == kept_files  # not written again
+    assert subskin("design", "long.toml", "-o", "whole", "--no-report").code == 0
+    for file in ("finger_1.toml", "designs.csv"):
+        assert (goals / "out" / file).read_bytes() == (goals / "whole" / file).read_bytes()
+
+
+def test_a_damaged_row_is_worked_out_again(goals, subskin):
+    assert subskin("design", "goals.toml", "-o", "out", "--no-report").code == 0
+    whole = (goals / "out" / "designs.csv").read_bytes()
+    for file in (goals / "out" / "search").glob("*.npz"):
+        file.write_bytes(file.read_bytes()[:50])
+    assert subskin("design", "goals.toml", "-o", "out", "--no-report").code == 0
+    assert (goals / "out" / "designs.csv").read_bytes() == whole
+
+
+def test_goals_that_cannot_be_met_are_said_not_to_be(goals, subskin):
+    text = GOALS.replace('"0.1 mm"\nangle', '"0.1 um"\nangle').replace("feature", "# feature")
+    (goals / "goals.toml").write_text(text)
+    done = subskin("design", "goals.toml", "-o", "out")
+    assert done.code == 0
+    assert "Not met: error of the place" in done.out
+    assert "met  " not in done.out.split("\n")[4]
+    assert "No finger within the limits meets every goal" in (goals / "out" / "report.html").read_text()
+
+
+def test_the_example_is_printed(subskin):
+    done = subskin("design", "--example")
+    assert done.code == 0
+    assert done.out.startswith("# What a finger is wanted for")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "a goals.toml is needed"),
+        (("nothing.toml",), "there is no such file"),
+        (("finger.toml",), 'table "sensors": no such table is known'),
+        (("goals.toml", "-o", "goals.toml"), "it is a file"),
+        (("goals.toml", "--workers", "0"), "--workers 0"),
+        (("goals.toml", "--seed", "-3"), "seed = -3"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(goals, subskin, arguments, message):
+    before = sorted(goals.iterdir())
+    done = subskin("design", *arguments)
+    assert done.code == 2
+    assert message in done.err
+    assert done.err.count("\n") == 1
+    assert sorted(goals.iterdir()) == before

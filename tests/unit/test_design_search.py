@@ -1,0 +1,299 @@
+"""From goals to fingers: the grid against what its parts say, resuming, ranking, reasons."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.design import (
+    Accuracy,
+    Effort,
+    Goals,
+    Room,
+    SensorKind,
+    SkinChoice,
+    Touches,
+    finger_table,
+    in_words,
+    placement_quality,
+    rank_fingers,
+    search_grid,
+)
+from subskin.design.placement.row import GRID
+from subskin.design.search import grid as grid_module
+from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
+
+SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
+GOALS = Goals(
+    touches=Touches(force=20.0, friction=0.5, span=(-3e-3, 3e-3)),
+    strongest=100.0,
+    accuracy=Accuracy(position=0.1e-3, angle=0.06),
+    sensors=(
+        SensorKind("gauge", ss.NormalStrain(), 2e-4),
+        SensorKind("pressure", ss.MeanPressure(), 30.0, largest=2e4),
+    ),
+    skins=(SkinChoice("silicone", SKIN),),
+    room=Room(counts=(4, 6), depths=(1.5e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
+    effort=Effort(depths=3, spacings=4, touches=1000, keep=3),
+)
+
+
+class Memory(dict):
+    """A store that counts what it is asked for."""
+
+    found = 0
+
+    def get(self, key):
+        self.found += key in self
+        return super().get(key)
+
+    def put(self, key, row):
+        self[key] = row
+
+
+@pytest.fixture(scope="module")
+def store():
+    return Memory()
+
+
+@pytest.fixture(scope="module")
+def grid(store):
+    return search_grid(GOALS, store=store, workers=1)
+
+
+@pytest.fixture(scope="module")
+def study(grid):
+    return rank_fingers(grid)
+
+
+def test_the_grid_covers_the_room_and_no_more(grid):
+    assert grid.excess.shape == (1, 2, 3, 4, 3)
+    np.testing.assert_allclose(grid.depths[0, [0, -1]], [1.5e-3, 3e-3], rtol=1e-12)
+    np.testing.assert_allclose(grid.pitches[[0, -1]], [1e-3, 8e-3 / 3], rtol=1e-12)
+    lengths = grid.pitches[:, None] * (grid.counts - 1)
+    outside = lengths > 8e-3 * (1 + 1e-9)
+    assert outside.any()
+    assert np.isnan(grid.excess[..., outside]).all()
+    assert not np.isnan(grid.excess[..., ~outside]).any()
+
+
+def test_a_design_of_the_grid_is_what_its_finger_can_do(grid):
+    finger = GOALS.finger(ss.design.Row(0, 0, 5, float(grid.depths[0, 1]), float(grid.pitches[1])))
+    quality = placement_quality(finger, GOALS.touches, grid=GRID)
+    for name in ("position_95", "angle_95", "force_95", "position_mean", "log_det"):
+        np.testing.assert_allclose(grid.values[name][0, 0, 1, 1, 1], quality.values[name], rtol=1e-5)
+
+
+def test_strain_and_range_under_the_strongest_force():
+    goals = replace(
+        GOALS, touches=replace(GOALS.touches, friction=0.0), room=replace(GOALS.room, counts=(4, 4))
+    )
+    grid = search_grid(goals)
+    # straight beneath a normal line load at nu = 1/2, plane strain: eps_x = -3 P / (2 pi E x), a principal strain
+    beneath = 3 * 100.0 / (2 * np.pi * 0.4e6 * grid.depths[0])
+    np.testing.assert_allclose(grid.values["strain"][0, 0, :, 0, 0], beneath, rtol=1e-6)
+    # mean pressure there is (sx + sy + sz)/3 = (1 + nu)(sx + sy)/3 = -P / (pi x)
+    np.testing.assert_allclose(
+        grid.values["range"][0, 1, :, 0, 0], 100 / (np.pi * grid.depths[0] * 2e4), rtol=1e-6
+    )
+    assert (grid.values["range"][0, 0] == 0).all()
+
+
+def test_the_excess_is_the_worst_ratio(grid):
+    at = (0, 1, 2, 1, 1)
+    ratios = [
+        grid.values["position_95"][at] / 0.1e-3,
+        grid.values["angle_95"][at] / 0.06,
+        (grid.values["ambiguous"][at] + grid.values["unfelt"][at]) / 0.01,
+        grid.values["strain"][at] / 0.1,
+        grid.values["range"][at],
+    ]
+    assert grid.excess[at] == max(ratios)
+
+
+def test_the_number_of_workers_changes_nothing(grid):
+    other = search_grid(GOALS, workers=3)
+    for name, values in grid.values.items():
+        np.testing.assert_array_equal(values, other.values[name], err_msg=name)
+
+
+def test_another_seed_other_touches(grid):
+    other = search_grid(replace(GOALS, effort=replace(GOALS.effort, seed=1)))
+    assert (grid.values["ambiguous"] != other.values["ambiguous"]).any()
+    np.testing.assert_array_equal(grid.values["position_95"], other.values["position_95"])
+
+
+def test_finished_rows_are_not_worked_out_again(grid, store, monkeypatch):
+    monkeypatch.setattr(grid_module, "study_row", lambda *a, **k: pytest.fail("worked out again"))
+    before = store.found
+    again = search_grid(GOALS, store=store)
+    assert store.found - before == len(store) == 6
+    np.testing.assert_array_equal(again.excess, grid.excess)
+    # other accuracy, other largest strain: the rows still hold
+    search_grid(replace(GOALS, accuracy=Accuracy(angle=0.01), largest_strain=0.01), store=store)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"touches": replace(GOALS.touches, friction=0.6)},
+        {"effort": replace(GOALS.effort, touches=500)},
+        {"room": replace(GOALS.room, least_pitch=1.1e-3)},
+        {"skins": (SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.41e6))),)},
+        {"sensors": (SensorKind("gauge", ss.NormalStrain(), 2e-4, width=1e-4),)},
+    ],
+)
+def test_rows_of_another_question_are_not_taken(store, change, grid):
+    own = Memory(store)
+    search_grid(replace(GOALS, **change), store=own)
+    assert own.found == 0
+
+
+def test_a_search_that_is_stopped_keeps_what_is_finished(grid):
+    own, seen = Memory(), []
+
+    def stop():
+        seen.append(1)
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        search_grid(GOALS, store=own, workers=1, progress=stop)
+    assert 2 <= len(own) < 6
+    np.testing.assert_array_equal(search_grid(GOALS, store=own).excess, grid.excess)
+    assert own.found >= 2
+
+
+def test_fingers_are_ranked_and_refined(grid, study):
+    met = [f.meets for f in study.fingers]
+    assert met == sorted(met, reverse=True)
+    assert met[0]
+    counts = [f.row.count for f in study.fingers if f.meets]
+    assert counts == sorted(counts)
+    assert len({(f.row.skin, f.row.sensor, f.row.count) for f in study.fingers}) == len(study.fingers) == 3
+    for finger in study.fingers:
+        row = finger.row
+        n = row.count - 4
+        coarse = np.nanmin(grid.excess[row.skin, row.sensor, :, :, n])
+        assert finger.excess <= 1.02 * coarse  # as good as the grid, but for what rounding costs
+        assert row.length <= 8e-3 * (1 + 1e-9)
+        assert 1.5e-3 * (1 - 1e-9) <= row.depth <= 3e-3 * (1 + 1e-9)
+        assert row.pitch >= 1e-3 * (1 - 1e-9)
+        for length in (row.depth, row.pitch):  # can be put on a drawing: a multiple of 0.05 mm
+            assert abs(length / 0.05e-3 - round(length / 0.05e-3)) < 1e-6
+        assert finger.values["position_95"] == pytest.approx(finger.quality.values["position_95"], rel=0.01)
+
+
+def test_the_number_of_workers_does_not_change_the_ranking(grid, study):
+    other = rank_fingers(grid, workers=1)
+    assert [f.row for f in other.fingers] == [f.row for f in study.fingers]
+    assert [f.point for f in other.fingers] == [f.point for f in study.fingers]
+
+
+def test_what_is_promised_is_what_locate_does(study):
+    finger = study.fingers[0].finger
+    touches = GOALS.touches.sample(20_000, np.random.default_rng(3))
+    found = finger.locate(finger.read(touches, np.random.default_rng(4)), friction=0.5)
+    sure = found.status == ss.Status.OK
+    assert 1 - sure.mean() < 0.01 + 0.003
+    off = np.abs(found.position - touches.position)[sure]
+    # 95 % of the touches have a standard error of at most position_95: of these at most 5 % are off by twice that
+    assert np.mean(off > 2 * study.fingers[0].values["position_95"]) < 0.05
+    mean_square = np.mean((study.fingers[0].quality.position_std) ** 2)
+    assert np.mean(off**2) == pytest.approx(mean_square, rel=0.1)
+
+
+def test_tolerances_count_against_the_goals(grid, study):
+    goals = replace(
+        GOALS, tolerances={"place": 0.1e-3, "thickness": 1e-4}, effort=replace(GOALS.effort, keep=1)
+    )
+    made = rank_fingers(search_grid(goals)).fingers[0]
+    assert made.budget is not None
+    assert [cost.source for cost in made.budget.rows] == ["place", "noise"]  # a half plane has no thickness
+    noise = made.values["position_95"]
+    place = next(cost for cost in made.budget.rows if cost.source == "place").position_rms
+    check = next(check for check in made.checks if check.criterion.name == "position_95")
+    assert check.value == pytest.approx(np.hypot(noise, place), rel=1e-12)
+    assert place > 0.02e-3
+    assert study.fingers[0].budget is None
+
+
+def test_a_feature_counts_against_the_goals(study, grid):
+    assert not [c for c in study.fingers[0].checks if c.criterion.name == "feature"]
+    fine = replace(
+        GOALS, accuracy=replace(GOALS.accuracy, feature=0.2e-3), effort=replace(GOALS.effort, keep=1)
+    )
+    finger = rank_fingers(search_grid(fine)).fingers[0]
+    check = next(c for c in finger.checks if c.criterion.name == "feature")
+    assert check.value == finger.point
+    assert not finger.meets
+    assert "distance of two touches" in finger.reasons[0]
+
+
+def test_reasons_are_about_what_was_tried(study, grid):
+    finger = study.fingers[0]
+    tightest = max(finger.checks, key=lambda c: c.ratio)
+    assert tightest.criterion.label in finger.reasons[0]
+    assert in_words(tightest.value, tightest.criterion.unit) in finger.reasons[0]
+    depth = next(r for r in finger.reasons if r.startswith("Depth"))
+    assert in_words(finger.row.depth, "m") in depth
+    other = GOALS.sensors[1 - finger.row.sensor].name
+    assert any(f'sensor "{other}"' in reason for reason in finger.reasons)
+
+
+def test_table_and_columns(study, grid):
+    columns, rows = finger_table(study)
+    assert all(len(row) == len(columns) for row in rows)
+    table = grid.columns()
+    sizes = {len(values) for values in table.values()}
+    assert sizes == {int(np.isfinite(grid.excess).sum())}
+    assert "two" not in columns
+
+
+def test_no_room_at_all():
+    with pytest.raises(GeometryError, match="longest_row"):
+        Room(counts=(4, 6), depths=(1e-3, 2e-3), least_pitch=3e-3, longest_row=8e-3)
+    thin = ss.Layered(ss.Layer(ss.Material(young=0.4e6), 1e-3))
+    with pytest.raises(GeometryError, match=r'"thin" is 0\.001 m thick'):
+        search_grid(replace(GOALS, skins=(SkinChoice("thin", thin),)))
+    wide = SensorKind("wide", ss.NormalStrain(), 2e-4, width=9e-3)
+    with pytest.raises(ConvergenceError, match="no design has room"):
+        rank_fingers(search_grid(replace(GOALS, sensors=(wide,))))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (Accuracy, "no accuracy is wanted"),
+        (lambda: Accuracy(position=-1.0), "position = -1"),
+        (lambda: Accuracy(position=1e-3, unsure=0.0), "unsure = 0"),
+        (lambda: Effort(depths=0), "depths = 0"),
+        (lambda: Effort(touches=10.5), "touches = 10.5"),
+        (lambda: Room((3, 2), (1e-3, 2e-3), 1e-3), "counts"),
+        (lambda: Room((3, 4), (2e-3, 1e-3), 1e-3), "depths"),
+        (lambda: SensorKind("x", ss.NormalStrain(), 0.0), "noise = 0"),
+        (lambda: SensorKind("x", ss.NormalStrain(), 1e-4, largest=0.0), "largest = 0"),
+        (lambda: SensorKind("x", "strain", 1e-4), "a Transducer is needed"),
+        (lambda: replace(GOALS, strongest=1.0), "at least the weakest force"),
+        (lambda: replace(GOALS, sensors=()), "one at least is needed"),
+        (lambda: replace(GOALS, largest_strain=0.0), "largest_strain = 0"),
+        (lambda: replace(GOALS, touches=Touches(20.0)), "without a span"),
+    ],
+)
+def test_bad_goals_are_refused(make, words):
+    with pytest.raises((InvalidValueError, GeometryError), match=words):
+        make()
+
+
+def test_sensors_that_are_not_linear_are_refused():
+    with pytest.raises(NotLinearError):
+        SensorKind("energy", ss.EnergyDensity(), 1.0)
+
+
+def test_words():
+    assert in_words(0.0, "m") == "0 mm"
+    assert in_words(4e-7, "m") == "< 0.001 mm"
+    assert in_words(5e-5, "") == "< 0.01 %"
+    assert in_words(np.inf, "rad") == "without bound"
+    assert in_words(12.0, "N/m") == "12 N/m"

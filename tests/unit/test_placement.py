@@ -1,0 +1,231 @@
+"""Placement of sensors: what is refused, what is left blank, and what is the best row."""
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.design import (
+    PLACEMENT_MEASURES,
+    Touches,
+    best_positions,
+    best_row,
+    placement_quality,
+    placement_study,
+    study_row,
+)
+from subskin.errors import GeometryError, InvalidValueError, NotLinearError
+from subskin.plot import placement_figure, placement_study_figure
+
+SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
+KIND = ss.NormalStrain()
+TOUCH = Touches(force=40.0)
+FINGER = ss.Finger(SKIN, ss.SensorArray.line(4, 1.5e-3, 2e-3, noise=5e-5))
+
+
+def rows(spacings=(1e-3, 2e-3), counts=(4,), skin=SKIN, kind=KIND, depth=2e-3, touches=TOUCH, **options):
+    options = {"noise": 5e-5, "samples": 100} | options
+    return study_row(skin, kind, depth, list(spacings), list(counts), touches, **options)
+
+
+@pytest.fixture(scope="module")
+def study():
+    depths = np.array([1e-3, 2e-3])
+    return placement_study(
+        SKIN, [KIND, ss.LateralStrain()], depths, np.multiply.outer(depths, [0.3, 0.5, 0.6, 0.7, 1.0, 2.0]),
+        [3, 4, 6], TOUCH, noise=[5e-5, 1e-4], samples=2000,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("bad", "error", "said"),
+    [
+        ({"counts": [2, 4]}, InvalidValueError, "2 sensors"),
+        ({"counts": [4.5]}, InvalidValueError, "whole numbers"),
+        ({"noise": 0.0}, InvalidValueError, "noise"),
+        ({"noise": -1.0}, InvalidValueError, "noise"),
+        ({"depth": 0.0}, InvalidValueError, "depth"),
+        ({"spacings": [0.0]}, InvalidValueError, "spacings"),
+        ({"spacings": [[1e-3]]}, GeometryError, "spacings"),
+        ({"width": -1e-3}, InvalidValueError, "width"),
+        ({"samples": 0}, InvalidValueError, "samples"),
+        ({"margin": -0.1}, InvalidValueError, "margin"),
+        ({"grid": (1, 5)}, InvalidValueError, "grid"),
+        ({"grid": (11.5, 5)}, InvalidValueError, "grid"),
+        ({"kind": ss.EnergyDensity()}, NotLinearError, "EnergyDensity"),
+        ({"skin": ss.Layered(ss.Layer(ss.Material(1e6), 1e-3))}, GeometryError, "thick"),
+        (
+            {"skin": ss.Round(ss.Material(1e6), 8e-3, 4e-3), "touches": Touches(40.0, span=(-0.03, 0.03))},
+            GeometryError,
+            "about",
+        ),
+    ],
+)
+def test_what_makes_no_row_is_refused(bad, error, said):
+    with pytest.raises(error, match=said):
+        rows(**bad)
+
+
+def test_two_sensors_do_where_the_angle_is_known():
+    found = rows(counts=[2, 4], touches=Touches(40.0, friction=0.0))
+    assert np.isfinite(found["position_95"]).all()
+    assert (found["angle_worst"] == 0).all()
+    assert (found["position_mean"][:, 1] < found["position_mean"][:, 0]).all()
+
+
+def test_rows_that_do_not_fit_are_blank_and_the_others_are_not():
+    skin = ss.Round(ss.Material(0.4e6), 8e-3, 4e-3)  # 50.3 mm about
+    found = rows([1e-3, 3e-3], [4, 16, 17], skin, width=1.5e-3)
+    for name in PLACEMENT_MEASURES:
+        np.testing.assert_array_equal(np.isnan(found[name]), [[True] * 3, [False, False, True]])
+    assert all(np.isnan(v).all() for v in rows([1e-3], width=2e-3).values())
+
+
+def test_all_of_a_span_counts_felt_or_not():
+    near = rows([1e-3], touches=Touches(4.0, span=(-2e-3, 2e-3)))
+    far = rows([1e-3], touches=Touches(4.0, span=(-60e-3, 60e-3)))
+    assert near["unfelt"] == 0
+    assert 0.5 < far["unfelt"][0, 0] < 1
+    assert far["position_worst"] > 100 * near["position_worst"]
+
+
+def test_the_row_stands_in_the_middle_of_the_span():
+    here, there = (
+        rows([1e-3], touches=Touches(40.0, span=(a - 2e-3, a + 2e-3)), samples=400) for a in (0.0, 7e-3)
+    )
+    for name in PLACEMENT_MEASURES:
+        np.testing.assert_allclose(here[name], there[name], rtol=1e-6)
+
+
+def test_progress_is_told_of_each_design_and_can_end_the_study():
+    calls = []
+    rows(counts=[3, 4, 5], progress=lambda: calls.append(1))
+    assert len(calls) == 6
+
+    def stop():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        placement_study(
+            SKIN, KIND, [1e-3, 2e-3], [1e-3], [4], TOUCH, noise=5e-5, samples=100, workers=2, progress=stop
+        )
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"transducers": []},
+        {"spacings": np.ones((3, 2))},
+        {"noise": [1.0, 2.0, 3.0]},
+        {"workers": 0},
+    ],
+)
+def test_lists_that_do_not_match_are_refused(bad):
+    given = {"transducers": KIND, "depths": [1e-3, 2e-3], "spacings": [1e-3], "noise": 5e-5} | bad
+    with pytest.raises((GeometryError, InvalidValueError)):
+        placement_study(SKIN, counts=[4], touches=TOUCH, samples=10, **given)
+
+
+def test_results_are_closed_to_writing(study):
+    quality = placement_quality(FINGER, TOUCH, grid=(5, 3))
+    arrays = [*study.values.values(), study.depth, study.spacing, study.count, study.noise]
+    arrays += [v for v in vars(quality).values() if isinstance(v, np.ndarray)]
+    assert len(arrays) > 15
+    assert not any(a.flags.writeable for a in arrays)
+
+
+def test_a_finger_that_cannot_be_judged_is_refused():
+    with pytest.raises(InvalidValueError, match="noise"):
+        placement_quality(ss.Finger(SKIN, ss.SensorArray.line(4, 1e-3, 2e-3)), TOUCH)
+    dead = ss.Finger(SKIN, ss.SensorArray([0.0, 1e-3, 2e-3], 2e-3, gain=[1.0, 0.0, 1.0], noise=1e-4))
+    with pytest.raises(InvalidValueError, match="2 sensors"):
+        placement_quality(dead, TOUCH)
+
+
+def test_the_best_row_is_the_least_that_keeps_within_limits(study):
+    best = best_row(study, limits={"ambiguous": 0.01})
+    allowed = np.where(study["ambiguous"] <= 0.01, study["position_worst"], np.inf)
+    assert study["position_worst"][best.index] == allowed.min() == best.values["position_worst"]
+    k, d, s, c = best.index
+    assert best.transducer == study.transducers[k] == best.finger.array.transducers[0]
+    assert (best.depth, best.spacing, best.count) == (study.depth[d], study.spacing[d, s], study.count[c])
+    np.testing.assert_allclose(np.diff(best.finger.array.y), best.spacing, rtol=1e-12)
+    assert float(best.finger.array.noise[0]) == study.noise[k]
+    judged = placement_quality(best.finger, TOUCH, grid=(101, 41))
+    np.testing.assert_allclose(judged["position_worst"], best.values["position_worst"], rtol=1e-5)
+    assert best.count == 6
+    assert best.counts == (6, 6)
+
+
+def test_the_range_of_a_choice_is_where_rows_are_nearly_as_good(study):
+    best = best_row(study, within=0.5)
+    k, d, _, c = best.index
+    near = study["position_worst"][k, d, :, c] <= 1.5 * best.values["position_worst"]
+    near &= study["ambiguous"][k, d, :, c] <= 0.01
+    assert near.sum() >= 2
+    assert best.spacings == (study.spacing[d][near].min(), study.spacing[d][near].max())
+    assert best.kinds[0] == KIND
+    alone = best_row(study, within=0.0)
+    assert alone.kinds == (KIND,)
+    assert alone.depths[0] == alone.depths[1] == alone.depth
+    wide = best_row(study, within=1e6)
+    assert wide.depths == (1e-3, 2e-3)
+    assert wide.counts == (4, 6)
+    assert wide.kinds == (KIND, ss.LateralStrain())
+
+
+def test_bounds_on_the_choices(study):
+    best = best_row(
+        study,
+        limits={"ambiguous": 0.03},
+        depths=(2e-3, 2e-3),
+        counts=(3, 4),
+        lengths=(3.5e-3, 5e-3),
+        spacings=(1e-3, 2e-3),
+    )
+    assert (best.depth, best.count) == (2e-3, 4)
+    assert 3.5e-3 <= best.spacing * 3 <= 5e-3
+    largest = best_row(study, "log_det", limits={})
+    assert study["log_det"][largest.index] == study["log_det"].max()
+
+
+def test_limits_that_no_row_keeps_are_said(study):
+    with pytest.raises(InvalidValueError, match="least wrong of all"):
+        best_row(study, limits={"wrong": -1.0})
+    with pytest.raises(InvalidValueError, match="there are"):
+        best_row(study, "beauty")
+
+
+def test_free_places_start_from_sensors_that_are_alike():
+    mixed = ss.Finger(SKIN, ss.SensorArray.line(4, 1e-3, [2e-3, 2e-3, 1e-3, 2e-3], noise=5e-5))
+    with pytest.raises(InvalidValueError, match="depth"):
+        best_positions(mixed, TOUCH)
+    three = ss.Finger(SKIN, ss.SensorArray.line(3, 1e-3, 2e-3, noise=5e-5))
+    with pytest.raises(InvalidValueError, match="infinite"):
+        best_positions(three, TOUCH)
+    with pytest.raises(InvalidValueError, match="measure"):
+        best_positions(FINGER, TOUCH, "beauty")
+
+
+def test_free_places_keep_their_distance_and_depend_on_the_seed_alone():
+    span = Touches(40.0, span=(-3e-3, 3e-3))
+    far = ss.Finger(SKIN, ss.SensorArray.line(6, 2e-3, 2e-3, noise=5e-5))
+    one, two = (
+        best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, seed=3)
+        for _ in range(2)
+    )
+    np.testing.assert_array_equal(one.finger.array.y, two.finger.array.y)
+    assert np.diff(one.finger.array.y).min() >= 1.7e-3 * (1 - 1e-9)
+    other = best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, seed=4)
+    assert (other.finger.array.y != one.finger.array.y).any()
+    assert one.gain > 1
+    assert one.tried <= 450
+
+
+def test_figures_refuse_what_they_cannot_draw(study):
+    with pytest.raises(GeometryError, match="one angle"):
+        placement_figure(placement_quality(FINGER, Touches(40.0, 0.0), grid=(5, 3)))
+    for options in ({"kind": 2}, {"depth": 5}, {"counts": [5]}, {"measure": "angle_worst"}):
+        with pytest.raises(InvalidValueError):
+            placement_study_figure(study, **options)
+    thick = [line for line in placement_study_figure(study).axes[0].lines if line.get_linewidth() > 3]
+    assert len(thick) == 2  # three sensors are never told to 1 %
