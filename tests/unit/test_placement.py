@@ -206,7 +206,7 @@ def test_free_places_start_from_sensors_that_are_alike():
         best_positions(FINGER, TOUCH, "beauty")
 
 
-def test_free_places_keep_their_distance_and_depend_on_the_seed_alone():
+def test_free_places_keep_their_distance_and_come_out_the_same_again():
     span = Touches(40.0, span=(-3e-3, 3e-3))
     far = ss.Finger(SKIN, ss.SensorArray.line(6, 2e-3, 2e-3, noise=5e-5))
     one, two = (
@@ -215,8 +215,6 @@ def test_free_places_keep_their_distance_and_depend_on_the_seed_alone():
     )
     np.testing.assert_array_equal(one.finger.array.y, two.finger.array.y)
     assert np.diff(one.finger.array.y).min() >= 1.7e-3 * (1 - 1e-9)
-    other = best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, seed=4)
-    assert (other.finger.array.y != one.finger.array.y).any()
     assert one.gain > 1
     assert one.tried <= 450
 

@@ -16,7 +16,7 @@ _EXAMPLES = """\
 def add(commands: Any) -> None:
     """Add the command."""
     parser = add_command(
-        commands, "figures", run, "redraw the memo's Figs. 2, 3, 6, 9, 11, 12, 13 and 17", _EXAMPLES
+        commands, "figures", run, "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19", _EXAMPLES
     )
     parser.add_argument(
         "-o", "--out", metavar="FOLDER", required=True, help="folder for the figures; made if missing"

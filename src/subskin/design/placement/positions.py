@@ -142,7 +142,7 @@ def best_positions(
         nonlocal tried
         tried += 1
         outside = float(np.maximum(np.abs(y - middle) - most, 0.0).sum()) / depth
-        tight = float(np.maximum(least - np.diff(y), 0.0).sum()) / depth
+        tight = float(np.maximum(0.0 - np.diff(y), 0.0).sum()) / depth
         length = y[-1] - y[0] + least
         if outside > 0 or tight > 1e-12 or length > finger.skin.period:
             return 1e3 * (1 + outside + tight)
