@@ -95,14 +95,14 @@ def test_a_design_written_as_a_finger_is_the_same_finger(skin, sensor):
     file = parse_goals(GOALS)
     row = Row(skin, sensor, 4, 2e-3, 1.2e-3)
     wanted = file.goals.finger(row)
-    text = finger_text(file, row, ['why: "so"', "and = this"])
+    text = finger_text(file, row, (-6e-3, 5e-3), ['why: "so"', "and = this"])
     written = parse_finger(text)
     places = np.linspace(-3e-3, 3e-3, 7)
     np.testing.assert_array_equal(written.finger.receptive_field(places), wanted.receptive_field(places))
     for name in ("y", "noise", "low", "high", "resolution", "width"):
         np.testing.assert_array_equal(getattr(written.finger.array, name), getattr(wanted.array, name))
     assert written.options == {"friction": 0.5}
-    assert written.search is None  # 1.5 depths beyond the row, as the design was judged
+    assert written.search == (-6e-3, 5e-3)
     assert text.startswith('# why: "so"\n# and = this\n')
 
 

@@ -104,7 +104,7 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
     for rank, finger in enumerate(study.fingers, start=1):
         remarks = [f"{study.goals.title}: finger {rank} of subskin design", *finger.reasons]
         path = folder / f"finger_{rank}.toml"
-        write_bytes(path, finger_text(file, finger.row, remarks).encode())
+        write_bytes(path, finger_text(file, finger.row, finger.quality.search, remarks).encode())
         written.append(path)
     for old in folder.glob("finger_*.toml"):  # of an earlier search that kept more
         if old not in written and old.stem.removeprefix("finger_").isdigit():

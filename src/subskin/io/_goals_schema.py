@@ -68,7 +68,7 @@ class EffortTable(StrictTable):
 
     depths: StrictInt = 20
     spacings: StrictInt = 30
-    touches: StrictInt = 100_000
+    touches: StrictInt = 10_000
     seed: StrictInt = 0
     keep: StrictInt = 5
 

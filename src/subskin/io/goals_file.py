@@ -169,8 +169,8 @@ def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:
         return SensorKind(table.name, transducer, width=table.width, **values)
 
 
-def finger_text(file: GoalsFile, row: Row, remarks: list[str]) -> str:
-    """The `finger.toml` of a design; `remarks` stand on top as comments."""
+def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks: list[str]) -> str:
+    """The `finger.toml` of a design that looks for loads within `search` [m]; `remarks` stand on top as comments."""
     import tomlkit
 
     kind, goals = file.goals.sensors[row.sensor], file.goals
@@ -192,7 +192,12 @@ def finger_text(file: GoalsFile, row: Row, remarks: list[str]) -> str:
     if kind.resolution:
         sensors["resolution"] = _nine(kind.resolution)
     document.add("sensors", tomlkit.item(sensors))
-    document.add("locate", tomlkit.item({"friction": goals.touches.friction}))
+    document.add(
+        "locate",
+        tomlkit.item(
+            {"friction": goals.touches.friction, "search": [format_quantity(end, "m") for end in search]}
+        ),
+    )
     return tomlkit.dumps(document)
 
 

@@ -32,8 +32,8 @@ from .style import (
 __all__ = ["placement_figure", "placement_study_figure"]
 
 _COLOURS = (VERMILLION, ORANGE, GREEN, BLUE, PINK, BLACK)
-_MOST = 300.0
-"""Largest over smallest standard deviation that a map's colours tell apart."""
+_LEAST, _MOST = 3.0, 300.0
+"""Largest over smallest standard deviation that a map's colours tell apart: an even map looks even."""
 
 _FLOOR = 0.01
 """Share of touches [%] at the foot of the panel, where less is drawn as well."""
@@ -62,7 +62,7 @@ def placement_figure(quality: PlacementQuality) -> Figure:
         _map(panels[1], quality, np.rad2deg(quality.angle_std), "std of the angle [°]")
         panels[0].set_ylabel("angle of the touch [°]")
         worst, unsure = 1e3 * quality["position_worst"], 100 * (quality["ambiguous"] + quality["unfelt"])
-        told = f"{worst:.2g} mm at worst" if np.isfinite(worst) else "not told at worst"
+        told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not told at worst"
         panels[0].set_title(f"place: {told}")
         panels[1].set_title(
             f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told"
@@ -74,7 +74,7 @@ def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> 
     places, angles = 1e3 * quality.place, np.rad2deg(quality.angle)
     known = std[np.isfinite(std) & (std > 0)]
     low = float(known.min()) if known.size else 1.0
-    high = float(np.clip(known.max(initial=low), 1.01 * low, _MOST * low))
+    high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
     shown = axes.pcolormesh(
         places, angles, std.T, norm=LogNorm(low, high), cmap="cividis_r", shading="nearest", rasterized=True
     )
@@ -93,17 +93,14 @@ def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> 
     axes.set_xlim(min(places[0], y.min()) - margin, max(places[-1], y.max()) + margin)
     axes.tick_params(axis="x", pad=6)
     axes.set_xlabel("place of the touch [mm], sensors marked")
-    _bar(axes, shown, label)
+    _bar(axes, shown, label, high / low, bool((std > high).any()))
 
 
-def _bar(axes: Axes, shown: QuadMesh, label: str) -> None:
+def _bar(axes: Axes, shown: QuadMesh, label: str, ratio: float, clipped: bool) -> None:
     figure = axes.get_figure()
     assert isinstance(figure, Figure)
-    bar = figure.colorbar(shown, ax=axes, label=label, extend="max")
-    low, high = shown.norm.vmin, shown.norm.vmax
-    assert low is not None
-    assert high is not None
-    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50 * low else (1.0, 3.0)))
+    bar = figure.colorbar(shown, ax=axes, label=label, extend="max" if clipped else "neither")
+    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if ratio < 50 else (1.0, 3.0)))
     bar.ax.yaxis.set_minor_locator(NullLocator())
     bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
 

@@ -12,6 +12,7 @@ from ..design import (
     DesignStudy,
     finger_table,
     in_words,
+    sensor_density,
     spatial_response,
 )
 from ..design.search import limen
@@ -32,7 +33,7 @@ __all__ = ["design_report"]
 _LIMITS = (
     "Loads are lines across the finger, of the weakest force that was stated; wider contacts are told less well.",
     "The skin is linearly elastic, and strains are small.",
-    "Noise is independent from sensor to sensor. Errors are Cramér-Rao bounds for one frame, which `locate` reaches.",
+    "Noise is independent from sensor to sensor. Errors are Cramér-Rao bounds for one frame, which locate reaches.",
     "Nothing here was tuned on a recording: calibrate the finger that was made before relying on it.",
 )
 
@@ -158,7 +159,7 @@ def _resolution(study: DesignStudy, finger: DesignedFinger) -> str:
         f"the weakest force. On average finger 1 is off by {in_words(values['position_mean'], 'm')} and "
         f"{in_words(values['angle_mean'], 'rad')}, at its worst by {in_words(values['position_worst'], 'm')} and "
         f"{in_words(values['angle_worst'], 'rad')}. In {in_words(values['ambiguous'], '')} of the touches another load "
-        f"explains the readings nearly as well and `locate` says so; in {in_words(values['wrong'], '')} of them noise "
+        f"explains the readings nearly as well and locate says so; in {in_words(values['wrong'], '')} of them noise "
         "makes that other load the better one."
     )
 
@@ -225,11 +226,13 @@ def _from(distance: float) -> str:
 
 def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     found = spatial_response(finger.finger)
+    dense = float(np.nanmin(sensor_density(finger.finger, 100.0).error_spacing))
     return [
         Heading("The skin as a filter"),
         Paragraph(
-            "How strongly finger 1 answers waves of pressure and of shear along its surface. What is finer than its "
-            "sensors stand apart cannot be sampled; a load of known shape can still be located far more finely."
+            "How strongly finger 1 answers waves of pressure and of shear along its surface. To recover any pattern of "
+            f"them to 1 % of full scale its sensors would have to stand {in_words(dense, 'm')} apart; they stand "
+            f"{in_words(finger.row.pitch, 'm')} apart. A load of known shape is located far more finely than that."
         ),
         Picture(
             response_figure(found), "Reading for each Pa of a wave of pressure or shear, by its frequency."

@@ -101,7 +101,7 @@ class Table:
         climb = _compiled()[0].climb
         ends = np.array([places[[0, -1]], angles[[0, -1]]])
         size = np.ptp(ends, axis=1) / np.maximum([places.size - 1, angles.size - 1], 1)
-        out = maps[:3].max(axis=(1, 2))
+        out: FloatArray = maps[:3].max(axis=(1, 2))
         for which in np.flatnonzero(np.isfinite(out)):
             for p, k in _highest(maps[which]):
                 top = climb(

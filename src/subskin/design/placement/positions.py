@@ -102,20 +102,20 @@ def best_positions(
 
     Examples
     --------
-    >>> import subskin as ss
+    >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=5, pitch=2e-3, depth=2e-3, noise=5e-5))
-    >>> found = ss.design.best_positions(finger, ss.design.Touches(40.0, span=(-3e-3, 3e-3)), tries=100)
-    >>> found.gain > 2
-    True
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.2e-3, depth=2e-3, noise=5e-5))
+    >>> found = ss.design.best_positions(finger, ss.design.Touches(40.0, span=(-4e-3, 4e-3)), tries=200)
+    >>> found.gain > 10, np.round(1e3 * found.finger.array.y[-1], 1).tolist()
+    (True, 4.6)
     """
     if measure not in PLACEMENT_MEASURES:
         raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}")
     array = _alike(finger)
     checked_counts([len(array)], touches)
-    own = replace(touches, span=touches.span_on(finger))
-    assert own.span is not None
-    middle = 0.5 * (own.span[0] + own.span[1])
+    span = touches.span_on(finger)
+    own = replace(touches, span=span)
+    middle = 0.5 * (span[0] + span[1])
     depth, width = float(np.asarray(array.depth)[0]), float(np.asarray(array.width)[0])
     least = max(width, 0.1 * depth) if gap is None else _check.scalar("gap", gap, unit="m", at_least=width)
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
@@ -126,15 +126,15 @@ def best_positions(
             f"{measure} = {before[measure]}", "what is infinite cannot be improved", 'measure="position_95"'
         )
     allowed = max(share, before["ambiguous"] + before["unfelt"])
-    place, angle, weight = closed_grid(own, own.span, checked_grid(grid))
+    place, angle, weight = closed_grid(own, span, checked_grid(grid))
     directions = directions_of(np.broadcast_to(angle, weight.shape))
     start = np.sort(np.asarray(array.y))
     # as far as sensors may come, half the span and two depths beyond it
-    most = max(0.5 * (own.span[1] - own.span[0]) + 2 * depth, float(np.abs(start - middle).max()))
+    most = max(0.5 * (span[1] - span[0]) + 2 * depth, float(np.abs(start - middle).max()))
     one = OneSensor(finger.skin, array.transducers[0], depth, _noise(array), width, 2 * most + margin * depth)
 
     def table(y: FloatArray) -> Table:
-        return one.row(y, searched(y, depth, finger.skin, own.span, margin))
+        return one.row(y, searched(y, depth, finger.skin, span, margin))
 
     tried = 0
 
@@ -142,13 +142,13 @@ def best_positions(
         nonlocal tried
         tried += 1
         outside = float(np.maximum(np.abs(y - middle) - most, 0.0).sum()) / depth
-        tight = float(np.maximum(0.0 - np.diff(y), 0.0).sum()) / depth
+        tight = float(np.maximum(least - np.diff(y), 0.0).sum()) / depth
         length = y[-1] - y[0] + least
         if outside > 0 or tight > 1e-12 or length > finger.skin.period:
             return 1e3 * (1 + outside + tight)
         row = table(y)
         maps = row.survey(own, place, directions, ambiguity)
-        values = measured(maps, row.worst(own, place, angle, maps), weight, own, own.span)
+        values = measured(maps, row.worst(own, place, angle, maps), weight, own, span)
         size = -values["log_det"] if measure == "log_det" else float(np.log(max(values[measure], 1e-300)))
         excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
         return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)
@@ -214,7 +214,7 @@ def _searched(
     for turn in range(_STARTS):
         begin = free if turn == 0 else free + scale * rng.uniform(-1, 1, free.size)
         simplex = np.vstack([begin, begin + scale * np.eye(free.size)])
-        found = minimize(
+        found = minimize(  # type: ignore[call-overload]
             lambda x: cost(places(x)),
             begin,
             method="Nelder-Mead",

@@ -184,7 +184,7 @@ class Effort:
 
     depths: int = 20
     spacings: int = 30
-    touches: int = 100_000
+    touches: int = 10_000
     seed: int = 0
     keep: int = 5
 

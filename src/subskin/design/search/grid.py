@@ -117,8 +117,9 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
         Criterion("unsure", "touches ambiguous or not felt", "", accuracy.unsure),
         Criterion("strain", "strain at the sensors, strongest force", "", goals.largest_strain),
-        Criterion("range", "largest reading over the range", "", 1.0),
     ]
+    if any(np.isfinite(kind.largest) for kind in goals.sensors):
+        asked.append(Criterion("range", "largest reading over the range", "", 1.0))
     return tuple(c for c in asked if np.isfinite(c.wanted))
 
 

@@ -170,12 +170,11 @@ def _information(grid: DesignGrid, excess: FloatArray, k: int, m: int, n: int) -
     index = (k, m, int(d), int(s), n)
     if not np.isfinite(plane[d, s]) or excess[index] <= 1:
         return []
-    unsure = in_words(float(grid.values["unsure"][index]), "")
     place = (
         f"depth {in_words(float(grid.depths[k, d]), 'm')} and pitch {in_words(float(grid.pitches[s]), 'm')}"
     )
     sentence = (
-        f"The most information on average (D-optimality) would be had at {place}, with {unsure} of the touches "
-        f"ambiguous or not felt; what it misses most: {_worst(grid, index)}."
+        f"The most information on average (D-optimality) would be had at {place}, which misses the goals: "
+        f"{_worst(grid, index)}."
     )
     return [sentence]
