@@ -105,7 +105,8 @@ def _bounds(grams, c, s, mu, farthest):
     ff_aa = ff * aa - fa * fa
     if mu > 0.0:
         det = uu * ff_aa - uf * (uf * aa - ua * fa) + ua * (uf * fa - ua * ff)
-        v_y, v_f, v_a = ff_aa / det, (uu * aa - ua * ua) / det, (uu * ff - uf * uf) / det
+        inverse = 1.0 / det
+        v_y, v_f, v_a = ff_aa * inverse, (uu * aa - ua * ua) * inverse, (uu * ff - uf * uf) * inverse
     else:  # the angle is known
         det = uu * ff - uf * uf
         v_y, v_f, v_a = ff / det, uu / det, 0.0
@@ -143,6 +144,6 @@ def climb(table, start, step, mu, force, which, touch, size, ends):
             break
         if y == here_y and angle == here_angle:
             dy, da = 0.5 * dy, 0.5 * da
-            if dy < 1e-9 * farthest:
+            if dy < 1e-7 * farthest:
                 break
     return math.sqrt(best)

@@ -22,7 +22,7 @@ import numpy as np
 from ...estimate._kernel import _refine
 from ._bounds_kernel import _SINGULAR, _bounds, _field, _grams
 
-BUILT_ON = "979b3c83b6fd"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
+BUILT_ON = "d72964e89f34"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
 
 # Rows of the output.
 POSITION, FORCE, ANGLE, LOG_DET, AMBIGUOUS, WRONG, UNFELT = range(7)
@@ -197,16 +197,24 @@ def _widened(b, edges, scan, c, s, f, total, variance):
 
 
 @_compiled
-def _broad(b, basis, edges, scan, c, s, f, variance, ambiguity, wide, w, u, turned, fisher):
+def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     """Probability that chi-square is found too low at six standard deviations, on either side.
 
     Noise along what a load near the true one can take up moves the best load and its surroundings alike; what is left
     of the misfit across that, times the noise, is what changes its chi-square against the best one's.
-    w, u, turned (n,): readings, and their derivatives by place and angle; fisher: uu, uf, ua, ff, fa, aa, determinant,
-    with f for the logarithm of the force.
+    a (4, n): of `_field` at f; told: of `_bounds`.
     """
     start, step, m = scan[0], scan[1], int(scan[2])
-    uu, uf, ua, ff, fa, aa, det = fisher[0], fisher[1], fisher[2], fisher[3], fisher[4], fisher[5], fisher[6]
+    uu, uf, ua, ff, fa, aa, det, variance = (
+        told[0],
+        told[1],
+        told[2],
+        told[3],
+        told[4],
+        told[5],
+        told[6],
+        told[7],
+    )
     reach = max(6.0 * math.sqrt(variance), wide)
     for trial in range(2):
         before = math.floor((f - reach - start) / step)
@@ -231,11 +239,12 @@ def _broad(b, basis, edges, scan, c, s, f, variance, ambiguity, wide, w, u, turn
             else:
                 b1, b2 = max(on_high, 0.0) * p1, max(on_high, 0.0) * p2
         ru = rf = ra = 0.0
-        for i in range(w.size):
-            r = w[i] - basis[i, 0, j] * b1 - basis[i, 1, j] * b2
-            ru += r * u[i]
-            rf += r * w[i]
-            ra += r * turned[i]
+        for i in range(a.shape[1]):
+            w = a[0, i] * c + a[1, i] * s
+            r = w - basis[i, 0, j] * b1 - basis[i, 1, j] * b2
+            ru += r * (a[2, i] * c + a[3, i] * s)
+            rf += r * w
+            ra += r * (a[1, i] * c - a[0, i] * s)
         along = ru * ru * (ff * aa - fa * fa) + rf * rf * (uu * aa - ua * ua) + ra * ra * (uu * ff - uf * uf)
         along += 2 * ru * rf * (ua * fa - uf * aa) + 2 * ru * ra * (uf * fa - ua * ff)
         along += 2 * rf * ra * (ua * uf - uu * fa)
@@ -273,8 +282,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, places, directions
     asked = np.empty(m, dtype=np.uint8)
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
     minimum = words.view(np.uint8)
-    w, u, turned, fisher = np.empty(n), np.empty(n), np.empty(n), np.empty(7)
-    scratch, fit = np.empty((6, n)), np.empty(13)
+    w, scratch, fit = np.empty(n), np.empty((6, n)), np.empty(13)
     for p in range(places.size):
         f = places[p]
         _field(table, start, step, f, a)
@@ -291,7 +299,8 @@ def survey(table, start, step, scan, mu, cone, force, limits, places, directions
                 count += 1
         for k in range(directions.shape[2]):
             c, s = force * directions[0, p, k], force * directions[1, p, k]
-            uu, uf, ua, total, fa, aa, det, v_y, v_f, v_a = _bounds(grams, c, s, mu, reach_all)
+            told = _bounds(grams, c, s, mu, reach_all)
+            uu, total, aa, det, v_y, v_f, v_a = told[0], told[3], told[5], told[6], told[7], told[8], told[9]
             if bounds:
                 out[POSITION, p, k], out[FORCE, p, k] = math.sqrt(v_y), math.sqrt(v_f)
                 out[ANGLE, p, k] = math.sqrt(v_a)
@@ -301,13 +310,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, places, directions
             unfelt = _normal(-over) if over < _SURE_AT_ALL else 0.0
             # what else the readings would fit, as `locate` judges it
             if v_y < reach_all * reach_all and v_a < 1.0:
-                for i in range(n):
-                    w[i] = a[0, i] * c + a[1, i] * s
-                    u[i] = a[2, i] * c + a[3, i] * s
-                    turned[i] = a[1, i] * c - a[0, i] * s
-                fisher[0], fisher[1], fisher[2] = uu, uf, ua
-                fisher[3], fisher[4], fisher[5], fisher[6] = total, fa, aa, det
-                unsure = _broad(b, basis, edges, scan, c, s, f, v_y, ambiguity, wide, w, u, turned, fisher)
+                unsure = _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told)
                 # the best place lies at the search's edge
                 inside = min(f - scan_start, scan_stop - f)
                 if inside * inside < _SURE * _SURE * v_y:

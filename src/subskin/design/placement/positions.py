@@ -65,7 +65,7 @@ def best_positions(
 ) -> BestPositions:
     """Moves the sensors of a finger along the row until one measure is least and few touches are ambiguous.
 
-    Nelder and Mead's search over the gaps, from the places given and from places jittered about them. It is local: a
+    Nelder and Mead's search, from the places given and from places jittered about them. It is local: a
     better place far from all starts is not found.
 
     Parameters

@@ -2,8 +2,9 @@
 
 from .goals import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice
 from .grid import Criterion, DesignGrid, Store, search_grid
-from .rank import Check, DesignedFinger, DesignStudy, limen, most_looked_at, rank_fingers
+from .rank import Check, DesignedFinger, DesignStudy, most_looked_at, rank_fingers
 from .reasons import in_words
+from .refine import limen
 from .table import finger_table
 
 __all__ = [

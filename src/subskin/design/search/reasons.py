@@ -52,7 +52,7 @@ def reasons_of(grid: DesignGrid, row: Row, checks: tuple[Check, ...]) -> tuple[s
     along_depth = excess[k, m, :, :, n].min(axis=1)
     reasons.append(
         _span(grid, "Depth", row.depth, grid.depths[k], along_depth, d, ("shallower", "deeper"),
-              lambda i: (k, m, i, int(np.argmin(excess[k, m, i, :, n])), n))
+              lambda i: (k, m, i, int(np.argmin(excess[k, m, i, :, n])), n), ", with a pitch that suits it")
     )  # fmt: skip
     reasons.append(
         _span(grid, "Pitch", row.pitch, grid.pitches, excess[k, m, d, :, n], s, ("closer", "wider"),
@@ -117,11 +117,14 @@ def _count(grid: DesignGrid, excess: FloatArray, k: int, m: int, n: int) -> str:
 
 def _span(
     grid: DesignGrid, name: str, chosen: float, values: FloatArray, excess: FloatArray, at: int,
-    sides: tuple[str, str], index: Any,
+    sides: tuple[str, str], index: Any, suits: str = "",
 ) -> str:  # fmt: skip
     """How far a depth or a pitch may be changed, and what it would cost beyond that."""
+    text = f"{name} {in_words(chosen, 'm')}: "
+    if values.size == 1:
+        return f"{text}the only one that was allowed."
     best = float(excess.min())
-    limit, verb = (1.0, "meets the goals") if best <= 1 else (_NEAR * best, "is within 10 % of the best")
+    limit, verb = (1.0, "would do") if best <= 1 else (_NEAR * best, "is within 10 % of the best")
     good = excess <= limit
     if not good[at]:
         at = int(np.argmin(excess))
@@ -131,12 +134,12 @@ def _span(
     high = at
     while high < values.size - 1 and good[high + 1]:
         high += 1
-    text = f"{name} {in_words(chosen, 'm')}: "
     if low == high:
-        text += f"sharp, no neighbour of the grid {verb}"
+        text += f"by noise alone no neighbour of the grid {verb}"
     else:
         first, last = min(float(values[low]), chosen), max(float(values[high]), chosen)
-        text += f"anything from {in_words(first, 'm')} to {in_words(last, 'm')} {verb}"
+        text += f"by noise alone anything from {in_words(first, 'm')} to {in_words(last, 'm')} {verb}"
+    text += suits
     beyond = [(low - 1, sides[0])] * (low > 0) + [(high + 1, sides[1])] * (high < values.size - 1)
     beyond = [(i, side) for i, side in beyond if np.isfinite(excess[i])]
     for i, side in beyond:

@@ -28,7 +28,7 @@ def _row(study: DesignStudy, finger: DesignedFinger, rank: int) -> list[str]:
     done = {check.criterion.name: check.value for check in finger.checks}
     cells = [
         str(rank),
-        "met" if finger.meets else f"{finger.excess:.2g} x" if np.isfinite(finger.excess) else "not met",
+        "met" if finger.meets else _times(finger.excess),
         goals.sensors[row.sensor].name,
         goals.skins[row.skin].name,
         str(row.count),
@@ -41,3 +41,8 @@ def _row(study: DesignStudy, finger: DesignedFinger, rank: int) -> list[str]:
     if goals.accuracy.feature is not None:
         cells.append(in_words(finger.point, "m"))
     return cells
+
+
+def _times(excess: float) -> str:
+    """How many times what was wanted, never rounded down to 1."""
+    return f"{np.ceil(100 * excess) / 100:.3g} x" if np.isfinite(excess) else "not met"
