@@ -9,7 +9,7 @@ import subskin as ss
 from subskin.design import Row
 from subskin.errors import FileError
 from subskin.io.finger_file import parse_finger
-from subskin.io.goals_file import finger_text, parse_goals
+from subskin.io.goals_file import finger_text, load_goals, parse_goals
 
 GOALS = """\
 title = "Test finger"
@@ -81,6 +81,11 @@ def test_quantities_arrive_in_si():
 def test_one_force_is_both():
     goals = parse_goals(GOALS.replace('force = ["20 N/m", "100 N/m"]', 'force = "30 N/m"')).goals
     assert goals.touches.force == goals.strongest == 30.0
+
+
+def test_a_mark_before_the_first_letter_does_no_harm(tmp_path):
+    (tmp_path / "goals.toml").write_bytes(b"\xef\xbb\xbf" + GOALS.encode())
+    assert load_goals(tmp_path / "goals.toml").goals.title == "Test finger"
 
 
 def test_the_example_that_the_command_prints_is_read():

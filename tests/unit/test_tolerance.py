@@ -319,3 +319,35 @@ def test_the_figure_has_labels_bars_and_the_wanted_lines(recovered, tmp_path):
     assert save(figure, tmp_path / "t.svg")[0].stat().st_size > 10_000
     with pytest.raises(InvalidValueError, match="position"):
         tolerance_figure(recovered, position=0.0)
+
+
+def test_what_95_percent_of_the_touches_keep_is_a_quantile_of_the_sum_at_each():
+    """Against fingers drawn and located: the standard deviation at each touch, and its quantile over the touches."""
+    touches = Touches(force=20.0, friction=0.5, span=(-3e-3, 3e-3))
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=1.5e-3, noise=2e-4))
+    budget = tolerance_budget(finger, touches, {"place": 0.02e-3, "noise": 2e-4}, places=9, angles=5)
+    place, angle = touches.grid(9, 5)
+    load = ss.LineLoad(20.0, angle, place[:, None])
+    rng = np.random.default_rng(5)
+    errors = []
+    for _ in range(600):
+        y = np.asarray(finger.array.y) + 0.02e-3 * rng.standard_normal(6)
+        made = ss.Finger(skin, ss.SensorArray(y=y, depth=1.5e-3, noise=2e-4))
+        found = finger.locate(made.read(load, rng), friction=0.5, false_alarm=1e-30)
+        errors.append([found.position - load.position, found.angle - load.angle])
+    at_each = np.sqrt((np.array(errors) ** 2).mean(axis=0))
+    expected = np.quantile(at_each, 0.95, axis=(1, 2), method="higher")
+    np.testing.assert_allclose(budget.kept(0.95)[:2], expected, rtol=0.08)
+    alone = np.array([budget.kept(0.95, [name])[:2] for name in ("place", "noise")])
+    assert (np.array(budget.kept(0.95)[:2]) > alone.max(axis=0)).all()
+
+
+def test_touches_keep_only_what_is_in_the_budget():
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=1.5e-3, noise=1e-4))
+    budget = tolerance_budget(finger, Touches(force=20.0), {"place": 0.03e-3}, places=4, angles=3, draws=4)
+    with pytest.raises(InvalidValueError, match="the budget has place"):
+        budget.kept(0.95, ["noise"])
+    with pytest.raises(InvalidValueError, match="share = 0"):
+        budget.kept(0.0)

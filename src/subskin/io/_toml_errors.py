@@ -26,7 +26,7 @@ def read_text(path: object) -> str:
     """
     data = read_bytes(str(path))
     try:
-        return data.decode("utf-8")
+        return data.decode("utf-8-sig")  # some editors put a mark before the first letter
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise FileError(

@@ -10,6 +10,7 @@ from ..design import (
     Cost,
     DesignedFinger,
     DesignStudy,
+    ToleranceBudget,
     finger_table,
     in_words,
     sensor_density,
@@ -165,7 +166,7 @@ def _resolution(study: DesignStudy, finger: DesignedFinger) -> str:
 
 
 def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
-    budget, touches = finger.budget, study.goals.touches
+    budget = finger.budget
     if budget is None:
         return []
     rows = [
@@ -188,10 +189,18 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
         ),
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
-            "The same, against what was wanted. Calibration on known touches takes out most of what is common to all "
-            f"frames: `subskin tolerances finger_1.toml --force {touches.force:g} --calibrate known` says how much.",
+            "The same, against what was wanted. What calibrating on touches at known places wins back: "
+            f"{_command(study, budget)}",
         ),
     ]
+
+
+def _command(study: DesignStudy, budget: ToleranceBudget) -> str:
+    amounts = {cost.source: cost.amount for cost in budget.rows if cost.source != "noise"}
+    given = " ".join(f"--{source} {amount:g}" for source, amount in amounts.items())
+    only = ",".join([*amounts, "noise"])
+    force = f"--force {study.goals.touches.force:g}"
+    return f"subskin tolerances finger_1.toml {force} {given} --only {only} --calibrate known"
 
 
 def _amount(cost: Cost) -> str:

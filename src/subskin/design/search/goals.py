@@ -165,6 +165,10 @@ class Row:
         """From the first sensor to the last [m]."""
         return (self.count - 1) * self.pitch
 
+    def which(self, goals: Goals) -> tuple[int, int, int]:
+        """Index of its skin, kind and count in the arrays of a `DesignGrid`."""
+        return self.skin, self.sensor, self.count - goals.room.counts[0]
+
 
 @dataclass(frozen=True)
 class Effort:

@@ -148,7 +148,11 @@ def rank_fingers(
         found.sort(key=lambda f: (not f.meets, f.row.count if f.meets else 0, f.excess))
         kept = found[:keep]
         wide = pool.map(lambda f: limen(f.finger, grid.goals, "wide").worst, kept)
-        fingers = tuple(replace(f, wide=value) for f, value in zip(kept, wide, strict=True))
+        looked = {f.row.which(grid.goals): f.checks for f in found}
+        fingers = tuple(
+            replace(f, wide=value, reasons=reasons_of(grid, f.row, looked))
+            for f, value in zip(kept, wide, strict=True)
+        )
     return DesignStudy(grid, fingers)
 
 
@@ -194,17 +198,14 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
         )
     point = limen(finger, goals, "point").worst
     checks = _checks(grid, best.values, {} if budget is None else _made(budget), point)
-    reasons = reasons_of(grid, best.row, checks)
-    return DesignedFinger(best.row, finger, best.values, quality, budget, point, np.nan, checks, reasons)
+    return DesignedFinger(best.row, finger, best.values, quality, budget, point, np.nan, checks, ())
 
 
 def _made(budget: ToleranceBudget) -> dict[str, float]:
-    """What the tolerances of a finger's making add to its errors, root mean squares over the touches."""
-    rest = [cost for cost in budget.rows if cost.source != "noise"]
-    return {
-        name: float(np.sqrt(sum(getattr(cost, name.replace("95", "rms")) ** 2 for cost in rest)))
-        for name in _MADE
-    }
+    """What the tolerances of a finger's making add, in squares, to the errors that 95 % of the touches keep."""
+    both, noise = budget.kept(0.95), budget.kept(0.95, ["noise"])
+    pairs = zip(_MADE, both, noise, strict=True)
+    return {name: float(np.sqrt(max(all_of_it**2 - own**2, 0.0))) for name, all_of_it, own in pairs}
 
 
 def _checks(

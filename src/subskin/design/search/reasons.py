@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from .rank import Check
 
 __all__ = ["in_words", "reasons_of"]
+
+Looked: TypeAlias = "Mapping[tuple[int, int, int], tuple[Check, ...]]"
 
 _NEAR = 1.1
 """A design within this of the best excess is as good as that."""
@@ -40,13 +43,17 @@ def in_words(value: float, unit: str) -> str:
     return f"{value * scale:.3g}{name}"
 
 
-def reasons_of(grid: DesignGrid, row: Row, checks: tuple[Check, ...]) -> tuple[str, ...]:
-    """Why this row: its count, depth and pitch, its kind of sensor and skin, and what limits it."""
+def reasons_of(grid: DesignGrid, row: Row, looked: Looked) -> tuple[str, ...]:
+    """Why this row: its count, depth and pitch, its kind of sensor and skin, and what limits it.
+
+    `looked` has the checks of every design that was looked at closely, by its skin, kind and count, this one's among
+    them; of the others the grid tells.
+    """
     k, m = row.skin, row.sensor
     n = int(np.searchsorted(grid.counts, row.count))
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf)
     goals = grid.goals
-    reasons = [_limit(checks), _count(grid, excess, k, m, n)]
+    reasons = [_limit(looked[k, m, n]), _count(grid, excess, looked, k, m, n)]
     d = int(np.argmin(np.abs(np.log(grid.depths[k] / row.depth))))
     s = int(np.argmin(np.abs(np.log(grid.pitches / row.pitch))))
     along_depth = excess[k, m, :, :, n].min(axis=1)
@@ -58,12 +65,30 @@ def reasons_of(grid: DesignGrid, row: Row, checks: tuple[Check, ...]) -> tuple[s
         _span(grid, "Pitch", row.pitch, grid.pitches, excess[k, m, d, :, n], s, ("closer", "wider"),
               lambda i: (k, m, d, i, n))
     )  # fmt: skip
-    names = [kind.name for kind in goals.sensors]
-    reasons += _others(grid, "sensor", names, m, [(k, i, n) for i in range(len(names))], excess)
-    names = [choice.name for choice in goals.skins]
-    reasons += _others(grid, "skin", names, k, [(i, m, n) for i in range(len(names))], excess)
+    for what, chosen, names in (
+        ("sensor", m, [kind.name for kind in goals.sensors]),
+        ("skin", k, [choice.name for choice in goals.skins]),
+    ):
+        for i, name in enumerate(names):
+            if i != chosen:
+                other = (k, i, n) if what == "sensor" else (i, m, n)
+                reasons.append(f'With {what} "{name}" as many sensors {_other(grid, excess, looked, other)}.')
     reasons += _information(grid, excess, k, m, n)
     return tuple(reasons)
+
+
+def _other(grid: DesignGrid, excess: FloatArray, looked: Looked, which: tuple[int, int, int]) -> str:
+    """What the best row of a skin, kind and count does: of close looks, or else of the grid."""
+    if which in looked:
+        tight = max(looked[which], key=lambda check: check.ratio)
+        does = f"{tight.criterion.label} {in_words(tight.value, tight.criterion.unit)}"
+        return "meet the goals too" if tight.ratio <= 1 else f"miss them: {does}"
+    best, index = _best(excess, *which)
+    if not np.isfinite(best):
+        return "find no room, or do not feel all touches"
+    if best <= 1:
+        return "can do all that was searched for too, and were not looked at closely"
+    return f"leave at best {_worst(grid, index)}, on the grid"
 
 
 def _limit(checks: tuple[Check, ...]) -> str:
@@ -97,22 +122,15 @@ def _best(excess: FloatArray, k: int, m: int, n: int) -> tuple[float, tuple[int,
     return float(plane[d, s]), (k, m, int(d), int(s), n)
 
 
-def _count(grid: DesignGrid, excess: FloatArray, k: int, m: int, n: int) -> str:
+def _count(grid: DesignGrid, excess: FloatArray, looked: Looked, k: int, m: int, n: int) -> str:
     count = int(grid.counts[n])
-    here, _ = _best(excess, k, m, n)
     if n == 0:
         return f"{count} sensors are the fewest that were allowed."
-    fewer, index = _best(excess, k, m, n - 1)
-    if not np.isfinite(fewer):
-        return f"{count} sensors: {count - 1} find no room or do not feel all touches."
-    if here <= 1 < fewer:
-        return f"{count} sensors are needed in this skin: {count - 1} leave at best {_worst(grid, index)}."
-    if fewer <= 1:
-        return (
-            f"{count - 1} sensors of this kind can do all that was searched for; what is looked at afterwards "
-            f"(tolerances, two touches) takes {count}, or has more room with them."
-        )
-    return f"{count} sensors are nearer to the goals than {count - 1}, which leave at best {_worst(grid, index)}."
+    fewer = _other(grid, excess, looked, (k, m, n - 1))
+    needed = all(check.ratio <= 1 for check in looked[k, m, n]) and fewer.startswith(
+        ("miss", "find", "leave")
+    )
+    return f"{count} sensors{' are needed' * needed}: {count - 1} {fewer}."
 
 
 def _span(
@@ -145,25 +163,6 @@ def _span(
     for i, side in beyond:
         text += f"; {side}, {_worst(grid, index(i))}"
     return text + "."
-
-
-def _others(
-    grid: DesignGrid, what: str, names: list[str], chosen: int, places: list[tuple[int, int, int]],
-    excess: FloatArray,
-) -> list[str]:  # fmt: skip
-    """The same count with each other kind of sensor, or skin."""
-    sentences = []
-    for i, (name, place) in enumerate(zip(names, places, strict=True)):
-        if i == chosen:
-            continue
-        value, index = _best(excess, *place)
-        if not np.isfinite(value):
-            sentences.append(f'With {what} "{name}" as many sensors find no room or do not feel all touches.')
-        elif value <= 1:
-            sentences.append(f'With {what} "{name}" as many sensors can do all that was searched for too.')
-        else:
-            sentences.append(f'With {what} "{name}" as many sensors leave at best {_worst(grid, index)}.')
-    return sentences
 
 
 def _information(grid: DesignGrid, excess: FloatArray, k: int, m: int, n: int) -> list[str]:

@@ -16,6 +16,8 @@ from .grid import DesignGrid, loaded
 
 __all__ = ["Aim", "Tried", "limen"]
 
+_DEPTHS = 2.0
+"""Two points are tried up to so many depths apart."""
 _CELLS, _PITCHES = 40, 4
 """How many designs of the grid, and at each depth of the refinement, are asked for their two points at most."""
 
@@ -147,7 +149,14 @@ def limen(
 ) -> TwoPointLimen:
     """Distance at which two touches of the weakest force are told from one, its angle being unknown."""
     angle: Literal["free", "normal"] = "free" if goals.touches.friction > 0 else "normal"
-    return two_point_limen(finger, goals.touches, against=against, angle=angle, places=places, angles=angles)
+    largest = _DEPTHS * float(np.asarray(finger.array.depth).min())
+    if (
+        goals.accuracy.feature is not None
+    ):  # told at that distance, and at all larger ones up to a quarter more
+        largest = max(largest, 1.25 * goals.accuracy.feature)
+    return two_point_limen(
+        finger, goals.touches, against=against, angle=angle, places=places, angles=angles, largest=largest
+    )
 
 
 def _round_values(grid: FloatArray, i: int) -> FloatArray:

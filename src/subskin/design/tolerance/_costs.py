@@ -55,7 +55,7 @@ class Costs:
             Where no finger can be off by as much.
         """
         study, spread = self.study, SOURCES[name].spread
-        linear = self._linear(name, amount)
+        linear = np.sqrt((self.linear(name, amount) ** 2).mean(axis=(0, 1)))
         if spread in ("finger", "fixed"):
             near = joined(study.locate(study.readings(made)) for made in self.sides(name, amount))
             wide = near
@@ -142,8 +142,8 @@ class Costs:
         rank = np.ceil(self.quantile * np.isfinite(size).sum(axis=0)).astype(np.intp) - 1
         return np.asarray(np.take_along_axis(size, np.maximum(rank, 0)[None], axis=0)[0])
 
-    def _linear(self, name: str, amount: float) -> FloatArray:
-        """RMS errors (3,) to first order in the readings' change; infinite where some touch is singular."""
+    def linear(self, name: str, amount: float) -> FloatArray:
+        """RMS errors at each touch, (p, a, 3), to first order in the readings; infinite where singular."""
         study, array = self.study, self.study.finger.array
         spread, readings = SOURCES[name].spread, self.drawn_readings
         if spread in ("finger", "fixed"):
@@ -164,7 +164,7 @@ class Costs:
             square = np.einsum("pakn,pan->pak", self._slope**2, changes[0] ** 2)
         moved = np.any([np.abs(c).max(axis=-1) > 0 for c in changes], axis=0)
         square[self._singular & moved] = np.inf
-        return np.asarray(np.sqrt(square.mean(axis=(0, 1))))
+        return np.asarray(np.sqrt(square))
 
 
 def joined(parts: Iterable[Located]) -> Located:

@@ -147,6 +147,26 @@ class ToleranceBudget:
     seed: int
     _costs: Costs = field(repr=False)
 
+    def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
+        """Standard errors of place [m], angle [rad] and force [-] that a share of the touches keep, to first order.
+
+        At each touch the sources add up as squares; of all of the budget, or of those named.
+
+        Raises
+        ------
+        InvalidValueError
+            A share that is not in (0, 1), a source that is not in the budget.
+        """
+        part = _check.scalar("share", share, above=0.0, at_most=1.0)
+        amounts = {row.source: row.amount for row in self.rows}
+        for name in sources or ():
+            if name not in amounts:
+                raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}")
+        chosen = amounts if sources is None else {name: amounts[name] for name in sources}
+        square = sum(self._costs.linear(name, amount) ** 2 for name, amount in chosen.items())
+        place, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
+        return float(place), float(angle), float(force)
+
     def needed(
         self, position: float | None = None, angle: float | None = None, *, keep: Sequence[str] = ()
     ) -> tuple[Needed, ...]:
