@@ -34,7 +34,7 @@ GOALS = Goals(
         SensorKind("pressure", ss.MeanPressure(), 30.0, largest=2e4),
     ),
     skins=(SkinChoice("silicone", SKIN),),
-    room=Room(counts=(4, 6), depths=(1.5e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
+    room=Room(count=(4, 6), depth=(1.5e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
     effort=Effort(depths=3, spacings=4, touches=1000, keep=2),
 )
 
@@ -87,7 +87,7 @@ def test_a_design_of_the_grid_is_what_its_finger_can_do(grid):
 
 def test_strain_and_range_under_the_strongest_force():
     goals = replace(
-        GOALS, touches=replace(GOALS.touches, friction=0.0), room=replace(GOALS.room, counts=(4, 4))
+        GOALS, touches=replace(GOALS.touches, friction=0.0), room=replace(GOALS.room, count=(4, 4))
     )
     grid = search_grid(goals)
     # straight beneath a normal line load at nu = 1/2, plane strain: eps_x = -3 P / (2 pi E x), a principal strain
@@ -241,8 +241,9 @@ def test_reasons_are_about_what_was_tried(study, grid):
 
 
 def test_table_and_columns(study, grid):
-    columns, rows = finger_table(study)
+    columns, rows, left = finger_table(study)
     assert all(len(row) == len(columns) for row in rows)
+    assert columns[:left] == ["", "goals", "sensor"]  # there was no choice of skins
     table = grid.columns()
     sizes = {len(values) for values in table.values()}
     assert sizes == {int(np.isfinite(grid.excess).sum())}
@@ -251,12 +252,12 @@ def test_table_and_columns(study, grid):
 
 def test_no_room_at_all():
     with pytest.raises(GeometryError, match="longest_row"):
-        Room(counts=(4, 6), depths=(1e-3, 2e-3), least_pitch=3e-3, longest_row=8e-3)
+        Room(count=(4, 6), depth=(1e-3, 2e-3), least_pitch=3e-3, longest_row=8e-3)
     thin = ss.Layered(ss.Layer(ss.Material(young=0.4e6), 1e-3))
     with pytest.raises(GeometryError, match=r'"thin" is 0\.001 m thick'):
         search_grid(replace(GOALS, skins=(SkinChoice("thin", thin),)))
     wide = SensorKind("wide", ss.NormalStrain(), 2e-4, width=9e-3)
-    with pytest.raises(ConvergenceError, match="no design has room"):
+    with pytest.raises(ConvergenceError, match="no row has room"):
         rank_fingers(search_grid(replace(GOALS, sensors=(wide,))))
 
 
@@ -268,8 +269,8 @@ def test_no_room_at_all():
         (lambda: Accuracy(position=1e-3, unsure=0.0), "unsure = 0"),
         (lambda: Effort(depths=0), "depths = 0"),
         (lambda: Effort(touches=10.5), "touches = 10.5"),
-        (lambda: Room((3, 2), (1e-3, 2e-3), 1e-3), "counts"),
-        (lambda: Room((3, 4), (2e-3, 1e-3), 1e-3), "depths"),
+        (lambda: Room((3, 2), (1e-3, 2e-3), 1e-3), "count"),
+        (lambda: Room((3, 4), (2e-3, 1e-3), 1e-3), "depth"),
         (lambda: SensorKind("x", ss.NormalStrain(), 0.0), "noise = 0"),
         (lambda: SensorKind("x", ss.NormalStrain(), 1e-4, largest=0.0), "largest = 0"),
         (lambda: SensorKind("x", "strain", 1e-4), "a Transducer is needed"),

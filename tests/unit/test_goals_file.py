@@ -62,8 +62,8 @@ def test_quantities_arrive_in_si():
     assert goals.accuracy.position == pytest.approx(1e-4, rel=1e-12)
     assert goals.accuracy.angle == pytest.approx(np.deg2rad(3), rel=1e-12)
     assert goals.accuracy.feature is None
-    assert goals.room.counts == (4, 5)
-    assert goals.room.depths == (1.5e-3, 3e-3)
+    assert goals.room.count == (4, 5)
+    assert goals.room.depth == (1.5e-3, 3e-3)
     assert (goals.room.least_pitch, goals.room.longest_row) == (1e-3, 8e-3)
     gauge, barometer = goals.sensors
     assert gauge.transducer == ss.NormalStrain()
@@ -117,10 +117,10 @@ REFUSED = {
     "misspelt": (GOALS.replace("least_pitch", "least_pich"), 'did you mean "least_pitch"'),
     "unit": (GOALS.replace('span = "6 mm"', 'span = "6 N"'), "line 5: [touch] span"),
     "span": (GOALS.replace('span = "6 mm"', 'span = "-6 mm"'), "line 5: [touch] span"),
-    "weakest": (GOALS.replace('"20 N/m", "100', '"200 N/m", "100'), "line 3: [touch] strongest"),
+    "weakest": (GOALS.replace('"20 N/m", "100', '"200 N/m", "100'), "line 3: [touch] force"),
     "three forces": (GOALS.replace('"20 N/m", ', '"20 N/m", "30 N/m", '), "one force or two"),
     "no accuracy": (GOALS.replace('position = "0.1 mm"\nangle = "3 deg"', ""), "no accuracy is wanted"),
-    "few": (GOALS.replace("[4, 5]", "[2, 5]"), "line 10: [room] counts = (2, 5)"),
+    "few": (GOALS.replace("[4, 5]", "[2, 5]"), "line 10: [room] count = [2, 5]"),
     "fractions": (GOALS.replace("[4, 5]", "[4.5, 5]"), "line 10"),
     "row": (GOALS.replace('"8 mm"', '"2 mm"'), "line 13: [room] longest_row"),
     "kind": (GOALS.replace("mean_pressure", "mean_presure"), 'did you mean "mean_pressure"'),
@@ -132,6 +132,8 @@ REFUSED = {
     "layer": (GOALS.replace("poisson = 0.45", "poisson = 0.6"), "line 33: [skin.layers] poisson"),
     "tolerance": (GOALS.replace("gain = 0.01", "gian = 0.01"), 'did you mean "gain"'),
     "of a reading": (GOALS.replace("gain = 0.01", "noise = 0.01"), "no such tolerance"),
+    "long": (GOALS.replace('span = "6 mm"', "span = 6"), "line 5: [touch] span = 6"),
+    "negative": (GOALS.replace('place = "0.05 mm"', 'place = "-1 mm"'), "line 36: [tolerances] place"),
     "seed": (GOALS.replace("seed = 7", "seed = -1"), "[search] seed"),
     "friction": (GOALS.replace("friction = 0.5", "friction = -0.5"), "line 4: [touch] friction"),
     "unsure": (GOALS.replace('angle = "3 deg"', "angle = 0.1\nunsure = 2"), "line 9: [accuracy] unsure"),

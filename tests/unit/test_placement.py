@@ -114,6 +114,8 @@ def test_progress_is_told_of_each_design_and_can_end_the_study():
     "bad",
     [
         {"transducers": []},
+        {"depths": []},
+        {"spacings": []},
         {"spacings": np.ones((3, 2))},
         {"noise": [1.0, 2.0, 3.0]},
         {"workers": 0},
@@ -204,6 +206,8 @@ def test_free_places_start_from_sensors_that_are_alike():
         best_positions(three, TOUCH)
     with pytest.raises(InvalidValueError, match="measure"):
         best_positions(FINGER, TOUCH, "beauty")
+    with pytest.raises(InvalidValueError, match="a row that keeps the gap"):
+        best_positions(FINGER, TOUCH, gap=50e-3)
 
 
 def test_free_places_keep_their_distance_and_come_out_the_same_again():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 import textwrap
 from pathlib import Path
@@ -100,6 +99,8 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
     from ..io.goals_file import finger_text
     from ..io.tables import write_table
 
+    for stale in ("report.html", "report.pdf"):  # of an earlier search: it would tell of other fingers
+        (folder / stale).unlink(missing_ok=True)
     written = []
     for rank, finger in enumerate(study.fingers, start=1):
         remarks = [f"{study.goals.title}: finger {rank} of subskin design", *finger.reasons]
@@ -129,19 +130,21 @@ def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) 
     from ..design import finger_table
 
     out = say(options)
-    columns, rows = finger_table(study)
-    show(out, study.goals.title, columns, rows, left=4)
+    columns, rows, left = finger_table(study)
+    show(out, study.goals.title, columns, rows, left=left)
     print(file=out)
     for reason in study.fingers[0].reasons:
         print(_wrapped(reason), file=out)
     print(file=out)
-    print("written: " + ", ".join(str(path) for path in written), file=out)
+    names = ", ".join(path.name for path in written)
+    print(textwrap.fill(f"written to {options.out}: {names}", 88, subsequent_indent="  "), file=out)
 
 
 def _wrapped(sentence: str) -> str:
     """A sentence in lines, none broken between a number and its unit."""
-    held = re.sub(r"(?<=\d) (?=%|mm)", "\xa0", sentence)
-    lines = textwrap.fill(held, 108, initial_indent="  ", subsequent_indent="    ")
+    from ..design.search import held
+
+    lines = textwrap.fill(held(sentence), 88, initial_indent="  ", subsequent_indent="    ")
     return lines.replace("\xa0", " ")
 
 

@@ -213,7 +213,7 @@ def _show_recovered(out: Any, budget: ToleranceBudget) -> None:
     rows = []
     for r in budget.recovered:
         cells = [
-            _small(scale * getattr(getattr(r, kind), f"{name}_rms"))
+            "-" if dict(r.failed).get(kind, 0) else _small(scale * getattr(getattr(r, kind), f"{name}_rms"))
             for name, scale in (("position", 1e3), ("angle", np.rad2deg(1.0)), ("force", 100.0))
             for kind in kinds
         ]

@@ -14,7 +14,7 @@ _Force = Annotated[float, one("N/m")]
 _Forces = Annotated[float | list[float], one_or_each("N/m")]
 _Angle = Annotated[float, one("rad")]
 _Measured = Annotated[Any, PlainValidator(lambda value: value)]  # in the unit of what the sensor measures
-_Counts = Annotated[list[StrictInt], Field(min_length=2, max_length=2)]
+_Counts = StrictInt | Annotated[list[StrictInt], Field(min_length=2, max_length=2)]
 _Name = Annotated[StrictStr, Field(min_length=1)]
 
 

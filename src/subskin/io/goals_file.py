@@ -86,12 +86,16 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
     if len(forces) != 2:
         rule, fix = "one force or two are needed", 'force = ["20 N/m", "100 N/m"]'
         raise Misplaced(InvalidValueError(f"force lists {len(forces)}", rule, fix), "touch", "force")
+    if forces[0] > forces[1]:
+        wrong = InvalidValueError(f"force = {forces} N/m", "the weakest comes first", "swap them")
+        raise Misplaced(wrong, "touch", "force")
+    counts = room.count if isinstance(room.count, list) else [room.count, room.count]
     depths = room.depth if isinstance(room.depth, list) else [room.depth, room.depth]
     if len(depths) != 2:
         rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
         raise Misplaced(InvalidValueError(f"depth lists {len(depths)}", rule, fix), "room", "depth")
     longest = np.inf if room.longest_row is None else room.longest_row
-    with _in("touch", {"strongest": "force"}):
+    with _in("touch"):
         if not touch.span > 0:
             raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
         touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2))
@@ -103,15 +107,16 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
             accuracy.unsure,
             touch.feature,
         )
-    with _in("room", {"counts": "count", "depths": "depth"}):
-        space = Room((room.count[0], room.count[1]), (depths[0], depths[1]), room.least_pitch, longest)
+    with _in("room"):
+        space = Room((counts[0], counts[1]), (depths[0], depths[1]), room.least_pitch, longest)
     sensors = tuple(_sensor(table, i) for i, table in enumerate(document.sensor))
     skins = tuple(
         SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin)
     )
     with _in("search"):
         effort = Effort(**document.search.model_dump())
-    keys = {"strongest": ("touch", "force"), "largest_strain": ("touch", "largest_strain")}
+    keys = {"span": ("touch", "span"), "largest_strain": ("touch", "largest_strain")}
+    keys |= {name: ("tolerances", name) for name in document.tolerances}
     try:
         return Goals(
             touches=touches, strongest=forces[1], accuracy=wanted, sensors=sensors, skins=skins, room=space,
@@ -139,17 +144,15 @@ def _tolerances(table: Mapping[str, Any]) -> dict[str, float]:
 class _in:
     """Errors of the model in this block are about keys of the table `path`."""
 
-    def __init__(self, *path: str | Mapping[str, str]) -> None:
-        self._path = tuple(part for part in path if isinstance(part, str))
-        self._names = next((part for part in path if isinstance(part, Mapping)), {})
+    def __init__(self, *path: str) -> None:
+        self._path = path
 
     def __enter__(self) -> None:
         return None
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, SubskinError):
-            key = key_of(error)
-            raise Misplaced(error, *self._path, self._names.get(key, key)) from None
+            raise Misplaced(error, *self._path, key_of(error)) from None
 
 
 def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:

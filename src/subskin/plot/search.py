@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
 from ..design import DesignedFinger, DesignStudy
 from .style import (
@@ -59,11 +59,13 @@ def design_map_figure(study: DesignStudy, finger: DesignedFinger | None = None) 
                     right.plot(grid.counts, best, dash, color=colour, label=name, marker=".")
                 else:
                     right.plot(grid.counts, best, "o", color=_COLOURS[m % len(_COLOURS)])
-        right.axhspan(1e-3, 1.0, color="#D9F0E6", zorder=0, linewidth=0)
-        lowest = min(0.5, float(excess.min()) * 0.8)
-        right.set(xlabel="sensors", ylabel="worst ratio", yscale="log", ylim=(lowest, _TOP))
+        right.axhspan(1e-6, 1.0, color="#D9F0E6", zorder=0, linewidth=0)
+        drawn = [*excess.min(axis=(2, 3)).ravel(), *(f.excess for f in study.fingers)]
+        seen = [value for value in drawn if np.isfinite(value)]
+        ends = 0.8 * min(*seen, 0.8), 1.25 * min(max(*seen, 1.25), _TOP)
+        right.set(xlabel="sensors", ylabel="worst ratio", yscale="log", ylim=ends)
         right.set_title("best depth and pitch for each count")
-        _plain(right, "y", (0.1, 0.2, 0.5, 1, 2, 5, 10, 20))
+        _plain(right, "y", ends)
         right.xaxis.set_major_locator(FixedLocator(grid.counts[:: max(1, grid.counts.size // 8)].tolist()))
         right.plot([row.count], [chosen.excess], "o", mfc="none", mec=BLACK, ms=9, zorder=4)
         if grid.counts.size > 1:
@@ -98,13 +100,18 @@ def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger,
         bar.ax.yaxis.set_minor_locator(NullLocator())
         bar.set_label("worst ratio to what is wanted")
     for name, values in (("x", pitches), ("y", depths)):
-        _plain(axes, name, [v for v in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if values[0] <= v <= values[-1]])
+        _plain(axes, name, (float(values[0]), float(values[-1])))
     axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=VERMILLION, mew=1.6, ms=7)
 
 
-def _plain(axes: Axes, which: str, ticks: object) -> None:
-    """Ticks as plain numbers on a logarithmic axis."""
+def _plain(axes: Axes, which: str, ends: tuple[float, float]) -> None:
+    """Plain numbers on a logarithmic axis, more of them where it is short."""
     axis = axes.xaxis if which == "x" else axes.yaxis
-    axis.set_major_locator(FixedLocator(list(ticks)))  # type: ignore[call-overload]
-    axis.set_major_formatter(ScalarFormatter())
+    steps = (1, 2, 5) if ends[1] > 6 * ends[0] else (1, 1.25, 1.6, 2, 2.5, 3, 4, 5, 6, 8)
+    powers = 10.0 ** np.arange(-3, 4)
+    ticks = np.round(np.outer(powers, steps).ravel(), 6)
+    axis.set_major_locator(
+        FixedLocator(ticks[(ticks >= ends[0] * 0.99) & (ticks <= ends[1] * 1.01)].tolist())
+    )
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())

@@ -27,6 +27,7 @@ from ..plot import (
     two_point_figure,
 )
 from ..plot.style import Figure
+from ..transducer import LateralStrain, MeanPressure, NormalStress, ShearStrain
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 
 __all__ = ["design_report"]
@@ -55,10 +56,11 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
     blocks += [Picture(_section(study, best), _section_words(study, best))]
     blocks += [Heading("The fingers"), Paragraph(_ranked(study, met)), _table(study)]
     caption = (
-        "Left: every depth and pitch that was tried for finger 1, by the largest ratio of what it does to what was "
-        "wanted; within the line all goals of the search are met, grey has no room. Right: the best depth and pitch "
-        "for each count, of every kind and skin. The search counts noise alone; tolerances and the distance of two "
-        "touches are added afterwards (ring)."
+        "Left: every depth and pitch of the grid for as many sensors as finger 1 has, by the largest ratio of what it "
+        "does to what was wanted; within the line all goals of the search are met, grey has no room, and the ring is "
+        "finger 1, which was refined beyond the grid. Right: the best of the grid for each count, of every kind and "
+        "skin, and finger 1 (ring). The grid counts noise alone; tolerances and the distance of two touches are added "
+        "afterwards."
     )
     blocks.append(Picture(design_map_figure(study), caption))
     blocks.append(Heading("Why these"))
@@ -118,9 +120,17 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Figure:
     touch = _example_touch(study, finger)
     readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
     found = finger.finger.locate(
-        readings, search=study.goals.touches.span_on(), friction=study.goals.touches.friction
+        readings, search=finger.quality.search, friction=study.goals.touches.friction
     )
-    return finger_section(finger.finger, touch, readings=readings, estimate=found)
+    shown = {
+        LateralStrain: "strain.yy",
+        ShearStrain: "strain.xy",
+        NormalStress: "stress.xx",
+        MeanPressure: "mean_pressure",
+    }
+    kind = type(study.goals.sensors[finger.row.sensor].transducer)
+    component = shown.get(kind, "strain.xx")
+    return finger_section(finger.finger, touch, readings=readings, estimate=found, component=component)
 
 
 def _example_touch(study: DesignStudy, finger: DesignedFinger) -> LineLoad:
@@ -149,19 +159,19 @@ def _ranked(study: DesignStudy, met: int) -> str:
 
 
 def _table(study: DesignStudy) -> Table:
-    columns, rows = finger_table(study)
-    return Table(columns, rows, left=4, strong=frozenset({0}))
+    columns, rows, left = finger_table(study)
+    return Table(columns, rows, left=left, strong=frozenset({0}))
 
 
 def _resolution(study: DesignStudy, finger: DesignedFinger) -> str:
     values = finger.values
     return (
         "The maps show the standard error of the place and of the angle for every place and angle of the touch, at "
-        f"the weakest force. On average finger 1 is off by {in_words(values['position_mean'], 'm')} and "
-        f"{in_words(values['angle_mean'], 'rad')}, at its worst by {in_words(values['position_worst'], 'm')} and "
-        f"{in_words(values['angle_worst'], 'rad')}. In {in_words(values['ambiguous'], '')} of the touches another load "
-        f"explains the readings nearly as well and locate says so; in {in_words(values['wrong'], '')} of them noise "
-        "makes that other load the better one."
+        f"the weakest force, from noise alone. For finger 1 it is {in_words(values['position_mean'], 'm')} and "
+        f"{in_words(values['angle_mean'], 'rad')} on average, {in_words(values['position_worst'], 'm')} and "
+        f"{in_words(values['angle_worst'], 'rad')} at its worst. In {in_words(values['ambiguous'], '')} of the touches "
+        "another load explains the readings nearly as well and locate says so; "
+        f"in {in_words(values['wrong'], '')} of them noise makes that other load the better one."
     )
 
 
@@ -169,9 +179,10 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     budget = finger.budget
     if budget is None:
         return []
+    unit = study.goals.sensors[finger.row.sensor].transducer.unit
     rows = [
         [
-            SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once", _amount(cost),
+            SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once", _amount(cost, unit),
             in_words(cost.position_rms, "m"),
             in_words(cost.angle_rms, "rad"), in_words(cost.force_rms, ""), in_words(cost.lost, ""),
         ]
@@ -189,7 +200,8 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
         ),
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
-            "The same, against what was wanted. What calibrating on touches at known places wins back: "
+            "The same: bars are root mean squares, and what is wanted is for 95 % of the touches. What calibrating on "
+            "touches at known places wins back: "
             f"{_command(study, budget)}",
         ),
     ]
@@ -203,17 +215,18 @@ def _command(study: DesignStudy, budget: ToleranceBudget) -> str:
     return f"subskin tolerances finger_1.toml {force} {given} --only {only} --calibrate known"
 
 
-def _amount(cost: Cost) -> str:
+def _amount(cost: Cost, unit: str) -> str:
     if not np.isfinite(cost.amount):
         return ""
     if cost.unit == "reading":
-        return f"{cost.amount:.3g}"
+        return f"{cost.amount:.3g} {unit}".strip()
     return f"{cost.amount:g}" if cost.source == "poisson" else in_words(cost.amount, cost.unit)
 
 
 def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     found = limen(finger.finger, study.goals, "point")
-    words = "Two touches that share the weakest force, wherever in the span: "
+    words = "Two touches that share the weakest force, at any two angles in the cone; 95 % of such pairs, in 90 % of "
+    words += "frames at 1 % of false alarms: "
     words += f"{_from(finger.point)} told from a single line load, {_from(finger.wide)} from a single wide contact."
     return [
         Heading("Two touches, or one"),
@@ -230,7 +243,11 @@ def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
 
 
 def _from(distance: float) -> str:
-    return f"from {in_words(distance, 'm')} apart" if np.isfinite(distance) else "not everywhere"
+    return (
+        f"from {in_words(distance, 'm')} apart"
+        if np.isfinite(distance)
+        else "not at any distance that was tried"
+    )
 
 
 def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
@@ -243,9 +260,7 @@ def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
             f"them to 1 % of full scale its sensors would have to stand {in_words(dense, 'm')} apart; they stand "
             f"{in_words(finger.row.pitch, 'm')} apart. A load of known shape is located far more finely than that."
         ),
-        Picture(
-            response_figure(found), "Reading for each Pa of a wave of pressure or shear, by its frequency."
-        ),
+        Picture(response_figure(found), "Reading under a wave of unit pressure or shear, by its frequency."),
     ]
 
 

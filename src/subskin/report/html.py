@@ -5,9 +5,10 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from functools import singledispatch
-from html import escape
+from html import escape as escaped
 from importlib.resources import files
 
+from ..design.search import held
 from ..plot.style import encoded
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 
@@ -41,6 +42,11 @@ def as_html(document: Document) -> str:
 </body>
 </html>
 """
+
+
+def escape(text: str) -> str:
+    """The text as it stands in a page, numbers held to their units."""
+    return escaped(held(text))
 
 
 def _anchor(text: str) -> str:
@@ -102,4 +108,4 @@ def _(block: Picture) -> str:
 
 @_html.register
 def _(block: Listing) -> str:
-    return f"<pre>{escape(block.text)}</pre>"
+    return f"<pre>{escaped(block.text)}</pre>"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import io
 from functools import cache
 from typing import Any
-from xml.sax.saxutils import escape
+from xml.sax.saxutils import escape as escaped
 
+from ..design.search import held
 from ..plot.style import LETTERS, Figure, encoded
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 
@@ -46,6 +47,11 @@ def as_pdf(document: Document) -> bytes:
 
     pages.build(story, onFirstPage=foot, onLaterPages=foot)
     return file.getvalue()
+
+
+def escape(text: str) -> str:
+    """The text as ReportLab takes it, numbers held to their units."""
+    return escaped(held(text))
 
 
 @cache

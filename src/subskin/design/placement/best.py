@@ -110,6 +110,7 @@ def best_row(
     (8, 0.8)
     """
     values = study[measure]
+    within = _check.scalar("within", within, at_least=0.0)
     good = _admissible(study, limits, depths, spacings, counts, lengths)
     rank = np.where(good & np.isfinite(values), -values if measure == "log_det" else values, np.inf)
     if not np.isfinite(rank).any():

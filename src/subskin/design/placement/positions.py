@@ -98,7 +98,8 @@ def best_positions(
     Raises
     ------
     InvalidValueError
-        Sensors that are not alike or have no noise; an unknown measure; a measure that is infinite to begin with.
+        Sensors that are not alike, have no noise, or are nearer than `gap`; an unknown measure; a measure that is
+        infinite to begin with.
 
     Examples
     --------
@@ -118,6 +119,13 @@ def best_positions(
     middle = 0.5 * (span[0] + span[1])
     depth, width = float(np.asarray(array.depth)[0]), float(np.asarray(array.width)[0])
     least = max(width, 0.1 * depth) if gap is None else _check.scalar("gap", gap, unit="m", at_least=width)
+    closest = float(np.diff(np.sort(np.asarray(array.y))).min())
+    if closest < least * (1 - 1e-9):
+        raise InvalidValueError(
+            f"sensors {closest:.6g} m apart",
+            f"gap = {least:.6g} m is more",
+            "begin with a row that keeps the gap",
+        )
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
     amount = int(_check.scalar("tries", tries, at_least=1))
     before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)

@@ -142,7 +142,14 @@ def placement_study(
     kinds = (transducers,) if isinstance(transducers, Transducer) else tuple(transducers)
     depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
     steps = np.atleast_1d(_check.real("spacings", spacings, unit="m", above=0.0))
-    if not kinds or depth.ndim != 1 or steps.ndim > 2 or (steps.ndim == 2 and len(steps) != depth.size):
+    if (
+        not kinds
+        or not depth.size
+        or not steps.size
+        or depth.ndim != 1
+        or steps.ndim > 2
+        or (steps.ndim == 2 and len(steps) != depth.size)
+    ):
         raise GeometryError(
             f"{len(kinds)} kinds, depths of shape {depth.shape}, spacings of shape {steps.shape}",
             "kinds, a list of depths, and spacings of shape (s,) or (depths, s) are needed",

@@ -20,6 +20,7 @@ _BEYOND = 15.0
 """Depths beyond the contact up to which every sample counts in full; further out the readings are smooth."""
 _TAPER, _REACH = 8.0, 6.0
 """Width of the taper at the end of the row, in samples, and how many of these it takes to fall to nothing."""
+_DENSEST = 0.02
 _WINDOW = 4.0
 """Depths on either side of the contact in which the error is looked for."""
 _STEPS = 16
@@ -116,7 +117,7 @@ def aliasing_error(
     Raises
     ------
     InvalidValueError
-        A spacing that is not > 0, too few shifts, a sensor that is not there or reads nothing.
+        A spacing below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
     GeometryError
         A batch of contacts; no spacing, and a finger whose sensors have none.
     NotLinearError
@@ -135,6 +136,10 @@ def aliasing_error(
     """
     row = Row.of(finger, sensor, contact)
     step = _spacing(finger, spacing)
+    if step < _DENSEST * row.depth:
+        raise InvalidValueError(
+            f"spacing = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
+        )
     if isinstance(shifts, bool) or int(shifts) != shifts or shifts < 2:
         raise InvalidValueError(f"shifts = {shifts!r}", "a whole number >= 2 is needed", "shifts=16")
     skin, around = row.finger.skin, 0

@@ -3,7 +3,7 @@
 from .goals import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice
 from .grid import Criterion, DesignGrid, Store, search_grid
 from .rank import Check, DesignedFinger, DesignStudy, most_looked_at, rank_fingers
-from .reasons import in_words
+from .reasons import held, in_words
 from .refine import limen
 from .table import finger_table
 
@@ -22,6 +22,7 @@ __all__ = [
     "SkinChoice",
     "Store",
     "finger_table",
+    "held",
     "in_words",
     "limen",
     "most_looked_at",

@@ -16,6 +16,11 @@ from ..touches import Touches
 
 __all__ = ["Accuracy", "Effort", "Goals", "Room", "Row", "SensorKind", "SkinChoice"]
 
+WIDEST = 2.5
+"""Pitches go up to this many times the largest depth, unless the room ends before."""
+_FELT = 3.0
+"""Depths beyond a row at which a touch is hardly felt."""
+
 
 @dataclass(frozen=True)
 class SensorKind:
@@ -81,7 +86,7 @@ class Accuracy:
     unsure : float, optional
         Largest share of touches that may be ambiguous or not felt, in (0, 1].
     feature : float, optional
-        Distance at which two touches have to be told from one [m].
+        Distance at which two touches have to be told from one, 95 % of pairs [m].
     """
 
     position: float | None = None
@@ -97,7 +102,7 @@ class Accuracy:
         object.__setattr__(self, "unsure", _check.scalar("unsure", self.unsure, above=0.0, at_most=1.0))
         if self.position is None and self.angle is None and self.force is None:
             raise InvalidValueError(
-                "no accuracy is wanted", "one of position, angle and force is needed", "position=0.2e-3"
+                "no accuracy is wanted", "one of position, angle and force is needed", "state the position"
             )
 
 
@@ -107,9 +112,9 @@ class Room:
 
     Parameters
     ----------
-    counts : (int, int)
+    count : (int, int)
         Fewest and most sensors; at least 3.
-    depths : (float, float)
+    depth : (float, float)
         Shallowest and deepest [m].
     least_pitch : float
         Least distance between sensors, their wiring included [m].
@@ -117,20 +122,22 @@ class Room:
         Largest distance from the first sensor to the last [m].
     """
 
-    counts: tuple[int, int]
-    depths: tuple[float, float]
+    count: tuple[int, int]
+    depth: tuple[float, float]
     least_pitch: float
     longest_row: float = np.inf
 
     def __post_init__(self) -> None:
-        low, high = self.counts
+        low, high = self.count
         if int(low) != low or int(high) != high or not 3 <= low <= high:
             raise InvalidValueError(
-                f"counts = {self.counts!r}", "two whole numbers are needed, 3 <= fewest <= most", "(3, 12)"
+                f"count = {list(self.count)!r}",
+                "two whole numbers are needed, 3 <= fewest <= most",
+                "3 and 12",
             )
-        shallow, deep = self.depths
+        shallow, deep = self.depth
         if not (0 < shallow <= deep < np.inf):
-            raise GeometryError(f"depths = {self.depths!r} m", "0 < shallowest <= deepest is needed")
+            raise GeometryError(f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed")
         object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
         if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
             raise GeometryError(
@@ -167,7 +174,7 @@ class Row:
 
     def which(self, goals: Goals) -> tuple[int, int, int]:
         """Index of its skin, kind and count in the arrays of a `DesignGrid`."""
-        return self.skin, self.sensor, self.count - goals.room.counts[0]
+        return self.skin, self.sensor, self.count - goals.room.count[0]
 
 
 @dataclass(frozen=True)
@@ -244,6 +251,9 @@ class Goals:
                 f"strongest = {self.strongest!r} N/m",
                 f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
             )
+        self._check_span()
+        for name, amount in self.tolerances.items():
+            _check.scalar(name, amount, at_least=0.0)
         object.__setattr__(
             self,
             "largest_strain",
@@ -258,6 +268,19 @@ class Goals:
             twice = next((c for c in called if called.count(c) > 1), None)
             if twice is not None:
                 raise InvalidValueError(f'two {name} called "{twice}"', "names tell them apart in the report")
+
+    def _check_span(self) -> None:
+        """A span that no row could feel is most often one in the wrong unit."""
+        low, high = self.touches.span_on()
+        room, deep = self.room, self.room.depth[1]
+        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
+        felt = longest + 2 * _FELT * deep
+        if high - low > felt:
+            raise GeometryError(
+                f"span = {high - low:.6g} m",
+                f"the longest row, {longest:.6g} m, feels {felt:.6g} m at most",
+                'a shorter span, with its unit: "12 mm"',
+            )
 
     def finger(self, row: Row) -> Finger:
         """The finger of one design."""

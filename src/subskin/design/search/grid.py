@@ -16,14 +16,12 @@ from ...contact import LineLoad
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
 from ..placement import study_row
-from .goals import Goals
+from .goals import WIDEST, Goals
 
 __all__ = ["Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
 
 _DEEPEST = 0.98
 """A sensor lies no deeper than this share of the skin: at a rigid base little is to be felt."""
-_WIDEST = 2.5
-"""Pitches go up to this many times the largest depth, unless the room ends before."""
 _LOOKED_AT = np.linspace(-4.0, 4.0, 161)
 """Places at which the largest strain and reading are looked for, in depths."""
 
@@ -151,7 +149,7 @@ def search_grid(
     effort, room = goals.effort, goals.room
     depths = np.stack([_depths(goals, k) for k in range(len(goals.skins))])
     pitches = _pitches(goals)
-    counts = np.arange(room.counts[0], room.counts[1] + 1)
+    counts = np.arange(room.count[0], room.count[1] + 1)
     shape = (len(goals.skins), len(goals.sensors), depths.shape[1], pitches.size, counts.size)
     tasks = list(np.ndindex(shape[:3]))
     rows: dict[tuple[int, ...], Mapping[str, FloatArray]] = {}
@@ -197,7 +195,7 @@ _VERSION = 1
 
 
 def _depths(goals: Goals, k: int) -> FloatArray:
-    shallow, deep = goals.room.depths
+    shallow, deep = goals.room.depth
     choice = goals.skins[k]
     deepest = min(deep, _DEEPEST * choice.skin.thickness)
     if deepest < shallow:
@@ -211,7 +209,7 @@ def _depths(goals: Goals, k: int) -> FloatArray:
 
 def _pitches(goals: Goals) -> FloatArray:
     room = goals.room
-    widest = min(room.longest_row / (room.counts[0] - 1), _WIDEST * room.depths[1])
+    widest = min(room.longest_row / (room.count[0] - 1), WIDEST * room.depth[1])
     return np.geomspace(room.least_pitch, max(widest, room.least_pitch), goals.effort.spacings)
 
 

@@ -17,7 +17,7 @@ from ..tolerance import ToleranceBudget, tolerance_budget, usual_tolerances
 from .goals import Goals, Row
 from .grid import Criterion, DesignGrid
 from .reasons import reasons_of
-from .refine import Aim, limen
+from .refine import Aim, apart, limen
 
 __all__ = ["Check", "DesignStudy", "DesignedFinger", "most_looked_at", "rank_fingers"]
 
@@ -55,7 +55,7 @@ class DesignedFinger:
     budget : ToleranceBudget or None
         What the tolerances cost; None where none were stated.
     point, wide : float
-        Least distance at which two touches are told from one, and from one wide contact [m].
+        Distance at which 95 % of pairs of touches are told from one, and from one wide contact [m].
     checks : tuple of Check
         What was wanted, and what it does.
     reasons : tuple of str
@@ -128,9 +128,16 @@ def rank_fingers(
     keep, most = grid.goals.effort.keep, most_looked_at(grid)
     indices = _best_first(grid)[:most]
     if not indices:
+        if np.isnan(grid.excess).all():
+            raise ConvergenceError(
+                "no row has room",
+                "sensors overlap, go round the finger, or take more than the longest row at every pitch that was tried",
+                "narrower sensors, fewer of them, or a longer row",
+            )
         raise ConvergenceError(
-            "no design has room for its sensors and feels the touches",
-            "the goals leave nothing to choose from",
+            "no row feels the touches",
+            "at the weakest force noise hides them",
+            "less noise or a larger force",
         )
     cores = workers or len(os.sched_getaffinity(0))
     found: list[DesignedFinger] = []
@@ -147,7 +154,7 @@ def rank_fingers(
                 break
         found.sort(key=lambda f: (not f.meets, f.row.count if f.meets else 0, f.excess))
         kept = found[:keep]
-        wide = pool.map(lambda f: limen(f.finger, grid.goals, "wide").worst, kept)
+        wide = pool.map(lambda f: apart(limen(f.finger, grid.goals, "wide", places=9)), kept)
         looked = {f.row.which(grid.goals): f.checks for f in found}
         fingers = tuple(
             replace(f, wide=value, reasons=reasons_of(grid, f.row, looked))
@@ -196,7 +203,7 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
         budget = tolerance_budget(
             finger, goals.touches, amounts, seed=goals.effort.seed, search=quality.search
         )
-    point = limen(finger, goals, "point").worst
+    point = apart(limen(finger, goals, "point"))
     checks = _checks(grid, best.values, {} if budget is None else _made(budget), point)
     return DesignedFinger(best.row, finger, best.values, quality, budget, point, np.nan, checks, ())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from .goals import Row
     from .rank import Check
 
-__all__ = ["in_words", "reasons_of"]
+__all__ = ["held", "in_words", "reasons_of"]
 
 Looked: TypeAlias = "Mapping[tuple[int, int, int], tuple[Check, ...]]"
 
@@ -41,6 +42,11 @@ def in_words(value: float, unit: str) -> str:
         unit, (1.0, f" {unit}")
     )
     return f"{value * scale:.3g}{name}"
+
+
+def held(sentence: str) -> str:
+    """The sentence, with spaces that no line breaks at between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=%|mm|N/m)", "\xa0", sentence)
 
 
 def reasons_of(grid: DesignGrid, row: Row, looked: Looked) -> tuple[str, ...]:
@@ -82,7 +88,7 @@ def _other(grid: DesignGrid, excess: FloatArray, looked: Looked, which: tuple[in
     if which in looked:
         tight = max(looked[which], key=lambda check: check.ratio)
         does = f"{tight.criterion.label} {in_words(tight.value, tight.criterion.unit)}"
-        return "meet the goals too" if tight.ratio <= 1 else f"miss them: {does}"
+        return "meet the goals too" if tight.ratio <= 1 else f"miss the goals: {does}"
     best, index = _best(excess, *which)
     if not np.isfinite(best):
         return "find no room, or do not feel all touches"
@@ -127,10 +133,7 @@ def _count(grid: DesignGrid, excess: FloatArray, looked: Looked, k: int, m: int,
     if n == 0:
         return f"{count} sensors are the fewest that were allowed."
     fewer = _other(grid, excess, looked, (k, m, n - 1))
-    needed = all(check.ratio <= 1 for check in looked[k, m, n]) and fewer.startswith(
-        ("miss", "find", "leave")
-    )
-    return f"{count} sensors{' are needed' * needed}: {count - 1} {fewer}."
+    return f"{count} sensors: {count - 1} {fewer}."
 
 
 def _span(
@@ -142,7 +145,7 @@ def _span(
     if values.size == 1:
         return f"{text}the only one that was allowed."
     best = float(excess.min())
-    limit, verb = (1.0, "would do") if best <= 1 else (_NEAR * best, "is within 10 % of the best")
+    limit, verb = (1.0, "would do") if best <= 1 else (_NEAR * best, "would be within 10 % of the best")
     good = excess <= limit
     if not good[at]:
         at = int(np.argmin(excess))
@@ -153,10 +156,10 @@ def _span(
     while high < values.size - 1 and good[high + 1]:
         high += 1
     if low == high:
-        text += f"by noise alone no neighbour of the grid {verb}"
+        text += f"for noise alone none of its neighbours on the grid {verb}"
     else:
         first, last = min(float(values[low]), chosen), max(float(values[high]), chosen)
-        text += f"by noise alone anything from {in_words(first, 'm')} to {in_words(last, 'm')} {verb}"
+        text += f"for noise alone anything from {in_words(first, 'm')} to {in_words(last, 'm')} {verb}"
     text += suits
     beyond = [(low - 1, sides[0])] * (low > 0) + [(high + 1, sides[1])] * (high < values.size - 1)
     beyond = [(i, side) for i, side in beyond if np.isfinite(excess[i])]

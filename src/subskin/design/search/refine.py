@@ -14,7 +14,7 @@ from ..two_point import TwoPointLimen, two_point_limen
 from .goals import Goals, Row
 from .grid import DesignGrid, loaded
 
-__all__ = ["Aim", "Tried", "limen"]
+__all__ = ["Aim", "Tried", "apart", "limen"]
 
 _DEPTHS = 2.0
 """Two points are tried up to so many depths apart."""
@@ -76,12 +76,12 @@ class Aim:
         ratios = [np.hypot(values[c.name], self.made.get(c.name, 0.0)) / c.wanted for c in self.grid.criteria]
         return float(max(ratio if np.isfinite(ratio) else np.inf for ratio in ratios))
 
-    def _apart(self, row: Row, places: int, angles: int) -> float:
+    def _apart(self, row: Row, places: int) -> float:
         """Distance at which two points are told, over what is wanted; 0 where nothing is."""
         goals = self.grid.goals
         if goals.accuracy.feature is None:
             return 0.0
-        return limen(goals.finger(row), goals, "point", places, angles).worst / goals.accuracy.feature
+        return apart(limen(goals.finger(row), goals, "point", places)) / goals.accuracy.feature
 
     def _start(self) -> tuple[int, int]:
         """The best depth and pitch of the grid."""
@@ -108,7 +108,7 @@ class Aim:
         for d, s in cells[:_CELLS]:
             if excess[d, s] < best[0]:
                 row = self._row(float(grid.depths[self.skin, d]), float(grid.pitches[s]))
-                value = max(float(excess[d, s]), self._apart(row, places=9, angles=2)), float(excess[d, s])
+                value = max(float(excess[d, s]), self._apart(row, places=9)), float(excess[d, s])
                 if value < best:
                     best, chosen = value, (d, s)
         return chosen
@@ -119,7 +119,7 @@ class Aim:
         own = grid.depths[self.skin]
         longest = room.longest_row / max(int(grid.counts[self.n]) - 1, 1)
         pitches = _between(_round_values(grid.pitches, s), room.least_pitch, longest, grid.pitches[[s]])
-        depths = _between(_round_values(own, d), room.depths[0], float(own[-1]), own[[d]])
+        depths = _between(_round_values(own, d), room.depth[0], float(own[-1]), own[[d]])
         return depths, pitches, int(np.argmin(np.abs(depths - own[d])))
 
     def _at_depth(self, depth: float, pitches: FloatArray, so_far: Tried | None) -> Tried:
@@ -139,24 +139,30 @@ class Aim:
         best = Tried(np.inf, *rows[0])
         for excess, row, values in rows[:_PITCHES]:
             if excess < min(best.worst, np.inf if so_far is None else so_far.worst):
-                one = Tried(max(excess, self._apart(row, places=17, angles=3)), excess, row, values)
+                one = Tried(max(excess, self._apart(row, places=17)), excess, row, values)
                 best = min(best, one, key=lambda t: t[:2])
         return best
 
 
-def limen(
-    finger: Finger, goals: Goals, against: Literal["point", "wide"], places: int = 17, angles: int = 3
-) -> TwoPointLimen:
-    """Distance at which two touches of the weakest force are told from one, its angle being unknown."""
+def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], places: int = 17) -> TwoPointLimen:
+    """Distances at which two touches of the weakest force are told from one, in 90 % of frames at 1 % of false alarms.
+
+    Angles are unknown; the touches have those of the middle and the ends of the cone.
+    """
     angle: Literal["free", "normal"] = "free" if goals.touches.friction > 0 else "normal"
     largest = _DEPTHS * float(np.asarray(finger.array.depth).min())
     if (
         goals.accuracy.feature is not None
-    ):  # told at that distance, and at all larger ones up to a quarter more
+    ):  # a distance counts where all larger ones are told too, a quarter beyond
         largest = max(largest, 1.25 * goals.accuracy.feature)
     return two_point_limen(
-        finger, goals.touches, against=against, angle=angle, places=places, angles=angles, largest=largest
+        finger, goals.touches, against=against, angle=angle, places=places, angles=3, largest=largest
     )
+
+
+def apart(found: TwoPointLimen) -> float:
+    """Distance at which 95 % of the pairs of touches are told from one [m]."""
+    return float(np.quantile(found.separation, 0.95, method="higher"))
 
 
 def _round_values(grid: FloatArray, i: int) -> FloatArray:

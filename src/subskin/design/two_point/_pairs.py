@@ -45,12 +45,15 @@ class Pairs:
         share: FloatArray,
         largest: float,
     ) -> None:
-        place, cone = touches.grid(places, 1 if angle == "normal" else angles, finger)
+        low, high = touches.span_on(finger)
+        place, _ = touches.grid(places, 1, finger)
+        single = angle == "normal" or angles == 1
+        # the ends of the cone among them, for it is there that two points are told worst
+        cone = np.zeros(1) if single else touches.cone * np.linspace(-1.0, 1.0, angles)
         first, second = np.meshgrid(cone, cone, indexing="ij") if angle == "free" else (cone, cone)
         self.place, self.share = _check.read_only(place), _check.read_only(share)
         self.lean = _check.read_only(np.stack([first.ravel(), second.ravel()], axis=-1))
         self._force = touches.force
-        low, high = touches.span_on(finger)
         self._one = OneContact(
             finger,
             (low - 0.5 * largest, high + 0.5 * largest),

@@ -163,7 +163,7 @@ def two_point_limen(
     shares : array_like, shape (q,), optional
         Share of the force carried by the point at lower y, between 0 and 1.
     angles : int, optional
-        Number of angles in the cone, for "known" and "free"; of each point, for the latter.
+        Number of angles in the cone, its ends among them, for "known" and "free"; of each point, for the latter.
     largest : float, optional
         Largest separation tried [m]; two depths of the shallowest sensor if left out.
 
