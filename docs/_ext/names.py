@@ -34,6 +34,13 @@ def drop_object_base(app: Sphinx, tree: nodes.document) -> None:
             paragraph.parent.remove(paragraph)
 
 
+def drop_links_of_words(app: Sphinx, tree: nodes.document) -> None:
+    """In "ndarray, shape (n,)" the word shape is no name, though several classes have one of that name."""
+    for link in list(tree.findall(addnodes.pending_xref)):
+        if link.get("reftarget") == "shape":
+            link.replace_self(link.children)
+
+
 def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Let |x| mean an absolute value, not a substitution; doctests stay as they are."""
     example = False
@@ -54,6 +61,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("autodoc-process-docstring", keep_bars)
     app.connect("autodoc-skip-member", skip_fields)
     app.connect("doctree-read", drop_object_base)
+    app.connect("doctree-read", drop_links_of_words)
     # where the first sentence of a docstring does not end
     autosummary.WELL_KNOWN_ABBREVIATIONS = (
         *autosummary.WELL_KNOWN_ABBREVIATIONS,
