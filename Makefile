@@ -41,7 +41,7 @@ docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warni
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
-study: $(DEV) ## heavier than a test: finite elements, blind calibration, faults of real skins
+study: $(DEV) ## heavier than a test: finite elements, blind calibration, faults of real skins, placement
 	@shopt -s nullglob; for program in benchmarks/study_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
 figures: $(DEV) ## the memo's figures into out/figures, and the drawings of the README and the docs

@@ -11,9 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 import subskin as ss
+from subskin.design import rank_fingers, search_grid
+from subskin.io.goals_file import parse_goals
 from subskin.plot import (
     aliasing_figure,
     contact_strip,
+    design_map_figure,
     drift_figure,
     finger_section,
     half_plane_map_figure,
@@ -322,6 +325,13 @@ def rows() -> Figure:
     return placement_study_figure(study)
 
 
+def design() -> Figure:
+    """All designs of docs/designing.md, whose goals stand on that page."""
+    page = (HERE.parent / "designing.md").read_text(encoding="utf-8")
+    goals = parse_goals(page.split("```toml\n")[1].split("```")[0]).goals
+    return design_map_figure(rank_fingers(search_grid(goals)))
+
+
 def main() -> None:
     with house_style():
         for draw, kind in (
@@ -348,6 +358,7 @@ def main() -> None:
             (density, "svg"),
             (placement, "png"),
             (rows, "svg"),
+            (design, "svg"),
         ):
             save(draw(), HERE / draw.__name__, [kind])
 

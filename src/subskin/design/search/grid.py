@@ -173,7 +173,7 @@ def search_grid(
                 store.put(key, row)
         return row
 
-    pool = ThreadPoolExecutor(max_workers=workers or len(os.sched_getaffinity(0)))
+    pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
     try:
         waiting = {pool.submit(work, task): task for task in tasks}
         for done in as_completed(waiting):

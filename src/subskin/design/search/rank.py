@@ -21,7 +21,7 @@ from .refine import Aim, apart, limen
 
 __all__ = ["Check", "DesignStudy", "DesignedFinger", "most_looked_at", "rank_fingers"]
 
-_TRIED = 4
+_TRIED = 2
 """Designs looked at closely, for each that is kept."""
 _MADE = ("position_95", "angle_95", "force_95")
 """What tolerances add to."""
@@ -139,7 +139,7 @@ def rank_fingers(
             "at the weakest force noise hides them",
             "less noise or a larger force",
         )
-    cores = workers or len(os.sched_getaffinity(0))
+    cores = workers or os.cpu_count() or 1
     found: list[DesignedFinger] = []
     met = 0
     with ThreadPoolExecutor(max_workers=cores) as pool:
@@ -201,7 +201,14 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     if amounts:
         amounts["noise"] = goals.sensors[best.row.sensor].error
         budget = tolerance_budget(
-            finger, goals.touches, amounts, seed=goals.effort.seed, search=quality.search
+            finger,
+            goals.touches,
+            amounts,
+            places=12,
+            angles=6,
+            draws=50,
+            seed=goals.effort.seed,
+            search=quality.search,
         )
     point = apart(limen(finger, goals, "point"))
     checks = _checks(grid, best.values, {} if budget is None else _made(budget), point)
@@ -212,7 +219,10 @@ def _made(budget: ToleranceBudget) -> dict[str, float]:
     """What the tolerances of a finger's making add, in squares, to the errors that 95 % of the touches keep."""
     both, noise = budget.kept(0.95), budget.kept(0.95, ["noise"])
     pairs = zip(_MADE, both, noise, strict=True)
-    return {name: float(np.sqrt(max(all_of_it**2 - own**2, 0.0))) for name, all_of_it, own in pairs}
+    return {
+        name: float(np.sqrt(max(all_of_it**2 - own**2, 0.0))) if np.isfinite(all_of_it) else np.inf
+        for name, all_of_it, own in pairs
+    }
 
 
 def _checks(

@@ -18,7 +18,7 @@ __all__ = ["Aim", "Tried", "apart", "limen"]
 
 _DEPTHS = 2.0
 """Two points are tried up to so many depths apart."""
-_CELLS, _PITCHES = 40, 4
+_CELLS, _PITCHES = 16, 3
 """How many designs of the grid, and at each depth of the refinement, are asked for their two points at most."""
 
 
