@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidValueError("no goals", "a goals.toml is needed", "subskin design --example > goals.toml")
     if options.workers is not None and options.workers < 1:
         raise InvalidValueError(f"--workers {options.workers}", "has to be >= 1")
-    from ..design import most_looked_at, rank_fingers, search_grid
+    from ..design import rank_fingers, search_grid
     from ..io.goals_file import load_goals
     from ..io.search_store import FolderStore
 
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         with progress_bar("designs", rows) as advance:
             grid = search_grid(goals, store=store, workers=options.workers, progress=advance)
-        with progress_bar("close looks", most_looked_at(grid)) as advance:
+        with progress_bar("close looks", len(goals.skins) * len(goals.sensors)) as advance:
             study = rank_fingers(grid, workers=options.workers, progress=advance)
     except KeyboardInterrupt:
         kept = len(list(store.folder.glob("*.npz")))

@@ -58,7 +58,6 @@ from .search import (
     Store,
     finger_table,
     in_words,
-    most_looked_at,
     rank_fingers,
     search_grid,
 )
@@ -118,7 +117,6 @@ __all__ = [
     "half_plane_map",
     "in_words",
     "metamers",
-    "most_looked_at",
     "placement_quality",
     "placement_study",
     "press_ridges",

@@ -2,7 +2,7 @@
 
 from .goals import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice
 from .grid import Criterion, DesignGrid, Store, search_grid
-from .rank import Check, DesignedFinger, DesignStudy, most_looked_at, rank_fingers
+from .rank import Check, DesignedFinger, DesignStudy, rank_fingers
 from .reasons import held, in_words
 from .refine import limen
 from .table import finger_table
@@ -25,7 +25,6 @@ __all__ = [
     "held",
     "in_words",
     "limen",
-    "most_looked_at",
     "rank_fingers",
     "search_grid",
 ]

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from threading import Event
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,8 @@ from .grid import Criterion, DesignGrid
 from .reasons import reasons_of
 from .refine import Aim, apart, limen
 
-__all__ = ["Check", "DesignStudy", "DesignedFinger", "most_looked_at", "rank_fingers"]
+__all__ = ["Check", "DesignStudy", "DesignedFinger", "rank_fingers"]
 
-_TRIED = 2
-"""Designs looked at closely, for each that is kept."""
 _MADE = ("position_95", "angle_95", "force_95")
 """What tolerances add to."""
 
@@ -109,25 +108,25 @@ def rank_fingers(
 ) -> DesignStudy:
     """Refine the best designs of the grid, look at each closely, and rank them.
 
-    One design for each skin, kind and count is looked at, the most promising of these first.
+    For each skin and kind the fewest sensors that meet the goals are found by halving the counts; one more and one less
+    are looked at too. One depth and pitch, the best, stands for each count.
 
     Parameters
     ----------
     grid : DesignGrid
         From `search_grid`.
     workers : int, optional
-        How many designs at a time; as many as there are cores if left out. The result does not depend on it.
+        How many skins and kinds at a time; as many as there are cores if left out. The result does not depend on it.
     progress : callable, optional
-        Called after each design that was looked at; there are at most `most_looked_at(grid)`.
+        Called after each skin and kind.
 
     Raises
     ------
     ConvergenceError
         No design of the grid has room, or is felt at all.
     """
-    keep, most = grid.goals.effort.keep, most_looked_at(grid)
-    indices = _best_first(grid)[:most]
-    if not indices:
+    pairs = _pairs(grid)
+    if not pairs:
         if np.isnan(grid.excess).all():
             raise ConvergenceError(
                 "no row has room",
@@ -139,46 +138,60 @@ def rank_fingers(
             "at the weakest force noise hides them",
             "less noise or a larger force",
         )
-    cores = workers or os.cpu_count() or 1
+    stopped = Event()
     found: list[DesignedFinger] = []
-    met = 0
-    with ThreadPoolExecutor(max_workers=cores) as pool:
-        for first in range(0, len(indices), cores):
-            for finger in pool.map(lambda index: _looked_at(grid, index), indices[first : first + cores]):
-                if met < keep:  # what is beyond was looked at only because there are several cores
-                    found.append(finger)
-                    met += finger.meets
-                if progress is not None:
-                    progress()
-            if met >= keep:
-                break
+    pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
+    try:
+        for fingers in pool.map(lambda pair: _fewest(grid, pair[0], pair[1], stopped), pairs):
+            found += fingers
+            if progress is not None:
+                progress()
         found.sort(key=lambda f: (not f.meets, f.row.count if f.meets else 0, f.excess))
-        kept = found[:keep]
-        wide = pool.map(lambda f: apart(limen(f.finger, grid.goals, "wide", places=9)), kept)
-        looked = {f.row.which(grid.goals): f.checks for f in found}
-        fingers = tuple(
+        kept = found[: grid.goals.effort.keep]
+        wide = list(pool.map(lambda f: apart(limen(f.finger, grid.goals, "wide", places=9)), kept))
+    finally:
+        stopped.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+    looked = {f.row.which(grid.goals): f.checks for f in found}
+    return DesignStudy(
+        grid,
+        tuple(
             replace(f, wide=value, reasons=reasons_of(grid, f.row, looked))
             for f, value in zip(kept, wide, strict=True)
-        )
-    return DesignStudy(grid, fingers)
+        ),
+    )
 
 
-def most_looked_at(grid: DesignGrid) -> int:
-    """How many designs `rank_fingers` looks at, at most."""
-    return min(_TRIED * grid.goals.effort.keep, len(_best_first(grid)))
+def _pairs(grid: DesignGrid) -> list[tuple[int, int]]:
+    """Skins and kinds that have room for some row that feels the touches."""
+    finite = np.isfinite(grid.excess).any(axis=(2, 3, 4))
+    return [(int(k), int(m)) for k, m in np.argwhere(finite)]
 
 
-def _best_first(grid: DesignGrid) -> list[tuple[int, int, int]]:
-    """Skin, kind and count of those that have room: first where all that was searched for is met, the fewest sensors
-    first, then the others, the nearest first.
-    """
-    excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf).min(axis=(2, 3))
-    best = []
-    for k, m, n in np.ndindex(excess.shape):
-        value = float(excess[k, m, n])
-        if np.isfinite(value):
-            best.append((value > 1, n if value <= 1 else 0, value, (k, m, n)))
-    return [which for *_, which in sorted(best)]
+def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFinger]:
+    """Close looks at rows of one skin and kind: the fewest sensors that meet the goals, and their neighbours."""
+    excess = np.where(np.isfinite(grid.excess[k, m]), grid.excess[k, m], np.inf).min(axis=(0, 1))
+    looked: dict[int, DesignedFinger] = {}
+
+    def meets(n: int) -> bool:
+        if n not in looked and not stopped.is_set():
+            looked[n] = _looked_at(grid, (k, m, n))
+        return n in looked and looked[n].meets
+
+    would = np.flatnonzero(excess <= 1)
+    if would.size:
+        low, high = int(would[0]), int(would[-1]) + 1
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if excess[middle] <= 1 and meets(middle) else (middle + 1, high)
+        near = (low - 1, low, low + 1)
+    else:
+        nearest = int(np.argmin(excess))
+        near = (nearest - 1, nearest, nearest + 1)
+    for n in near:
+        if 0 <= n < excess.size and np.isfinite(excess[n]):
+            meets(n)
+    return [looked[n] for n in sorted(looked)]
 
 
 def _looked_at(grid: DesignGrid, which: tuple[int, int, int]) -> DesignedFinger:
