@@ -22,6 +22,7 @@ from subskin.design import (
 )
 from subskin.design.placement.row import GRID
 from subskin.design.search import grid as grid_module
+from subskin.design.search import rank as rank_module
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
@@ -183,6 +184,19 @@ def test_fingers_are_ranked_and_refined(grid, study):
         for length in (row.depth, row.pitch):  # can be put on a drawing: a multiple of 0.05 mm
             assert abs(length / 0.05e-3 - round(length / 0.05e-3)) < 1e-6
         assert finger.values["position_95"] == pytest.approx(finger.quality.values["position_95"], rel=0.01)
+
+
+def test_halving_the_counts_finds_the_fewest_sensors(grid):
+    """Against a close look at every count; the neighbours of the fewest are looked at too."""
+    wide = replace(grid, goals=replace(GOALS, effort=replace(GOALS.effort, keep=10)))
+    found = rank_fingers(wide).fingers
+    for kind in (0, 1):
+        every = {n: rank_module._looked_at(wide, (0, kind, n)).meets for n in range(3)}
+        fewest = min(n for n in every if every[n])
+        own = {f.row.count - 4: f.meets for f in found if f.row.sensor == kind}
+        assert min(n for n in own if own[n]) == fewest
+        assert {n for n in (fewest - 1, fewest, fewest + 1) if 0 <= n < 3} <= set(own)
+        assert all(own[n] == every[n] for n in own)
 
 
 def test_the_number_of_workers_does_not_change_the_ranking(grid, study):

@@ -59,7 +59,7 @@ def _class(name: str, given: bool) -> str:
 
 @singledispatch
 def _html(block: Block) -> str:
-    raise NotImplementedError(type(block).__name__)
+    raise TypeError(f"{type(block).__name__}: no block of a report")
 
 
 @_html.register

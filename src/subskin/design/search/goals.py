@@ -190,7 +190,7 @@ class Effort:
     seed : int, optional
         Of the touches: the same seed gives the same numbers.
     keep : int, optional
-        How many fingers are returned.
+        How many fingers are returned at most.
     """
 
     depths: int = 20
