@@ -18,22 +18,22 @@ import subskin as ss
 FULL_SCALE = 3 / (2 * np.pi)  # strain beneath a unit normal load at unit depth, E = 1 (memo eq. 8)
 
 
-def finger(sensors: int, spacing: float, noise: float) -> ss.Finger:
-    """`sensors` at unit depth, `spacing` in depths, noise in shares of the full scale."""
-    array = ss.SensorArray.line(sensors, pitch=spacing, depth=1.0, noise=noise * FULL_SCALE)
+def finger(sensors: int, pitch: float, noise: float) -> ss.Finger:
+    """`sensors` at unit depth, `pitch` in depths, noise in shares of the full scale."""
+    array = ss.SensorArray.line(sensors, pitch=pitch, depth=1.0, noise=noise * FULL_SCALE)
     return ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)
 
 
-def search(sensors: int, spacing: float) -> tuple[float, float]:
+def search(sensors: int, pitch: float) -> tuple[float, float]:
     """The array and half a depth beyond it."""
-    half = 0.5 * (sensors - 1) * spacing + 0.5
+    half = 0.5 * (sensors - 1) * pitch + 0.5
     return -half, half
 
 
-def touches(sensors: int, spacing: float, count: int, seed: int) -> ss.LineLoad:
+def touches(sensors: int, pitch: float, count: int, seed: int) -> ss.LineLoad:
     """Unit loads over the array, leaning within 40 degrees."""
     rng = np.random.default_rng(seed)
-    half = 0.5 * (sensors - 1) * spacing
+    half = 0.5 * (sensors - 1) * pitch
     angle = rng.uniform(-np.deg2rad(40), np.deg2rad(40), count)
     return ss.LineLoad(force=np.ones(count), angle=angle, position=rng.uniform(-half, half, count))
 

@@ -20,10 +20,10 @@ def main() -> None:
     options = arguments(__doc__, frames=400_000, peer=400)
     rows, peers = [], []
     for sensors in (4, 8):
-        for spacing in (0.5, 0.75, 1.0):
+        for pitch in (0.5, 0.75, 1.0):
             for noise in (1e-3, 1e-2):
-                tip, ends = finger(sensors, spacing, noise), search(sensors, spacing)
-                load = touches(sensors, spacing, options.frames, seed=sensors)
+                tip, ends = finger(sensors, pitch, noise), search(sensors, pitch)
+                load = touches(sensors, pitch, options.frames, seed=sensors)
                 frames = tip.read(load, np.random.default_rng(1))
                 found = tip.locate(frames, search=ends)
                 ok = found.status == ss.Status.OK
@@ -33,7 +33,7 @@ def main() -> None:
                 ratio = np.sqrt((error[ok] ** 2).mean(0) / variance[ok].mean(0))
                 inside = (np.abs(error[ok]) < 1.959964 * found.std[ok]).mean(0)
                 gross = (np.abs(error[:, 0]) > 6 * found.std[:, 0]) & (np.abs(error[:, 0]) > 0.1)
-                name = f"{sensors}, {spacing} depth, {noise:.1%}"
+                name = f"{sensors}, {pitch} depth, {noise:.1%}"
                 rows.append(
                     [
                         name,

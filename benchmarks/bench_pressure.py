@@ -29,8 +29,8 @@ from _common import arguments, finger, show
 
 def touches(count: int, half_width: float, degrees: float, seed: int = 0) -> ss.Hertz:
     """Unit loads within half a depth of the middle."""
-    place = np.random.default_rng(seed).uniform(-0.5, 0.5, count)
-    return ss.Hertz(force=np.ones(count), angle=np.deg2rad(degrees), position=place, half_width=half_width)
+    position = np.random.default_rng(seed).uniform(-0.5, 0.5, count)
+    return ss.Hertz(force=np.ones(count), angle=np.deg2rad(degrees), position=position, half_width=half_width)
 
 
 def errors(found: ss.PressureMap, touch: ss.Contact) -> np.ndarray:
@@ -106,8 +106,8 @@ def sweep(options: object) -> list[list[str]]:
     rows = []
     count = max(options.frames // 10, 50)
     for noise in (1e-4, 1e-3, 1e-2):
-        for spacing in (0.25, 0.5, 1.0):
-            tip = finger(round(6 / spacing) + 1, spacing, noise)
+        for pitch in (0.25, 0.5, 1.0):
+            tip = finger(round(6 / pitch) + 1, pitch, noise)
             mapper = ss.PressureMapper(tip)
             cells = []
             for half_width in (0.25, 0.5, 1.0, 2.0):
@@ -118,7 +118,7 @@ def sweep(options: object) -> list[list[str]]:
                 if half_width == 1.0:
                     middle = len(found.y) // 2
                     width = float(np.nanmedian(found.resolution[:, middle]))
-            rows.append([f"{noise:.2%}, {spacing}", *cells, f"{width:.2f}"])
+            rows.append([f"{noise:.2%}, {pitch}", *cells, f"{width:.2f}"])
     return rows
 
 

@@ -90,8 +90,8 @@ def forest(
 def types(frames: int, train: int, cases: Sequence[Any] = CASES) -> list[list[str]]:
     """Rows of the table of `contact_type`."""
     rows = []
-    for sensors, spacing, noise, names in cases:
-        tip = finger(sensors, spacing, noise)
+    for sensors, pitch, noise, names in cases:
+        tip = finger(sensors, pitch, noise)
         readings, truth = touches(tip, names, frames, seed=sensors)
         half = float(np.asarray(tip.array.y).max())
         kinds = tuple(ss.decide.Kind(n, *KINDS[n][1:]) for n in names)
@@ -101,7 +101,7 @@ def types(frames: int, train: int, cases: Sequence[Any] = CASES) -> list[list[st
         took = (time.perf_counter() - start) / frames
         share = np.nan_to_num(said.probability)
         theirs, slow = forest(tip, names, train, readings)
-        row = [f"{len(names)} kinds, {sensors} sensors, {spacing} depth, {noise:.2%}"]
+        row = [f"{len(names)} kinds, {sensors} sensors, {pitch} depth, {noise:.2%}"]
         for p in (share, theirs):
             best, top = p.argmax(1), p.max(1)
             row += [f"{(best == truth).mean():.2%}", f"{calibration_error(top, best == truth):.4f}"]
@@ -152,10 +152,10 @@ def bound(tip: ss.Finger, truth: np.ndarray) -> np.ndarray:
 def fits(frames: int, peer: int, cases: Sequence[Any] = FITS) -> list[list[str]]:
     """Rows of the table of `fit`."""
     rows = []
-    for sensors, spacing, noise in cases:
-        tip, ends = finger(sensors, spacing, noise), search(sensors, spacing)
+    for sensors, pitch, noise in cases:
+        tip, ends = finger(sensors, pitch, noise), search(sensors, pitch)
         rng = np.random.default_rng(sensors)
-        half = 0.5 * (sensors - 1) * spacing
+        half = 0.5 * (sensors - 1) * pitch
         lean = rng.uniform(-np.deg2rad(40), np.deg2rad(40), frames)
         y, a = rng.uniform(-half, half, frames), rng.uniform(0.5, 1.2, frames)
         truth = np.stack([y, a, np.cos(lean), np.sin(lean)], -1)
@@ -177,7 +177,7 @@ def fits(frames: int, peer: int, cases: Sequence[Any] = FITS) -> list[list[str]]
         rest = np.sqrt(((theirs[~off, :2] - truth[few[~off], :2]) ** 2).mean(0) / variance[few[~off]].mean(0))
         rows.append(
             [
-                f"{sensors} sensors, {spacing} depth, {noise:.1%}",
+                f"{sensors} sensors, {pitch} depth, {noise:.1%}",
                 *(f"{r:.3f}" for r in ratio),
                 f"{inside[ok].mean():.2%}",
                 f"{ok.mean():.2%}",

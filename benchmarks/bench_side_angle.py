@@ -39,9 +39,9 @@ def pair(noise: float) -> ss.Finger:
     return ss.Finger(SKIN, ss.SensorArray(y=y, depth=np.repeat([0.9, 1.1], 9), noise=noise * FULL_SCALE))
 
 
-def strain(s: np.ndarray, place: float, normal: float, drag: float, half_width: float) -> np.ndarray:
+def strain(s: np.ndarray, position: float, normal: float, drag: float, half_width: float) -> np.ndarray:
     """Strain at unit depth beneath a Hertz contact, nu = 1/2 (docs/theory.md)."""
-    z = s - place + 1j
+    z = s - position + 1j
     root = np.sqrt(z - half_width) * np.sqrt(z + half_width)
     f, df = -2 / (z + root), 2 / (root * (z + root))
     return 1.5 / np.pi * (normal * df.real + drag * (df.imag - f.real))
@@ -85,12 +85,12 @@ def main() -> None:
             angle = rng.uniform(-np.deg2rad(40), np.deg2rad(40), count)
             touch = ss.Hertz(np.ones(count), angle, rng.uniform(-0.5, 0.5, count), half_width=a)
             frames, pairs = one.read(touch, rng), two.read(touch, rng)
-            place, off = touch.position, touch.position + KNOWN * rng.normal(size=count)
+            position, off = touch.position, touch.position + KNOWN * rng.normal(size=count)
             ways = {
                 "fit": partial(one.fit, frames, width=(0.0, WIDEST)),
-                "slope": partial(ss.side_angle, one, frames, position=place, half_width=a),
+                "slope": partial(ss.side_angle, one, frames, position=position, half_width=a),
                 "off": partial(ss.side_angle, one, frames, position=off, half_width=a, position_std=KNOWN),
-                "gradients": partial(ss.side_angle_from_gradients, two, pairs, position=place),
+                "gradients": partial(ss.side_angle_from_gradients, two, pairs, position=position),
             }
             cells = [f"{sensors}, {noise:.1%}, {a:g}"]
             for name, way in ways.items():

@@ -53,9 +53,9 @@ def main() -> None:
             table = tip.tabulate(ends)
             if noise == 1e-3:
                 again = np.median(seconds(lambda tip=tip: tip.tabulate(ends), 100))
-                places = np.random.default_rng(5).uniform(*ends, 200)
-                exact = tip.receptive_field(places)
-                off = np.abs(table(places) - exact).max() / np.abs(exact).max()
+                positions = np.random.default_rng(5).uniform(*ends, 200)
+                exact = tip.receptive_field(positions)
+                off = np.abs(table(positions) - exact).max() / np.abs(exact).max()
                 tables.append([name, f"{first:.2f}", f"{1e6 * again:.1f}", f"{off:.0e}"])
             load = touches(COUNT, SPACING, options.frames, seed=3)
             frames = tip.read(load, np.random.default_rng(1))

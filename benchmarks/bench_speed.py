@@ -32,7 +32,7 @@ def main() -> None:
     """Run and print."""
     options = arguments(__doc__, frames=100_000, repeats=30, singles=20_000, peer=40)
     rows = []
-    for sensors, spacing, noise in (
+    for sensors, pitch, noise in (
         (4, 1.0, 1e-3),
         (4, 0.5, 1e-3),
         (4, 1.0, 1e-2),
@@ -40,8 +40,8 @@ def main() -> None:
         (8, 0.5, 1e-3),
         (8, 1.0, 1e-2),
     ):
-        tip, ends = finger(sensors, spacing, noise), search(sensors, spacing)
-        frames = tip.read(touches(sensors, spacing, options.frames, seed=0), np.random.default_rng(1))
+        tip, ends = finger(sensors, pitch, noise), search(sensors, pitch)
+        frames = tip.read(touches(sensors, pitch, options.frames, seed=0), np.random.default_rng(1))
         locator, one = tip.locator(search=ends), frames[0].copy()
         batch = seconds(lambda locator=locator, frames=frames: locator(frames), options.repeats)
         public = (
@@ -55,7 +55,7 @@ def main() -> None:
         roots = seconds(lambda tip=tip, few=few: [eq13_roots(tip, f) for f in few], 3).min() / len(few)
         rows.append(
             [
-                f"{sensors}, {spacing} depth, {noise:.1%}",
+                f"{sensors}, {pitch} depth, {noise:.1%}",
                 f"{options.frames / np.median(batch) / 1000000.0:.2f}",
                 f"{options.frames / batch.min() / 1000000.0:.2f}",
                 f"{np.median(public):.1f}",

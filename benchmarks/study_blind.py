@@ -76,13 +76,13 @@ def jacobian(finger: ss.Finger, load: ss.LineLoad) -> tuple[np.ndarray, np.ndarr
     def slope(high: np.ndarray, low: np.ndarray) -> np.ndarray:
         return (high - low) / (2 * h)
 
-    places, depths = np.asarray(a.y), np.asarray(a.depth)
+    positions, depths = np.asarray(a.y), np.asarray(a.depth)
     own = np.concatenate([slope(read(y + h), read(y - h))[..., None], finger.receptive_field(y)], axis=-1)
     by = np.zeros((len(y), n, 2 * n + 1))
     each = np.arange(n)
     by[:, each, each] = GAIN * read(y)
     by[:, :, n] = DEPTH * slope(read(y, depth=depths + h), read(y, depth=depths - h))
-    by[:, each, n + 1 + each] = PLACE * slope(read(y, y=places + h), read(y, y=places - h))
+    by[:, each, n + 1 + each] = PLACE * slope(read(y, y=positions + h), read(y, y=positions - h))
     return own / NOISE, by / NOISE
 
 
@@ -98,12 +98,12 @@ def bound(finger: ss.Finger, taught: ss.LineLoad, fresh: ss.LineLoad) -> np.ndar
     y, alpha = np.asarray(fresh.position), np.asarray(fresh.angle)
     turn = np.stack([0 * y, -np.sin(alpha), np.cos(alpha)], axis=-1) / np.asarray(fresh.force)[:, None]
     line = np.linalg.qr(np.stack([np.ones_like(y), y], axis=-1))[0]
-    place = moved[:, 0] - line @ (line.T @ moved[:, 0])
+    position = moved[:, 0] - line @ (line.T @ moved[:, 0])
     angle = np.einsum("mi,mip->mp", turn, moved)
     variances = np.einsum("mi,mij,mj->m", turn, noise, turn), noise[:, 0, 0]
     drawn = np.random.default_rng(0).multivariate_normal(np.zeros(len(covariance)), covariance, size=400)
     means, most = [], []
-    for effect, variance in zip((angle, place), variances, strict=True):
+    for effect, variance in zip((angle, position), variances, strict=True):
         square = ((effect @ drawn.T) ** 2).mean(axis=0) / variance.mean()
         means.append(np.sqrt(1 + square.mean()))
         most.append(np.sqrt(1 + np.quantile(square, 0.95)))
@@ -117,7 +117,7 @@ def one(skin: ss.Skin, sensors: int, pitch: float, count: int, seed: int) -> np.
     taught = touches(sensors, pitch, count, rng)
     readings = made.read(taught, rng)
     start = perf_counter()
-    found = ss.calibrate_blind(drawn, readings, gain_error=GAIN, depth_error=DEPTH, place_error=PLACE)
+    found = ss.calibrate_blind(drawn, readings, gain_error=GAIN, depth_error=DEPTH, position_error=PLACE)
     seconds = perf_counter() - start
     fresh = touches(sensors, pitch, FRESH, rng)
     readings = made.read(fresh, rng)
@@ -154,7 +154,7 @@ def main() -> None:
             row += [f"{middle[i + 4]:.2f}", f"{middle[i + 6]:.2f}"]
         rows.append([*row, f"{seen[:, 9].min():.3f}", f"{middle[8]:.2f}"])
     columns = ["skin", "sensors", "pitch/d", "touches", "fingers"]
-    for what in ("angle", "place"):
+    for what in ("angle", "position"):
         columns += [f"{what}: drawn", "median", "worst", "bound", "95 %"]
     title = "RMS errors over those of a finger known exactly"
     show(title, [*columns, "least OK", "s"], rows, options.json)

@@ -47,8 +47,8 @@ def elements(skin: ss.Layered | ss.Round, parts: int) -> Body:
     if isinstance(skin, ss.Round):
         bottoms, materials, radius, half = [depths[-1]], [skin.material], skin.radius, np.pi * skin.radius
     else:
-        places = np.cumsum([layer.thickness for layer in skin.stack]) * (1 - 1e-9)
-        bottoms = depths[np.searchsorted(depths, places)]
+        positions = np.cumsum([layer.thickness for layer in skin.stack]) * (1 - 1e-9)
+        bottoms = depths[np.searchsorted(depths, positions)]
         materials, radius, half = [layer.material for layer in skin.stack], np.inf, 20 * skin.thickness
     layers = [(d, m.young, m.poisson) for d, m in zip(bottoms, materials, strict=True)]
     return Body(depths, split(along(-A, A, 4, -half, half), parts), layers, radius)
@@ -99,8 +99,8 @@ def pressed() -> list[list[str]]:
         for count in (12, 24, 48):
             start = perf_counter()
             depths = along(0, a, count // 4, 0, 1000 * a, 1.3)
-            places = along(-1.25 * a, 1.25 * a, int(2.5 * count), -4000 * a, 4000 * a, 1.3)
-            body = Body(depths, places, [(depths[-1], young, nu)])
+            positions = along(-1.25 * a, 1.25 * a, int(2.5 * count), -4000 * a, 4000 * a, 1.3)
+            body = Body(depths, positions, [(depths[-1], young, nu)])
             found = body.press(lambda y: y * y / (2 * radius), force, (-1.15 * a, 1.15 * a))
             seconds = perf_counter() - start
             x, y = body.best(a * np.array([0.5, 1.0, 2.0])[:, None], a * np.linspace(-2, 2, 9))

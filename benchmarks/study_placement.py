@@ -41,11 +41,11 @@ def study(depths: int, samples: int) -> list[str]:
     """The study, all cores."""
     skin, touches = ss.HalfPlane(ss.Material(YOUNG)), Touches(FORCE)
     depth = np.linspace(0.2e-3, DEEPEST, 20)[np.linspace(0, 19, depths).astype(int)]
-    spacing = np.multiply.outer(depth, np.linspace(0.1, 3.0, 30))
+    pitch = np.multiply.outer(depth, np.linspace(0.1, 3.0, 30))
     study_row(skin, ss.NormalStrain(), 1e-3, [1e-3], [3], touches, noise=1e-3, samples=10)  # compiles
     begun, cpu = time.perf_counter(), time.process_time()
     found = placement_study(
-        skin, list(KINDS.values()), depth, spacing, np.arange(3, 17), touches, noise=noises(), samples=samples
+        skin, list(KINDS.values()), depth, pitch, np.arange(3, 17), touches, noise=noises(), samples=samples
     )
     wall, cpu = time.perf_counter() - begun, time.process_time() - cpu
     designs = found["wrong"].size
@@ -85,24 +85,24 @@ def peer(touches: int) -> list[list[str]]:
     """Both on the same touches."""
     rows = []
     rng = np.random.default_rng(0)
-    for count, spacing in ((3, 1.0), (4, 0.4), (4, 2.0), (6, 2.0), (8, 0.75)):
-        array = ss.SensorArray.line(count, spacing, 1.0, noise=1e-3 * FULL_SCALE)
+    for count, pitch in ((3, 1.0), (4, 0.4), (4, 2.0), (6, 2.0), (8, 0.75)):
+        array = ss.SensorArray.line(count, pitch, 1.0, noise=1e-3 * FULL_SCALE)
         finger = ss.Finger(ss.HalfPlane(ss.Material(1.0)), array)
         quality = placement_quality(finger, Touches(1.0), grid=(401, 161))
         at = rng.integers(0, 401, touches), rng.integers(0, 161, touches)
-        places, angles = quality.place[at[0]], quality.angle[at[1]]
+        positions, angles = quality.position[at[0]], quality.angle[at[1]]
         begun = time.process_time()
-        chi2 = np.array([rivals(finger, t, quality.search) for t in zip(places, angles, strict=True)])
+        chi2 = np.array([rivals(finger, t, quality.search) for t in zip(positions, angles, strict=True)])
         each = (time.process_time() - begun) / touches
         begun = time.process_time()
         study_row(
-            finger.skin, ss.NormalStrain(), 1.0, [spacing], [count], Touches(1.0), noise=1e-3 * FULL_SCALE
+            finger.skin, ss.NormalStrain(), 1.0, [pitch], [count], Touches(1.0), noise=1e-3 * FULL_SCALE
         )
         own = (time.process_time() - begun) / 1e5
         ours, theirs = quality.ambiguous[at] >= 0.5, chi2 < 13.8
         shares = [f"{100 * share.mean():.1f} %" for share in (ours, theirs, ours == theirs)]
         times = [f"{1e3 * each:.0f} ms", f"{1e6 * own:.2f} us", f"{each / own:,.0f}"]
-        rows.append([f"{count} sensors, {spacing} depths", *shares, *times])
+        rows.append([f"{count} sensors, {pitch} depths", *shares, *times])
     return rows
 
 

@@ -156,17 +156,17 @@ class Barotact:
     """The recording: presses, calibrated on every second one; see tests/validation/test_barotact.py."""
 
     search = (-25e-3, 25e-3)
-    fit = ("gain", "offset", "depth", "origin", "place", "poisson")
+    fit = ("gain", "offset", "depth", "origin", "position", "poisson")
 
     def __init__(self) -> None:
         raw = np.genfromtxt(RECORDING, delimiter=",", skip_header=1)
         self.pressure, self.x, self.z, self.time = raw[:, :4], raw[:, 4] * 1e-6, raw[:, 5] / 320e3, raw[:, 6]
         self.presses = segment(self.pressure, self.time, position=self.x, press=self.z)
-        self.places = np.asarray(self.presses.position)
+        self.positions = np.asarray(self.presses.position)
         drawn = ss.Finger(SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
-        self.calibration = ss.calibrate(drawn, self.presses.reading[::2], self.places[::2], fit=self.fit)
+        self.calibration = ss.calibrate(drawn, self.presses.reading[::2], self.positions[::2], fit=self.fit)
         self.finger = self.calibration.finger
-        self.truth = self.places - self.calibration.origin
+        self.truth = self.positions - self.calibration.origin
 
     def mean(self, readings: np.ndarray, first: float, last: float) -> np.ndarray:
         """Mean reading over a part of each plateau, given by shares of it."""
@@ -240,7 +240,7 @@ def recorded() -> list[list[str]]:
         for part, span in (("early", (0.0, 0.4)), ("late", (0.8, 1.0))):
             readings = b.mean(undone, *span) - np.array(rest)
             if part == "early":
-                again = ss.calibrate(b.finger, readings[::2], b.places[::2], fit=b.fit).finger
+                again = ss.calibrate(b.finger, readings[::2], b.positions[::2], fit=b.fit).finger
                 reference = b.locate(readings[odd], again)
             found = b.locate(readings[odd], again)
             rows.append(b.row(f"  {name} undone, calibrated anew, {part}", found, reference.force))

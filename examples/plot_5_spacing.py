@@ -40,8 +40,8 @@ figure = placement_study_figure(study, measure="position_95")
 # The best row of six, and how far its spacing may be missed.
 
 best = ss.design.best_row(study, "position_95", counts=(6, 6))
-low, high = best.spacings
-print(f"{1e3 * best.spacing:.1f} mm, {1e3 * low:.1f} to {1e3 * high:.1f} within 10 %")
+low, high = best.pitches
+print(f"{1e3 * best.pitch:.1f} mm, {1e3 * low:.1f} to {1e3 * high:.1f} within 10 %")
 
 # %%
 # Where each finger is strong. Two spacings of six sensors: in the second, touches between the outer sensors

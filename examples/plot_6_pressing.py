@@ -14,14 +14,14 @@ from subskin.plot.style import BLUE, GREEN, GREY, VERMILLION, house_style, new_f
 rubber = ss.Material(young=0.4e6)
 skin = ss.Round(rubber, radius=8e-3, core_radius=4e-3)
 finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.75e-3, depth=1.5e-3))
-places = {
+positions = {
     "table": (ss.Flat(), 0.0),
     "edge at 0.3 mm": (ss.Edge(), 0.3e-3),
     "edge at 0": (ss.Edge(), 0.0),
 }
 pressed = {
-    name: ss.press(skin, body, force=40.0, position=place)
-    for name, (body, place) in places.items()
+    name: ss.press(skin, body, force=40.0, position=position)
+    for name, (body, position) in positions.items()
 }
 for name, found in pressed.items():
     print(f"{name:14} {found.status.name}: {found.reason}")

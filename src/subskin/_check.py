@@ -19,8 +19,8 @@ def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
     if array.ndim == 0:
         return f"{name} = {float(array):.6g}"
     where = tuple(int(i) for i in np.argwhere(bad)[0])
-    place = ", ".join(map(str, where))
-    return f"{name}[{place}] = {array[where]:.6g}"
+    position = ", ".join(map(str, where))
+    return f"{name}[{position}] = {array[where]:.6g}"
 
 
 def real(

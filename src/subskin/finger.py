@@ -156,8 +156,8 @@ class Finger:
         """
         for kind in self.array.transducers:
             kind.linearise(np.zeros(0))  # refuses what cannot be made linear
-        place = _check.real("position", position, unit="m")
-        fields = [self.measure(LineLoad(1.0, angle, place), linear=True) for angle in (0.0, np.pi / 2)]
+        y = _check.real("position", position, unit="m")
+        fields = [self.measure(LineLoad(1.0, angle, y), linear=True) for angle in (0.0, np.pi / 2)]
         return np.asarray(self.array.gain)[:, None] * np.stack(fields, axis=-1)
 
     def tabulate(self, search: tuple[float, float] | None = None) -> ReceptiveField:

@@ -157,7 +157,7 @@ class TestReadings:
 class TestPlaces:
     @pytest.mark.parametrize("command", ["calibrate", "locate"])
     @pytest.mark.parametrize("cell", ["", "nan", "inf"])
-    def test_a_true_place_that_is_no_number(self, refused, written, command, cell):
+    def test_a_true_position_that_is_no_number(self, refused, written, command, cell):
         lines = TABLE.splitlines()
         lines[7] = lines[7].replace("0.000", cell)
         written("\n".join(lines) + "\n")
@@ -226,7 +226,7 @@ class TestOptions:
         refused("locate", "--figure", "x.bmp")
         refused("calibrate", "--fit", "gain,depht")
         refused("calibrate", "--fit", ",")
-        refused("calibrate", "--position-column", "place")
+        refused("calibrate", "--position-column", "position")
         refused("segment", "--early", "2")
         refused("segment", "--hold", "1 kg")
 

@@ -86,7 +86,7 @@ def test_errors_of_the_drawing_with_and_without_units(touches, subskin):
         assert ran.code == 0, ran.err
         return {(p["name"], p["sensor"]): p["prior"] for p in json.loads(ran.out)["parameters"]}
 
-    found = prior("--gain-error", "10 %", "--depth-error", "0.1 mm", "--place-error", "0.03")
+    found = prior("--gain-error", "10 %", "--depth-error", "0.1 mm", "--position-error", "0.03")
     assert found["gain", "s1"] == pytest.approx(0.1)
     assert found["depth", None] == pytest.approx(1e-4)
     assert found["y", "s1"] == pytest.approx(0.03 * 2e-3)

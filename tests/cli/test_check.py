@@ -125,8 +125,8 @@ class TestWhatIf:
     def test_thick_enough(self, check):
         ran = check("flat", "--thickness", "1 m")
         assert (ran.code, "-> the half plane will do" in ran.out) == (0, True)
-        place, angle = re.search(r"up to ([\d.]+) mm and turns them by ([\d.]+) deg", ran.out).groups()
-        assert 0 < float(place) < 0.04
+        position, angle = re.search(r"up to ([\d.]+) mm and turns them by ([\d.]+) deg", ran.out).groups()
+        assert 0 < float(position) < 0.04
         assert 0 < float(angle) < 1.2
 
     def test_touches_too_wide_for_any_line_load(self, check):

@@ -90,7 +90,7 @@ def recorded(subskin, folder):
 
 
 class TestTheWholeWay:
-    def test_from_a_raw_recording_to_places(self, subskin, recorded):
+    def test_from_a_raw_recording_to_positions(self, subskin, recorded):
         ran = subskin("segment", "finger.toml", "raw.csv", "-o", "presses.csv")
         assert (ran.code, ran.err) == (0, "")
         assert "41 presses" in ran.out
@@ -197,8 +197,8 @@ class TestTheWholeWay:
         assert depth["value"] == pytest.approx(5.6e-3, rel=5e-3)
 
     def test_without_a_depth_column(self, subskin, folder):
-        places = ("--count", 13, "--position", "-9..9 mm", "--drift", 20)
-        subskin("simulate", "finger.toml", "-o", "raw.csv", "--recording", *places)
+        positions = ("--count", 13, "--position", "-9..9 mm", "--drift", 20)
+        subskin("simulate", "finger.toml", "-o", "raw.csv", "--recording", *positions)
         finger = (folder / "finger.toml").read_text()
         (folder / "finger.toml").write_text(
             finger.replace('press = { column = "z", unit = "1/320 mm" }\n', "")
@@ -272,7 +272,7 @@ class TestLocate:
         np.testing.assert_array_equal(position, found.position)
         np.testing.assert_array_equal(table.numbers("second_chi2"), found.second.chi2)
 
-    def test_places_are_on_the_axis_of_the_calibration(self, subskin, folder):
+    def test_positions_are_on_the_axis_of_the_calibration(self, subskin, folder):
         leaning = (
             (folder / "finger.toml").read_text().replace("friction = 0", "friction = 1")
         )  # so there are rivals

@@ -48,10 +48,10 @@ class TestFit:
         assert (ran.code, ran.err) == (0, "")
         assert "f.csv" in ran.out
         found = FINGER.fit([FINGER.read(touch) for touch in TOUCHES], "hertz")
-        place, width, low, high, chi2 = columns(
+        position, width, low, high, chi2 = columns(
             "f.csv", "position", "half_width", "half_width_low", "half_width_high", "residual"
         )
-        np.testing.assert_allclose(place[[0, 2]], found.position[[0, 2]], rtol=1e-9)
+        np.testing.assert_allclose(position[[0, 2]], found.position[[0, 2]], rtol=1e-9)
         np.testing.assert_allclose(width[[0, 2]], [1.6e-3, 1.2e-3], rtol=1e-5)
         assert (low[[0, 2]] < width[[0, 2]]).all()
         assert (width[[0, 2]] < high[[0, 2]]).all()

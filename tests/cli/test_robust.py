@@ -19,12 +19,12 @@ def stream(folder):
     finger = load_finger("finger.toml").finger
     time = np.arange(0.0, 30.0, 0.02)
     pressed = (time % 10 > 4) & (time % 10 < 8)
-    place = 3e-3 * np.floor(time / 10) - 3e-3
-    readings = finger.read(ss.LineLoad(40.0 * pressed, 0.2, place), np.random.default_rng(0))
+    position = 3e-3 * np.floor(time / 10) - 3e-3
+    readings = finger.read(ss.LineLoad(40.0 * pressed, 0.2, position), np.random.default_rng(0))
     readings = readings + 3.0 * time[:, None] * np.array([1, -1, 0.5, 1, -0.5, 0])
     wild = np.flatnonzero(pressed)[[20, 300]]
     readings[wild, 2] += 3000.0
-    columns = {"time": time, "place": place} | {f"p{i}": readings[:, i] for i in range(6)}
+    columns = {"time": time, "position": position} | {f"p{i}": readings[:, i] for i in range(6)}
     write_table("stream.csv", columns)
     return pressed, wild
 

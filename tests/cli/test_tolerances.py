@@ -57,7 +57,7 @@ def test_json_is_the_budget(strain, subskin):
     assert done.code == 0, done.err
     found = json.loads(done.out)
     finger = load_finger("strain.toml").finger
-    tolerances = {"place": 4e-5, "depth": 5e-5, "poisson": 0.01, "noise": 1e-4}
+    tolerances = {"position": 4e-5, "depth": 5e-5, "poisson": 0.01, "noise": 1e-4}
     budget = tolerance_budget(finger, Touches(20.0, 0.8, (-2e-3, 2e-3)), tolerances, draws=20, seed=3)
     for shown, row in zip(found["rows"], budget.rows, strict=True):
         assert shown["source"] == row.source
@@ -85,10 +85,10 @@ def test_zero_leaves_a_source_out(strain, subskin):
         (("--force", "20 N/m", "--thickness", "1 mm"), "thickness of a HalfPlane"),
         (("--force", "20 N/m", "--only", "thickness"), "--only thickness"),
         (("--force", "20 N/m", "--only", "deepness"), "--only deepness"),
-        (("--force", "20 N/m", "--only", "place", "--calibrate", "daily"), "daily"),
-        (("--force", "20 N/m", "--only", "place", "--draws", "0"), "draws = 0"),
-        (("--force", "20 N/m", "--only", "place", "--wanted-angle", "0 deg"), "--wanted-angle 0 deg"),
-        (("--force", "20 N/m", "--only", "place", "--span", "-1..30 mm"), "a narrower span"),
+        (("--force", "20 N/m", "--only", "position", "--calibrate", "daily"), "daily"),
+        (("--force", "20 N/m", "--only", "position", "--draws", "0"), "draws = 0"),
+        (("--force", "20 N/m", "--only", "position", "--wanted-angle", "0 deg"), "--wanted-angle 0 deg"),
+        (("--force", "20 N/m", "--only", "position", "--span", "-1..30 mm"), "a narrower span"),
         (("--force", "20 N/m", "--figure", "t.txt"), "a figure is .svg"),
         (("--force", "20 N/m", "--figure", "none/t.png"), "none"),
     ],

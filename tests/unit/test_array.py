@@ -63,7 +63,7 @@ class TestRefusals:
         with pytest.raises(ss.InvalidValueError, match=f"{name} = .*has to be >"):
             row(**{name: bad})
 
-    def test_nan_place(self):
+    def test_nan_position(self):
         with pytest.raises(ss.InvalidValueError, match=r"y\[1\] = nan: has to be finite \[m\]"):
             ss.SensorArray(y=[0.0, np.nan], depth=1.0)
 
@@ -75,7 +75,7 @@ class TestRefusals:
             row(**{name: [1.0, 2.0]})
 
     @pytest.mark.parametrize("y", [[], [[0.0, 1.0]]])
-    def test_shape_of_places(self, y):
+    def test_shape_of_positions(self, y):
         with pytest.raises(ss.GeometryError, match="one place a sensor"):
             ss.SensorArray(y=y, depth=1.0)
 

@@ -24,7 +24,7 @@ def drawn(skin="half plane", count=5, **array):
     return ss.Finger(SKINS[skin], ss.SensorArray.line(count, **array))
 
 
-def made(finger, seed=0, gain=0.05, depth=0.05, place=0.02):
+def made(finger, seed=0, gain=0.05, depth=0.05, position=0.02):
     """A real finger, as far from the drawing as it says."""
     rng = np.random.default_rng(seed)
     a, n = finger.array, len(finger.array)
@@ -33,7 +33,7 @@ def made(finger, seed=0, gain=0.05, depth=0.05, place=0.02):
         a,
         gain=np.asarray(a.gain) * np.exp(gain * rng.standard_normal(n)),
         depth=d + depth * d.mean() * rng.standard_normal(),
-        y=np.asarray(a.y) + place * d.mean() * rng.standard_normal(n),
+        y=np.asarray(a.y) + position * d.mean() * rng.standard_normal(n),
     )
     return ss.Finger(finger.skin, changed)
 
@@ -60,7 +60,7 @@ class TestDerivatives:
 
     @pytest.mark.parametrize("skin", ["half plane", "layer", "round"])
     @pytest.mark.parametrize("width", [0.0, 1e-3])
-    def test_by_place_and_by_finger(self, skin, width):
+    def test_by_position_and_by_finger(self, skin, width):
         nu = ss.Material(0.4e6, 0.4)
         medium = {
             "half plane": ss.HalfPlane(nu), "layer": ss.Layered(ss.Layer(nu, 4e-3)), "round": ss.Round(nu, 12e-3, 8e-3)
@@ -75,7 +75,7 @@ class TestDerivatives:
                 width=width,
             ),
         )
-        names = ["gain", "offset", "depth", "place", "poisson"] + (
+        names = ["gain", "offset", "depth", "position", "poisson"] + (
             ["thickness"] if skin != "half plane" else []
         )
         errors = dict.fromkeys(names, 1e-4) | {"gain": 0.05, "poisson": 0.03, "offset": 1e-3}
@@ -101,7 +101,7 @@ class TestDerivatives:
         h = 1e-6
         ends = [replace(touch, position=np.asarray(touch.position) + s) for s in (h, -h)]
         slope = (readings(x, ends[0]) - readings(x, ends[1])) / (2 * h)
-        np.testing.assert_allclose(near.by_place, slope, atol=2e-6 * np.abs(slope).max(), rtol=0)
+        np.testing.assert_allclose(near.by_position, slope, atol=2e-6 * np.abs(slope).max(), rtol=0)
 
     def test_at_the_end_of_poissons_range(self):
         model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, 2)
@@ -124,14 +124,14 @@ def dense(model, near):
     whole = np.zeros((m * n, model.size + m * own))
     whole[:, : model.size] = near.by_finger.reshape(m * n, -1)
     for i in range(m):
-        block = np.concatenate([near.by_place[i, :, None], near.by_force[i]], axis=1)
+        block = np.concatenate([near.by_position[i, :, None], near.by_force[i]], axis=1)
         whole[i * n : (i + 1) * n, model.size + i * own : model.size + (i + 1) * own] = block
     return whole
 
 
 def test_elimination_is_the_schur_complement_of_the_whole_system():
     tip = drawn(count=5)
-    model = BlindModel(tip, ("gain", "depth", "place"), {"gain": 0.05, "depth": 1e-4, "place": 4e-5}, 2)
+    model = BlindModel(tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, 2)
     touch = loads(tip, 6)
     data = (tip.read(touch, np.random.default_rng(0)) + 1e-3) / 5e-5
     near = model.linearise(Touches(data, np.ones_like(data, bool)), np.zeros(11), np.asarray(touch.position))
@@ -150,21 +150,21 @@ def test_settles_at_the_minimum_over_everything_at_once():
     readings = touched(real, 40)
     found = ss.calibrate_blind(tip, readings)
     learning = found._learning
-    model, x, places = learning.model, learning.x, found.touches.position[found.used]
+    model, x, positions = learning.model, learning.x, found.touches.position[found.used]
     rows = Touches(readings[found.used] / 5e-5, np.ones((found.used.sum(), 5), dtype=bool))
 
     def objective(at, where):
         return (model.fit_forces(rows, at, where)[3] ** 2).sum() + found.misfit**2 * (at @ at)
 
-    here = objective(x, places)
+    here = objective(x, positions)
     for i in range(x.size):
         step = 1e-4 * np.eye(x.size)[i]
-        slope = (objective(x + step, places) - objective(x - step, places)) / 2e-4
+        slope = (objective(x + step, positions) - objective(x - step, positions)) / 2e-4
         assert abs(slope) < 1e-2  # chi-square per standard deviation of the drawing
     rng = np.random.default_rng(0)
     for _ in range(20):
         elsewhere = objective(
-            x + 0.02 * rng.standard_normal(x.size), places + 2e-7 * rng.standard_normal(places.size)
+            x + 0.02 * rng.standard_normal(x.size), positions + 2e-7 * rng.standard_normal(positions.size)
         )
         assert elsewhere > here - 1e-9
 
@@ -173,14 +173,14 @@ class TestWhatCannotBeKnown:
     @pytest.mark.parametrize(
         ("skin", "fit", "said"),
         [
-            ("half plane", ("gain", "depth", "place"), (SCALE, SHIFT, LENGTH)),
-            ("half plane", ("gain", "depths", "place"), (SCALE, SHIFT, LENGTH)),
+            ("half plane", ("gain", "depth", "position"), (SCALE, SHIFT, LENGTH)),
+            ("half plane", ("gain", "depths", "position"), (SCALE, SHIFT, LENGTH)),
             ("half plane", ("gain", "depth"), (SCALE,)),
-            ("half plane", ("gain", "place"), (SCALE, SHIFT)),
+            ("half plane", ("gain", "position"), (SCALE, SHIFT)),
             ("half plane", ("depth",), ()),
-            ("layer", ("gain", "depth", "place"), (SCALE, SHIFT)),
-            ("stack", ("gain", "depth", "place"), (SCALE, SHIFT)),
-            ("round", ("gain", "depth", "place"), (SCALE, SHIFT)),
+            ("layer", ("gain", "depth", "position"), (SCALE, SHIFT)),
+            ("stack", ("gain", "depth", "position"), (SCALE, SHIFT)),
+            ("round", ("gain", "depth", "position"), (SCALE, SHIFT)),
         ],
     )
     def test_null_directions_are_found_from_the_information(self, skin, fit, said):
@@ -192,7 +192,7 @@ class TestWhatCannotBeKnown:
 
     def test_a_thickness_to_be_found_frees_the_scale_again(self):
         tip = drawn("layer")
-        fit = ("gain", "depth", "place", "thickness")
+        fit = ("gain", "depth", "position", "thickness")
         found = ss.calibrate_blind(tip, touched(made(tip), 30), fit=fit, thickness_error=0.1)
         assert any("depths, places and thickness" in text for text in found.unknown)
         assert len(found.unknown) == 3
@@ -209,7 +209,7 @@ class TestWhatCannotBeKnown:
         """
         tip = drawn(transducer=ss.MeanPressure(), noise=30.0)
         readings = touched(tip, 60, lean=0.0)
-        found = ss.calibrate_blind(tip, readings, fit=("gain", "depths", "place"), friction=0)
+        found = ss.calibrate_blind(tip, readings, fit=("gain", "depths", "position"), friction=0)
         assert len(found.unknown) == 4
         assert found.unknown[3].startswith("a change of ")
         assert found.unknown[3].endswith(" together")
@@ -230,8 +230,8 @@ class TestWhatCannotBeKnown:
         assert abs(logs.mean()) < 1e-5  # alike, so the drawing's mean is kept
         for p in gain:
             assert p.limit == pytest.approx(p.value * 0.05 / np.sqrt(5), rel=1e-9)
-        places = [p for p in found.parameters if p.name == "y"]
-        assert abs(np.mean([p.value - p.drawn for p in places])) < 1e-5 * 2e-3
+        positions = [p for p in found.parameters if p.name == "y"]
+        assert abs(np.mean([p.value - p.drawn for p in positions])) < 1e-5 * 2e-3
         for p in found.parameters:
             grown = p.value / p.drawn if p.name == "gain" else 1.0
             assert p.limit <= p.std <= p.prior * grown * (1 + 1e-9)
@@ -362,7 +362,7 @@ class TestItLearns:
             ss.HalfPlane(ss.Material(0.4e6, 0.45)),
             replace(made(tip).array, offset=2e-3 * np.sin(np.arange(8))),
         )
-        fit = ("gain", "depth", "place", "poisson", "offset")
+        fit = ("gain", "depth", "position", "poisson", "offset")
         found = ss.calibrate_blind(tip, touched(real, 200), fit=fit, poisson_error=0.03, offset_error=2e-3)
         by_name = {p.called: p for p in found.parameters}
         nu = by_name["poisson"]
@@ -374,11 +374,11 @@ class TestItLearns:
     def test_each_sensors_depth(self):
         tip = drawn("layer", 6)
         real = ss.Finger(tip.skin, replace(tip.array, depth=2e-3 * (1 + 0.04 * np.cos(2 * np.arange(6)))))
-        found = ss.calibrate_blind(tip, touched(real, 80), fit=("gain", "depths", "place"))
+        found = ss.calibrate_blind(tip, touched(real, 80), fit=("gain", "depths", "position"))
         error = np.asarray(found.finger.array.depth) / np.asarray(real.array.depth) - 1
         assert np.abs(error).max() < 4e-3 < 0.03
 
-    def test_a_rival_place_is_left_again(self):
+    def test_a_rival_position_is_left_again(self):
         """Four sensors: on the finger as drawn some touches are put a row away; in the end none is."""
         tip = drawn(count=4)
         wrong = 0
@@ -487,7 +487,7 @@ class TestInput:
         for array in (found.covariance, found.used, found.touches.table, found.std(10)):
             with pytest.raises(ValueError, match="read-only"):
                 array[...] = 0
-        again = ss.calibrate_blind(tip, readings.tolist(), fit=["place", "depth", "gain"])
+        again = ss.calibrate_blind(tip, readings.tolist(), fit=["position", "depth", "gain"])
         assert again.parameters == found.parameters
 
     def test_integers_and_one_error_a_sensor(self):
@@ -509,7 +509,7 @@ class TestInput:
             ({"gain_error": 0.0}, ss.InvalidValueError, "gain_error"),
             ({"gain_error": [0.1, 0.1]}, ss.GeometryError, "gain_error of shape"),
             ({"depth_error": np.nan}, ss.InvalidValueError, "depth_error"),
-            ({"place_error": "much"}, ss.InvalidValueError, "place_error"),
+            ({"position_error": "much"}, ss.InvalidValueError, "position_error"),
             ({"friction": -1.0}, ss.InvalidValueError, "friction"),
             ({"search": (1.0, 0.0)}, ss.InvalidValueError, "search"),
         ],

@@ -29,9 +29,9 @@ def drawn(poisson=0.5, **changes):
     return ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6, poisson=poisson)), array)
 
 
-def touch(finger, places=PLACES, seed=0, **load):
+def touch(finger, positions=PLACES, seed=0, **load):
     return finger.read(
-        ss.LineLoad(**{"force": 1.0, **load}, position=places - ORIGIN), np.random.default_rng(seed)
+        ss.LineLoad(**{"force": 1.0, **load}, position=positions - ORIGIN), np.random.default_rng(seed)
     )
 
 
@@ -46,7 +46,7 @@ def errors_in_sigma(found, truth):
 
 def test_everything_at_once_is_recovered_within_its_standard_errors():
     truth = true_finger()
-    fit = ("gain", "offset", "depths", "origin", "place", "poisson", "width")
+    fit = ("gain", "offset", "depths", "origin", "position", "poisson", "width")
     readings = touch(truth)
     # with the origin and the places both free, the mean place stays as drawn: draw it right
     start = ss.Finger(drawn().skin, ss.SensorArray(y=np.array([-9, -3, 3, 9]) * 1e-3, depth=5e-3, width=1e-3))
@@ -98,7 +98,7 @@ def test_dead_and_weak_sensors_and_missing_readings_are_said():
     readings = np.array(touch(truth))
     readings[::7, 0] = np.nan
     found = ss.calibrate(
-        drawn(poisson=0.45), readings, PLACES, fit=("gain", "offset", "depth", "origin", "place")
+        drawn(poisson=0.45), readings, PLACES, fit=("gain", "offset", "depth", "origin", "position")
     )
     assert found.health == (ss.Health.OK, ss.Health.DEAD, ss.Health.OK, ss.Health.WEAK)
     assert found.weak.tolist() == [False, True, False, True]
@@ -147,11 +147,11 @@ def test_too_few_touches_are_refused():
 
 
 def test_inputs_stay_as_they_were():
-    readings, places = touch(true_finger()), PLACES.copy()
+    readings, positions = touch(true_finger()), PLACES.copy()
     before = readings.copy()
-    ss.calibrate(drawn(), readings, places)
+    ss.calibrate(drawn(), readings, positions)
     np.testing.assert_array_equal(readings, before)
-    np.testing.assert_array_equal(places, PLACES)
+    np.testing.assert_array_equal(positions, PLACES)
 
 
 def test_a_parameter_that_the_readings_say_nothing_of_has_no_finite_error():
@@ -171,7 +171,7 @@ def test_a_width_of_none_is_fitted_without_leaving_its_range():
         drawn(poisson=0.45),
         touch(truth),
         PLACES,
-        fit=("gain", "offset", "depths", "origin", "place", "width"),
+        fit=("gain", "offset", "depths", "origin", "position", "width"),
     )
     width = next(p for p in found.parameters if p.name == "width")
     assert 0 <= width.value < 0.3e-3
@@ -257,7 +257,7 @@ class TestCovariance:
     def test_it_is_the_inverse_fisher_information_of_what_is_reported(self, name):
         depth = [5.2e-3, 5.5e-3, 5.4e-3, 5.1e-3] if name == "depths" else 5.3e-3
         truth = on(LAYER.changed(poisson=0.45), depth=depth, noise=1e-5)
-        fit = ("gain", name, "origin", "poisson", "thickness", "place")
+        fit = ("gain", name, "origin", "poisson", "thickness", "position")
         start = on(LAYER)
         found = ss.calibrate(start, touch(truth, FEW), FEW, fit=fit)
         reported = np.array([p.value for p in found.parameters])

@@ -67,10 +67,10 @@ def test_the_width_is_as_uncertain_as_a_fit_of_it_says():
     one = skin_compliance(tip, PARTICLE, force, young=0.1e6)
     own = ss.Finger(skin, tip.array)
 
-    def read(width, height, place, load):
+    def read(width, height, position, load):
         body = ss.ParticleOnFlat(PARTICLE.half_width * width, PARTICLE.protrusion * height)
         contact = ss.press(skin, body, force=force * load).contact
-        return own.read(ss.PressureProfile(contact.nodes + place, contact.node_pressure))
+        return own.read(ss.PressureProfile(contact.nodes + position, contact.node_pressure))
 
     middle = read(1, 1, 0, 1)
     error = np.hypot(2e-5, 0.01 * np.abs(middle).max())

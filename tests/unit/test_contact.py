@@ -196,7 +196,7 @@ class TestRefusals:
         with pytest.raises(ss.InvalidValueError, match=parameter):
             ss.Hertz(**{"force": 1.0, parameter: bad}, half_width=A)
 
-    def test_the_message_tells_place_rule_and_fix(self):
+    def test_the_message_tells_position_rule_and_fix(self):
         with pytest.raises(ss.InvalidValueError, match=r"force\[1\] = nan: has to be finite \[N/m\]. Fix: "):
             ss.LineLoad([1.0, np.nan])
         with pytest.raises(
@@ -330,7 +330,7 @@ class TestSums:
         np.testing.assert_allclose(seen, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
     def test_many_line_loads_on_the_surface(self):
-        loads = [ss.LineLoad(1.0, 0.3, place) for place in range(10)]
+        loads = [ss.LineLoad(1.0, 0.3, position) for position in range(10)]
         y = np.linspace(0.5, 9.5, 4999) + 1e-4
         y[7] = 3.0
         with pytest.warns(ss.SingularPointWarning):
@@ -410,7 +410,7 @@ class TestSingularPoints:
             assert np.isnan(s.xx[0, 0])
             assert np.isfinite(s.xx[1]).all()
 
-    def test_batch_of_one_place(self):
+    def test_batch_of_one_position(self):
         with pytest.warns(ss.SingularPointWarning):
             s = SKIN.stress(ss.LineLoad([[1.0], [2.0], [3.0]]), 0.0, [0.0, 1.0])
         assert np.isnan(s.xx).tolist() == [[True, False]] * 3

@@ -76,21 +76,21 @@ class TestDensity:
         assert found.relative(beyond)[:, 0].max() < 1 / 500
 
     def test_rounded_things_ask_for_less_than_a_line(self):
-        line = sensor_density(finger(), 1e3).spacing[0]
-        roller = sensor_density(finger(), 1e3, contact=ss.Hertz(1.0, half_width=D)).spacing[0]
+        line = sensor_density(finger(), 1e3).pitch[0]
+        roller = sensor_density(finger(), 1e3, contact=ss.Hertz(1.0, half_width=D)).pitch[0]
         assert roller > 1.5 * line
 
-    def test_force_place_and_angle_of_the_contact_do_not_matter(self):
+    def test_force_position_and_angle_of_the_contact_do_not_matter(self):
         one = sensor_density(finger(), [30, 1e3], contact=ss.Wedge(1.0, half_width=D))
         other = sensor_density(finger(), [30, 1e3], contact=ss.Wedge(40.0, -0.4, 5e-3, half_width=D))
-        np.testing.assert_allclose(one.spacing, other.spacing, rtol=1e-9)
-        np.testing.assert_allclose(one.error_spacing, other.error_spacing, rtol=1e-9)
+        np.testing.assert_allclose(one.pitch, other.pitch, rtol=1e-9)
+        np.testing.assert_allclose(one.error_pitch, other.error_pitch, rtol=1e-9)
 
     def test_a_wide_sensor_is_as_good_as_a_strip(self):
         wide = sensor_density(finger(width=3e-3), [10, 1e3])
         strip = sensor_density(finger(), [10, 1e3], contact=ss.Strip(1.0, half_width=1.5e-3))
-        np.testing.assert_allclose(wide.spacing, strip.spacing, rtol=1e-9)
-        np.testing.assert_allclose(wide.error_spacing, strip.error_spacing, rtol=1e-4)
+        np.testing.assert_allclose(wide.pitch, strip.pitch, rtol=1e-9)
+        np.testing.assert_allclose(wide.error_pitch, strip.error_pitch, rtol=1e-4)
 
     @pytest.mark.parametrize("skin", [LAYER, ss.HalfPlane(ss.Material(1e6, 0.4), "stress")])
     def test_other_skins(self, skin):
@@ -109,29 +109,29 @@ class TestDensity:
         size = np.abs(spatial_response(finger(TIP), n / 8e-3).amplitude[:, 0])
         for i, ratio in enumerate((10, 1e3)):
             for load in (0, 1):
-                count = TIP.period / found.spacing[i, load]
+                count = TIP.period / found.pitch[i, load]
                 last = n[size[:, load] > size[:, load].max() / ratio][-1]
                 assert count == pytest.approx(2 * last + 1, rel=1e-12)
 
     def test_a_sliding_layer_answers_long_drags_without_bound(self):
         loose = ss.Layered(ss.Layer(RUBBER, 6e-3, "frictionless"))
         found = sensor_density(finger(loose), 1e3)
-        assert np.isfinite(found.spacing[0])
-        assert np.isnan(found.spacing[1])
-        assert np.isfinite(found.error_spacing).all()
+        assert np.isfinite(found.pitch[0])
+        assert np.isnan(found.pitch[1])
+        assert np.isfinite(found.error_pitch).all()
 
     def test_shapes(self):
         found = sensor_density(finger(), np.full((2, 3), 100))
-        assert found.spacing.shape == found.error_spacing.shape == found.density.shape == (2, 3, 2)
+        assert found.pitch.shape == found.error_pitch.shape == found.density.shape == (2, 3, 2)
         assert found.relative(np.ones((4, 5))).shape == (4, 5, 2)
         assert found.rate(0.05).shape == (2, 3, 2)
-        assert found.rate(-0.05)[0, 0, 0] == pytest.approx(0.05 / found.spacing[0, 0, 0])
-        for values in (found.spacing, found.error_spacing, found.peak, found.largest, found.relative(1.0)):
+        assert found.rate(-0.05)[0, 0, 0] == pytest.approx(0.05 / found.pitch[0, 0, 0])
+        for values in (found.pitch, found.error_pitch, found.peak, found.largest, found.relative(1.0)):
             assert not values.flags.writeable
 
     def test_the_sensor_named_is_the_one_repeated(self):
         two = ss.Finger(HALF, ss.SensorArray(y=[0.0, 1e-3], depth=[D, 2 * D], gain=[1.0, 5.0]))
-        assert sensor_density(two, 1e3, sensor=1).spacing[0] == pytest.approx(2 * D / 3.25739667896)
+        assert sensor_density(two, 1e3, sensor=1).pitch[0] == pytest.approx(2 * D / 3.25739667896)
 
     def test_what_is_refused(self):
         with pytest.raises(ss.InvalidValueError, match="attenuation"):
@@ -163,11 +163,11 @@ def spectrum_of(tip, contact):
 
 
 class TestError:
-    @pytest.mark.parametrize("spacing", [1.3, 0.8, 0.5, 1 / 3.2574])
-    def test_a_line_load_meets_the_bound_midway_between_two_sensors(self, spacing):
+    @pytest.mark.parametrize("pitch", [1.3, 0.8, 0.5, 1 / 3.2574])
+    def test_a_line_load_meets_the_bound_midway_between_two_sensors(self, pitch):
         """2 (f + 1) exp(-f) of the peak, f = pi d / spacing; less what comes back from three times that."""
-        found = aliasing_error(finger(), ss.LineLoad(40.0), spacing * D)
-        f = np.pi / spacing
+        found = aliasing_error(finger(), ss.LineLoad(40.0), pitch * D)
+        f = np.pi / pitch
         # at the load itself wave k of the fold m counts (-1)^m - 1 times: only the odd folds are wrong
         tails = [2 * (m * f + 1) * np.exp(-m * f) for m in (1, 3, 5, 7)]
         exact = tails[0] - tails[1] + tails[2] - tails[3]
@@ -178,25 +178,25 @@ class TestError:
 
     def test_shear_makes_nine_times_the_error_at_the_same_criterion(self):
         """8 f exp(-f) of the largest reading: the criterion's peak is at waves so long that they move no reading."""
-        spacing = float(sensor_density(finger(), 1e3).spacing[1])
-        found = aliasing_error(finger(), ss.LineLoad(40.0, np.pi / 2), spacing)
-        f = np.pi * D / spacing
+        pitch = float(sensor_density(finger(), 1e3).pitch[1])
+        found = aliasing_error(finger(), ss.LineLoad(40.0, np.pi / 2), pitch)
+        f = np.pi * D / pitch
         assert found.bound == pytest.approx(8 * f * np.exp(-f), rel=2e-3)
         assert 0.95 * found.bound < found.largest <= found.bound
         assert found.bound == pytest.approx(9.0e-3, rel=0.01)
 
-    def test_error_spacing_keeps_the_error_below(self):
+    def test_error_pitch_keeps_the_error_below(self):
         found = sensor_density(finger(), [50, 1000])
         for i, ratio in enumerate((50, 1000)):
             press = brentq(lambda f, r=ratio: 2 * (f + 1) * np.exp(-f) - 1 / r, 2, 30)
             drag = brentq(lambda f, r=ratio: 8 * f * np.exp(-f) - 1 / r, 2, 30)
-            assert np.pi * D / found.error_spacing[i] == pytest.approx([press, drag], rel=2e-4)
+            assert np.pi * D / found.error_pitch[i] == pytest.approx([press, drag], rel=2e-4)
         for load, angle in enumerate((0.0, np.pi / 2)):
-            error = aliasing_error(finger(), ss.LineLoad(1.0, angle), float(found.error_spacing[1, load]))
+            error = aliasing_error(finger(), ss.LineLoad(1.0, angle), float(found.error_pitch[1, load]))
             assert 0.95e-3 < error.largest < 1.0005e-3
 
     @pytest.mark.parametrize(
-        ("skin", "contact", "spacing"),
+        ("skin", "contact", "pitch"),
         [
             (HALF, ss.Hertz(40.0, 0.3, 0.4e-3, half_width=2e-3), 1.6e-3),
             (HALF, ss.FlatPunch(40.0, half_width=3e-3), 1.1e-3),
@@ -205,14 +205,14 @@ class TestError:
             (LAYER, ss.Hertz(40.0, 0.6, half_width=1e-3), 1.5e-3),
         ],
     )
-    def test_mean_square_over_the_shifts_is_that_of_the_folds(self, skin, contact, spacing):
+    def test_mean_square_over_the_shifts_is_that_of_the_folds(self, skin, contact, pitch):
         """At a place, and over all shifts: what each fold brings, and what is missing, squared and added."""
         tip = finger(skin, transducer=ss.NormalStrain())
-        found = aliasing_error(tip, contact, spacing, shifts=16)
+        found = aliasing_error(tip, contact, pitch, shifts=16)
         assert found.largest <= found.bound * (1 + 1e-3)
-        nyquist, read = np.pi / spacing, spectrum_of(tip, contact)
+        nyquist, read = np.pi / pitch, spectrum_of(tip, contact)
         t, w = np.polynomial.legendre.leggauss(60)
-        y = found.place[:: max(1, found.place.size // 40)]
+        y = found.position[:: max(1, found.position.size // 40)]
         total, missing = np.zeros(y.size), np.zeros(y.size, dtype=complex)
         for m in range(1, 12):  # the fold about 2 m nyquist
             k = nyquist * (2 * m + t)
@@ -220,15 +220,15 @@ class TestError:
             missing += wave
             total += 2 * np.abs(wave) ** 2  # of either sign of k
         exact = total + (2 * missing.real) ** 2
-        seen = (found.error[:, :: max(1, found.place.size // 40)] ** 2).mean(axis=0)
+        seen = (found.error[:, :: max(1, found.position.size // 40)] ** 2).mean(axis=0)
         assert np.abs(np.sqrt(seen) - np.sqrt(exact)).max() < 2e-6 * found.full_scale
         assert found.rms == pytest.approx(np.sqrt((found.error**2).mean(axis=0).max()) / found.full_scale)
 
     def test_bound_is_the_integral_of_the_spectrum(self):
-        tip, contact, spacing = finger(), ss.Hertz(40.0, 0.3, half_width=1e-3), 2e-3
+        tip, contact, pitch = finger(), ss.Hertz(40.0, 0.3, half_width=1e-3), 2e-3
         read = spectrum_of(tip, contact)
-        whole = quad(lambda k: abs(read(k)), np.pi / spacing, 30 / D, limit=400, epsrel=1e-9)[0]
-        found = aliasing_error(tip, contact, spacing)
+        whole = quad(lambda k: abs(read(k)), np.pi / pitch, 30 / D, limit=400, epsrel=1e-9)[0]
+        found = aliasing_error(tip, contact, pitch)
         assert found.bound * found.full_scale == pytest.approx(2 / np.pi * whole, rel=1e-4)
 
     @pytest.mark.parametrize("count", [13, 14])
@@ -236,19 +236,19 @@ class TestError:
         """Harmonics of half the number of sensors and more are folded; sampled and solved for as a linear system."""
         contact, tip = ss.Hertz(40.0, 0.3, 1e-3, half_width=1e-3), finger(TIP)
         found = aliasing_error(tip, contact, TIP.period / (count - 0.5), shifts=4)
-        assert found.spacing == pytest.approx(TIP.period / count, rel=1e-12)
+        assert found.pitch == pytest.approx(TIP.period / count, rel=1e-12)
         assert found.largest <= found.bound
         for shift, error in zip(found.shift, found.error, strict=True):
-            at = 1e-3 + shift + found.spacing * np.arange(count)
+            at = 1e-3 + shift + found.pitch * np.arange(count)
             samples = ss.Finger(TIP, ss.SensorArray(y=at, depth=D)).measure(contact)
             half = (count - 1) // 2
             phase = np.outer(at, np.arange(1, half + 1)) / 8e-3
-            here = np.outer(found.place, np.arange(1, half + 1)) / 8e-3
+            here = np.outer(found.position, np.arange(1, half + 1)) / 8e-3
             rows = [np.ones((count, 1)), np.cos(phase), np.sin(phase)]
-            columns = [np.ones((found.place.size, 1)), np.cos(here), np.sin(here)]
+            columns = [np.ones((found.position.size, 1)), np.cos(here), np.sin(here)]
             if count % 2 == 0:  # the wave of two spacings is seen as a cosine about a sensor
                 rows.append(np.cos(count / 2 * (at - at[0]) / 8e-3)[:, None])
-                columns.append(np.cos(count / 2 * (found.place - at[0]) / 8e-3)[:, None])
+                columns.append(np.cos(count / 2 * (found.position - at[0]) / 8e-3)[:, None])
             joined = np.concatenate(columns, axis=1) @ np.linalg.solve(np.concatenate(rows, axis=1), samples)
             assert np.abs(joined - found.reading - error).max() < 1e-11 * found.full_scale
 
@@ -261,9 +261,9 @@ class TestError:
         long = aliasing_error(finger(), contact, 1e-3)
         assert np.abs(short.error - long.error).max() < 1e-10 * short.full_scale
 
-    def test_spacing_of_the_finger_itself(self):
+    def test_pitch_of_the_finger_itself(self):
         row = ss.Finger(HALF, ss.SensorArray.line(5, pitch=1.2e-3, depth=D))
-        assert aliasing_error(row, ss.LineLoad(1.0)).spacing == pytest.approx(1.2e-3)
+        assert aliasing_error(row, ss.LineLoad(1.0)).pitch == pytest.approx(1.2e-3)
         uneven = ss.Finger(HALF, ss.SensorArray(y=[0.0, 1e-3, 3e-3], depth=D))
         with pytest.raises(ss.GeometryError, match="evenly"):
             aliasing_error(uneven, ss.LineLoad(1.0))
@@ -271,7 +271,7 @@ class TestError:
             aliasing_error(finger(), ss.LineLoad(1.0))
 
     def test_what_is_refused(self):
-        with pytest.raises(ss.InvalidValueError, match="spacing"):
+        with pytest.raises(ss.InvalidValueError, match="pitch"):
             aliasing_error(finger(), ss.LineLoad(1.0), 0.0)
         with pytest.raises(ss.InvalidValueError, match="shifts"):
             aliasing_error(finger(), ss.LineLoad(1.0), 1e-3, shifts=1)
@@ -287,8 +287,8 @@ class TestSliding:
     def test_even_steps_between(self):
         found = sliding_samples(self.ROW, speed=0.08, rate=100)
         assert found.step == pytest.approx(0.8e-3)
-        assert found.spacing == pytest.approx(0.2e-3)
-        assert found.mean_spacing == pytest.approx(0.2e-3)
+        assert found.pitch == pytest.approx(0.2e-3)
+        assert found.mean_pitch == pytest.approx(0.2e-3)
         assert found.noise_gain == pytest.approx(1.0, abs=1e-9)
         assert found.visits == 1
         assert found.distance == pytest.approx(3.8e-3)
@@ -296,11 +296,11 @@ class TestSliding:
     @pytest.mark.parametrize("step", [1e-3, 0.5e-3, 0.25e-3])
     def test_sensors_whole_steps_apart_follow_each_other(self, step):
         found = sliding_samples(self.ROW, speed=step * 50, rate=50)
-        assert found.place.size == 1
-        assert found.spacing == pytest.approx(step)
+        assert found.position.size == 1
+        assert found.pitch == pytest.approx(step)
         assert found.visits == 4
 
-    def test_places_are_those_of_a_simulated_slide(self):
+    def test_positions_are_those_of_a_simulated_slide(self):
         rng = np.random.default_rng(0)
         for _ in range(20):
             row = ss.SensorArray(y=np.sort(rng.uniform(0, 5e-3, 5)), depth=D)
@@ -308,9 +308,9 @@ class TestSliding:
             y = np.asarray(row.y)
             every = np.sort((y[:, None] + found.step * np.arange(2000)).reshape(-1))
             inside = every[(every > y[-1] + 50 * found.step) & (every < y[-1] + 60 * found.step)]
-            assert np.diff(inside).max() == pytest.approx(found.spacing, rel=1e-9)
-            assert np.diff(inside).mean() == pytest.approx(found.mean_spacing, rel=0.1)
-            shifted = np.mod((found.place[:, None] - inside) / found.step + 0.5, 1) - 0.5
+            assert np.diff(inside).max() == pytest.approx(found.pitch, rel=1e-9)
+            assert np.diff(inside).mean() == pytest.approx(found.mean_pitch, rel=0.1)
+            shifted = np.mod((found.position[:, None] - inside) / found.step + 0.5, 1) - 0.5
             assert np.abs(shifted).min(axis=1).max() < 1e-9
 
     def test_noise_of_bunched_samples(self):
@@ -331,8 +331,8 @@ class TestSliding:
     def test_only_sensors_of_a_kind_count(self):
         row = replace(self.ROW, depth=[D, D, 2 * D, D], gain=[1.0, 1.0, 1.0, 0.0])
         found = sliding_samples(row, speed=0.08, rate=100)
-        assert found.place.size == 2
-        assert sliding_samples(row, speed=0.08, rate=100, sensor=2).place.size == 1
+        assert found.position.size == 2
+        assert sliding_samples(row, speed=0.08, rate=100, sensor=2).position.size == 1
 
     def test_what_is_refused(self):
         with pytest.raises(ss.InvalidValueError, match="speed"):
@@ -351,7 +351,7 @@ class TestFigures:
         axes = density_figure(found).axes[0]
         marks = [line.get_xydata() for line in axes.lines if line.get_marker() == "o"]
         for load, mark in enumerate(marks):
-            np.testing.assert_allclose(mark[:, 0], 0.5 / (1e3 * found.spacing[:, load]))
+            np.testing.assert_allclose(mark[:, 0], 0.5 / (1e3 * found.pitch[:, load]))
             np.testing.assert_allclose(mark[:, 1], [0.1, 0.001])
             curve = {line.get_label(): line for line in axes.lines}[("pressure", "shear")[load]]
             x, y = curve.get_xydata().T
@@ -376,7 +376,7 @@ class TestFigures:
         np.testing.assert_allclose(curves["recovered"][:, 1], scale * (found.reading + found.error[worst]))
         assert curves["bound"][0, 1] == pytest.approx(100 * found.bound)
         y, values = curves["sensors"].T
-        np.testing.assert_allclose(np.diff(y), 1e3 * found.spacing)
+        np.testing.assert_allclose(np.diff(y), 1e3 * found.pitch)
         np.testing.assert_allclose(np.interp(y, *curves["recovered"].T), values, atol=0.2)  # joined there
         with pytest.raises(ss.GeometryError, match="shift"):
             aliasing_figure(found, shift=16)

@@ -36,7 +36,7 @@ GOALS = Goals(
     ),
     skins=(SkinChoice("silicone", SKIN),),
     room=Room(count=(4, 6), depth=(1.5e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
-    effort=Effort(depths=3, spacings=4, touches=1000, keep=2),
+    effort=Effort(depths=3, pitches=4, touches=1000, keep=2),
 )
 
 
@@ -220,11 +220,11 @@ def test_what_is_promised_is_what_locate_does(study):
 
 def test_tolerances_count_against_the_goals(grid, study):
     goals = replace(
-        GOALS, tolerances={"place": 0.1e-3, "thickness": 1e-4}, effort=replace(GOALS.effort, keep=1)
+        GOALS, tolerances={"position": 0.1e-3, "thickness": 1e-4}, effort=replace(GOALS.effort, keep=1)
     )
     made = rank_fingers(search_grid(goals)).fingers[0]
     assert made.budget is not None
-    assert [cost.source for cost in made.budget.rows] == ["place", "noise"]  # a half plane has no thickness
+    assert [cost.source for cost in made.budget.rows] == ["position", "noise"]  # a half plane has no thickness
     check = next(check for check in made.checks if check.criterion.name == "position_95")
     assert check.value == pytest.approx(made.budget.kept(0.95)[0], rel=0.02)
     assert check.value > 1.1 * made.values["position_95"]

@@ -41,7 +41,7 @@ def test_three_sensors_read_memo_eq_12():
     np.testing.assert_allclose(three.read(ss.LineLoad(p, alpha, y)), expected, rtol=1e-13)
 
 
-def test_each_sensor_reads_its_own_quantity_at_its_own_place():
+def test_each_sensor_reads_its_own_quantity_at_its_own_position():
     y, depth = np.linspace(-4e-3, 4e-3, len(ALL)), np.linspace(1e-3, 3e-3, len(ALL))
     gain, offset = np.linspace(1, 5, len(ALL)), np.linspace(-1, 1, len(ALL))
     mixed = ss.Finger(SKIN, ss.SensorArray(y=y, depth=depth, transducer=ALL, gain=gain, offset=offset))
@@ -88,12 +88,12 @@ def test_receptive_field_is_the_change_of_the_readings(plane, nu, kind):
         "width": 0.5e-3,
     }
     made = finger(skin, **array)
-    places = np.array([[-3e-3, 0.2e-3], [1e-3, 4e-3]])
-    field = made.receptive_field(places)
+    positions = np.array([[-3e-3, 0.2e-3], [1e-3, 4e-3]])
+    field = made.receptive_field(positions)
     assert field.shape == (2, 2, 4, 2)
     rest = made.read(ss.LineLoad(0.0))
     for n, t in ((1.0, 0.0), (0.0, 1.0), (0.6, -0.8)):
-        push = made.read(ss.LineLoad(np.hypot(n, t), np.arctan2(t, n), places)) - rest
+        push = made.read(ss.LineLoad(np.hypot(n, t), np.arctan2(t, n), positions)) - rest
         scale = np.abs(field).max()
         np.testing.assert_allclose(field @ [n, t], push, rtol=0, atol=1e-13 * scale + 1e-15)
 
@@ -155,7 +155,7 @@ def test_is_made_of_a_skin_and_an_array(skin, array):
 
 
 @pytest.mark.parametrize("bad", [np.nan, "left", [0.0, np.inf]])
-def test_receptive_field_at_no_place(bad):
+def test_receptive_field_at_no_position(bad):
     with pytest.raises(ss.InvalidValueError, match="position"):
         finger().receptive_field(bad)
 

@@ -74,8 +74,8 @@ def test_quantities_arrive_in_si():
     thin = goals.skins[1].skin
     assert isinstance(thin, ss.Layered)
     assert thin.thickness == 5e-3
-    assert goals.tolerances == {"place": 0.05e-3, "gain": 0.01}
-    assert (goals.effort.depths, goals.effort.spacings, goals.effort.seed) == (3, 30, 7)
+    assert goals.tolerances == {"position": 0.05e-3, "gain": 0.01}
+    assert (goals.effort.depths, goals.effort.pitches, goals.effort.seed) == (3, 30, 7)
 
 
 def test_one_force_is_both():
@@ -102,8 +102,8 @@ def test_a_design_written_as_a_finger_is_the_same_finger(skin, sensor):
     wanted = file.goals.finger(row)
     text = finger_text(file, row, (-6e-3, 5e-3), ['why: "so"', "and = this"])
     written = parse_finger(text)
-    places = np.linspace(-3e-3, 3e-3, 7)
-    np.testing.assert_array_equal(written.finger.receptive_field(places), wanted.receptive_field(places))
+    positions = np.linspace(-3e-3, 3e-3, 7)
+    np.testing.assert_array_equal(written.finger.receptive_field(positions), wanted.receptive_field(positions))
     for name in ("y", "noise", "low", "high", "resolution", "width"):
         np.testing.assert_array_equal(getattr(written.finger.array, name), getattr(wanted.array, name))
     assert written.options == {"friction": 0.5}

@@ -64,7 +64,7 @@ class TestReadings:
     def test_the_largest_difference_is_that_of_the_receptive_fields(self):
         skin = layer(3.0, poisson=0.45)
         found = half_plane_error(finger(skin, gain=[1, -2, 1, 1, 3, 1], offset=7.0))
-        own, flat = (finger(s).receptive_field(found.places) for s in (skin, half_plane_of(finger(skin))))
+        own, flat = (finger(s).receptive_field(found.positions) for s in (skin, half_plane_of(finger(skin))))
         worst = np.abs(own - flat).max(axis=(0, 1)) / np.abs(own).max(axis=(0, 1))
         np.testing.assert_allclose([found.normal, found.tangential], worst, rtol=1e-12)
 
@@ -93,9 +93,9 @@ class TestLocating:
         skin = ss.Round(RUBBER, 8e-3, 4e-3)
         found = half_plane_error(finger(skin))
         i, j = 27, 2  # a touch off the middle at 0.4 rad
-        touch = ss.LineLoad(1.0, 0.4, found.places[i])
+        touch = ss.LineLoad(1.0, 0.4, found.positions[i])
         readings = finger(skin).read(touch)
-        every = finger(skin).read(ss.LineLoad(1.0, found.angles, found.places[:, None]))
+        every = finger(skin).read(ss.LineLoad(1.0, found.angles, found.positions[:, None]))
         noise = 0.05 * np.abs(every).max(axis=(0, 1))
         flat = finger(ss.HalfPlane(RUBBER), noise=noise).locate(readings, friction=1.0)
         assert flat.status == ss.Status.OK
@@ -113,7 +113,7 @@ class TestLocating:
         assert worst["force"] < 1e-3
         assert worst["angle"] < 1e-3
         assert found.own.unanswered == 0
-        assert found.own.status["ok"] == found.places.size * found.angles.size
+        assert found.own.status["ok"] == found.positions.size * found.angles.size
 
     def test_sensors_of_several_kinds_count_alike(self):
         kinds = [ss.NormalStrain(), ss.MeanPressure()] * 3
@@ -129,9 +129,9 @@ class TestLocating:
 
     def test_calibrating_trades_a_wrong_skin_for_a_wrong_depth(self):
         found = half_plane_error(finger(layer(3.0)))
-        touches = finger(layer(3.0)).read(ss.LineLoad(1.0, 0.0, found.places))
+        touches = finger(layer(3.0)).read(ss.LineLoad(1.0, 0.0, found.positions))
         flat = finger(ss.HalfPlane(RUBBER), noise=1e-3 * np.abs(touches).max(axis=0))
-        again = ss.calibrate(flat, touches, found.places, fit=("gain", "depth"), force=1.0, origin=0.0)
+        again = ss.calibrate(flat, touches, found.positions, fit=("gain", "depth"), force=1.0, origin=0.0)
         np.testing.assert_allclose(found.depth, again.finger.array.depth[0], rtol=1e-6)
         assert found.depth > 1.05 * DEPTH
         drawn, calibrated = found.as_drawn.summary(), found.calibrated.summary()

@@ -148,7 +148,7 @@ def test_transducers_that_are_not_linear():
     assert found.gain_ratio[2] == pytest.approx(0.6, abs=0.01)
 
 
-def test_touches_in_one_place_do_not_tell():
+def test_touches_in_one_position_do_not_tell():
     """Errors are then large, and nothing is called changed but what is."""
     tip = finger()
     readings = tip.read(ss.LineLoad(np.linspace(20, 60, 300), 0.1, 1e-3), np.random.default_rng(0))

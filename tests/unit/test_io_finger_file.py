@@ -57,7 +57,7 @@ def test_what_a_file_says():
     assert file.origin == 0.0
 
 
-def test_places_kinds_and_plane():
+def test_positions_kinds_and_plane():
     file = parse_finger("""
         [skin]
         young = 4e5

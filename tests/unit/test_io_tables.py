@@ -84,7 +84,7 @@ def test_bad_tables(tmp_path):
         read_table(tmp_path)
 
 
-def test_a_place_has_to_be_a_number_in_every_row(tmp_path):
+def test_a_position_has_to_be_a_number_in_every_row(tmp_path):
     for cell in ("", "nan", "inf"):
         said = message(tmp_path, f"a,b\n1,2\n3,{cell}\n", finite=True, why="the touches' place")
         assert 'line 3: column "b" = ' in said

@@ -244,15 +244,15 @@ def test_three_sensors_have_a_rival_where_eq_13_has_a_second_accepted_root():
         frame = finger.read(ss.LineLoad(40.0, 0.1, y))
         found = finger.locate(frame, search=(-4e-3, 4e-3))
         roots = ss.three_sensor(frame, finger.array.y, 2e-3, young=0.4e6, friction=1.0).accepted
-        places = [r.position for r in roots if abs(r.position) < 3.9e-3]
-        assert min(abs(float(found.position) - p) for p in places) < 1e-7
-        if len(places) == 2 and abs(places[0] - places[1]) > 0.2e-3:
+        positions = [r.position for r in roots if abs(r.position) < 3.9e-3]
+        assert min(abs(float(found.position) - p) for p in positions) < 1e-7
+        if len(positions) == 2 and abs(positions[0] - positions[1]) > 0.2e-3:
             ambiguous += 1
             assert found.status == ss.Status.AMBIGUOUS
             np.testing.assert_allclose(
-                sorted([float(found.position), float(found.second.position)]), sorted(places), atol=1e-7
+                sorted([float(found.position), float(found.second.position)]), sorted(positions), atol=1e-7
             )
-        elif len(places) == 1:
+        elif len(positions) == 1:
             assert not found.second.chi2 < 100
     assert ambiguous > 3
 

@@ -150,10 +150,10 @@ def test_false_root_derivatives():
 
 def test_figure_6():
     six = memo.FIGURE_6
-    exact = -memo.eq12(six.P, six.alpha, six.y, six.depth, six.spacing, 1.0)
+    exact = -memo.eq12(six.P, six.alpha, six.y, six.depth, six.pitch, 1.0)
     for value, printed, digits in zip(exact, six.printed, (3, 2, 2), strict=True):
         assert round(float(value), digits) == printed
-    found = three_sensor([-e for e in six.printed], [-six.spacing, 0, six.spacing], six.depth, young=1.0)
+    found = three_sensor([-e for e in six.printed], [-six.pitch, 0, six.pitch], six.depth, young=1.0)
     (root,) = found.accepted
     assert root.position == pytest.approx(six.y, abs=0.01)
     assert root.angle == pytest.approx(six.alpha, abs=1e-3)
@@ -459,13 +459,13 @@ def test_numbers_of_the_errata():
 
 
 def test_the_error_over_the_middle_sensor_goes_with_a_square_root():
-    places = []
+    positions = []
     for error in (1e-6, 1e-8):
         readings = memo.eq12(1.0, 0.0, 0.0, 1.0, 0.75, 1.0) * [1, 1 + error, 1]
         roots = three_sensor(readings, [-0.75, 0, 0.75], 1.0, young=1.0).roots
-        places.append(min(r.position for r in roots if r.position > 0))
-    assert places[0] == pytest.approx(numbers_of("13")["moved"])
-    assert places[0] / places[1] == pytest.approx(10, rel=1e-3)
+        positions.append(min(r.position for r in roots if r.position > 0))
+    assert positions[0] == pytest.approx(numbers_of("13")["moved"])
+    assert positions[0] / positions[1] == pytest.approx(10, rel=1e-3)
 
 
 def test_page_of_errata_is_what_the_module_prints():

@@ -22,9 +22,9 @@ TOUCH = Touches(force=40.0)
 FINGER = ss.Finger(SKIN, ss.SensorArray.line(4, 1.5e-3, 2e-3, noise=5e-5))
 
 
-def rows(spacings=(1e-3, 2e-3), counts=(4,), skin=SKIN, kind=KIND, depth=2e-3, touches=TOUCH, **options):
+def rows(pitches=(1e-3, 2e-3), counts=(4,), skin=SKIN, kind=KIND, depth=2e-3, touches=TOUCH, **options):
     options = {"noise": 5e-5, "samples": 100} | options
-    return study_row(skin, kind, depth, list(spacings), list(counts), touches, **options)
+    return study_row(skin, kind, depth, list(pitches), list(counts), touches, **options)
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +44,8 @@ def study():
         ({"noise": 0.0}, InvalidValueError, "noise"),
         ({"noise": -1.0}, InvalidValueError, "noise"),
         ({"depth": 0.0}, InvalidValueError, "depth"),
-        ({"spacings": [0.0]}, InvalidValueError, "spacings"),
-        ({"spacings": [[1e-3]]}, GeometryError, "spacings"),
+        ({"pitches": [0.0]}, InvalidValueError, "pitches"),
+        ({"pitches": [[1e-3]]}, GeometryError, "pitches"),
         ({"width": -1e-3}, InvalidValueError, "width"),
         ({"samples": 0}, InvalidValueError, "samples"),
         ({"margin": -0.1}, InvalidValueError, "margin"),
@@ -115,21 +115,21 @@ def test_progress_is_told_of_each_design_and_can_end_the_study():
     [
         {"transducers": []},
         {"depths": []},
-        {"spacings": []},
-        {"spacings": np.ones((3, 2))},
+        {"pitches": []},
+        {"pitches": np.ones((3, 2))},
         {"noise": [1.0, 2.0, 3.0]},
         {"workers": 0},
     ],
 )
 def test_lists_that_do_not_match_are_refused(bad):
-    given = {"transducers": KIND, "depths": [1e-3, 2e-3], "spacings": [1e-3], "noise": 5e-5} | bad
+    given = {"transducers": KIND, "depths": [1e-3, 2e-3], "pitches": [1e-3], "noise": 5e-5} | bad
     with pytest.raises((GeometryError, InvalidValueError)):
         placement_study(SKIN, counts=[4], touches=TOUCH, samples=10, **given)
 
 
 def test_results_are_closed_to_writing(study):
     quality = placement_quality(FINGER, TOUCH, grid=(5, 3))
-    arrays = [*study.values.values(), study.depth, study.spacing, study.count, study.noise]
+    arrays = [*study.values.values(), study.depth, study.pitch, study.count, study.noise]
     arrays += [v for v in vars(quality).values() if isinstance(v, np.ndarray)]
     assert len(arrays) > 15
     assert not any(a.flags.writeable for a in arrays)
@@ -149,8 +149,8 @@ def test_the_best_row_is_the_least_that_keeps_within_limits(study):
     assert study["position_worst"][best.index] == allowed.min() == best.values["position_worst"]
     k, d, s, c = best.index
     assert best.transducer == study.transducers[k] == best.finger.array.transducers[0]
-    assert (best.depth, best.spacing, best.count) == (study.depth[d], study.spacing[d, s], study.count[c])
-    np.testing.assert_allclose(np.diff(best.finger.array.y), best.spacing, rtol=1e-12)
+    assert (best.depth, best.pitch, best.count) == (study.depth[d], study.pitch[d, s], study.count[c])
+    np.testing.assert_allclose(np.diff(best.finger.array.y), best.pitch, rtol=1e-12)
     assert float(best.finger.array.noise[0]) == study.noise[k]
     judged = placement_quality(best.finger, TOUCH, grid=(101, 41))
     np.testing.assert_allclose(judged["position_worst"], best.values["position_worst"], rtol=1e-5)
@@ -164,7 +164,7 @@ def test_the_range_of_a_choice_is_where_rows_are_nearly_as_good(study):
     near = study["position_worst"][k, d, :, c] <= 1.5 * best.values["position_worst"]
     near &= study["ambiguous"][k, d, :, c] <= 0.01
     assert near.sum() >= 2
-    assert best.spacings == (study.spacing[d][near].min(), study.spacing[d][near].max())
+    assert best.pitches == (study.pitch[d][near].min(), study.pitch[d][near].max())
     assert best.kinds[0] == KIND
     alone = best_row(study, within=0.0)
     assert alone.kinds == (KIND,)
@@ -182,10 +182,10 @@ def test_bounds_on_the_choices(study):
         depths=(2e-3, 2e-3),
         counts=(3, 4),
         lengths=(3.5e-3, 5e-3),
-        spacings=(1e-3, 2e-3),
+        pitches=(1e-3, 2e-3),
     )
     assert (best.depth, best.count) == (2e-3, 4)
-    assert 3.5e-3 <= best.spacing * 3 <= 5e-3
+    assert 3.5e-3 <= best.pitch * 3 <= 5e-3
     largest = best_row(study, "log_det", limits={})
     assert study["log_det"][largest.index] == study["log_det"].max()
 
@@ -197,7 +197,7 @@ def test_limits_that_no_row_keeps_are_said(study):
         best_row(study, "beauty")
 
 
-def test_free_places_start_from_sensors_that_are_alike():
+def test_free_positions_start_from_sensors_that_are_alike():
     mixed = ss.Finger(SKIN, ss.SensorArray.line(4, 1e-3, [2e-3, 2e-3, 1e-3, 2e-3], noise=5e-5))
     with pytest.raises(InvalidValueError, match="depth"):
         best_positions(mixed, TOUCH)
@@ -210,7 +210,7 @@ def test_free_places_start_from_sensors_that_are_alike():
         best_positions(FINGER, TOUCH, gap=50e-3)
 
 
-def test_free_places_keep_their_distance_and_come_out_the_same_again():
+def test_free_positions_keep_their_distance_and_come_out_the_same_again():
     span = Touches(40.0, span=(-3e-3, 3e-3))
     far = ss.Finger(SKIN, ss.SensorArray.line(6, 2e-3, 2e-3, noise=5e-5))
     one, two = (

@@ -70,9 +70,9 @@ def truth(count, title="Held out"):
 
 
 def rows_of_sensors():
-    spacings = 2e-3 * np.array([0.3, 0.5, 0.7, 1.0, 1.5, 2.0])
+    pitches = 2e-3 * np.array([0.3, 0.5, 0.7, 1.0, 1.5, 2.0])
     return ss.design.placement_study(
-        SKIN, ss.NormalStrain(), 2e-3, spacings, [3, 4, 6], ss.design.Touches(40.0), noise=5e-5, samples=1000
+        SKIN, ss.NormalStrain(), 2e-3, pitches, [3, 4, 6], ss.design.Touches(40.0), noise=5e-5, samples=1000
     )
 
 
@@ -83,10 +83,10 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
     "frames": lambda: truth(5000),
     "receptive fields": lambda: receptive_fields(FINGER, title="Receptive fields"),
     "two points": lambda: two_point_figure(
-        ss.design.two_point_limen(FINGER, ss.design.Touches(force=1.0), against="wide", places=7)
+        ss.design.two_point_limen(FINGER, ss.design.Touches(force=1.0), against="wide", positions=7)
     ),
     "two points, a study": lambda: two_point_study_figure(
-        ss.design.two_point_study(FINGER, ss.design.Touches(force=40.0), places=5, shares=0.5)
+        ss.design.two_point_study(FINGER, ss.design.Touches(force=40.0), positions=5, shares=0.5)
     ),
     "contact strip": lambda: contact_strip(CLOSE.fit(stroke(), "hertz")),
     "placement": lambda: placement_figure(ss.design.placement_quality(FINGER, ss.design.Touches(40.0))),

@@ -27,7 +27,7 @@ def test_panels_hold_the_calibrations_numbers(found):
     np.testing.assert_allclose(half, [1.959964 * p.std / p.prior for p in found.parameters], rtol=1e-6)
     curves = {line.get_label(): line for line in right.lines if not line.get_label().startswith("_")}
     assert set(curves) == {"rms error of place", "rms error of angle"}
-    for name, field in (("place", "position"), ("angle", "angle")):
+    for name, field in (("position", "position"), ("angle", "angle")):
         x, y = curves[f"rms error of {name}"].get_data()
         used = int(found.used.sum())
         here = np.exp(np.interp(np.log(used), np.log(x), np.log(y)))

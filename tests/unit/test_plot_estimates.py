@@ -74,7 +74,7 @@ class TestTruthAgainstEstimate:
             assert line.get_xdata().tolist() == [1e3 * true[index]]
             assert 0.9 < sign * line.get_ydata()[0] / lower.get_ylim()[1] < 1.0
 
-    def test_every_status_has_a_marker_and_what_has_no_place_a_tick(self):
+    def test_every_status_has_a_marker_and_what_has_no_position_a_tick(self):
         true, found, std = touches()
         status = np.arange(true.size) % 5
         found[status >= 2] = np.nan
@@ -89,11 +89,11 @@ class TestTruthAgainstEstimate:
         assert len(markers) == 3
 
     def test_an_estimate_brings_its_own_deviations_and_status(self):
-        places = np.linspace(-4e-3, 4e-3, 12)
-        load = ss.LineLoad(force=40.0, angle=0.2, position=places)
+        positions = np.linspace(-4e-3, 4e-3, 12)
+        load = ss.LineLoad(force=40.0, angle=0.2, position=positions)
         found = FINGER.locate(FINGER.read(load, np.random.default_rng(2)))
-        whole = truth_against_estimate(places, found)
-        parts = truth_against_estimate(places, found.position, found.std[:, 0], found.status)
+        whole = truth_against_estimate(positions, found)
+        parts = truth_against_estimate(positions, found.position, found.std[:, 0], found.status)
         assert whole.axes[0].get_title(loc="left") == parts.axes[0].get_title(loc="left")
         assert "within their 95 % interval" in whole.axes[0].get_title(loc="left")
         assert labels(whole) == labels(parts)
@@ -117,8 +117,8 @@ class TestTruthAgainstEstimate:
         assert bar.get_ylabel() == "ok frames in a cell"
         low, high = (line for line in lower.lines if line.get_linewidth() == 0.7)
         error = 1e3 * (found - true)[30:]
-        place = 1e3 * true[30:]
-        inside = (np.interp(place, *low.get_data()) <= error) & (error <= np.interp(place, *high.get_data()))
+        position = 1e3 * true[30:]
+        inside = (np.interp(position, *low.get_data()) <= error) & (error <= np.interp(position, *high.get_data()))
         assert inside.mean() == pytest.approx(0.95, abs=0.01)
         assert figure.axes[0].get_legend() is None
 
@@ -193,8 +193,8 @@ class TestFingerSection:
         found = FINGER.locate(frame)
         figure = finger_section(FINGER, TOUCH, found)
         given = ((0.8, -0.3), (1e3 * float(found.position), float(found.angle)))
-        for (tail, tip, foot), (place, angle) in zip(arrows(figure), given, strict=True):
-            assert foot == pytest.approx(place, abs=1e-6)
+        for (tail, tip, foot), (position, angle) in zip(arrows(figure), given, strict=True):
+            assert foot == pytest.approx(position, abs=1e-6)
             assert np.arctan2(tip[0] - tail[0], tip[1] - tail[1]) == pytest.approx(angle, abs=1e-6)
             assert tail[1] < tip[1] < 0
         words = labels(figure)
@@ -249,7 +249,7 @@ class TestFingerSection:
         assert "pressure" in words  # infinite at its edges: no peak to tell
 
     @pytest.mark.parametrize(
-        ("contact", "place"),
+        ("contact", "position"),
         [
             (ss.FlatPunch(force=40.0, position=1e-3, half_width=2e-3, moment=0.02), 1.5),
             (ss.PressureProfile([0.0, 3e-3], [0.0, 2e4]), 2.0),
@@ -257,13 +257,13 @@ class TestFingerSection:
             (ss.Strip(force=10.0, angle=1.0, position=-1e-3, half_width=1e-3), -1.0),
         ],
     )
-    def test_the_arrow_stands_on_the_line_of_action(self, contact, place):
+    def test_the_arrow_stands_on_the_line_of_action(self, contact, position):
         figure = finger_section(FINGER, contact)
         ((tail, tip, foot),) = arrows(figure)
         flat = tail[1] == tip[1]  # it lies along the surface, and its point is blunt
-        assert foot == pytest.approx(place, abs=0.2 if flat else 1e-6)
+        assert foot == pytest.approx(position, abs=0.2 if flat else 1e-6)
         (text,) = [text for text in labels(figure) if text.startswith("load")]
-        assert text.endswith(f"y = {place:.2f} mm".replace("-", "−"))
+        assert text.endswith(f"y = {position:.2f} mm".replace("-", "−"))
 
     def test_each_of_several_loads_has_an_arrow_and_one_that_pulls_leaves_the_skin(self):
         two = ss.LineLoad(10.0, 0.0, -2e-3) + ss.LineLoad(40.0, 3.0, 2e-3)

@@ -31,11 +31,11 @@ def test_figures_2_and_3_are_the_strain_beneath_a_line_load(number, angle):
     marks = [line for line in axes.lines if line.get_marker() == "o"]
     assert len(marks) == 4
     for mark, depth in zip(marks, depths.values(), strict=True):
-        places = np.asarray(mark.get_xdata())
-        assert places.size == 2 + (angle > 0)
+        positions = np.asarray(mark.get_xdata())
+        assert positions.size == 2 + (angle > 0)
         assert not np.any(mark.get_ydata())
-        np.testing.assert_allclose(flamant(depth, places, angle), 0.0, atol=1e-15)
-        assert any(np.array_equal(line.get_xdata(), places) for line in sketch.lines)
+        np.testing.assert_allclose(flamant(depth, positions, angle), 0.0, atol=1e-15)
+        assert any(np.array_equal(line.get_xdata(), positions) for line in sketch.lines)
 
 
 def test_figure_3_draws_the_arrow_towards_plus_y():
@@ -58,12 +58,12 @@ def test_figure_6_marks_every_real_root_with_its_verdict():
     marks = {float(line.get_xdata()[0]): line for line in axes.lines if line.get_marker() in MARKERS}
     np.testing.assert_allclose(sorted(marks), roots, rtol=0, atol=1e-9)
     assert all(line.get_ydata()[0] == 0 for line in marks.values())
-    verdicts = [MARKERS[marks[place].get_marker()] for place in sorted(marks)]
+    verdicts = [MARKERS[marks[position].get_marker()] for position in sorted(marks)]
     assert verdicts == ["pulls", "slips", "accepted", "pulls"]
     assert len({to_hex(line.get_color()) for line in marks.values()}) == 3
 
-    place, height = max((line.get_data() for line in axes.lines), key=lambda data: np.size(data[0]))
-    np.testing.assert_allclose(height, f(place) / (x**2 + place**2) ** 4, rtol=0, atol=1e-13)
+    position, height = max((line.get_data() for line in axes.lines), key=lambda data: np.size(data[0]))
+    np.testing.assert_allclose(height, f(position) / (x**2 + position**2) ** 4, rtol=0, atol=1e-13)
     assert np.count_nonzero(np.diff(np.sign(height))) == 4
     for lobe in np.split(height, np.flatnonzero(np.diff(np.sign(height))) + 1):  # every root can be seen
         assert np.abs(lobe).max() > 0.05 * np.ptp(height)
@@ -105,8 +105,8 @@ def test_figure_11_is_a_hertz_contact_and_eq_17_makes_it_twice_as_wide():
         strict=True,
     ):
         s = np.hypot(x, 1.0)
-        place, values = line.get_data()
-        assert values[place == 0].item() == pytest.approx(-3 / np.pi * x * (1 - x / s), rel=1e-12)
+        position, values = line.get_data()
+        assert values[position == 0].item() == pytest.approx(-3 / np.pi * x * (1 - x / s), rel=1e-12)
         y, normal = curve(stress, label)
         assert normal[y == 0].item() == pytest.approx(-2 / (np.pi * s), rel=1e-12)
 

@@ -24,14 +24,14 @@ def test_the_figure_says_where_two_points_are_not_told():
     figure = two_point_figure(found)
     marks = [line for line in figure.axes[0].lines if "not told" in str(line.get_label())]
     never = np.isinf(found.separation).any(axis=(1, 2))
-    assert marks[0].get_xdata().tolist() == (found.place[never] * 1e3).tolist()
+    assert marks[0].get_xdata().tolist() == (found.position[never] * 1e3).tolist()
     share = figure.axes[1].lines[0].get_ydata()
     assert share[-1] == pytest.approx(100 * np.isfinite(found.separation).mean())
 
 
 def test_the_study_figure_draws_a_line_a_count():
     study = two_point_study(
-        row(2), Touches(1.0, span=(-1, 1)), count=[4, 5], spacing=[0.5, 1.0], places=3, shares=0.5
+        row(2), Touches(1.0, span=(-1, 1)), count=[4, 5], pitch=[0.5, 1.0], positions=3, shares=0.5
     )
     figure = two_point_study_figure(study)
     lines = figure.axes[0].lines

@@ -399,7 +399,7 @@ class TestGivenBack:
         np.testing.assert_allclose(contact.pressure(found.y), found.pressure, rtol=1e-9, atol=1e-6)
         np.testing.assert_allclose(contact.shear(found.y), found.shear, rtol=1e-9, atol=1e-6)
 
-    def test_places(self, found):
+    def test_positions(self, found):
         found, load = found
         at = load.get("position", 0.0)
         assert found.position == at
@@ -474,7 +474,7 @@ class TestProfilesAgree:
         by_points = ss.press(HALF, ss.Profile([-1e-3, 1e-3], [0.0, 0.0]), force=5.0)
         np.testing.assert_allclose(by_points.pressure, ss.press(HALF, PUNCH, force=5.0).pressure, rtol=1e-8)
 
-    def test_several_places(self):
+    def test_several_positions(self):
         """Two bumps apart: two contacts, which carry the same, mirrored."""
         body = ss.Profile.from_function(lambda y: (np.abs(y) - 1e-3) ** 2 / 4e-3, -2e-3, 2e-3)
         found = ss.press(HALF, body, force=4.0)

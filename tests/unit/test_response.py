@@ -149,10 +149,10 @@ def test_figure_14_samples_the_strain_and_joins_the_samples():
     p_y, p = pressure.lines[0].get_xydata().T
     # the strain is the pressure convolved with eq. (24)
     step = p_y[1] - p_y[0]
-    for place in (-1.0, 0.4, 1.4):
-        t = place - p_y
+    for position in (-1.0, 0.4, 1.4):
+        t = position - p_y
         kernel = -3 * (1 - t**2) / (2 * np.pi * (1 + t**2) ** 2)
-        assert np.interp(place, y, eps) == pytest.approx((p * kernel).sum() * step, abs=2e-3)
+        assert np.interp(position, y, eps) == pytest.approx((p * kernel).sum() * step, abs=2e-3)
     at, values = samples.lines[0].get_xydata().T
     np.testing.assert_allclose(np.diff(at), 1.0)
     np.testing.assert_allclose(values, np.interp(at, y, eps), atol=1e-12)

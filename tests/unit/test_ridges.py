@@ -79,7 +79,7 @@ def test_batches_are_their_members_and_broadcast():
     np.testing.assert_allclose(readings[1, 2], single, rtol=1e-7)
 
 
-def test_places_do_not_matter_nor_which_pitch_away_a_crest_is():
+def test_positions_do_not_matter_nor_which_pitch_away_a_crest_is():
     one = ridge_gain(FINGER, TOUCH, Ridges(1.7e-3, crest=0.2e-3))
     two = ridge_gain(
         FINGER, ss.Hertz(80.0, position=3e-3, half_width=2e-3), Ridges(1.7e-3, crest=3.2e-3 - 5.1e-3)

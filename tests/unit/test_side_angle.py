@@ -144,7 +144,7 @@ def test_frame_by_frame_nothing_is_raised():
     assert out.status.tolist() == expected
 
 
-def test_a_place_that_was_not_found_leaves_the_others_alone():
+def test_a_position_that_was_not_found_leaves_the_others_alone():
     tip = row()
     readings = tip.read(touch((3,)))
     out = told(tip, readings, position=[0.2e-3, np.nan, 0.2e-3], half_width=[1e-3, 1e-3, np.nan])
@@ -193,8 +193,8 @@ def test_the_bound_on_the_standard_deviation_is_kept():
     assert refused.status == STATUS.AMBIGUOUS
     assert np.isnan(refused.angle)
     assert refused.std == pytest.approx(std)
-    told_place = told(tip, reading, position_std=1e-5)
-    assert told_place.std == pytest.approx(np.hypot(std, 1e-5 * told_place.per_position))
+    told_position = told(tip, reading, position_std=1e-5)
+    assert told_position.std == pytest.approx(np.hypot(std, 1e-5 * told_position.per_position))
     told_width = told(tip, reading, half_width_std=1e-4)
     assert told_width.std == pytest.approx(np.hypot(std, 1e-4 * told_width.per_half_width))
 

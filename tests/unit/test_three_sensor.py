@@ -114,7 +114,7 @@ def test_every_real_root_of_readings_of_a_load():
         check_against_sturm(read(rng.uniform(-2 * b, 2 * b), rng.uniform(-1.5, 1.5), y), y)
 
 
-def test_every_real_root_of_any_readings_at_any_spacing():
+def test_every_real_root_of_any_readings_at_any_pitch():
     rng = np.random.default_rng(13)
     counts = set()
     for _ in range(120):
@@ -159,13 +159,13 @@ def test_finds_the_load_and_every_root_makes_the_readings(plane, poisson):
     for _ in range(12):
         depth, young, force = rng.uniform(1e-3, 5e-3), rng.uniform(1e5, 1e7), rng.uniform(1, 100)
         y = 0.1 + depth * np.cumsum(rng.uniform(0.3, 1.5, 3))
-        place, angle = rng.uniform(y[0], y[2]), rng.uniform(-0.75, 0.75)
+        position, angle = rng.uniform(y[0], y[2]), rng.uniform(-0.75, 0.75)
         order = rng.permutation(3)
-        readings = read(place, angle, y, depth, young, poisson, plane, force)
+        readings = read(position, angle, y, depth, young, poisson, plane, force)
         found = three_sensor(readings[order], y[order], depth, young=young, poisson=poisson, plane=plane)
-        true = nearest(found, place)
+        true = nearest(found, position)
         assert true.verdict is Verdict.ACCEPTED
-        assert true.position == pytest.approx(place, abs=1e-9 * depth)
+        assert true.position == pytest.approx(position, abs=1e-9 * depth)
         assert true.force == pytest.approx(force, rel=1e-9)
         assert true.angle == pytest.approx(angle, abs=1e-9)
         for root in found.roots:
@@ -255,7 +255,7 @@ def test_no_contact():
 
 
 @pytest.mark.parametrize("origin", [0.0, 0.1137])
-def test_spacing_is_the_depth(origin):
+def test_pitch_is_the_depth(origin):
     y = origin + 2e-3 * np.array([-1, 0, 1])
     found = three_sensor(read(origin + 0.5e-3, 0.1, y, 2e-3), y, 2e-3, young=1.0)
     assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_DEPTH]
@@ -264,7 +264,7 @@ def test_spacing_is_the_depth(origin):
     assert nearest(found, origin + 0.5e-3).verdict is Verdict.ACCEPTED
 
 
-def test_spacing_is_the_depth_and_the_load_lies_over_the_middle():
+def test_pitch_is_the_depth_and_the_load_lies_over_the_middle():
     y = [-1.0, 0.0, 1.0]
     found = three_sensor(read(0.0, 0.3, y), y, 1.0, young=1.0)
     assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_DEPTH, Degeneracy.FORCE_UNDETERMINED]
@@ -303,7 +303,7 @@ def test_a_load_close_to_the_false_root_is_told_from_it(off):
     assert close[1].angle == pytest.approx(0.3, abs=1e-6)
 
 
-def test_spacing_is_two_depths():
+def test_pitch_is_two_depths():
     y = [-2.0, 0.0, 2.0]
     found = three_sensor(read(0.3, 0.1, y), y, 1.0, young=1.0)
     assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_TWO_DEPTHS]
@@ -311,7 +311,7 @@ def test_spacing_is_two_depths():
 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.5])
-def test_two_sensors_blind_to_one_place(poisson):
+def test_two_sensors_blind_to_one_position(poisson):
     blind = np.sqrt((1 - poisson) / poisson)
     y = [-blind, 0.2, blind]
     found = three_sensor(read(0.3, 0.1, y, poisson=poisson), y, 1.0, young=1.0, poisson=poisson)
@@ -334,7 +334,7 @@ def test_normal_load_over_the_middle_sensor(b):
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.7])
-def test_spacing_of_root_three_depths(angle):
+def test_pitch_of_root_three_depths(angle):
     b = np.sqrt(3)
     y = [-b, 0.0, b]
     found = three_sensor(read(0.0, angle, y), y, 1.0, young=1.0)
@@ -374,9 +374,9 @@ def test_sensors_that_read_nothing(silent):
     found = three_sensor(readings, EQUAL, 1.0, young=1.0)
     for i in silent if len(silent) == 1 else ():
         # a load one depth beside a sensor that reads nothing explains it, whatever the others read
-        places = [r.position for r in found.roots if r.residual < 1e-12]
-        assert any(abs(p - EQUAL[i] - 1) < 1e-12 for p in places)
-        assert any(abs(p - EQUAL[i] + 1) < 1e-12 for p in places)
+        positions = [r.position for r in found.roots if r.residual < 1e-12]
+        assert any(abs(p - EQUAL[i] - 1) < 1e-12 for p in positions)
+        assert any(abs(p - EQUAL[i] + 1) < 1e-12 for p in positions)
     for root in found.roots:
         again = read(root.position, root.angle, EQUAL, force=root.force)
         assert again == pytest.approx(readings, abs=1e-12)

@@ -15,7 +15,7 @@ from subskin.plot import save, tolerance_figure
 
 FLAT = ss.HalfPlane(ss.Material(0.4e6))
 TOUCHES = Touches(20.0, 0.8)
-SMALL = {"places": 8, "angles": 4, "draws": 40}
+SMALL = {"positions": 8, "angles": 4, "draws": 40}
 
 
 def finger(skin=FLAT, count=6, noise=5e-5, **more):
@@ -25,7 +25,7 @@ def finger(skin=FLAT, count=6, noise=5e-5, **more):
 def test_usual_tolerances_are_those_of_a_blind_calibration():
     usual = usual_tolerances(finger(resolution=3e-5, noise=[1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 7e-5]))
     assert list(usual) == [name for name in SOURCES if name not in ("thickness", "radius")]
-    assert [usual[n] for n in ("place", "depth", "gains")] == pytest.approx([0.02 * 2e-3, 0.05 * 2e-3, 0.05])
+    assert [usual[n] for n in ("position", "depth", "gains")] == pytest.approx([0.02 * 2e-3, 0.05 * 2e-3, 0.05])
     assert usual["resolution"] == pytest.approx(3e-5)
     assert usual["noise"] == pytest.approx(3e-5)  # root mean square
     tip = ss.Round(ss.Material(0.4e6), 8e-3, 4e-3)
@@ -34,10 +34,10 @@ def test_usual_tolerances_are_those_of_a_blind_calibration():
 
 
 def test_rows_are_the_same_alone_and_with_others_and_from_a_seed():
-    tolerances = {"gains": 0.03, "place": 2e-5}
+    tolerances = {"gains": 0.03, "position": 2e-5}
     both = tolerance_budget(finger(), TOUCHES, tolerances, **SMALL)
     alone = tolerance_budget(finger(), TOUCHES, {"gains": 0.03, "depth": 0}, **SMALL)
-    assert [row.source for row in both.rows] == ["place", "gains"]
+    assert [row.source for row in both.rows] == ["position", "gains"]
     assert both.rows[1] == alone.rows[0]
     assert both.together != tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, seed=1).together
     assert both.together == replace(both, seed=5).together
@@ -69,7 +69,7 @@ def test_an_offset_of_all_readings_changes_nothing():
 
 
 def test_small_steps_are_an_even_noise():
-    (row,) = tolerance_budget(finger(), TOUCHES, {"resolution": 1e-5}, places=24, angles=12).rows
+    (row,) = tolerance_budget(finger(), TOUCHES, {"resolution": 1e-5}, positions=24, angles=12).rows
     assert row.position_rms == pytest.approx(row.position_linear, rel=0.1)
     assert row.angle_rms == pytest.approx(row.angle_linear, rel=0.1)
 
@@ -77,8 +77,8 @@ def test_small_steps_are_an_even_noise():
 def test_a_radius_leaves_the_thickness_as_it_is():
     tip, wider, narrower = (ss.Round(ss.Material(0.4e6), r, r - 4e-3) for r in (8e-3, 8.4e-3, 7.6e-3))
     (row,) = tolerance_budget(finger(tip), TOUCHES, {"radius": 0.4e-3}, **SMALL).rows
-    place, angle = TOUCHES.grid(8, 4, finger())
-    touch = ss.LineLoad(20.0, angle, place[:, None])
+    position, angle = TOUCHES.grid(8, 4, finger())
+    touch = ss.LineLoad(20.0, angle, position[:, None])
     found = finger(tip, noise=3e-4).locate(
         np.stack([finger(s).read(touch) for s in (wider, narrower)]), friction=0.8
     )
@@ -88,11 +88,11 @@ def test_a_radius_leaves_the_thickness_as_it_is():
 def test_a_step_rounds_as_the_array_does():
     step = 2e-3
     made = finger(resolution=step, noise=5e-4)
-    (row,) = tolerance_budget(made, TOUCHES, {"resolution": step}, places=8, angles=4).rows
-    place, angle = TOUCHES.grid(8, 4, made)
-    found = made.locate(made.read(ss.LineLoad(20.0, angle, place[:, None])), friction=0.8)
+    (row,) = tolerance_budget(made, TOUCHES, {"resolution": step}, positions=8, angles=4).rows
+    position, angle = TOUCHES.grid(8, 4, made)
+    found = made.locate(made.read(ss.LineLoad(20.0, angle, position[:, None])), friction=0.8)
     assert row.position_rms == pytest.approx(
-        np.sqrt(np.mean((found.position - place[:, None]) ** 2)), rel=1e-9
+        np.sqrt(np.mean((found.position - position[:, None]) ** 2)), rel=1e-9
     )
     assert row.angle_worst == pytest.approx(np.abs(found.angle - angle).max(), rel=1e-9)
     assert row.lost == pytest.approx((found.status != ss.Status.OK).mean())
@@ -120,14 +120,14 @@ def test_poissons_ratio_goes_the_one_way_that_there_is():
     )
     assert at_half.angle_linear == pytest.approx(below.angle_linear, rel=0.1)
     off = finger(ss.HalfPlane(ss.Material(0.4e6, 0.48)))
-    place, angle = TOUCHES.grid(8, 4, off)
-    readings = off.read(ss.LineLoad(20.0, angle, place[:, None]))
+    position, angle = TOUCHES.grid(8, 4, off)
+    readings = off.read(ss.LineLoad(20.0, angle, position[:, None]))
     found = finger(noise=4e-4).locate(readings, friction=0.8)
     assert at_half.angle_rms == pytest.approx(np.sqrt(np.mean((found.angle - angle) ** 2)), rel=2e-3)
 
 
 def test_needed_amounts_are_what_gives_the_accuracy():
-    tolerances = {"place": 4e-5, "depth": 1e-4, "young": 0.1, "gains": 0.05, "width": 4e-4, "noise": 5e-5}
+    tolerances = {"position": 4e-5, "depth": 1e-4, "young": 0.1, "gains": 0.05, "width": 4e-4, "noise": 5e-5}
     budget = tolerance_budget(finger(), TOUCHES, tolerances, **SMALL)
     wanted = np.radians(0.7)
     needed = budget.needed(angle=wanted)
@@ -138,8 +138,8 @@ def test_needed_amounts_are_what_gives_the_accuracy():
     assert again.total.angle_rms == pytest.approx(wanted, rel=0.03)
     for row in again.rows:
         assert row.angle_rms == pytest.approx(wanted / np.sqrt(len(shared)), rel=0.03), row.source
-    (alone,) = (row.alone for row in needed if row.source == "place")
-    (row,) = tolerance_budget(finger(), TOUCHES, {"place": alone}, **SMALL).rows
+    (alone,) = (row.alone for row in needed if row.source == "position")
+    (row,) = tolerance_budget(finger(), TOUCHES, {"position": alone}, **SMALL).rows
     assert row.angle_rms == pytest.approx(wanted, rel=0.03)
 
 
@@ -158,10 +158,10 @@ def test_what_is_kept_takes_its_part_first():
 
 
 def test_both_accuracies_are_kept():
-    budget = tolerance_budget(finger(), TOUCHES, {"place": 4e-5, "poisson": 0.02}, **SMALL)
-    place, poisson = budget.needed(position=3e-5, angle=np.radians(0.5))
+    budget = tolerance_budget(finger(), TOUCHES, {"position": 4e-5, "poisson": 0.02}, **SMALL)
+    position, poisson = budget.needed(position=3e-5, angle=np.radians(0.5))
     both = tolerance_budget(
-        finger(), TOUCHES, {"place": place.shared, "poisson": poisson.shared}, **SMALL
+        finger(), TOUCHES, {"position": position.shared, "poisson": poisson.shared}, **SMALL
     ).total
     assert both.position_rms < 1.03 * 3e-5
     assert both.angle_rms < 1.03 * np.radians(0.5)
@@ -173,7 +173,7 @@ def recovered():
         finger(),
         TOUCHES,
         {"gain": 0.05, "gains": 0.05, "radius": 0.0, "noise": 5e-5},
-        places=8,
+        positions=8,
         angles=4,
         draws=20,
         self_calibration=("blind", "known"),
@@ -250,10 +250,10 @@ def test_sensors_that_are_linear_to_first_order_and_dead_ones():
 
 def test_three_sensors_have_no_first_order_where_they_are_singular():
     three = finger(count=3)
-    budget = tolerance_budget(three, TOUCHES, {"place": 1e-6, "young": 0.1}, places=9, angles=5, draws=20)
-    place, young = budget.rows
-    assert place.position_linear == np.inf  # a normal load above the middle sensor
-    assert np.isfinite(place.position_rms)
+    budget = tolerance_budget(three, TOUCHES, {"position": 1e-6, "young": 0.1}, positions=9, angles=5, draws=20)
+    position, young = budget.rows
+    assert position.position_linear == np.inf  # a normal load above the middle sensor
+    assert np.isfinite(position.position_rms)
     assert young.force_linear == np.inf
 
 
@@ -326,9 +326,9 @@ def test_what_95_percent_of_the_touches_keep_is_a_quantile_of_the_sum_at_each():
     touches = Touches(force=20.0, friction=0.5, span=(-3e-3, 3e-3))
     skin = ss.HalfPlane(ss.Material(young=0.4e6))
     finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=1.5e-3, noise=2e-4))
-    budget = tolerance_budget(finger, touches, {"place": 0.02e-3, "noise": 2e-4}, places=9, angles=5)
-    place, angle = touches.grid(9, 5)
-    load = ss.LineLoad(20.0, angle, place[:, None])
+    budget = tolerance_budget(finger, touches, {"position": 0.02e-3, "noise": 2e-4}, positions=9, angles=5)
+    position, angle = touches.grid(9, 5)
+    load = ss.LineLoad(20.0, angle, position[:, None])
     rng = np.random.default_rng(5)
     errors = []
     for _ in range(600):
@@ -339,14 +339,14 @@ def test_what_95_percent_of_the_touches_keep_is_a_quantile_of_the_sum_at_each():
     at_each = np.sqrt((np.array(errors) ** 2).mean(axis=0))
     expected = np.quantile(at_each, 0.95, axis=(1, 2), method="higher")
     np.testing.assert_allclose(budget.kept(0.95)[:2], expected, rtol=0.08)
-    alone = np.array([budget.kept(0.95, [name])[:2] for name in ("place", "noise")])
+    alone = np.array([budget.kept(0.95, [name])[:2] for name in ("position", "noise")])
     assert (np.array(budget.kept(0.95)[:2]) > alone.max(axis=0)).all()
 
 
 def test_touches_keep_only_what_is_in_the_budget():
     skin = ss.HalfPlane(ss.Material(young=0.4e6))
     finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=1.5e-3, noise=1e-4))
-    budget = tolerance_budget(finger, Touches(force=20.0), {"place": 0.03e-3}, places=4, angles=3, draws=4)
+    budget = tolerance_budget(finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4)
     with pytest.raises(InvalidValueError, match="the budget has place"):
         budget.kept(0.95, ["noise"])
     with pytest.raises(InvalidValueError, match="share = 0"):

@@ -21,16 +21,16 @@ def presses(shared):
     raw = np.genfromtxt(path, delimiter=",", skip_header=1)
     pressure, x, z = raw[:, :4], raw[:, 4] * 1e-6, raw[:, 5]
     steps = np.flatnonzero(np.diff(np.concatenate([[0], (z > 0.99 * z.max()).astype(int), [0]])))
-    places, readings = [], []
+    positions, readings = [], []
     for start, stop in zip(steps[::2], steps[1::2]):
         leaving = start
         while z[leaving - 1] < z[leaving]:
             leaving -= 1
         early = start + max(int(0.4 * (stop - start)), 1)
         readings.append(pressure[start:early].mean(0) - pressure[leaving - 10 : leaving].mean(0))
-        places.append(x[start])
-    assert len(places) == 60
-    return np.array(places), np.array(readings)
+        positions.append(x[start])
+    assert len(positions) == 60
+    return np.array(positions), np.array(readings)
 
 
 @pytest.fixture(scope="module")
@@ -41,47 +41,47 @@ def drawn():
 @pytest.mark.parametrize(
     ("fit", "least_r2"),
     [
-        (("gain", "offset", "depth", "origin", "place"), 0.995),
-        (("gain", "offset", "depth", "origin", "place", "poisson"), 0.999),
+        (("gain", "offset", "depth", "origin", "position"), 0.995),
+        (("gain", "offset", "depth", "origin", "position", "poisson"), 0.999),
     ],
 )
 def test_every_second_press_calibrates_and_the_others_are_located(presses, drawn, fit, least_r2):
-    places, readings = presses
-    found = ss.calibrate(drawn, readings[::2], places[::2], fit=fit)
-    assert found.evaluate(readings[1::2], places[1::2]).r2 >= least_r2
+    positions, readings = presses
+    found = ss.calibrate(drawn, readings[::2], positions[::2], fit=fit)
+    assert found.evaluate(readings[1::2], positions[1::2]).r2 >= least_r2
     located = found.finger.locate(readings[1::2], friction=0, search=SEARCH)
-    error = located.position - (places[1::2] - found.origin)
+    error = located.position - (positions[1::2] - found.origin)
     assert np.median(np.abs(error)) <= 0.06e-3  # of all thirty, those far beyond the row among them
     ok = located.status == ss.Status.OK
     assert ok.sum() >= 20
     assert np.abs(error[ok]).max() < 0.4e-3
-    over = np.abs(places[1::2] - found.origin) < 9e-3
+    over = np.abs(positions[1::2] - found.origin) < 9e-3
     assert ok[over].all()
 
 
 def test_three_presses_find_where_the_motor_began(presses, drawn):
-    places, readings = presses
+    positions, readings = presses
     known = ss.calibrate(
-        drawn, readings[::2], places[::2], fit=("gain", "offset", "depth", "origin", "place")
+        drawn, readings[::2], positions[::2], fit=("gain", "offset", "depth", "origin", "position")
     )
     three = [11, 21, 31]
-    again = ss.calibrate(known.finger, readings[three], places[three], fit=("origin",))
+    again = ss.calibrate(known.finger, readings[three], positions[three], fit=("origin",))
     rest = np.setdiff1d(np.arange(1, 60, 2), three)
     located = again.finger.locate(readings[rest], friction=0, search=SEARCH)
-    error = (located.position - (places[rest] - again.origin))[located.status == ss.Status.OK]
+    error = (located.position - (positions[rest] - again.origin))[located.status == ss.Status.OK]
     assert error.size >= 18
     assert abs(error.mean()) <= 0.2e-3
     assert abs(np.median(error)) <= 0.2e-3
 
 
-GEOMETRY = ("gain", "offset", "depth", "origin", "place")
+GEOMETRY = ("gain", "offset", "depth", "origin", "position")
 KINDS = {"strain": ss.NormalStrain(), "stress": ss.NormalStress(), "pressure": ss.MeanPressure()}
 
 
 def calibrated(presses, skin, kind, fit):
-    places, readings = presses
+    positions, readings = presses
     finger = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, transducer=KINDS[kind]))
-    return ss.calibrate(finger, readings[::2], places[::2], fit=fit)
+    return ss.calibrate(finger, readings[::2], positions[::2], fit=fit)
 
 
 @pytest.fixture(scope="module")
@@ -106,19 +106,19 @@ class TestABondedLayer:
     """The skin of the recording taken for a layer on a rigid base: better than a half plane, but how thick?"""
 
     def test_it_is_no_worse_on_held_out_presses(self, presses, on_half_plane, on_layer):
-        places, readings = (a[1::2] for a in presses)
-        r2 = {name: found.evaluate(readings, places).r2 for name, found in on_layer.items()}
-        half = on_half_plane.evaluate(readings, places).r2
+        positions, readings = (a[1::2] for a in presses)
+        r2 = {name: found.evaluate(readings, positions).r2 for name, found in on_layer.items()}
+        half = on_half_plane.evaluate(readings, positions).r2
         assert half < 0.9985 < 0.9994 < min(r2.values())
         assert max(r2.values()) - min(r2.values()) < 4e-4  # none of them is clearly the right one
         assert 1 - r2["strain"] < 0.25 * (1 - half)
 
     def test_it_locates_held_out_presses_better(self, presses, on_half_plane, on_layer):
-        places, readings = (a[1::2] for a in presses)
+        positions, readings = (a[1::2] for a in presses)
 
         def median(found):
             located = found.finger.locate(readings, friction=0, search=SEARCH)
-            return np.nanmedian(np.abs(located.position - (places - found.origin)))
+            return np.nanmedian(np.abs(located.position - (positions - found.origin)))
 
         half = median(on_half_plane)
         assert 0.05e-3 < half < 0.07e-3
@@ -135,7 +135,7 @@ class TestABondedLayer:
 
     def test_the_table_of_the_page(self, presses, on_half_plane, on_layer):
         """docs/recording.md, row by row, to the digits printed."""
-        places, readings = (a[1::2] for a in presses)
+        positions, readings = (a[1::2] for a in presses)
         page = (Path(__file__).parents[2] / "docs/recording.md").read_text("utf-8")
         rows = [[c.strip() for c in line.split("|")[1:-1]] for line in page.splitlines() if "1/2 |" in line]
         rows += [
@@ -147,8 +147,8 @@ class TestABondedLayer:
             name = kinds[measured] if poisson == "1/2" else "strain, any nu"
             found = on_half_plane if skin == "half plane" else on_layer[name]
             located = found.finger.locate(readings, friction=0, search=SEARCH)
-            error = np.nanmedian(np.abs(located.position - (places - found.origin)))
-            assert found.evaluate(readings, places).r2 == pytest.approx(float(r2), abs=6e-5)
+            error = np.nanmedian(np.abs(located.position - (positions - found.origin)))
+            assert found.evaluate(readings, positions).r2 == pytest.approx(float(r2), abs=6e-5)
             assert 1e3 * error == pytest.approx(float(median), abs=6e-4)
             cells = {"depth": (depth, 1e3), "thickness": (thickness, 1e3), "poisson": (poisson, 1.0)}
             for p in found.parameters:
@@ -166,17 +166,17 @@ class TestABondedLayer:
             assert said.startswith(f"{pair} are hardly told apart (correlation 0.99")
 
     def test_the_residuals_are_not_noise_so_standard_errors_are_too_small(self, presses, on_layer):
-        places, readings = (a[::2] for a in presses)
+        positions, readings = (a[::2] for a in presses)
         for name in ("strain", "stress"):
             found = on_layer[name]
-            rest = readings - found.finger.read(ss.LineLoad(1.0, position=places - found.origin))
+            rest = readings - found.finger.read(ss.LineLoad(1.0, position=positions - found.origin))
             together = (rest[1:] * rest[:-1]).sum(0) / (rest**2).sum(0)
             assert (together > 0.35).all()  # of noise: 0 +- 0.18
             assert together.mean() > 0.6
 
     def test_what_a_barometer_measures_and_the_thickness_stand_in_for_each_other(self, presses, on_layer):
         """Fisher information with one parameter more: the share of the mean pressure in a reading."""
-        places, found = presses[0][::2], on_layer["strain"]
+        positions, found = presses[0][::2], on_layer["strain"]
         names = [p.name for p in found.parameters]
         fitted = np.array([p.value for p in found.parameters])
         shear = found.finger.skin.single_material.shear
@@ -184,7 +184,7 @@ class TestABondedLayer:
         def model(values, share):
             part = {name: [v for n, v in zip(names, values) if n == name] for name in names}
             skin = found.finger.skin.changed(thickness=part["thickness"][0])
-            load = ss.LineLoad(1.0, position=places - part["origin"][0])
+            load = ss.LineLoad(1.0, position=positions - part["origin"][0])
             fields = [
                 ss.Finger(skin, ss.SensorArray(part["y"], part["depth"], kind)).measure(load)
                 for kind in (KINDS["strain"], KINDS["pressure"])

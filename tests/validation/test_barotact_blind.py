@@ -15,7 +15,7 @@ import pytest
 import subskin as ss
 
 ROW = (-9e-3, 9e-3)
-DRAWING = {"gain_error": 0.2, "depth_error": 0.1, "place_error": 0.02, "friction": 0, "search": ROW}
+DRAWING = {"gain_error": 0.2, "depth_error": 0.1, "position_error": 0.02, "friction": 0, "search": ROW}
 SOFT = ss.Material(0.2e6)
 
 
@@ -28,15 +28,15 @@ def presses(shared):
     raw = np.genfromtxt(path, delimiter=",", skip_header=1)
     pressure, x, z = raw[:, :4], raw[:, 4] * 1e-6, raw[:, 5]
     steps = np.flatnonzero(np.diff(np.concatenate([[0], (z > 0.99 * z.max()).astype(int), [0]])))
-    places, readings = [], []
+    positions, readings = [], []
     for start, stop in zip(steps[::2], steps[1::2]):
         leaving = start
         while z[leaving - 1] < z[leaving]:
             leaving -= 1
         early = start + max(int(0.4 * (stop - start)), 1)
         readings.append(pressure[start:early].mean(0) - pressure[leaving - 10 : leaving].mean(0))
-        places.append(x[start])
-    return np.array(places), np.array(readings)
+        positions.append(x[start])
+    return np.array(positions), np.array(readings)
 
 
 def drawn(skin, kind=None):
@@ -46,17 +46,17 @@ def drawn(skin, kind=None):
     return ss.Finger(skin, row)
 
 
-def beside_the_motor(found, places):
+def beside_the_motor(found, positions):
     """(scale of the places, errors up to shift and scale [m], errors up to shift [m]) of the presses used."""
-    p, y = found.touches.position[found.used], places[found.used]
+    p, y = found.touches.position[found.used], positions[found.used]
     shift, scale = np.linalg.lstsq(np.stack([np.ones_like(y), y], axis=-1), p, rcond=None)[0]
     return scale, (p - shift) / scale - y, p - y - np.mean(p - y)
 
 
-def as_drawn(tip, readings, places, used):
+def as_drawn(tip, readings, positions, used):
     """Errors up to shift and scale [m] without any calibration, noise taken large so that presses are explained."""
     rough = ss.Finger(tip.skin, replace(tip.array, noise=300.0)).locate(readings, friction=0, search=ROW)
-    y, p = places[used], rough.position[used]
+    y, p = positions[used], rough.position[used]
     assert np.isfinite(p).all()
     shift, scale = np.linalg.lstsq(np.stack([np.ones_like(y), y], axis=-1), p, rcond=None)[0]
     return np.abs((p - shift) / scale - y)
@@ -64,18 +64,18 @@ def as_drawn(tip, readings, places, used):
 
 @pytest.mark.parametrize("thickness", [6e-3, 7e-3])
 def test_thickness_and_depth_come_out_alike_from_either_drawing(presses, thickness):
-    places, readings = presses
+    positions, readings = presses
     tip = drawn(ss.Layered(ss.Layer(SOFT, thickness)))
-    fit = ("gain", "depth", "place", "thickness")
+    fit = ("gain", "depth", "position", "thickness")
     found = ss.calibrate_blind(tip, readings, fit=fit, thickness_error=0.5, **DRAWING)
-    scale, error, shifted = beside_the_motor(found, places)
+    scale, error, shifted = beside_the_motor(found, positions)
     assert found.used.sum() == 35
-    assert np.ptp(places[found.used]) > 16.5e-3  # of the row's 18 mm
+    assert np.ptp(positions[found.used]) > 16.5e-3  # of the row's 18 mm
     assert abs(scale - 1) < 0.03
     assert np.median(np.abs(error)) < 0.045e-3
     assert np.abs(error).max() < 0.12e-3
     assert np.median(np.abs(shifted)) < 0.12e-3
-    before = as_drawn(tip, readings, places, found.used)
+    before = as_drawn(tip, readings, positions, found.used)
     assert np.median(before) > {6e-3: 1.2, 7e-3: 5.0}[thickness] * np.median(np.abs(error))
     value = {p.name: p.value for p in found.parameters if p.sensor is None}
     # 4.7 and 6.3 mm by touches at known places (docs/recording.md)
@@ -91,8 +91,8 @@ def found(presses):
 
 
 def test_with_the_thickness_known_the_scale_is_too(presses, found):
-    places, _ = presses
-    scale, error, _ = beside_the_motor(found, places)
+    positions, _ = presses
+    scale, error, _ = beside_the_motor(found, positions)
     assert len(found.unknown) == 2
     assert found.used.sum() == 36
     assert abs(scale - 1) < 0.03
@@ -101,10 +101,10 @@ def test_with_the_thickness_known_the_scale_is_too(presses, found):
 
 
 def test_it_is_twice_as_good_as_the_drawing(presses, found):
-    places, readings = presses
+    positions, readings = presses
     tip = drawn(ss.Layered(ss.Layer(SOFT, 6e-3)))
-    before = as_drawn(tip, readings, places, found.used)
-    after = np.abs(beside_the_motor(found, places)[1])
+    before = as_drawn(tip, readings, positions, found.used)
+    after = np.abs(beside_the_motor(found, positions)[1])
     assert np.median(before) > 1.8 * np.median(after)
 
 
@@ -127,8 +127,8 @@ def test_what_it_says_of_itself(found):
 )
 def test_models_that_do_not_fit_are_told_from_the_one_that_does(presses, skin, kind, least):
     """By their misfit alone, no places being known: the half plane needs offsets to follow this skin at all."""
-    places, readings = presses
+    positions, readings = presses
     found = ss.calibrate_blind(drawn(skin, kind), readings, **DRAWING)
     assert found.misfit > least
     assert "the model does not fit" in found.doubts[0]
-    assert np.median(np.abs(beside_the_motor(found, places)[1])) > 0.1e-3
+    assert np.median(np.abs(beside_the_motor(found, positions)[1])) > 0.1e-3

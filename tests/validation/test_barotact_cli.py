@@ -82,8 +82,8 @@ def test_held_out_presses_are_explained(folder, command):
     assert data["weak"] == data["dead"] == []
     found = {p["name"]: p for p in data["parameters"] if p["sensor"] is None}
     assert 0.1 < found["poisson"]["value"] < 0.3
-    places = [p["value"] for p in data["parameters"] if p["name"] == "y"]
-    np.testing.assert_allclose(np.diff(places), 6e-3, atol=0.25e-3)
+    positions = [p["value"] for p in data["parameters"] if p["name"] == "y"]
+    np.testing.assert_allclose(np.diff(positions), 6e-3, atol=0.25e-3)
 
 
 def test_poisson_alone_reaches_the_fit_too(folder, command):

@@ -11,7 +11,7 @@ import subskin as ss
 from subskin.io.recording import segment
 
 SEARCH = (-25e-3, 25e-3)
-FIT = ("gain", "offset", "depth", "origin", "place", "poisson")
+FIT = ("gain", "offset", "depth", "origin", "position", "poisson")
 ODD = slice(1, None, 2)
 
 
@@ -98,7 +98,7 @@ def test_drift_believed_too_fast_swallows_presses(skin):
     assert np.quantile(error[sure], 0.9) > 1e-3
 
 
-def test_late_in_a_press_its_force_seems_smaller_and_its_place_is_twice_as_far_off(skin):
+def test_late_in_a_press_its_force_seems_smaller_and_its_position_is_twice_as_far_off(skin):
     early = plateau(skin, skin.pressure, 0.0, 0.4)
     late = plateau(skin, skin.pressure, 0.8, 1.0) - (early - skin.presses.reading)
     then, error, sure = located(skin, skin.presses.reading)
@@ -138,7 +138,7 @@ def test_with_a_series_of_its_own_a_held_reading_stays(skin, held):
     assert fall[1].max() < 0.02
 
 
-def test_a_dead_sensor_misleads_until_it_is_found_among_presses_of_unknown_place(skin):
+def test_a_dead_sensor_misleads_until_it_is_found_among_presses_of_unknown_position(skin):
     spoilt = skin.presses.reading * np.array([1.0, 0.0, 1.0, 1.0])
     before, error, sure = located(skin, spoilt)
     far = sure & (error > np.maximum(5 * before.std[:, 0], 0.2e-3))

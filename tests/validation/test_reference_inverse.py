@@ -19,7 +19,7 @@ def test_all_cases_are_there():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["label"])
 def test_roots_forces_and_verdicts(case):
-    b, depth = case["b_spacing"], case["x_depth"]
+    b, depth = case["b_pitch"], case["x_depth"]
     readings = [case["eps1"], case["eps2"], case["eps3"]]
     # The reference puts sensor 1 at +b and the load at -y: our axis reversed, which is the one where y is the
     # load's place.
@@ -44,7 +44,7 @@ def test_roots_forces_and_verdicts(case):
 def test_named_cases_are_named():
     kinds = {}
     for case in CASES:
-        b = case["b_spacing"]
+        b = case["b_pitch"]
         found = three_sensor(
             [case["eps1"], case["eps2"], case["eps3"]], [-b, 0.0, b], case["x_depth"], young=1.0
         )
@@ -76,17 +76,17 @@ def accepted_loads(b, reach, count):
     rng = np.random.default_rng(12)
     y = np.array([-b, 0.0, b])
     for _ in range(count):
-        place, angle = rng.uniform(-reach, reach), rng.uniform(-np.pi / 4, np.pi / 4)
-        t = y - place
+        position, angle = rng.uniform(-reach, reach), rng.uniform(-np.pi / 4, np.pi / 4)
+        t = y - position
         readings = -1.5 / np.pi * (np.cos(angle) + t * np.sin(angle)) * (1 - t**2) / (1 + t**2) ** 2
-        yield place, angle, three_sensor(readings, y, 1.0, young=1.0).accepted
+        yield position, angle, three_sensor(readings, y, 1.0, young=1.0).accepted
 
 
 @pytest.mark.parametrize(("b", "share"), AMBIGUOUS.items())
 def test_share_of_ambiguous_readings(b, share):
     count = ambiguous = 0
-    for place, angle, accepted in accepted_loads(b, b / 2, 600):
-        assert any(abs(root.position - place) < 1e-8 and abs(root.angle - angle) < 1e-6 for root in accepted)
+    for position, angle, accepted in accepted_loads(b, b / 2, 600):
+        assert any(abs(root.position - position) < 1e-8 and abs(root.angle - angle) < 1e-6 for root in accepted)
         count += 1
         ambiguous += len(accepted) > 1
     # three standard deviations of the count, and as much again as the expected share was rounded by

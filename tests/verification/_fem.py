@@ -103,13 +103,13 @@ class Body:
     radius: of the surface. sides: whether the ends of a flat skin are "clamped" or "free".
     """
 
-    def __init__(self, depths, places, layers, radius=np.inf, sides="clamped"):
-        self.depths, self.places = np.asarray(depths), np.asarray(places)
+    def __init__(self, depths, positions, layers, radius=np.inf, sides="clamped"):
+        self.depths, self.positions = np.asarray(depths), np.asarray(positions)
         self.layers, self.radius, self.sides = layers, radius, sides
         # inside, lengths are in thicknesses and stresses in the first modulus: in SI rounding would show
         self.length, self.stress = self.depths[-1], layers[0][1]
         if self.round:
-            assert np.isclose(self.places[-1] - self.places[0], 2 * np.pi * radius, rtol=1e-12)
+            assert np.isclose(self.positions[-1] - self.positions[0], 2 * np.pi * radius, rtol=1e-12)
         assert np.isin([bottom for bottom, _, _ in layers], self.depths).all()
         self.basis = skfem.CellBasis(self.mesh, _VECTOR, intorder=6)
 
@@ -132,12 +132,12 @@ class Body:
     @cached_property
     def mesh(self):
         """Columns of elements, from the surface down."""
-        rows, columns = self.depths.size, self.places.size - self.round
+        rows, columns = self.depths.size, self.positions.size - self.round
         nodes = np.arange(rows * columns).reshape(columns, rows)
         if self.round:
             nodes = np.vstack([nodes, nodes[:1]])
         corners = [nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]]
-        x, y = np.tile(self.depths, columns), np.repeat(self.places[:columns], rows)
+        x, y = np.tile(self.depths, columns), np.repeat(self.positions[:columns], rows)
         straight = skfem.MeshQuad1(self.cartesian(x, y), np.stack([c.ravel() for c in corners]))
         mesh = skfem.MeshQuad2.from_mesh(straight)
         if not self.round:
@@ -151,7 +151,7 @@ class Body:
     def best(self, x, y):
         """The places nearest to x and y where the strains of such elements are one order better: two by two in each."""
         out = []
-        for edges, at in ((self.depths, x), (self.places, y)):
+        for edges, at in ((self.depths, x), (self.positions, y)):
             i, share = _within(edges, np.asarray(at))
             share = 0.5 + np.where(share < 0.5, -1, 1) / np.sqrt(12)
             out.append(edges[i] + share * (edges[i + 1] - edges[i]))
@@ -167,7 +167,7 @@ class Body:
         facets = self._row(self.depths.size - 1)
         if not self.round and self.sides == "clamped":
             column = self.mesh.facets // self.depths.size
-            ends = ((column == 0) | (column == self.places.size - 1)) & (column[0] == column[1])
+            ends = ((column == 0) | (column == self.positions.size - 1)) & (column[0] == column[1])
             facets = np.append(facets, np.flatnonzero(ends.all(axis=0)))
         return np.setdiff1d(np.arange(self.basis.N), self.basis.get_dofs(facets).all())
 
@@ -183,7 +183,7 @@ class Body:
         """
         bottoms, young, nu = np.array(self.layers, dtype=float).T
         which = np.searchsorted(bottoms, 0.5 * (self.depths[1:] + self.depths[:-1]))
-        which = np.tile(which, self.places.size - 1)
+        which = np.tile(which, self.positions.size - 1)
         modulus = (young / (2 * (1 + nu)))[which] / self.stress
         over_lame = ((1 + nu) * (1 - 2 * nu) / (young * nu))[which] * self.stress
         bulk = 1 / (over_lame + 1 / (_STIFFEST * modulus))
@@ -228,14 +228,14 @@ class Body:
         return skfem.FacetBasis(self.mesh, _VECTOR, facets=self._row(0), intorder=20)
 
     @cached_property
-    def _surface_places(self):
+    def _surface_positions(self):
         """Places y of the surface's quadrature."""
         first, second = self.length * np.asarray(self.surface.global_coordinates())
         return self.radius * np.arctan2(second, self.radius - first) if self.round else second
 
     def pull(self, pressure, shear):
         """The solution under tractions given as functions of y."""
-        y = self._surface_places
+        y = self._surface_positions
         inwards, onwards = self.frame(y)
         traction = (pressure(y) * inwards + shear(y) * onwards) / self.stress
         work = _work.assemble(self.surface, traction=traction)
@@ -247,9 +247,9 @@ class Body:
         The pressure is linear between the surface's vertices. Where it is not zero the gap is, weighed with the hat of
         each vertex; elsewhere the weighed gap is positive. Which is which is found by turns.
         """
-        y = self._surface_places
+        y = self._surface_positions
         hats = self.surface.with_element(skfem.ElementQuad1())
-        chosen = np.flatnonzero((self.places > window[0]) & (self.places < window[1]))
+        chosen = np.flatnonzero((self.positions > window[0]) & (self.positions < window[1]))
         nodes = hats.nodal_dofs[0, chosen * self.depths.size]
         load = _inward.assemble(hats, self.surface, inwards=self.frame(y)[0])[:, nodes].toarray()
         lift = load.T @ self.solve(load)
@@ -277,7 +277,7 @@ class Body:
             raise AssertionError("the contact does not settle")
         assert not touches[[0, -1]].any(), "the window is too narrow"
         solution = Solution(self, self.solve(load @ pressure))
-        return Pressed(solution, self.places[chosen], pressure * self.stress, depth * self.length)
+        return Pressed(solution, self.positions[chosen], pressure * self.stress, depth * self.length)
 
 
 @dataclass(frozen=True)
@@ -293,8 +293,8 @@ class Solution:
         x, y = np.ravel(x), np.ravel(y)
         if body.round:
             turn = 2 * np.pi * body.radius
-            y = body.places[0] + np.mod(y - body.places[0], turn)
-        (row, down), (column, onwards) = _within(body.depths, x), _within(body.places, y)
+            y = body.positions[0] + np.mod(y - body.positions[0], turn)
+        (row, down), (column, onwards) = _within(body.depths, x), _within(body.positions, y)
         cells = column * (body.depths.size - 1) + row
         local = np.stack([down, onwards])[:, :, None]
         value, slope = np.zeros((2, x.size)), np.zeros((2, 2, x.size))

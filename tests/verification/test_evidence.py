@@ -34,7 +34,7 @@ def simulated(tip, kinds, count, seed):
     return readings, truth
 
 
-def integral(tip, kind, frame, places, widths, angles, span=None):
+def integral(tip, kind, frame, positions, widths, angles, span=None):
     """log of the likelihood's average over the prior, up to what all kinds share: plain sums over place, half width
     and angle; the force is integrated by Laplace's method, which is exact to its relative error squared.
     """
@@ -43,7 +43,7 @@ def integral(tip, kind, frame, places, widths, angles, span=None):
     for a in widths:
         more = {"half_width": a} if kind.width[1] else {}
         columns = [
-            tip.read(CLASSES[kind.family](force=1.0, angle=angle, position=places, **more))
+            tip.read(CLASSES[kind.family](force=1.0, angle=angle, position=positions, **more))
             / np.asarray(tip.array.noise)
             for angle in (0.0, np.pi / 2)
         ]
@@ -58,7 +58,7 @@ def integral(tip, kind, frame, places, widths, angles, span=None):
     high = np.array(high)
     mean = np.exp(high - high.max())
     mean = np.trapezoid(mean, widths) / (widths[-1] - widths[0]) if len(widths) > 1 else mean[0]
-    return high.max() + np.log(mean) + np.log((places[1] - places[0]) * (span or angles[1] - angles[0]))
+    return high.max() + np.log(mean) + np.log((positions[1] - positions[0]) * (span or angles[1] - angles[0]))
 
 
 def test_evidence_is_the_integral_where_readings_tell_little():
@@ -67,10 +67,10 @@ def test_evidence_is_the_integral_where_readings_tell_little():
     half = float(np.asarray(tip.array.y).max())
     readings, _ = simulated(tip, SMALL, 30, seed=3)
     said = contact_type(tip, readings, SMALL, search=(-half, half))
-    places, angles = np.linspace(-half, half, 241), np.linspace(-np.pi / 4, np.pi / 4, 241)
+    positions, angles = np.linspace(-half, half, 241), np.linspace(-np.pi / 4, np.pi / 4, 241)
     compared = []
     for frame, evidence in zip(readings, said.log_evidence, strict=True):
-        exact = np.array([integral(tip, k, frame, places, np.linspace(*k.width, 21), angles) for k in SMALL])
+        exact = np.array([integral(tip, k, frame, positions, np.linspace(*k.width, 21), angles) for k in SMALL])
         if np.isfinite(evidence).all() and abs(exact[0] - exact[1]) < 9:
             compared.append([evidence[0] - evidence[1], exact[0] - exact[1]])
     ours, theirs = np.array(compared).T
@@ -95,7 +95,7 @@ def test_evidence_is_the_integral_where_readings_tell_much():
     exact = []
     for k in kinds:
         best = tip.fit(frame, k.family, search=(-0.75, 0.75), width=k.width)
-        place, lean, width = (
+        position, lean, width = (
             np.linspace(value - reach * std, value + reach * std, count)
             for value, std, reach, count in (
                 (float(best.position), float(best.std[0]), 7, 161),
@@ -104,7 +104,7 @@ def test_evidence_is_the_integral_where_readings_tell_much():
             )
         )
         share = (width[-1] - width[0]) / (k.width[1] - k.width[0])
-        exact.append(integral(tip, k, frame, place, width, lean) + np.log(share))
+        exact.append(integral(tip, k, frame, position, width, lean) + np.log(share))
     np.testing.assert_allclose(np.diff(said.log_evidence), np.diff(exact), atol=0.01)
     assert np.ptp(exact) > 1
 
@@ -120,11 +120,11 @@ def test_evidence_without_friction(noise):
     for kind in kinds:
         best = tip.fit(frame, kind.family, search=(-1.2, 1.2), width=kind.width, friction=0.0)
         y, a = float(best.position), float(best.half_width)
-        places = np.linspace(y - 8 * float(best.std[0]), y + 8 * float(best.std[0]), 301)
+        positions = np.linspace(y - 8 * float(best.std[0]), y + 8 * float(best.std[0]), 301)
         spread = 8 * float(best.std[3])
         widths = np.linspace(max(a - spread, 0.1), min(a + spread, 0.9), 201)
         share = (widths[-1] - widths[0]) / 0.8
-        exact.append(integral(tip, kind, frame, places, widths, np.zeros(2), 1.0) + np.log(share))
+        exact.append(integral(tip, kind, frame, positions, widths, np.zeros(2), 1.0) + np.log(share))
     assert np.diff(said.log_evidence) == pytest.approx(np.diff(exact), abs=0.03)
 
 

@@ -103,9 +103,9 @@ def test_the_difference_falls_at_the_order_of_the_elements(name):
     anywhere, best = [], []
     rng = np.random.default_rng(1)
     depths = A * np.linspace(0.8, 4.0, 15)[:, None]
-    places = F + A * rng.uniform(-3, 3, 30)
+    positions = F + A * rng.uniform(-3, 3, 30)
     for n in parts:
-        for errors, (x, y) in ((anywhere, (depths, places)), (best, body(name, n).best(depths, places))):
+        for errors, (x, y) in ((anywhere, (depths, positions)), (best, body(name, n).best(depths, positions))):
             ours, theirs = both(name, n, contact, x, y)
             errors.append(np.sqrt(((ours - theirs) ** 2).mean()) / np.abs(ours).max())
     orders = [-np.polyfit(np.log(parts), np.log(e), 1)[0] for e in (anywhere, best)]
@@ -131,8 +131,8 @@ def test_a_cylinder_on_a_very_thick_layer_is_hertz(nu):
     young, radius, force = 0.4e6, 20e-3, 40.0
     a = np.sqrt(4 * force * radius * (1 - nu**2) / (np.pi * young))
     depths = along(0, a, 8, 0, 1000 * a, 1.5)
-    places = along(-1.25 * a, 1.25 * a, 60, -4000 * a, 4000 * a, 1.5)
-    skin = Body(depths, places, [(depths[-1], young, nu)])
+    positions = along(-1.25 * a, 1.25 * a, 60, -4000 * a, 4000 * a, 1.5)
+    skin = Body(depths, positions, [(depths[-1], young, nu)])
     found = skin.press(lambda y: y * y / (2 * radius), force, (-1.15 * a, 1.15 * a))
     hertz = ss.Hertz(force, half_width=a)
     assert found.force == pytest.approx(force, rel=1e-12)

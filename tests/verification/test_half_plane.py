@@ -104,13 +104,13 @@ def test_strain_and_stress_obey_hooke(skin, contact):
     assert (s.zz == 0).all() if skin.plane == "stress" else (e.zz == 0).all()
 
 
-def places():
+def positions():
     """Surface points off every node, edge and tip of the contacts above."""
     return A * np.array([-30.0, -2.13, -0.97, -0.61, -0.23, -0.07, 0.31, 0.47, 0.83, 1.21, 3.7])
 
 
 def test_surface_traction_comes_back(skin, contact):
-    y = places()
+    y = positions()
     p, q = contact.pressure(y), contact.shear(y)
     peak = 40.0 / A
     on = skin.stress(contact, 0.0, y)
@@ -210,7 +210,7 @@ def test_mirror_symmetry(skin, contact):
         np.testing.assert_allclose(
             getattr(here, name), sign * getattr(there, name), rtol=0, atol=1e-14 * scale
         )
-    along = skin.surface_gradient(contact, places()), skin.surface_gradient(mirrored(contact), -places())
+    along = skin.surface_gradient(contact, positions()), skin.surface_gradient(mirrored(contact), -positions())
     np.testing.assert_allclose(along[0].ux, -along[1].ux, rtol=0, atol=1e-14)
     np.testing.assert_allclose(along[0].uy, along[1].uy, rtol=0, atol=1e-14)
 
@@ -387,7 +387,7 @@ class TestPartialSlip:
         assert float(sticks.stick_half_width) < 1e-7 * A
 
 
-def test_profile_converges_to_hertz_with_the_square_of_the_spacing():
+def test_profile_converges_to_hertz_with_the_square_of_the_pitch():
     """Nodes closer together towards the edges (y = a sin), where the pressure's slope is infinite."""
     skin, x, y = SKINS["strain-0.5"], A * np.array([0.3, 1.0, 2.0]), A * np.array([0.2, -0.9, 1.5])
     hertz = ss.Hertz(40.0, 0.4, half_width=A)
@@ -413,7 +413,7 @@ def test_a_profile_of_two_nodes_is_a_strip(skin):
 
 def test_surface_gradient_is_the_strain_along_the_surface(skin, contact):
     """du_y/dy at the surface is eps_y there: two routes from the same transforms, one through Hooke's law."""
-    y = places()
+    y = positions()
     np.testing.assert_allclose(
         skin.surface_gradient(contact, y).uy, skin.strain(contact, 0.0, y).yy, rtol=0, atol=1e-14
     )

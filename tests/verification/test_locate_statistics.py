@@ -12,12 +12,12 @@ FRAMES = 40_000
 
 
 @pytest.mark.parametrize("sensors", [4, 8])
-@pytest.mark.parametrize(("spacing", "noise"), [(0.75, 1e-3), (1.0, 1e-3), (0.75, 1e-2)])
-def test_errors_reach_the_bound_and_intervals_cover(sensors, spacing, noise):
-    array = ss.SensorArray.line(sensors, pitch=spacing, depth=1.0, noise=noise * FULL_SCALE)
+@pytest.mark.parametrize(("pitch", "noise"), [(0.75, 1e-3), (1.0, 1e-3), (0.75, 1e-2)])
+def test_errors_reach_the_bound_and_intervals_cover(sensors, pitch, noise):
+    array = ss.SensorArray.line(sensors, pitch=pitch, depth=1.0, noise=noise * FULL_SCALE)
     finger = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)
     rng = np.random.default_rng(sensors)
-    half = 0.5 * (sensors - 1) * spacing
+    half = 0.5 * (sensors - 1) * pitch
     y, angle = rng.uniform(-half, half, FRAMES), rng.uniform(-0.7, 0.7, FRAMES)
     found = finger.locate(finger.read(ss.LineLoad(1.0, angle, y), rng), search=(-half - 0.5, half + 0.5))
 

@@ -17,9 +17,9 @@ TOUCH = Touches(force=1.0)
 FRAMES = 30
 
 
-def row(count, spacing, noise, skin=PLANE, kind=None, depth=1.0):
+def row(count, pitch, noise, skin=PLANE, kind=None, depth=1.0):
     array = ss.SensorArray.line(
-        count, spacing, depth, transducer=kind or ss.NormalStrain(), noise=noise * FULL_SCALE
+        count, pitch, depth, transducer=kind or ss.NormalStrain(), noise=noise * FULL_SCALE
     )
     return ss.Finger(skin, array)
 
@@ -56,7 +56,7 @@ def foretold_and_found(finger, touches=TOUCH, grid=(61, 31), rng=None, **options
     """Quality; and how often `locate` says so, in `FRAMES` noisy frames of each touch."""
     rng = rng or np.random.default_rng(0)
     quality = placement_quality(finger, touches, grid=grid, **options)
-    measured = finger.measure(ss.LineLoad(touches.force, quality.angle, quality.place[:, None]))
+    measured = finger.measure(ss.LineLoad(touches.force, quality.angle, quality.position[:, None]))
     frames = finger.array.digitise(np.repeat(measured[..., None, :], FRAMES, -2), rng)
     found = finger.locate(frames, search=quality.search, friction=touches.friction)
     return quality, found
@@ -100,8 +100,8 @@ def test_the_worst_touch_does_not_hang_on_the_grid():
             placement_quality(finger, TOUCH, grid=grid)["position_worst"] for grid in ((90, 40), (401, 161))
         ]
         rough = placement_quality(finger, TOUCH, grid=(401, 161))
-        y = float(rough.place[rough.position_std.max(axis=1).argmax()])
-        span = max(y - 0.02, rough.place[0]), min(y + 0.02, rough.place[-1])
+        y = float(rough.position[rough.position_std.max(axis=1).argmax()])
+        span = max(y - 0.02, rough.position[0]), min(y + 0.02, rough.position[-1])
         fine = placement_quality(finger, Touches(1.0, span=span), grid=(401, 641)).position_std.max()
         np.testing.assert_allclose(worst[0], worst[1], rtol=1e-4)
         assert fine <= worst[1] * (1 + 1e-6) < 1.001 * fine
@@ -131,7 +131,7 @@ def test_a_rival_elsewhere_is_ambiguous_and_wrong_as_often_as_foretold():
     """Where a rival is neither near nor tied, both probabilities are told touch by touch."""
     quality, found = foretold_and_found(row(4, 2.0, 1e-3), grid=(301, 31))
     sharp = 6 * quality.position_std < 0.1
-    error = np.abs(found.position - quality.place[:, None, None])
+    error = np.abs(found.position - quality.position[:, None, None])
     for foretold, said in (
         (quality.ambiguous, found.status == ss.Status.AMBIGUOUS),
         (quality.wrong, error > 0.1),
@@ -145,12 +145,12 @@ def test_a_rival_elsewhere_is_ambiguous_and_wrong_as_often_as_foretold():
             np.testing.assert_allclose(foretold[some].mean(), said[some].mean(), atol=0.015 + spread)
 
 
-@pytest.mark.parametrize(("count", "spacing"), [(3, 0.5), (4, 0.4), (4, 2.0), (6, 2.0)])
-def test_no_rival_is_overlooked(count, spacing):
+@pytest.mark.parametrize(("count", "pitch"), [(3, 0.5), (4, 0.4), (4, 2.0), (6, 2.0)])
+def test_no_rival_is_overlooked(count, pitch):
     """The rival that `locate` finds in readings free of noise makes as many ambiguous as its chi-square says."""
-    finger = row(count, spacing, 1e-3)
+    finger = row(count, pitch, 1e-3)
     quality = placement_quality(finger, TOUCH, grid=(101, 41))
-    load = ss.LineLoad(1.0, quality.angle, quality.place[:, None])
+    load = ss.LineLoad(1.0, quality.angle, quality.position[:, None])
     rival = finger.locate(finger.read(load), search=quality.search).second
     distance = np.sqrt(np.clip(rival.chi2, 1e-12, 1e6))  # infinite where there is none
     chance = ndtr((13.8 - distance**2) / (2 * distance)) - ndtr((-13.8 - distance**2) / (2 * distance))
@@ -167,7 +167,7 @@ def test_bounds_are_those_of_the_forward_model(name, friction):
     finger = FINGERS[name][0]
     touches = Touches(2.0, friction, span=(-1.5, 1.4))
     quality = placement_quality(finger, touches, grid=(11, 5))
-    y, angle, h = quality.place[:, None], quality.angle, 1e-4
+    y, angle, h = quality.position[:, None], quality.angle, 1e-4
 
     def read(dy=0.0, df=0.0, da=0.0):
         return finger.read(ss.LineLoad(2.0 * (1 + df), angle + da, y + dy))
@@ -191,16 +191,16 @@ def test_bounds_are_those_of_the_forward_model(name, friction):
         assert (quality.angle_std == 0).all()
 
 
-@pytest.mark.parametrize("spacing", [0.4, 0.7, 1.0, np.sqrt(3), 2.3])
-def test_three_sensors_do_not_tell_a_normal_touch_in_the_middle(spacing):
+@pytest.mark.parametrize("pitch", [0.4, 0.7, 1.0, np.sqrt(3), 2.3])
+def test_three_sensors_do_not_tell_a_normal_touch_in_the_middle(pitch):
     """det J = 0 there at every spacing; and at spacings of 1 and sqrt(3) depths at every angle of it.
 
     At a spacing of one depth it is the angle that is not told: only the middle sensor feels it, and not to first order.
     """
-    quality = placement_quality(row(3, spacing, 1e-3), TOUCH, grid=(21, 11))
-    middle = (quality.angle_std if spacing == 1.0 else quality.position_std)[10]
+    quality = placement_quality(row(3, pitch, 1e-3), TOUCH, grid=(21, 11))
+    middle = (quality.angle_std if pitch == 1.0 else quality.position_std)[10]
     assert np.isinf(middle[5])
-    if spacing in (1.0, np.sqrt(3)):
+    if pitch in (1.0, np.sqrt(3)):
         assert np.isinf(middle).all()
     else:
         assert (np.delete(middle, 5) < 1).all()
@@ -267,7 +267,7 @@ def test_the_study_depends_on_the_seed_and_not_on_the_workers():
     np.testing.assert_array_equal(one["wrong"][1, 1], alone["wrong"])
 
 
-def test_three_sensors_want_a_spacing_of_one_depth_sharply():
+def test_three_sensors_want_a_pitch_of_one_depth_sharply():
     """Loads within a depth of the middle, 45 degrees, noise of 0.5 % of full scale, looked for half a depth beyond."""
     found = study_row(
         PLANE, ss.NormalStrain(), 1.0, [0.5, 0.9, 1.0, 1.1], [3], Touches(1.0, span=(-1, 1)),
@@ -293,26 +293,26 @@ def test_more_sensors_are_told_from_055_or_040_depths_on_and_less_than_twice_the
     assert (unsure[7] > 0.2).all()
 
 
-def test_the_largest_determinant_is_not_the_best_place():
+def test_the_largest_determinant_is_not_the_best_position():
     """D-optimality alone: three sensors with a tenth of all touches ambiguous; six with the worst touch unseen."""
-    spacings = np.arange(0.4, 1.6, 0.05)
+    pitches = np.arange(0.4, 1.6, 0.05)
     noise = 1e-3 * FULL_SCALE
     three = study_row(
-        PLANE, ss.NormalStrain(), 1.0, spacings, [3], TOUCH, noise=noise, margin=0.5, samples=5000
+        PLANE, ss.NormalStrain(), 1.0, pitches, [3], TOUCH, noise=noise, margin=0.5, samples=5000
     )
     chosen, best = three["log_det"].argmax(), three["ambiguous"].argmin()
-    assert abs(spacings[best] - 1) < 1e-9
+    assert abs(pitches[best] - 1) < 1e-9
     assert three["ambiguous"][chosen] > 0.08 > 50 * three["ambiguous"][best]
     six = study_row(
-        PLANE, ss.NormalStrain(), 1.0, spacings, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000
+        PLANE, ss.NormalStrain(), 1.0, pitches, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000
     )
     assert six["position_worst"][six["log_det"].argmax()] > 10 * six["position_worst"].min()
 
 
-def test_free_places_win_little_from_five_sensors_on():
+def test_free_positions_win_little_from_five_sensors_on():
     span = Touches(1.0, span=(-2.0, 2.0))
-    for count, spacing in ((6, 0.94), (8, 0.67)):
-        found = best_positions(row(count, spacing, 2e-3), span, tries=300)
+    for count, pitch in ((6, 0.94), (8, 0.67)):
+        found = best_positions(row(count, pitch, 2e-3), span, tries=300)
         assert 1.0 <= found.gain < 1.1
         y = np.asarray(found.finger.array.y)
         np.testing.assert_allclose(y, -y[::-1], atol=1e-12)

@@ -102,7 +102,7 @@ def test_the_surface_follows_the_body(skin, load):
     assert (sunk(skin, found.contact, y, step) - body)[1:] == pytest.approx(found.gap[at], abs=1e-8 * scale)
 
 
-def test_what_sticks_keeps_its_place(skin):
+def test_what_sticks_keeps_its_position(skin):
     """Where the contact sticks, the surface is moved along by the indenter's way alone; where it slips, against q."""
     load = {"force": 20.0, "friction": 0.4}
     states = [ss.press(skin, BODY, **load, nodes=100, max_strain=np.inf)]
@@ -274,11 +274,11 @@ def test_a_flat_skin_is_the_same_everywhere(skin):
 
 def test_a_cylinder_beside_the_top_of_a_finger():
     """It touches where the slopes agree: y / R = (s - y) / r, for s the cylinder's place (small slopes)."""
-    skin, radius, place = ss.Round(SOFT, 8 * A, 4 * A), 3 * A, 0.7 * A
-    found = ss.press(skin, ss.Cylinder(radius), force=0.5, position=place)
-    assert found.edges.mean() == pytest.approx(place * 8 / 11, rel=2e-3)
+    skin, radius, position = ss.Round(SOFT, 8 * A, 4 * A), 3 * A, 0.7 * A
+    found = ss.press(skin, ss.Cylinder(radius), force=0.5, position=position)
+    assert found.edges.mean() == pytest.approx(position * 8 / 11, rel=2e-3)
     top = ss.press(skin, ss.Cylinder(radius), force=0.5)
-    assert found.depth - top.depth == pytest.approx(place**2 / (2 * 11 * A), rel=2e-3)
+    assert found.depth - top.depth == pytest.approx(position**2 / (2 * 11 * A), rel=2e-3)
 
 
 def test_stiffness_scales():

@@ -34,8 +34,8 @@ def both(count=13, pitch=0.5, noise=1e-3) -> ss.Finger:
 
 
 def rollers(count, angle=0.0, half_width=1.0, seed=0) -> ss.Hertz:
-    place = np.random.default_rng(seed).uniform(-0.5, 0.5, count)
-    return ss.Hertz(force=np.ones(count), angle=angle, position=place, half_width=half_width)
+    position = np.random.default_rng(seed).uniform(-0.5, 0.5, count)
+    return ss.Hertz(force=np.ones(count), angle=angle, position=position, half_width=half_width)
 
 
 class Dense:
@@ -318,8 +318,8 @@ def test_the_unit_of_length_and_of_stress_are_of_no_account():
 def test_two_kinds_of_sensors_see_a_shear_of_its_own():
     """Of a contact that partly slips: its shear is not in proportion to its pressure."""
     finger = both()
-    place = np.random.default_rng(0).uniform(-0.5, 0.5, 40)
-    touch = ss.PartialSlip(force=np.ones(40), angle=0.4, position=place, half_width=1.0, friction=0.6)
+    position = np.random.default_rng(0).uniform(-0.5, 0.5, 40)
+    touch = ss.PartialSlip(force=np.ones(40), angle=0.4, position=position, half_width=1.0, friction=0.6)
     frames = finger.read(touch, np.random.default_rng(11))
     free = ss.pressure_map(finger, frames, shear="free")
     tied = ss.pressure_map(finger, frames, shear="proportional")

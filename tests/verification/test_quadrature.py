@@ -21,9 +21,9 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 def panels(start, end, towards, halvings=56):
     """Gauss nodes and weights on [start, end], panels halving towards each of `towards`."""
     cuts = [start, end]
-    for place in towards:
+    for position in towards:
         for side in (-1, 1):
-            cuts += [place + side * (end - start) * 0.5**k for k in range(halvings)]
+            cuts += [position + side * (end - start) * 0.5**k for k in range(halvings)]
     cuts = np.unique(np.clip([*cuts, *towards], start, end))
     half, middle = 0.5 * np.diff(cuts)[:, None], 0.5 * (cuts[1:] + cuts[:-1])[:, None]
     return (middle + half * NODES).ravel(), (half * WEIGHTS).ravel()

@@ -81,15 +81,15 @@ def test_half_round_a_finger():
     """Places beyond the ends of the contact are nearer the other way round."""
     skin, wide, depth = SKINS["round"], 0.25 * 2 * np.pi * 8e-3, 3e-3
     touch = ss.Strip(40.0, half_width=wide)
-    places = np.linspace(-wide - 2.5 * depth, wide + 2.5 * depth, 2001)
-    tip = finger(skin, y=places, depth=depth, transducer=ss.LateralStrain())
+    positions = np.linspace(-wide - 2.5 * depth, wide + 2.5 * depth, 2001)
+    tip = finger(skin, y=positions, depth=depth, transducer=ss.LateralStrain())
     found = ridge_gain(tip, touch, Ridges(BEST, "square", duty=1.0))
     assert found.smooth == pytest.approx(np.abs(tip.read(touch)).max(), rel=1e-5)
     assert found.equal_peak.peak == pytest.approx(1.0, rel=1e-9)
     assert found.equal_peak.ripple == pytest.approx(0.0, abs=1e-9)
     lines = line_loads(touch, np.array([0.0]), depth)
     field = _Field(finger(skin, depth=depth, transducer=ss.LateralStrain()), np.inf)
-    readings = field.readings(lines, np.ones((1, lines.y.size)), places)[0]
+    readings = field.readings(lines, np.ones((1, lines.y.size)), positions)[0]
     np.testing.assert_allclose(readings, tip.read(touch), rtol=0, atol=1e-7 * found.smooth)
 
 
@@ -143,10 +143,10 @@ def test_the_memos_load_and_strain():
     }
     printed = {"abs_cos": (1.564, 2.017), "raised_cosine": (1.494, 1.893), "square": (1.4905, 2.026)}
     y = a * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 6001))
-    places = np.concatenate([np.linspace(-0.7, 0.7, 57), np.linspace(9, 11, 81)]) * DEPTH
+    positions = np.concatenate([np.linspace(-0.7, 0.7, 57), np.linspace(9, 11, 81)]) * DEPTH
     skin = ss.HalfPlane(RUBBER)
     smooth = ss.PressureProfile(y, np.sqrt(np.maximum(a**2 - y**2, 0.0)))
-    before = np.abs(skin.strain(smooth, DEPTH, places).xx).max()
+    before = np.abs(skin.strain(smooth, DEPTH, positions).xx).max()
     for shape, load in loads.items():
         found = ridge_gain(finger(), hertz(a), Ridges(BEST, shape))
         if load is not None:
@@ -160,7 +160,7 @@ def test_the_memos_load_and_strain():
             "square": 1.0 * (np.abs(y / BEST - np.round(y / BEST)) < 1 / 3),
         }[shape]
         ridged = ss.PressureProfile(y, smooth.node_pressure * share)
-        after = np.abs(skin.strain(ridged, DEPTH, places).xx).max()
+        after = np.abs(skin.strain(ridged, DEPTH, positions).xx).max()
         limit = 2e-3 if shape == "square" else 1e-4  # straight lines cut a jump's corners
         assert found.equal_peak.peak == pytest.approx(after / before, rel=limit)
     wide = ridge_gain(finger(), hertz(DEPTH * np.array([5.0, 30.0])), Ridges(BEST))

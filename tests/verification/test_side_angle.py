@@ -159,7 +159,7 @@ def test_plain_differences_are_a_third_short():
     assert plain / -FULL_SCALE == pytest.approx(0.64, rel=1e-12)  # (8 * 0.24 * 2 - 0) / 6
 
 
-def test_the_place_of_the_largest_strain_tells_nothing():
+def test_the_position_of_the_largest_strain_tells_nothing():
     """Drag shifts it, by a sixth of its tangent in depths, and the slope there is 0: no drag, it says."""
     skin, y = SKINS["half plane"], np.linspace(-0.3, 0.3, 6001)
     strain = skin.strain(ss.LineLoad(1.0, 0.3), 1.0, y).xx

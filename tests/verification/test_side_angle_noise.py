@@ -85,7 +85,7 @@ def test_gradient_std_is_the_scatter(half_width):
         assert (told.angle - still.angle).std() == pytest.approx(np.median(told.std), rel=0.06)
 
 
-def test_changes_with_place_and_width_are_what_they_say():
+def test_changes_with_position_and_width_are_what_they_say():
     tip = row(noise=1e-6)
     reading = tip.read(ss.Hertz(1.0, 0.3, 0.1, half_width=0.7))
     given = {"position_std": 1.0, "half_width_std": 1.0, "most_std": np.inf}

@@ -221,12 +221,12 @@ def test_mirror(skin):
 
 
 def test_batches_broadcast_as_one_by_one(skin):
-    force, place = np.array([10.0, 20.0, 30.0]), np.array([-1e-3, 0.0, 2e-3])
-    batch = ss.Hertz(force, 0.3, place, half_width=A)
+    force, position = np.array([10.0, 20.0, 30.0]), np.array([-1e-3, 0.0, 2e-3])
+    batch = ss.Hertz(force, 0.3, position, half_width=A)
     x, y, _ = points(skin)
     x, y = x[:3], y[:3]
     single = [
-        skin.strain(ss.Hertz(f, 0.3, p, half_width=A), x, y).xx for f, p in zip(force, place, strict=True)
+        skin.strain(ss.Hertz(f, 0.3, p, half_width=A), x, y).xx for f, p in zip(force, position, strict=True)
     ]
     size = np.abs(single).max()
     assert np.allclose(skin.strain(batch.expand(1), x, y).xx, single, rtol=0, atol=1e-12 * size)

@@ -99,11 +99,11 @@ def test_located_touches_slip_as_often_as_stated(friction):
     rng = np.random.default_rng(2)
     tip, count = finger(), 20_000
     normal, tangential = loads(rng, count)
-    place = rng.uniform(-2.5e-3, 2.5e-3, count)
+    position = rng.uniform(-2.5e-3, 2.5e-3, count)
     mu = (Friction.known(friction) if isinstance(friction, float) else friction).quantile(
         rng.uniform(size=count)
     )
-    found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, place), rng), friction=WIDE)
+    found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, position), rng), friction=WIDE)
     judged = slip(found, friction)
     ok = found.status == ss.Status.OK
     assert ok.mean() > 0.95
@@ -114,10 +114,10 @@ def test_fitted_touches_slip_as_often_as_stated():
     rng = np.random.default_rng(3)
     tip, count = finger(8), 4000
     normal, tangential = loads(rng, count)
-    place, a = rng.uniform(-2e-3, 2e-3, count), rng.uniform(0.3, 0.9, count) * DEPTH
+    position, a = rng.uniform(-2e-3, 2e-3, count), rng.uniform(0.3, 0.9, count) * DEPTH
     friction = Friction.between(0.4, 0.8)
     mu = friction.quantile(rng.uniform(size=count))
-    frames = tip.read(touch(ss.Hertz, normal, tangential, place, half_width=a), rng)
+    frames = tip.read(touch(ss.Hertz, normal, tangential, position, half_width=a), rng)
     found = tip.fit(frames, "hertz", friction=WIDE)
     judged = slip(found, friction)
     ok = found.status == ss.Status.OK
@@ -133,8 +133,8 @@ def test_the_least_force_slips_as_often_as_it_is_allowed_to(bound):
     normal, tangential = loads(rng, count, 0.9)
     friction = Friction.between(0.4, 0.8, cells=32)
     mu = friction.quantile(rng.uniform(size=count))
-    place = rng.uniform(-2.5e-3, 2.5e-3, count)
-    found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, place), rng), friction=WIDE)
+    position = rng.uniform(-2.5e-3, 2.5e-3, count)
+    found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, position), rng), friction=WIDE)
     ok = found.status == ss.Status.OK
     raised = normal + least_force(found, friction, bound) - found.force * np.cos(found.angle)
     # |T| is not below 0: near there loads are not spread evenly about what is felt, and fewer slip than may

@@ -16,7 +16,7 @@ __all__ = ["add_blind", "refuse_blind_options", "run_blind"]
 _ERRORS = {
     "gain": "of each gain (5 %%)",
     "depth": "of the depth, a share or a length (5 %%)",
-    "place": "of each place, a share of the depth or a length (2 %%)",
+    "position": "of each place, a share of the depth or a length (2 %%)",
     "poisson": "of Poisson's ratio; needed to fit it",
     "thickness": "of what lies beneath the deepest sensor, a share or a length; needed to fit it",
     "offset": "of each offset, in readings; needed to fit it",
@@ -109,7 +109,7 @@ def _errors(options: argparse.Namespace, file: FingerFile, fit: tuple[str, ...])
 
     depths = np.asarray(file.finger.array.depth)
     below = file.finger.skin.thickness - float(depths.max())
-    lengths = {"depth": float(depths.mean()), "place": float(depths.mean()), "thickness": below}
+    lengths = {"depth": float(depths.mean()), "position": float(depths.mean()), "thickness": below}
     given = {}
     for name in _ERRORS:
         text, option = getattr(options, f"{name}_error"), f"--{name}-error"

@@ -20,7 +20,7 @@ _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,place,poisson
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --figure learnt.png
-  subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --place-error "0.1 mm"
+  subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --position-error "0.1 mm"
 """
 _NOTES = """\
 Fits the finger to touches at known places, one a row, and writes the finger file with the fitted numbers in it;
@@ -89,13 +89,13 @@ def run(options: argparse.Namespace) -> int:
         for name in ("force", "angle")
         if (column := getattr(options, f"{name}_column")) is not None
     }
-    places = table.numbers(options.position_column, finite=True, why="the touches' places")
+    positions = table.numbers(options.position_column, finite=True, why="the touches' places")
     used = chosen_rows(options, len(table))
     fit = tuple(part.strip() for part in options.fit.split(",") if part.strip())
     found = calibrate(
         file.finger,
         readings[used],
-        places[used],
+        positions[used],
         fit=fit,
         origin=None if "origin" in fit else file.origin,
         **{name: values[used] for name, values in loads.items()},
@@ -103,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
     if held.any():
-        score = found.evaluate(readings[held], places[held], **{name: v[held] for name, v in loads.items()})
+        score = found.evaluate(readings[held], positions[held], **{name: v[held] for name, v in loads.items()})
     facts = _facts(options, file, found, score, fit)
     if options.out is not None:
         text = file.with_finger(found.finger, found.origin, facts).text

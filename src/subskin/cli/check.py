@@ -146,7 +146,7 @@ def _as_json(found: HalfPlaneError) -> dict[str, Any]:
     return {
         "skin": _described(found.finger),
         "half_width": found.half_width,
-        "touches": found.places.size * found.angles.size,
+        "touches": found.positions.size * found.angles.size,
         "beneath": found.beneath,
         "worst_reading": {"normal": found.normal, "tangential": found.tangential},
         "locate": {name: one(getattr(found, name)) for name, _ in _MODELS},
@@ -203,7 +203,7 @@ def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
         errors = [_size(factor * each[k]) for each, factor in sizes for k in ("median", "worst")]
         table.append([label, *errors, str(error.unanswered), str(error.status["unexplained"])])
     heads = ["locate with", "place [mm]", "worst", "force [%]", "worst", "angle [deg]", "worst"]
-    count = found.places.size * found.angles.size
+    count = found.positions.size * found.angles.size
     show(out, f"errors of {count} touches, median and worst", [*heads, "no answer", "unexplained"], table)
     share = number(options.snr)
     print(
@@ -253,10 +253,10 @@ def _verdict(found: HalfPlaneError, depth: float) -> str:
     return f"the half plane will do: it {said}"
 
 
-def _off(place: float, angle: float) -> str:
+def _off(position: float, angle: float) -> str:
     import math
 
-    return f"misplaces touches by up to {_size(1e3 * place)} mm and turns them by {_size(math.degrees(angle))} deg"
+    return f"misplaces touches by up to {_size(1e3 * position)} mm and turns them by {_size(math.degrees(angle))} deg"
 
 
 def _factor(value: float) -> str:

@@ -108,12 +108,12 @@ def _skipped(presses: Presses) -> str:
 
 
 def _show(out: Any, presses: Presses, names: tuple[str, ...]) -> None:
-    place = presses.position
+    position = presses.position
     rows = [
         [
             str(i),
             number(presses.start[i], 6),
-            "-" if place is None else number(place[i] * 1e3),
+            "-" if position is None else number(position[i] * 1e3),
             *(number(value) for value in presses.reading[i]),
         ]
         for i in range(min(len(presses), 20))

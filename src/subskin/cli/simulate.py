@@ -125,7 +125,7 @@ def _contact(options: argparse.Namespace) -> Any:
     return contact_of(options.contact, width)
 
 
-def _places(options: argparse.Namespace, file: FingerFile, origin: float) -> tuple[float, float]:
+def _positions(options: argparse.Namespace, file: FingerFile, origin: float) -> tuple[float, float]:
     """The range of positions, on the axis of the tables."""
     import numpy as np
 
@@ -139,7 +139,7 @@ def _loads(options: argparse.Namespace, file: FingerFile, rng: np.random.Generat
     import numpy as np
 
     origin = _origin(options, file)
-    low, high = _places(options, file, origin)
+    low, high = _positions(options, file, origin)
     random = rng.uniform(low, high, options.count)
     position = np.linspace(low, high, options.count) if options.grid else random
     force = rng.uniform(*quantity_range(options.force, "N/m", "--force"), options.count)
@@ -177,7 +177,7 @@ def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Genera
         raise InvalidValueError(f"{options.count} presses at {rate:g} Hz", "that is too long a recording")
     raw = simulate_recording(
         file.finger,
-        np.linspace(*_places(options, file, origin), options.count),
+        np.linspace(*_positions(options, file, origin), options.count),
         force=force[0],
         contact=_contact(options),
         angle=angle[0],

@@ -25,7 +25,7 @@ and what is not given is as usual: 2 % of the depth for places and for each dept
 gains, 10 % for Young's modulus, 0.02 for Poisson's ratio.
 """
 _HELP = {
-    "place": "each sensor's place along the row",
+    "position": "each sensor's place along the row",
     "depth": "depth of all sensors",
     "depths": "each sensor's depth",
     "young": "Young's modulus, a share",

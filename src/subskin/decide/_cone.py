@@ -222,8 +222,8 @@ def _next(
 ) -> FloatArray:
     """How far from a towards b the next trial is."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        place, value = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        safe = (value**2 < place) & ((1 - value) ** 2 < 1 - place)
+        position, value = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        safe = (value**2 < position) & ((1 - value) ** 2 < 1 - position)
         t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
     t = np.where(safe & np.isfinite(t), t, 0.5)
     return np.clip(t, np.minimum(limit, 0.5), np.maximum(1 - limit, 0.5))

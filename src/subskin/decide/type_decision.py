@@ -220,8 +220,8 @@ def contact_type(
             raise InvalidValueError(
                 f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)'
             )
-    place = _check.ends("search", search, "search=(-5e-3, 5e-3)")
-    key: tuple[Any, ...] = (chosen, place, friction, false_alarm)
+    position = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    key: tuple[Any, ...] = (chosen, position, friction, false_alarm)
     kept: dict[tuple[Any, ...], Evidence] = finger.__dict__.setdefault("_evidence", {})
     if key not in kept:
         kept[key] = Evidence(finger, chosen, search=search, friction=friction, false_alarm=false_alarm)

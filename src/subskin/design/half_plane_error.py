@@ -87,7 +87,7 @@ class HalfPlaneError:
         The finger in question; its skin is taken for the truth.
     half_width : float
         Half width of the touches [m]; 0 for line loads.
-    places, angles : ndarray
+    positions, angles : ndarray
         Where the touches were [m] and at which angles [rad].
     beneath : ndarray, shape (n,)
         Reading of each sensor straight beneath a normal touch, over the half plane's; NaN for a sensor that reads
@@ -105,7 +105,7 @@ class HalfPlaneError:
 
     finger: Finger
     half_width: float
-    places: FloatArray
+    positions: FloatArray
     angles: FloatArray
     beneath: FloatArray
     normal: float
@@ -163,23 +163,23 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     ratio = _check.scalar("snr", snr, above=0.0)
     finger = replace(finger, array=replace(finger.array, low=-np.inf, high=np.inf, resolution=0.0))
     y = np.asarray(finger.array.y)
-    places, angles = np.linspace(y.min(), y.max(), _PLACES), np.array(_ANGLES)
+    positions, angles = np.linspace(y.min(), y.max(), _PLACES), np.array(_ANGLES)
     flat = Finger(half_plane_of(finger), finger.array)
-    difference, beneath = _readings(finger, flat, places, width)
-    readings = finger.read(_touch(angles, places[:, None], width))
+    difference, beneath = _readings(finger, flat, positions, width)
+    readings = finger.read(_touch(angles, positions[:, None], width))
     largest = _largest(readings - np.asarray(finger.array.offset))
     noisy = replace(finger.array, noise=largest / ratio)
-    calibrated = _calibrated(Finger(flat.skin, noisy), finger, places, width)
+    calibrated = _calibrated(Finger(flat.skin, noisy), finger, positions, width)
     errors = [
-        None if model is None else _locating(model, readings, places, angles, largest, ratio)
+        None if model is None else _locating(model, readings, positions, angles, largest, ratio)
         for model in (flat, calibrated, finger)
     ]
-    none = _check.read_only(np.full((places.size, angles.size), np.nan))
+    none = _check.read_only(np.full((positions.size, angles.size), np.nan))
     unsettled = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status})
     return HalfPlaneError(
         finger=finger,
         half_width=width,
-        places=_check.read_only(places),
+        positions=_check.read_only(positions),
         angles=_check.read_only(angles),
         beneath=_check.read_only(beneath),
         normal=float(difference[0]),
@@ -192,10 +192,10 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
 
 
 def _readings(
-    finger: Finger, flat: Finger, places: FloatArray, half_width: float
+    finger: Finger, flat: Finger, positions: FloatArray, half_width: float
 ) -> tuple[FloatArray, FloatArray]:
     """Largest difference under a normal and a tangential touch over the largest reading; factors straight beneath."""
-    normal, tangential = _touch(0.0, places, half_width), _touch(0.5 * np.pi, places, half_width)
+    normal, tangential = _touch(0.0, positions, half_width), _touch(0.5 * np.pi, positions, half_width)
     fields = [
         np.stack([f.measure(touch, linear=True) for touch in (normal, tangential)], axis=-1)
         for f in (finger, flat)
@@ -265,7 +265,7 @@ def half_plane_map(
     material = Material(1.0, poisson)
     flat = Finger(HalfPlane(material), array)
     y, angles = np.asarray(array.y), np.array(_ANGLES)
-    places = np.linspace(y.min(), y.max(), _PLACES)
+    positions = np.linspace(y.min(), y.max(), _PLACES)
     for i, r in enumerate(radii):
         for j, h in enumerate(heights):
             if progress is not None:
@@ -274,19 +274,19 @@ def half_plane_map(
                 continue
             skin: Skin = Layered(Layer(material, h)) if np.isinf(r) else Round(material, r, r - h)
             finger = Finger(skin, array)
-            difference, beneath = _readings(finger, flat, places, half_width)
-            readings = finger.read(_touch(angles, places[:, None], half_width))
-            errors = _locating(flat, readings, places, angles, _largest(readings)).summary()
+            difference, beneath = _readings(finger, flat, positions, half_width)
+            readings = finger.read(_touch(angles, positions[:, None], half_width))
+            errors = _locating(flat, readings, positions, angles, _largest(readings)).summary()
             out["beneath"][i, j], out["reading"][i, j] = beneath[count // 2], difference.max()
             for name in ("position", "angle"):
                 out[name][i, j] = errors[name]["worst"]
     return out
 
 
-def _touch(angle: npt.ArrayLike, place: npt.ArrayLike, half_width: float) -> Contact:
+def _touch(angle: npt.ArrayLike, position: npt.ArrayLike, half_width: float) -> Contact:
     if half_width:
-        return Hertz(1.0, angle, place, half_width=half_width)
-    return LineLoad(1.0, angle, place)
+        return Hertz(1.0, angle, position, half_width=half_width)
+    return LineLoad(1.0, angle, position)
 
 
 def _largest(readings: FloatArray) -> FloatArray:
@@ -295,11 +295,11 @@ def _largest(readings: FloatArray) -> FloatArray:
     return np.where(size > 0, size, 1.0)
 
 
-def _calibrated(flat: Finger, finger: Finger, places: FloatArray, half_width: float) -> Finger | None:
+def _calibrated(flat: Finger, finger: Finger, positions: FloatArray, half_width: float) -> Finger | None:
     """The half plane with gains and depth fitted to normal touches of the true finger at known places."""
-    touches = finger.read(_touch(0.0, places, half_width))
+    touches = finger.read(_touch(0.0, positions, half_width))
     try:
-        return calibrate(flat, touches, places, fit=("gain", "depth"), force=1.0, origin=0.0).finger
+        return calibrate(flat, touches, positions, fit=("gain", "depth"), force=1.0, origin=0.0).finger
     except ConvergenceError:
         return None
 
@@ -307,7 +307,7 @@ def _calibrated(flat: Finger, finger: Finger, places: FloatArray, half_width: fl
 def _locating(
     finger: Finger,
     readings: FloatArray,
-    places: FloatArray,
+    positions: FloatArray,
     angles: FloatArray,
     largest: FloatArray,
     snr: float | None = None,
@@ -322,7 +322,7 @@ def _locating(
     status = (estimate if snr is None else found(largest / snr)).status
     counts = np.bincount(status.reshape(-1), minlength=len(Status))
     return LocatingError(
-        _check.read_only(estimate.position - places[:, None]),
+        _check.read_only(estimate.position - positions[:, None]),
         _check.read_only(estimate.force - 1),
         _check.read_only(estimate.angle - angles),
         {s.name.lower(): int(counts[s]) for s in Status},

@@ -83,11 +83,11 @@ class Touches:
             )
         return float(y.min()), float(y.max())
 
-    def grid(self, places: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
+    def grid(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
         """Middles of equal parts of the span [m], shape (places,), and of the cone [rad], shape (angles,)."""
         low, high = self.span_on(finger)
-        place = low + (high - low) * (np.arange(places) + 0.5) / places
-        return place, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
+        position = low + (high - low) * (np.arange(positions) + 0.5) / positions
+        return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
     def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> LineLoad:
         """`count` touches drawn at random, a batch of shape (count,)."""

@@ -69,9 +69,9 @@ def _fit(w, table, start, step, mu, y, a, fit):
     a: scratch (6, n). fit: N, T, S, g = dS/2dy, dg/dy, dN/dy, dT/dy, then sums over the sensors for the covariance.
     """
     cells, _, _, n = table.shape
-    place = (y - start) / step
-    cell = min(max(int(place), 0), cells - 1)
-    t = place - cell - 0.5
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
     d1 = 1.0 / step
     d2 = d1 * d1
     g11 = g12 = g22 = b1 = b2 = 0.0
@@ -192,7 +192,7 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
     peak = words.view(np.uint8)
     peak_score = np.empty(_CANDIDATES)
     peak_y = np.empty(_CANDIDATES)
-    places = np.empty(_CANDIDATES)
+    positions = np.empty(_CANDIDATES)
     fits = np.empty((_CANDIDATES, 13))
     scratch = np.empty((6, n))
     for f in range(frames):
@@ -225,14 +225,14 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
                 if left >= 0 and right >= 0:
                     shift = 0.5 * (left - right) / (left - 2 * here + right)
                     height = here - 0.25 * (left - right) * shift
-                place = count
-                while place > 0 and peak_score[place - 1] < height:
-                    place -= 1
-                if place < _CANDIDATES:
-                    for q in range(min(count, _CANDIDATES - 1), place, -1):
+                position = count
+                while position > 0 and peak_score[position - 1] < height:
+                    position -= 1
+                if position < _CANDIDATES:
+                    for q in range(min(count, _CANDIDATES - 1), position, -1):
                         peak_score[q], peak_y[q] = peak_score[q - 1], peak_y[q - 1]
-                    peak_score[place] = height
-                    peak_y[place] = scan_start + (k + shift) * scan_step
+                    peak_score[position] = height
+                    peak_y[position] = scan_start + (k + shift) * scan_step
                     count = min(count + 1, _CANDIDATES)
         best = second = -1
         for q in range(count):
@@ -242,7 +242,7 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
             y = peak_y[q]
             lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
             tolerance = 1e-5 if q == 0 else 1e-2 * max(fits[best, 2] - peak_score[q], 1e-3)
-            places[q] = _refine(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[q])
+            positions[q] = _refine(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[q])
             if best < 0 or fits[q, 2] > fits[best, 2]:
                 best, second = q, best
             elif second < 0 or fits[q, 2] > fits[second, 2]:
@@ -256,7 +256,7 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
         if explained < detection:
             row[STATUS] = _NO_CONTACT
             continue
-        y = places[best]
+        y = positions[best]
         normal, tangential = fits[best, 0], fits[best, 1]
         force = math.hypot(normal, tangential)
         row[POSITION], row[FORCE], row[FORCE + 1] = y, force, math.atan2(tangential, normal)
@@ -279,8 +279,8 @@ def locate_frames(readings, sensors, basis, edges, table, options, out):
             status = _AMBIGUOUS
         if not row[COVARIANCE + 5] < 1.0:  # nor the angle: a load at any other would do
             status = _AMBIGUOUS
-        if second >= 0 and abs(places[second] - y) > apart:
-            row[RIVAL] = places[second]
+        if second >= 0 and abs(positions[second] - y) > apart:
+            row[RIVAL] = positions[second]
             row[RIVAL + 1] = math.hypot(fits[second, 0], fits[second, 1])
             row[RIVAL + 2] = math.atan2(fits[second, 1], fits[second, 0])
             row[RIVAL + 3] = max(explained - fits[second, 2], 0.0)
@@ -337,11 +337,11 @@ def _widen(s, scan_start, scan_step, y, explained, row):
         crossing = math.nan
         while 0 <= k < m:
             here = math.sqrt(max(explained - s[k + 1], 0.0))
-            place = scan_start + k * scan_step
+            position = scan_start + k * scan_step
             if here >= 1.96:
-                crossing = at + (place - at) * (1.96 - before) / (here - before)
+                crossing = at + (position - at) * (1.96 - before) / (here - before)
                 break
-            before, at = here, place
+            before, at = here, position
             k += side
         if crossing != crossing:
             crossing = y + side * 1.96 * math.sqrt(variance)

@@ -28,7 +28,7 @@ class Jet(NamedTuple):
 class RealRoot(NamedTuple):
     """A root's place, in depths, and how often it counts."""
 
-    place: float
+    position: float
     multiplicity: int
 
 
@@ -37,7 +37,7 @@ class BlindPair(NamedTuple):
 
     low: int
     high: int
-    place: float
+    position: float
 
 
 class _Term(NamedTuple):
@@ -67,15 +67,15 @@ class Determinant:
     def __init__(self, s: FloatArray, e: FloatArray, kappa: float) -> None:
         self.kappa = kappa
         a = float(np.sqrt(kappa))
-        places = [float(v) for v in s]
+        positions = [float(v) for v in s]
         self.blind_pairs = tuple(
-            BlindPair(low, high, 0.5 * (places[low] + places[high]))
+            BlindPair(low, high, 0.5 * (positions[low] + positions[high]))
             for low, high in ((0, 1), (0, 2), (1, 2))
-            if abs(a * (places[high] - places[low]) / 2 - 1) <= SAME
+            if abs(a * (positions[high] - positions[low]) / 2 - 1) <= SAME
         )
         terms = []
         for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            coefficient = float(e[i]) * (places[k] - places[j])
+            coefficient = float(e[i]) * (positions[k] - positions[j])
             factors = [(m, sign * a) for m in (j, k) for sign in (1.0, -1.0)] if a > 0 else []
             for pair in self.blind_pairs:
                 # 1 + a t_low and 1 - a t_high are each other's negative: divide by the latter
@@ -84,7 +84,7 @@ class Determinant:
                     coefficient = -coefficient
                 else:
                     factors.remove((pair.high, -a))
-            terms.append(_Term(coefficient, places[i], tuple((places[m], sign) for m, sign in factors)))
+            terms.append(_Term(coefficient, positions[i], tuple((positions[m], sign) for m, sign in factors)))
         self.terms = tuple(terms)
 
     def __call__(self, f: float) -> tuple[Jet, float]:
@@ -94,8 +94,8 @@ class Determinant:
             t = s - f
             q = 1 + t * t
             v, d, h = c * q * q, -4 * c * t * q, c * (2 * q + 4 * t * t)
-            for place, slope in factors:
-                u = 1 + slope * (place - f)
+            for position, slope in factors:
+                u = 1 + slope * (position - f)
                 v, d, h = v * u, d * u - v * slope, h * u - d * slope
             value, first, second, size = value + v, first + d, second + h, size + abs(v)
         return Jet(value, first, second), size
@@ -106,8 +106,8 @@ class Determinant:
         for term in self.terms:
             square = np.array([1 + term.s**2, -2 * term.s, 1.0])
             poly = term.coefficient * P.polymul(square, square)
-            for place, slope in term.factors:
-                poly = P.polymul(poly, [1 + slope * place, -slope])
+            for position, slope in term.factors:
+                poly = P.polymul(poly, [1 + slope * position, -slope])
             expanded.append(np.asarray(poly))
         table = np.zeros((3, max(map(len, expanded))))
         for row, poly in zip(table, expanded, strict=True):
@@ -138,15 +138,15 @@ def real_roots(determinant: Determinant, tolerance: float) -> tuple[list[RealRoo
     cuts = {-bound, bound, *(float(r.real) for r in near)}
     doubles: list[float] = []
     for turn in turns:
-        place = float(turn.real)
-        if abs(turn.imag) <= 0.1 * (1 + abs(place)):
-            turned = _polish_turn(determinant, place)
+        position = float(turn.real)
+        if abs(turn.imag) <= 0.1 * (1 + abs(position)):
+            turned = _polish_turn(determinant, position)
             if turned is not None:
-                place = turned
-                jet, size = determinant(place)
+                position = turned
+                jet, size = determinant(position)
                 if abs(jet.v) <= tol * size:
-                    doubles.append(place)
-        cuts.add(place)
+                    doubles.append(position)
+        cuts.add(position)
     simple = [_bracketed(determinant, lo, hi) for lo, hi in _sign_changes(determinant, sorted(cuts))]
     return _merge(determinant, simple, doubles, tol), full_degree
 
@@ -154,60 +154,60 @@ def real_roots(determinant: Determinant, tolerance: float) -> tuple[list[RealRoo
 def _sign_changes(determinant: Determinant, cuts: list[float]) -> list[tuple[float, float]]:
     brackets = []
     last: tuple[float, float] | None = None
-    for place in cuts:
-        value = determinant(place)[0].v
+    for position in cuts:
+        value = determinant(position)[0].v
         if value == 0:
             continue  # a root itself: its neighbours differ in sign
         if last is not None and (value > 0) != (last[1] > 0):
-            brackets.append((last[0], place))
-        last = (place, value)
+            brackets.append((last[0], position))
+        last = (position, value)
     return brackets
 
 
 def _polish_turn(determinant: Determinant, start: float) -> float | None:
     """A zero of the derivative near `start`, by Newton's method; None where it does not settle near."""
-    place = start
+    position = start
     for _ in range(60):
-        jet, size = determinant(place)
-        reach = 1 + abs(place)
+        jet, size = determinant(position)
+        reach = 1 + abs(position)
         if abs(jet.d) * reach <= _ROUNDING * size:
-            return place
+            return position
         if jet.h == 0:
             return None
         step = jet.d / (2 * jet.h)
-        place -= step
-        if not abs(place - start) <= 0.1 * (1 + abs(start)):
+        position -= step
+        if not abs(position - start) <= 0.1 * (1 + abs(start)):
             return None
         if abs(step) <= 1e-15 * reach:
-            return place
+            return position
     return None
 
 
 def _bracketed(determinant: Determinant, lo: float, hi: float) -> float:
     """The root between lo and hi, where the signs differ, by Newton's method kept inside by bisection."""
     rising = determinant(hi)[0].v > 0
-    place = 0.5 * (lo + hi)
+    position = 0.5 * (lo + hi)
     for _ in range(200):
-        jet, _size = determinant(place)
+        jet, _size = determinant(position)
         if jet.v == 0:
-            return place
+            return position
         if (jet.v > 0) == rising:
-            hi = place
+            hi = position
         else:
-            lo = place
+            lo = position
         step = jet.v / jet.d if jet.d else np.inf
-        following = place - step
+        following = position - step
         if not lo < following < hi:
             following = 0.5 * (lo + hi)
-        if abs(following - place) <= 2e-16 * abs(following) or not lo < following < hi:
+        if abs(following - position) <= 2e-16 * abs(following) or not lo < following < hi:
             return following
-        place = following
-    return place
+        position = following
+    return position
 
 
 def _merge(determinant: Determinant, simple: list[float], doubles: list[float], tol: float) -> list[RealRoot]:
     """Simple and double roots in order; what the readings' accuracy cannot tell apart becomes one root."""
-    marked = sorted([(place, 1) for place in simple] + [(place, 2) for place in doubles])
+    marked = sorted([(position, 1) for position in simple] + [(position, 2) for position in doubles])
     groups: list[list[tuple[float, int]]] = []
     for item in marked:
         if groups:
@@ -219,7 +219,7 @@ def _merge(determinant: Determinant, simple: list[float], doubles: list[float], 
         groups.append([item])
     roots = []
     for group in groups:
-        turning = [place for place, kind in group if kind == 2]
+        turning = [position for position, kind in group if kind == 2]
         if turning:
             roots.append(RealRoot(float(np.mean(turning)), len(turning) + 1))
         else:

@@ -228,14 +228,14 @@ def three_sensor(
 
     The readings before rounding belong to a load 2 pi/3 at 1.5 and -22.5 degrees.
     """
-    eps, places = _check.real("readings", readings), _check.real("y", y, unit="m")
-    for name, values in (("readings", eps), ("y", places)):
+    eps, positions = _check.real("readings", readings), _check.real("y", y, unit="m")
+    for name, values in (("readings", eps), ("y", positions)):
         if values.shape != (3,):
             raise GeometryError(
                 f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate"
             )
-    if np.unique(places).size < 3:
-        raise GeometryError(f"y = {places.tolist()}", "the three places have to differ")
+    if np.unique(positions).size < 3:
+        raise GeometryError(f"y = {positions.tolist()}", "the three places have to differ")
     x = _check.scalar("depth", depth, unit="m", above=0.0)
     skin = Material(young, poisson)
     if plane not in ("strain", "stress"):
@@ -245,9 +245,9 @@ def three_sensor(
         "tolerance", tolerance, at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %"
     )
 
-    order = np.argsort(places)
-    middle = float(places[order[1]])
-    s = (places[order] - middle) / x
+    order = np.argsort(positions)
+    middle = float(positions[order[1]])
+    s = (positions[order] - middle) / x
     nu = skin.poisson
     kappa, factor = (nu / (1 - nu), 1 - nu**2) if plane == "strain" else (nu, 1.0)
     scale = float(np.abs(eps).max())
@@ -264,7 +264,7 @@ def three_sensor(
     nominal = 8 if kappa > 0 else 4
     if degree < nominal:
         notes.append(Note(Degeneracy.DEGREE_DROPS, _degree_text(degree, nominal)))
-    for item in _with_blind_places(found, determinant.blind_pairs):
+    for item in _with_blind_positions(found, determinant.blind_pairs):
         root, note = model.root(item, mu)
         roots.append(root)
         if note is None and item.multiplicity > 1 and root.verdict is not Verdict.NOT_A_SOLUTION:
@@ -289,12 +289,12 @@ class _Model:
 
     def root(self, item: RealRoot, mu: float) -> tuple[Root, Note | None]:
         """The load at a root, found from all three readings by least squares."""
-        t = self.s - item.place
+        t = self.s - item.position
         q = 1 + t * t
         h = 1 - self.kappa * t * t
         g = -self.constant * h / q**2
-        position = self.middle + self.depth * item.place
-        blind = self._blind(item.place)
+        position = self.middle + self.depth * item.position
+        blind = self._blind(item.position)
         residual = float(np.abs(self.e[blind]).max(initial=0.0))
         if blind.any() and (item.multiplicity == 1 or residual > _BLIND_READING):
             nothing = Sensitivity(np.nan, np.nan, np.nan)
@@ -327,11 +327,11 @@ class _Model:
         text = f"only one sensor feels a load at y = {position:.6g} m; the least force is given"
         return root, Note(Degeneracy.FORCE_UNDETERMINED, text)
 
-    def _blind(self, place: float) -> npt.NDArray[np.bool_]:
-        """Which sensors feel nothing of a load at `place`, if two of them do; none otherwise."""
+    def _blind(self, position: float) -> npt.NDArray[np.bool_]:
+        """Which sensors feel nothing of a load at `position`, if two of them do; none otherwise."""
         blind = np.zeros(3, dtype=bool)
         for pair in self.blind_pairs:
-            if abs(place - pair.place) <= _BLIND_PLACE:
+            if abs(position - pair.position) <= _BLIND_PLACE:
                 blind[[pair.low, pair.high]] = True
         return blind
 
@@ -353,13 +353,13 @@ def _sensitivity(jacobian: FloatArray, n: float, t: float) -> FloatArray:
     return np.asarray(np.linalg.norm(turn @ inverse, axis=1))
 
 
-def _with_blind_places(found: list[RealRoot], pairs: tuple[BlindPair, ...]) -> list[RealRoot]:
+def _with_blind_positions(found: list[RealRoot], pairs: tuple[BlindPair, ...]) -> list[RealRoot]:
     """The roots in order, those that were divided out put back; one that is met again counts once more."""
     roots = list(found)
     for pair in pairs:
-        same = [root for root in roots if abs(root.place - pair.place) <= _BLIND_PLACE]
+        same = [root for root in roots if abs(root.position - pair.position) <= _BLIND_PLACE]
         roots = [root for root in roots if root not in same]
-        roots.append(RealRoot(pair.place, 1 + sum(root.multiplicity for root in same)))
+        roots.append(RealRoot(pair.position, 1 + sum(root.multiplicity for root in same)))
     return sorted(roots)
 
 
@@ -389,7 +389,7 @@ def _degree_text(degree: int, nominal: int) -> str:
 
 def _double_root_note(root: Root, item: RealRoot, s: FloatArray, tol: float) -> Note:
     near = max(np.sqrt(tol), 1e-6)
-    over = abs(item.place) <= near and abs(s[0] + s[2]) <= SAME * (s[2] - s[0])
+    over = abs(item.position) <= near and abs(s[0] + s[2]) <= SAME * (s[2] - s[0])
     if over and abs(root.tangential_force) <= near * abs(root.normal_force):
         text = "the Jacobian vanishes; the position's error goes with the square root of the readings' error"
         return Note(Degeneracy.NORMAL_LOAD_OVER_MIDDLE, text)

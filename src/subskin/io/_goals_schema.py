@@ -67,7 +67,7 @@ class EffortTable(StrictTable):
     """[search]: how finely."""
 
     depths: StrictInt = 20
-    spacings: StrictInt = 30
+    pitches: StrictInt = 30
     touches: StrictInt = 10_000
     seed: StrictInt = 0
     keep: StrictInt = 5

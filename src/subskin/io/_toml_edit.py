@@ -57,16 +57,16 @@ def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
     before, after = old.single_material, new.single_material
     if before is None or after is None:
         return
-    place = table["layers"][0] if isinstance(new, Layered) else table
+    position = table["layers"][0] if isinstance(new, Layered) else table
     if after.poisson != before.poisson:
-        _set(place, "poisson", _number(after.poisson))
+        _set(position, "poisson", _number(after.poisson))
     if after.young != before.young:
-        _set(place, "young", format_quantity(after.young, "Pa"))
+        _set(position, "young", format_quantity(after.young, "Pa"))
     if new.thickness != old.thickness:
         name, value = (
             ("core_radius", new.core_radius) if isinstance(new, Round) else ("thickness", new.thickness)
         )
-        _set(place, name, format_quantity(value, "m"))
+        _set(position, name, format_quantity(value, "m"))
 
 
 def _set(table: Any, name: str, value: Any) -> None:

@@ -81,9 +81,9 @@ def _as_written(seen: str, text: str, path: tuple[str, ...]) -> str:
 def located(text: str, name: str, path: tuple[str, ...], seen: str, rule: str, fix: str) -> FileError:
     """An error at the line on which the key `path` stands."""
     line = key_line(text, path)
-    place = f"{name}, line {line}" if line else name
+    position = f"{name}, line {line}" if line else name
     table = f"[{_dotted(path[:-1])}] " if len(path) > 1 else ""
-    return FileError(f"{place}: {table}{seen}", rule, fix)
+    return FileError(f"{position}: {table}{seen}", rule, fix)
 
 
 def _dotted(path: tuple[str, ...]) -> str:

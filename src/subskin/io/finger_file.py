@@ -184,17 +184,17 @@ def _build(document: _schema.Document, text: str) -> FingerFile:
 def _array(document: _schema.Document) -> SensorArray:
     table = document.sensors
     try:
-        places = _places(table)
-        transducers = _transducers(table.kind, table.exact, len(places))
+        positions = _positions(table)
+        transducers = _transducers(table.kind, table.exact, len(positions))
         parameters = _in_readings(document, transducers)
         return SensorArray(
-            y=places, depth=table.depth, width=table.width, transducer=transducers, **parameters
+            y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters
         )
     except SubskinError as error:
         raise Misplaced(error, "sensors", key_of(error)) from None
 
 
-def _places(table: _schema.SensorsTable) -> list[float]:
+def _positions(table: _schema.SensorsTable) -> list[float]:
     """Places of the sensors along the row [m]."""
     if table.y is not None:
         for key in ("count", "pitch", "centre"):

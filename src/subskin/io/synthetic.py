@@ -125,7 +125,7 @@ def simulate_recording(
     >>> raw.readings.shape, float(raw.position[-1]), float(raw.press.max())
     ((325, 4), 0.001, 0.004)
     """
-    places = np.atleast_1d(_check.real("positions", positions, unit="m"))
+    y = np.atleast_1d(_check.real("positions", positions, unit="m"))
     sizes = {
         "stroke": stroke,
         "ramp": ramp,
@@ -142,9 +142,9 @@ def simulate_recording(
     whole = _check.scalar("origin", origin, unit="m")
     # one press: rest, down, hold, up; a last rest at the end
     corners = np.cumsum([0.0, rest, ramp, hold, ramp])
-    frames = round((corners[-1] * places.size + rest) * rate)
+    frames = round((corners[-1] * y.size + rest) * rate)
     time = np.arange(frames) / rate
-    which = np.minimum((time / corners[-1]).astype(int), places.size - 1)
+    which = np.minimum((time / corners[-1]).astype(int), y.size - 1)
     press = stroke * np.interp(time - which * corners[-1], [*corners, corners[-1] + rest], [0, 0, 1, 1, 0, 0])
     load = force * np.clip((press / stroke - _TOUCH) / (1 - _TOUCH), 0.0, None)
     felt = _relaxed(load, share, relaxation_time * rate)
@@ -153,10 +153,10 @@ def simulate_recording(
     unbounded = replace(array, low=-np.inf, high=np.inf, resolution=0.0)
     moving = felt != 0
     measured = np.zeros((frames, len(array)))
-    measured[moving] = _measured(finger, contact, felt[moving], angle, places[which[moving]] - whole)
+    measured[moving] = _measured(finger, contact, felt[moving], angle, y[which[moving]] - whole)
     readings = unbounded.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, offset=0.0)
-    return Recording(time, places[which], press, bounds.digitise(readings))
+    return Recording(time, y[which], press, bounds.digitise(readings))
 
 
 def _relaxed(load: FloatArray, share: float, frames: float) -> FloatArray:
@@ -171,10 +171,10 @@ def _relaxed(load: FloatArray, share: float, frames: float) -> FloatArray:
 
 
 def _measured(
-    finger: Finger, contact: Callable[..., Contact], felt: FloatArray, angle: float, places: FloatArray
+    finger: Finger, contact: Callable[..., Contact], felt: FloatArray, angle: float, y: FloatArray
 ) -> FloatArray:
     """What the transducers measure; the recoil after a press is a load turned round, felt by linear ones only."""
-    values = finger.measure(contact(force=np.abs(felt), angle=angle, position=places))
+    values = finger.measure(contact(force=np.abs(felt), angle=angle, position=y))
     linear = np.array([kind.linear for kind in finger.array.transducers])
     recoil = (felt < 0)[:, None]
     return np.where(recoil & linear, -values, np.where(recoil, 0.0, values))

@@ -54,7 +54,7 @@ class Table:
     def __len__(self) -> int:
         return int(self.arrow.num_rows)
 
-    def place(self, row: int) -> str:
+    def position(self, row: int) -> str:
         """Where row `row`, from 0, stands: "file.csv, line 7" or "file.parquet, row 5"."""
         if not self.text:
             return f"{self.name}, row {row + 1}"
@@ -96,7 +96,7 @@ class Table:
         values = np.array(values, dtype=np.float64)
         if finite and not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
-            seen = f'{self.place(row)}: column "{column}" = {values[row]:g}'
+            seen = f'{self.position(row)}: column "{column}" = {values[row]:g}'
             rule = f"{why} has to be a number in every row" if why else "a number is needed in every row"
             raise FileError(seen, rule, "fill in the cell or delete the row")
         return _check.read_only(values)
@@ -143,7 +143,7 @@ class Table:
             value = cell.as_py()
             if value is not None and not (isinstance(value, str) and _is_number(value)):
                 shown = f'"{value}"' if isinstance(value, str) else str(value)
-                seen = f'{self.place(row)}: column "{column}" holds {shown[:60]}'
+                seen = f'{self.position(row)}: column "{column}" holds {shown[:60]}'
                 return FileError(
                     seen, "a number is needed", "correct the cell, or leave it empty if there is none"
                 )

@@ -68,7 +68,7 @@ def polynomial() -> Numbers:
         "degree_line": _solve((-0.1, -0.2, -0.3), 0.75).degree,
         "degree_equal": _solve((-0.1, -0.1, -0.1), 0.75).degree,
         "at_zero": abs(float(eq13(READINGS, 0.0, 1.0, 1.0))),
-        "false_roots": " and ".join(f"{place:+.0f}" for place in false),
+        "false_roots": " and ".join(f"{position:+.0f}" for position in false),
         "moved": max(moved),
     }
 
@@ -76,7 +76,7 @@ def polynomial() -> Numbers:
 def figure_6() -> Numbers:
     """The roots of Fig. 6's example, as a table, and its readings before rounding."""
     six = FIGURE_6
-    y = [-six.spacing, 0.0, six.spacing]
+    y = [-six.pitch, 0.0, six.pitch]
     found = three_sensor([-e for e in six.printed], y, six.depth, young=1.0)
     verdicts = {Verdict.PULLS: "pulls", Verdict.SLIPS: "slips", Verdict.ACCEPTED: "**the answer**"}
     table = ["| y | P/E | alpha | verdict |", "|---|---|---|---|"]
@@ -84,7 +84,7 @@ def figure_6() -> Numbers:
         f"| {r.position:.5f} | {r.force:.5f} | {np.rad2deg(r.angle):.2f} degrees | {verdicts[r.verdict]} |"
         for r in found.roots
     ]
-    exact = -eq12(six.P, six.alpha, six.y, six.depth, six.spacing, 1.0)
+    exact = -eq12(six.P, six.alpha, six.y, six.depth, six.pitch, 1.0)
     return {"table": "\n".join(table), "exact": ", ".join(f"{e:.5f}" for e in exact)}
 
 

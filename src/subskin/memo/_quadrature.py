@@ -38,8 +38,8 @@ def over_contact(
     levels = int(np.clip(np.ceil(np.log(16 * half / closest) / np.log(4)), 3, 60))
     reach = np.pi * 0.25 ** np.arange(levels)
     cuts = {-0.5 * np.pi, 0.5 * np.pi, 0.0}
-    for place in near:
-        foot = float(np.arcsin(np.clip((place - centre) / half, -1, 1)))
+    for position in near:
+        foot = float(np.arcsin(np.clip((position - centre) / half, -1, 1)))
         cuts |= {foot, *(float(foot + side * r) for r in reach for side in (-1, 1))}
     edges = np.array(sorted(c for c in cuts if abs(c) <= 0.5 * np.pi))
     width = 0.5 * np.diff(edges)[:, None]

@@ -25,7 +25,7 @@ class Figure6(NamedTuple):
     """The example of Fig. 6, lengths in one unit and forces in units of E times that length."""
 
     depth: float
-    spacing: float
+    pitch: float
     printed: tuple[float, float, float]
     """The readings as printed, positive in compression: the negative of what (12) gives."""
     y: float
@@ -75,7 +75,7 @@ def eq12(
     The example of Fig. 6, with its sign turned.
 
     >>> six = FIGURE_6
-    >>> eq12(six.P, six.alpha, six.y, six.depth, six.spacing, E=1.0).round(5).tolist()
+    >>> eq12(six.P, six.alpha, six.y, six.depth, six.pitch, E=1.0).round(5).tolist()
     [0.04819, -0.17844, -0.19112]
     """
     P, alpha, y, x, b, E = given(P=P, alpha=alpha, y=y, x=x, b=b, E=E)
@@ -153,7 +153,7 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
     [3.0, 1.0]
     """
     e = _readings(eps_x)
-    depth, spacing = (_check.scalar(name, value, unit="m", above=0.0) for name, value in (("x", x), ("b", b)))
+    depth, pitch = (_check.scalar(name, value, unit="m", above=0.0) for name, value in (("x", x), ("b", b)))
 
     def plus(t: float) -> FloatArray:  # [x^2 + (y + t)^2]^2
         square = [depth**2 + t**2, 2 * t, 1.0]
@@ -166,9 +166,9 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
         return np.asarray(polynomial.polymul(plus(t), polynomial.polymul(minus(u), minus(v))))
 
     terms = (
-        -product(spacing, 0.0, -spacing),
-        2 * product(0.0, -spacing, spacing),
-        -product(-spacing, 0.0, spacing),
+        -product(pitch, 0.0, -pitch),
+        2 * product(0.0, -pitch, pitch),
+        -product(-pitch, 0.0, pitch),
     )
     rows = np.stack(terms)
     return np.asarray((e @ rows)[..., ::-1])

@@ -54,13 +54,13 @@ def eq23(
     left, right = (float(v) for v in given(a1=a1, a2=a2))
     points = np.broadcast(d, y0, E)
     values = []
-    for depth, place, young in points:
+    for depth, position, young in points:
 
-        def integrand(y: FloatArray, d: float = depth, y0: float = place, E: float = young) -> FloatArray:
+        def integrand(y: FloatArray, d: float = depth, y0: float = position, E: float = young) -> FloatArray:
             return np.asarray(pressure(y)) / E * eq24(d, y0 - y)
 
         closest = min(depth, 1e-12 * abs(right - left)) if len(kinks) else depth
-        values.append(over_contact(integrand, left, right, (place, *kinks), closest))
+        values.append(over_contact(integrand, left, right, (position, *kinks), closest))
     return np.array(values, dtype=np.float64).reshape(points.shape)
 
 

@@ -85,7 +85,7 @@ def _progress(axes: Axes, found: BlindCalibration) -> None:
     used = int(found.used.sum())
     touches = np.geomspace(max(used / 30, 2), 100 * used, 60)
     ratios = np.array([(r.position, r.angle) for r in map(found.error_ratio, touches)])
-    for ratio, name, style in zip(ratios.T, ("place", "angle"), ((BLUE, "-"), (ORANGE, "--")), strict=True):
+    for ratio, name, style in zip(ratios.T, ("position", "angle"), ((BLUE, "-"), (ORANGE, "--")), strict=True):
         if np.isfinite(ratio).all():
             axes.plot(touches, ratio, color=style[0], linestyle=style[1], label=f"rms error of {name}")
     axes.axvline(used, color=GREY, linewidth=0.5, zorder=0.5)

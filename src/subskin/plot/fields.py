@@ -55,8 +55,8 @@ def receptive_fields(finger: Finger, span: tuple[float, float] | None = None, *,
     if ends.shape != (2,) or not ends[0] < ends[1]:
         raise InvalidValueError(f"span = {span!r}", "two ascending places are needed", "span=(-5e-3, 5e-3)")
     left, right = ends.tolist()
-    place = np.linspace(left, right, 801)
-    fields = finger.receptive_field(place)
+    position = np.linspace(left, right, 801)
+    fields = finger.receptive_field(position)
     units = {kind.unit for kind in finger.array.transducers}
     power = 3 * int(np.floor(np.log10(np.abs(fields).max() or 1.0) / 3))
     unit = units.pop() if len(units) == 1 else "each its own unit"
@@ -68,7 +68,7 @@ def receptive_fields(finger: Finger, span: tuple[float, float] | None = None, *,
         panels = figure.subplots(1, 2, sharey=True)
         for axes, kind, name in zip(panels, range(2), ("Normal load", "Tangential load"), strict=True):
             for sensor in range(y.size):
-                axes.plot(_MM * place, fields[:, sensor, kind], color=colours[sensor])
+                axes.plot(_MM * position, fields[:, sensor, kind], color=colours[sensor])
             zero_line(axes)
             axes.set_title(name, fontweight="normal")
             axes.xaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))

@@ -65,8 +65,8 @@ def half_plane_map_figure(
             _panel(axes, factor * values[name], form, about_one=name == "beneath")
             axes.set_title(title, fontweight="normal")
             if here is not None:
-                place = (_cell(here[0], heights), _cell(here[1], radii))
-                axes.plot(*place, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
+                position = (_cell(here[0], heights), _cell(here[1], radii))
+                axes.plot(*position, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
         for axes in panels.flat:
             _label(axes, heights, radii)
         for axes in panels[1]:

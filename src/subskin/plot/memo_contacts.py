@@ -113,10 +113,10 @@ def figure_12() -> Figure:
     axes.axhspan(-below, 0.0, color="#F2F2F2", linewidth=0)
     axes.plot(y, contact.pressure(y), color=BLACK, label="pressure $p$")
     axes.plot(y, contact.shear(y), color=VERMILLION, linestyle=_DASHED, label=r"shear $q = p\,\tan\alpha$")
-    for place in np.linspace(-0.9, 0.9, 13):
-        tip = (place + float(contact.shear(place)), -float(contact.pressure(place)))
+    for position in np.linspace(-0.9, 0.9, 13):
+        tip = (position + float(contact.shear(position)), -float(contact.pressure(position)))
         arrow = {"arrowstyle": "-|>", "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
-        axes.annotate("", tip, (place, 0.0), arrowprops=arrow)
+        axes.annotate("", tip, (position, 0.0), arrowprops=arrow)
     axes.plot([], [], color=BLUE, label="traction on the skin")
     axes.axhline(0.0, color=BLACK, linewidth=0.9)
     axes.set(xlim=(-reach, reach), ylim=(-below, above), yticks=[0, 0.5, 1])

@@ -39,7 +39,7 @@ def figure_14() -> Figure:
     """Strain measured by a row of sensors: pressure, skin, samples, low pass, and what is recovered."""
     contact = Hertz(1.0, position=-0.9, half_width=1.0) + Hertz(0.45, position=1.4, half_width=0.3)
     found = aliasing_error(_FINGER, contact, _SPACING)
-    y, strain = found.place, found.reading
+    y, strain = found.position, found.reading
     middle = 0.5 * (y[0] + y[-1])
     worst = int(np.unravel_index(np.argmax(np.abs(found.error)), found.error.shape)[0])
     first = middle + found.shift[worst]

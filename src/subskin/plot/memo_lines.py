@@ -66,7 +66,7 @@ def _strain_beneath(angle: float, title: str) -> Figure:
     zero_line(curves)
     for depth, colour in _DEPTHS.items():
         curves.plot(y, UNIT_SKIN.strain(load, x=depth, y=y).xx, color=colour, label=_times_d(depth))
-        _mark(curves, _blind_places(depth, angle), 0.0, colour)
+        _mark(curves, _blind_positions(depth, angle), 0.0, colour)
     curves.legend(title="depth of the sensor $x$", loc="lower right", title_fontsize=7)
     curves.set(xlim=(-_REACH, _REACH), ylim=(-0.5, 0.14), xlabel="place of the sensor, from the load, $y/d$")
     curves.set_ylabel(r"strain $\varepsilon_x\, E d/P$  ($-$ compressed)")
@@ -75,11 +75,11 @@ def _strain_beneath(angle: float, title: str) -> Figure:
 
 def _sketch(axes: Axes, angle: float) -> None:
     """The skin to scale: the sensors' depths, and the rays along which a sensor reads nothing."""
-    for place in _blind_places(_DEEPEST, angle):
-        axes.plot([0.0, place], [0.0, _DEEPEST], color=GREY, linewidth=0.7, linestyle=(0, (4, 2)))
+    for position in _blind_positions(_DEEPEST, angle):
+        axes.plot([0.0, position], [0.0, _DEEPEST], color=GREY, linewidth=0.7, linestyle=(0, (4, 2)))
     for depth, colour in _DEPTHS.items():
         axes.axhline(depth, color=colour)
-        _mark(axes, _blind_places(depth, angle), depth, colour)
+        _mark(axes, _blind_positions(depth, angle), depth, colour)
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.annotate("", (0.0, 0.0), (-_ABOVE * np.sin(angle), -_ABOVE * np.cos(angle)), arrowprops=_ARROW)
     axes.text(-0.97 * _REACH, -0.2, "surface", fontsize=7, color=GREY)
@@ -90,14 +90,14 @@ def _sketch(axes: Axes, angle: float) -> None:
     axes.spines["left"].set_bounds(_DEEPEST, 0.0)
 
 
-def _blind_places(depth: float, angle: float) -> list[float]:
+def _blind_positions(depth: float, angle: float) -> list[float]:
     """Where eps_x is zero: at y^2 = x^2, and where the ray is square to the load, x cos + y sin = 0."""
     third = [-depth / np.tan(angle)] if angle else []
     return [-depth, depth, *third]
 
 
-def _mark(axes: Axes, places: list[float], height: float, colour: str) -> None:
-    inside = [y for y in places if abs(y) <= _REACH]
+def _mark(axes: Axes, positions: list[float], height: float, colour: str) -> None:
+    inside = [y for y in positions if abs(y) <= _REACH]
     axes.plot(inside, [height] * len(inside), "o", ms=3.2, mfc="white", mec=colour, mew=0.9, zorder=3)
 
 
@@ -115,7 +115,7 @@ _VERDICTS = {
 
 def figure_6() -> Figure:
     """Finding the place of a load from three readings: the roots of eq. (13) and what becomes of each."""
-    x, b = FIGURE_6.depth, FIGURE_6.spacing
+    x, b = FIGURE_6.depth, FIGURE_6.pitch
     readings = -np.array(FIGURE_6.printed)  # printed with compression positive
     sensors = np.array([-b, 0.0, b])
     found = three_sensor(readings, sensors, x, young=1.0)
@@ -139,10 +139,10 @@ def figure_6() -> Figure:
             axes.plot([root.position] * 2, ends, color=colour, linewidth=0.7, linestyle=(0, (2, 2)), zorder=1)
         curve.plot(root.position, 0.0, marker, color=colour, ms=6, zorder=3)
         _root(sketch, root)
-    for place, reading, index in zip(sensors, readings, "123", strict=True):
-        sketch.plot(place, x, "o", ms=5, mfc="white", mec=BLACK, mew=0.9)
+    for position, reading, index in zip(sensors, readings, "123", strict=True):
+        sketch.plot(position, x, "o", ms=5, mfc="white", mec=BLACK, mew=0.9)
         text = rf"$\varepsilon_{{x{index}}} = {reading:+g}$"
-        sketch.text(place, x + 0.62, text, fontsize=7, ha="center", va="center")
+        sketch.text(position, x + 0.62, text, fontsize=7, ha="center", va="center")
     note = "grey: where a load comes from\nthat presses and, with friction 1,\ndoes not slip"
     sketch.text(left + 0.15, 0.9 * below, note, fontsize=7, color=GREY, va="bottom")
     sketch.set(ylim=(below, -above), yticks=[0, 1, 2, 3], ylabel="depth $x$")

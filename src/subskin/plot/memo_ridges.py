@@ -66,9 +66,9 @@ def _sensors(axes: Axes, found: RidgeGain, y: FloatArray, strain: FloatArray) ->
     pitch = float(found.pitch)
     last = int(_HALF_WIDTH / (0.5 * pitch))
     for number in range(-last, last + 1):
-        place = 0.5 * pitch * number
+        position = 0.5 * pitch * number
         axes.plot(
-            place, np.interp(place, y, strain), "o" if number % 2 == 0 else "s", ms=4,
+            position, np.interp(position, y, strain), "o" if number % 2 == 0 else "s", ms=4,
             mfc=BLACK if number % 2 == 0 else "white", mec=BLACK, mew=0.9, zorder=3,
         )  # fmt: skip
     marks = [

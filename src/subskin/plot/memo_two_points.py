@@ -39,11 +39,11 @@ def figure_18() -> Figure:
     finger = _finger(np.array([-1.0, 1.0]) * _APART)
     one, force = _metamer(finger)
     figure = new_figure(DOUBLE, 70.0)
-    channels, plane, places = figure.subplots(1, 3, width_ratios=[1.25, 1.0, 1.0])
+    channels, plane, positions = figure.subplots(1, 3, width_ratios=[1.25, 1.0, 1.0])
     _channels(channels, finger, one, force)
     _plane(plane, finger, one, force)
-    _places(places, figure, finger)
-    for axes, title in zip((channels, plane, places), ("Channels", "Readings", "Equal points"), strict=True):
+    _positions(positions, figure, finger)
+    for axes, title in zip((channels, plane, positions), ("Channels", "Readings", "Equal points"), strict=True):
         axes.set_title(title, fontweight="normal")
     figure.suptitle(
         "Two sensors: two points (black) and the one that reads the same (orange)",
@@ -67,8 +67,8 @@ def _channels(axes: Axes, finger: Finger, one: float, force: float) -> None:
     for i, colour in zip(range(field.shape[1]), _COLOURS, strict=False):
         axes.plot(y, field[:, i], color=colour, label=f"sensor {i + 1}")
         axes.plot(np.asarray(finger.array.y)[i], -0.28, "o", ms=4, mfc="white", mec=colour, mew=1.0)
-    for place, size in zip(_POINTS, _FORCES, strict=True):
-        _arrow(axes, float(place), float(size), BLACK)
+    for position, size in zip(_POINTS, _FORCES, strict=True):
+        _arrow(axes, float(position), float(size), BLACK)
     _arrow(axes, one, force, ORANGE)
     axes.set(xlim=(-_REACH, _REACH), ylim=(-0.36, 2.5), yticks=[0.0, 0.5, 1.0])
     axes.set_xlabel("place of a point [depths]")
@@ -77,13 +77,13 @@ def _channels(axes: Axes, finger: Finger, one: float, force: float) -> None:
     axes.legend(loc="upper right")
 
 
-def _arrow(axes: Axes, place: float, force: float, colour: str) -> None:
+def _arrow(axes: Axes, position: float, force: float, colour: str) -> None:
     """A force on the skin, as long as it is large."""
     look: dict[str, Any] = {
         "arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4,
         "mutation_scale": 8,
     }  # fmt: skip
-    axes.annotate("", (place, 1.12), (place, 1.12 + force), arrowprops=look)
+    axes.annotate("", (position, 1.12), (position, 1.12 + force), arrowprops=look)
 
 
 def _plane(axes: Axes, finger: Finger, one: float, force: float) -> None:
@@ -110,7 +110,7 @@ def _plane(axes: Axes, finger: Finger, one: float, force: float) -> None:
     axes.set(xlabel="sensor 1 [full scale]", ylabel="sensor 2 [full scale]")
 
 
-def _places(axes: Axes, figure: Figure, finger: Finger) -> None:
+def _positions(axes: Axes, figure: Figure, finger: Finger) -> None:
     """The place of the one that reads as two equal points do, over the places of these."""
     y = np.linspace(-2.0, 2.0, 81)
     left, right = np.meshgrid(y, y)
@@ -119,8 +119,8 @@ def _places(axes: Axes, figure: Figure, finger: Finger) -> None:
     # where there are several, the one nearest the points' middle
     far = np.abs(same.position - both.mean(axis=-1, keepdims=True))
     at = np.argmin(np.where(np.isfinite(far), far, np.inf), axis=-1)[..., None]
-    place = np.take_along_axis(same.position, at, axis=-1)[..., 0]
-    image = axes.pcolormesh(y, y, place, cmap="RdBu_r", vmin=-2, vmax=2, shading="nearest", rasterized=True)
+    position = np.take_along_axis(same.position, at, axis=-1)[..., 0]
+    image = axes.pcolormesh(y, y, position, cmap="RdBu_r", vmin=-2, vmax=2, shading="nearest", rasterized=True)
     axes.set_aspect("equal")
     axes.set(xlabel="one point [depths]", ylabel="other point [depths]")
     axes.set(xticks=[-2, -1, 0, 1, 2], yticks=[-2, -1, 0, 1, 2])
@@ -168,13 +168,13 @@ def _readings(axes: Axes, finger: Finger, one: float, force: float) -> None:
 def _hidden(axes: Axes, apart: float) -> None:
     """Where two equal points are not told from one, at two noises."""
     finger = _finger(np.array([-1.0, 0.0, 1.0]) * apart)
-    found = two_point_limen(finger, Touches(1.0, span=(-2.5, 2.5)), shares=0.5, places=161, largest=2.0)
+    found = two_point_limen(finger, Touches(1.0, span=(-2.5, 2.5)), shares=0.5, positions=161, largest=2.0)
     # the square of a distance that passes through 0 is smooth there: drawn finer than it was computed
     square = (found.distance[:, :, 0, 0] / found.needed) ** 2
-    step, place = (np.linspace(v[0], v[-1], 4 * v.size) for v in (np.log(found.step), found.place))
-    square = RectBivariateSpline(np.log(found.step), found.place, square)(step, place)
+    step, position = (np.linspace(v[0], v[-1], 4 * v.size) for v in (np.log(found.step), found.position))
+    square = RectBivariateSpline(np.log(found.step), found.position, square)(step, position)
     for factor, colour, name in ((10.0, "#CFE3F1", "noise 1 %"), (1.0, BLUE, "noise 0.1 %")):
-        axes.contourf(place, np.exp(step), square / factor**2, levels=[-np.inf, 1.0], colors=[colour])
+        axes.contourf(position, np.exp(step), square / factor**2, levels=[-np.inf, 1.0], colors=[colour])
         axes.fill_between([], [], color=colour, linewidth=0, label=f"not told, {name} of full scale")
     axes.plot(finger.array.y, [0.035] * 3, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
     axes.set_yscale("log")

@@ -71,26 +71,26 @@ def placement_figure(quality: PlacementQuality) -> Figure:
 
 
 def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> None:
-    places, angles = 1e3 * quality.place, np.rad2deg(quality.angle)
+    positions, angles = 1e3 * quality.position, np.rad2deg(quality.angle)
     known = std[np.isfinite(std) & (std > 0)]
     low = float(known.min()) if known.size else 1.0
     high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
     shown = axes.pcolormesh(
-        places, angles, std.T, norm=LogNorm(low, high), cmap="cividis_r", shading="nearest", rasterized=True
+        positions, angles, std.T, norm=LogNorm(low, high), cmap="cividis_r", shading="nearest", rasterized=True
     )
     unsure = (quality.ambiguous + quality.unfelt).T
     if (unsure >= 0.5).any():
         with mpl.rc_context({"hatch.linewidth": 0.5, "hatch.color": VERMILLION}):
-            axes.contourf(places, angles, unsure, levels=[0.5, 2.0], colors="none", hatches=["/////"])
-        axes.contour(places, angles, unsure, levels=[0.5], colors=VERMILLION, linewidths=0.6)
+            axes.contourf(positions, angles, unsure, levels=[0.5, 2.0], colors="none", hatches=["/////"])
+        axes.contour(positions, angles, unsure, levels=[0.5], colors=VERMILLION, linewidths=0.6)
     array = quality.finger.array
     y = 1e3 * np.asarray(array.y)[array.live]
     axes.plot(
         y, np.full(y.size, -0.02), marker=6, ls="none", color=BLACK, ms=5, transform=axes.get_xaxis_transform(),
         clip_on=False, label="sensors",
     )  # fmt: skip
-    margin = 0.02 * (places[-1] - places[0])
-    axes.set_xlim(min(places[0], y.min()) - margin, max(places[-1], y.max()) + margin)
+    margin = 0.02 * (positions[-1] - positions[0])
+    axes.set_xlim(min(positions[0], y.min()) - margin, max(positions[-1], y.max()) + margin)
     axes.tick_params(axis="x", pad=6)
     axes.set_xlabel("place of the touch [mm], sensors marked")
     _bar(axes, shown, label, high / low, bool((std > high).any()))
@@ -151,18 +151,18 @@ def placement_study_figure(
         raise InvalidValueError(
             f"counts = {chosen}", f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn"
         )
-    if study.spacing.shape[1] < 2:
+    if study.pitch.shape[1] < 2:
         raise GeometryError("one spacing", "two or more are needed to draw a line")
     with house_style():
         figure = new_figure(DOUBLE, 78.0)
         left, right = figure.subplots(1, 2, sharex=True)
-        order = np.argsort(study.spacing[depth])
-        ratio = study.spacing[depth][order] / study.depth[depth]
+        order = np.argsort(study.pitch[depth])
+        ratio = study.pitch[depth][order] / study.depth[depth]
         for colour, count in zip(_COLOURS, chosen, strict=False):
             at = kind, depth, order, int(np.flatnonzero(study.count == count)[0])
             std = study[measure][at] / study.depth[depth]
             unsure = (study["ambiguous"] + study["unfelt"])[at]
-            std = np.where(std < study.spacing[depth][order] * count / study.depth[depth], std, np.nan)
+            std = np.where(std < study.pitch[depth][order] * count / study.depth[depth], std, np.nan)
             left.plot(ratio, std, color=colour, label=f"{count} sensors")
             right.plot(ratio, np.maximum(100 * unsure, _FLOOR), color=colour)
             allowed = np.where(unsure <= most, std, np.nan)

@@ -120,11 +120,11 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
 
 
 def _sensors(axes: Axes, found: PressureMap, origin: float) -> None:
-    place = _MM * (np.asarray(found.mapper.array.y) + origin)
+    position = _MM * (np.asarray(found.mapper.array.y) + origin)
     used = np.asarray(found.used)
     for chosen, face, name in ((used, GREEN, "sensors"), (~used, "none", "not used")):
         if chosen.any():
             axes.plot(
-                place[chosen], np.full(int(chosen.sum()), 0.03), "^", color=GREEN, markerfacecolor=face,
+                position[chosen], np.full(int(chosen.sum()), 0.03), "^", color=GREEN, markerfacecolor=face,
                 markersize=3, transform=axes.get_xaxis_transform(), label=name,
             )  # fmt: skip

@@ -191,8 +191,8 @@ def density_figure(found: SensorDensity) -> Figure:
     if found.attenuation.ndim > 1:
         raise GeometryError(f"attenuations of shape {found.attenuation.shape}", "a row of them is drawn")
     wanted = np.atleast_1d(found.attenuation)
-    spacing = found.spacing.reshape(wanted.size, 2)
-    last = 1.25 * np.pi / float(np.nanmin(spacing))
+    pitch = found.pitch.reshape(wanted.size, 2)
+    last = 1.25 * np.pi / float(np.nanmin(pitch))
     skin = found.finger.skin
     dots = isinstance(skin, Round)
     k = (
@@ -216,7 +216,7 @@ def density_figure(found: SensorDensity) -> Figure:
             }
             size = np.where(sizes[:, load] > 0, sizes[:, load], np.nan)
             axes.plot(k / (2 * np.pi * _MM), size, label=LOADS[load], **style)
-            ends = 0.5 / (_MM * spacing[:, load])
+            ends = 0.5 / (_MM * pitch[:, load])
             axes.plot(ends, 1 / wanted, ls="", marker="o", ms=4.5, mfc="white", mec=COLOURS[load], zorder=3)
         for ratio in wanted:
             axes.axhline(1 / ratio, color=GREY, lw=0.5, zorder=0.5)
@@ -227,14 +227,14 @@ def density_figure(found: SensorDensity) -> Figure:
         above = axes.twiny()  # the same frequencies, as the spacing of which each is the Nyquist frequency
         above.spines["top"].set_visible(True)
         above.set_xlim(axes.get_xlim())
-        spacings = _round_spacings(last)
-        above.set_xticks([0.5 / b for b in spacings], [f"{b:g}" for b in spacings])
+        pitches = _round_pitches(last)
+        above.set_xticks([0.5 / b for b in pitches], [f"{b:g}" for b in pitches])
         above.set_xlabel("spacing of the sensors [mm]")
         figure.legend(loc="outside lower center", ncols=2)
         return settled(figure)
 
 
-def _round_spacings(last: float) -> list[float]:
+def _round_pitches(last: float) -> list[float]:
     """Round numbers of mm, wide apart enough on the axis."""
     least = _MM * np.pi / last
     numbers = [m * 10.0**p for p in range(-4, 5) for m in (1, 1.5, 2, 3, 5)]
@@ -270,7 +270,7 @@ def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=2e-3))
-    >>> found = ss.design.aliasing_error(finger, ss.LineLoad(force=40.0), spacing=2e-3)
+    >>> found = ss.design.aliasing_error(finger, ss.LineLoad(force=40.0), pitch=2e-3)
     >>> [axes.get_ylabel() for axes in aliasing_figure(found).axes]
     ['reading [% of largest]', 'error [% of largest]']
     """
@@ -278,10 +278,10 @@ def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
     row = worst if shift is None else shift
     if not 0 <= row < found.shift.size:
         raise GeometryError(f"shift = {shift!r}", f"there are 0 to {found.shift.size - 1}")
-    y, scale = _MM * found.place, 100 / found.full_scale
+    y, scale = _MM * found.position, 100 / found.full_scale
     centre = 0.5 * (y[0] + y[-1])
     first = centre + _MM * found.shift[row]
-    step = _MM * found.spacing
+    step = _MM * found.pitch
     at = first + step * np.arange(np.ceil((y[0] - first) / step), np.floor((y[-1] - first) / step) + 1)
     recovered = scale * (found.reading + found.error[row])
     with house_style():

@@ -61,7 +61,7 @@ COMPONENTS = {
 class _Force(NamedTuple):
     """A resultant on the surface: place [mm], magnitude [N/m], angle [rad]."""
 
-    place: float
+    position: float
     size: float
     angle: float
 
@@ -198,21 +198,21 @@ def _resultants(contact: Contact) -> list[_Force]:
         far = np.array([1e3j], dtype=np.complex128)
         t = part.transforms(far)
         first, load = (t.p, normal) if normal else (t.q, tangential)
-        place = 1e3 * float((first * far).imag[0]) / load if load else 0.0
+        position = 1e3 * float((first * far).imag[0]) / load if load else 0.0
         size, angle = float(np.hypot(normal, tangential)), float(np.arctan2(tangential, normal))
-        forces.append(_Force(_MM * place, size, angle))
+        forces.append(_Force(_MM * position, size, angle))
     return forces
 
 
 def _window(finger: Finger, forces: list[_Force]) -> tuple[float, float, float]:
     """Left, right and bottom of the picture [mm]."""
     y, depth = _MM * np.asarray(finger.array.y), _MM * np.asarray(finger.array.depth)
-    places = [*y, *(force.place for force in forces)]
+    positions = [*y, *(force.position for force in forces)]
     margin = 1.2 * float(depth.max())
     bottom, base = 1.7 * float(depth.max()), _MM * finger.skin.thickness
     if base < _NEAR_BASE * bottom:
         bottom = base
-    return min(places) - margin, max(places) + margin, bottom
+    return min(positions) - margin, max(positions) + margin, bottom
 
 
 def _levels(values: FloatArray) -> FloatArray:
@@ -280,8 +280,8 @@ def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, na
     pressure = contact.pressure(y / _MM)
     finite = pressure[np.isfinite(pressure)]
     if finite.size and finite.max() > 0:
-        places = [p for p in contact.singular_points() if np.isfinite(p)]
-        infinite = any(np.isinf(contact.pressure(place)) for place in places)
+        positions = [p for p in contact.singular_points() if np.isfinite(p)]
+        infinite = any(np.isinf(contact.pressure(position)) for position in positions)
         peak = float(np.quantile(finite[finite > 0], 0.9)) if infinite else float(finite.max())
         height = 0.42 * scale.top * np.clip(np.nan_to_num(pressure / peak, posinf=9.0), -0.5, 1.9)
         label = "pressure" if infinite else f"pressure, at most {peak / 1e3:.3g} kPa"
@@ -292,39 +292,39 @@ def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, na
     for force in forces:
         _arrow(axes, force, scale.length(force.size), mutation_scale=14 * scale.weight, zorder=3, **thick)
         degrees = f"{np.degrees(force.angle):.1f}".replace("-", "−")
-        place = f"{force.place + 0.0:.2f}".replace("-", "−")
-        axes.plot([], [], label=f"{name}: {force.size:.3g} N/m at {degrees}°, y = {place} mm", **thick)
+        position = f"{force.position + 0.0:.2f}".replace("-", "−")
+        axes.plot([], [], label=f"{name}: {force.size:.3g} N/m at {degrees}°, y = {position} mm", **thick)
 
 
 def _arrow(axes: Axes, force: _Force, length: float, **style: Any) -> None:
     """The force on the skin: an arrow that ends on the surface, or leaves it where the force pulls."""
     away = (length * np.sin(force.angle), length * np.cos(force.angle))
-    here, pulls = (force.place, 0.0), force.angle**2 > (np.pi / 2) ** 2
-    ends = (here, (force.place + away[0], away[1])) if pulls else ((force.place - away[0], -away[1]), here)
+    here, pulls = (force.position, 0.0), force.angle**2 > (np.pi / 2) ** 2
+    ends = (here, (force.position + away[0], away[1])) if pulls else ((force.position - away[0], -away[1]), here)
     axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", shrinkA=0, shrinkB=0, **style))
 
 
 def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     """The load found: its arrow, the wedge of its angle and the bar of its place, both 95 %."""
-    place, size, angle = (float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle))
+    position, size, angle = (float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle))
     status = Status(int(np.squeeze(estimate.status))).name.lower().replace("_", " ")
-    if not np.isfinite([place, size, angle]).all():
+    if not np.isfinite([position, size, angle]).all():
         axes.plot([], [], " ", label=f"found: {status}")
         return
     half = NORMAL_95 * np.nan_to_num(np.reshape(estimate.std, 3))
-    force, length = _Force(_MM * place, size, angle), scale.length(size)
+    force, length = _Force(_MM * position, size, angle), scale.length(size)
     turn = np.linspace(angle - half[2], angle + half[2], 31)
-    rim = np.column_stack([force.place - length * np.sin(turn), -length * np.cos(turn)])
+    rim = np.column_stack([force.position - length * np.sin(turn), -length * np.cos(turn)])
     wedge = Polygon(
-        np.vstack([[force.place, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5
+        np.vstack([[force.position, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5
     )
     axes.add_patch(wedge)
     thin: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.6 * scale.weight}
     _arrow(axes, force, length, mutation_scale=8 * scale.weight, zorder=4, **thin)
     axes.errorbar(
-        force.place, 0.0, xerr=_MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4
+        force.position, 0.0, xerr=_MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4
     )
-    degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.place, _MM * half[0])
+    degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.position, _MM * half[0])
     text = f"found ({status}): {_pm(size, half[1])} N/m at {degrees}°,{gap}y = {where} mm"
     axes.plot([], [], label=text, **thin)
 

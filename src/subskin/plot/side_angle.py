@@ -186,7 +186,7 @@ def _bound(finger: Finger, touch: Hertz) -> FloatArray:
     force = np.array([np.cos(0.3), np.sin(0.3)])
     made = Response.of(finger, Hertz, np.zeros(touch.shape), np.asarray(touch.half_width))
     turned = made.unit @ np.array([-force[1], force[0]])
-    columns = [turned, made.unit @ force, made.by_place @ force, made.by_width @ force]
+    columns = [turned, made.unit @ force, made.by_position @ force, made.by_width @ force]
     jacobian = np.stack(columns, axis=-1) / np.asarray(finger.array.noise)[:, None]
     information = np.swapaxes(jacobian, -1, -2) @ jacobian
     return np.asarray(np.sqrt(np.linalg.inv(information)[..., 0, 0]))

@@ -130,10 +130,10 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
         arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": GREEN, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", xy=(least, tangential), xytext=(normal, tangential), arrowprops=arrow, zorder=3.5)
         up = tangential < 0
-        place = tangential + (0.06 if up else -0.06) * (top - bottom)
+        position = tangential + (0.06 if up else -0.06) * (top - bottom)
         text = f"least for {100 * bound:.3g} %: {least:.3g} N/m"
         ha, away = ("left", beside) if least > normal else ("right", -beside)
-        axes.text(normal + away, place, text, color=GREEN, ha=ha, va="bottom" if up else "top", **note)
+        axes.text(normal + away, position, text, color=GREEN, ha=ha, va="bottom" if up else "top", **note)
     axes.legend(loc="upper left" if tangential >= 0 else "lower left")
     verdict = SlipVerdict(int(judged.verdict[index])).name.lower().replace("_", " ")
     axes.set_title(f"{verdict}: probability of slip {_percent(float(judged.probability[index]))}")

@@ -59,18 +59,18 @@ def contact_strip(found: ShapeEstimate, *, origin: float = 0.0) -> Figure:
     frames = np.arange(found.shape[0])
     with house_style():
         figure = new_figure(SINGLE, 80.0)
-        place, force = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        position, force = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         centre, half = _MM * (found.position + origin), _MM * found.half_width
         for status, alpha, name in ((Status.OK, 1.0, "ok"), (Status.AMBIGUOUS, 0.35, "ambiguous")):
             chosen = found.status == status
             if chosen.any():
-                place.bar(
+                position.bar(
                     frames[chosen], 2 * half[chosen], 1.0, centre[chosen] - half[chosen], color=SKY, alpha=alpha,
                     linewidth=0, label=f"contact, {name}",
                 )  # fmt: skip
-                place.plot(frames[chosen], centre[chosen], ".", color=BLUE, markersize=2.5, alpha=alpha)
-        _marks(place, frames, found.status)
-        place.set_ylabel("place along the skin, $y$ [mm]")
+                position.plot(frames[chosen], centre[chosen], ".", color=BLUE, markersize=2.5, alpha=alpha)
+        _marks(position, frames, found.status)
+        position.set_ylabel("place along the skin, $y$ [mm]")
         normal, drag = found.force * np.cos(found.angle), found.force * np.sin(found.angle)
         force.plot(frames, normal, ".", color=BLACK, markersize=2.5, label="normal")
         force.plot(frames, drag, ".", color=VERMILLION, markersize=2.5, label="drag")
@@ -78,7 +78,7 @@ def contact_strip(found: ShapeEstimate, *, origin: float = 0.0) -> Figure:
         force.set_ylabel("force [N/m]")
         force.set_xlabel("frame")
         force.set_xlim(-0.5, frames[-1] + 0.5)
-        figure.legend(*place.get_legend_handles_labels(), loc="outside upper left", ncols=3)
+        figure.legend(*position.get_legend_handles_labels(), loc="outside upper left", ncols=3)
         return settled(figure)
 
 

@@ -161,17 +161,17 @@ def _frames(
     std: npt.ArrayLike | None,
     status: npt.ArrayLike | None,
 ) -> _Frames:
-    place: npt.ArrayLike
+    position: npt.ArrayLike
     if isinstance(estimate, Estimate):
         std = estimate.std[..., 0] if std is None else std
         status = estimate.status if status is None else status
-        place = estimate.position
+        position = estimate.position
     else:
-        place = estimate
+        position = estimate
     true = _check.real("truth", truth, unit="m")
     arrays = {
         "truth": true,
-        "estimate": _check.real("estimate", place, unit="m", finite=False),
+        "estimate": _check.real("estimate", position, unit="m", finite=False),
         "std": _check.real("std", np.nan if std is None else std, unit="m", finite=False),
         "status": _check.real(
             "status", Status.OK if status is None else status, at_least=0, at_most=max(Status)
@@ -241,10 +241,10 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
             )
     zero_line(axes)
     if good.truth.size:
-        place, low, middle, high = _bands(good)
+        position, low, middle, high = _bands(good)
         if clouds:
             axes.plot(
-                place,
+                position,
                 np.stack([low, high], axis=1),
                 color=BLACK,
                 linewidth=0.7,
@@ -253,10 +253,10 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
             )
         else:
             axes.fill_between(
-                place, low, high, color=SKY, alpha=0.3, linewidth=0, zorder=0.4, label="95 % of errors"
+                position, low, high, color=SKY, alpha=0.3, linewidth=0, zorder=0.4, label="95 % of errors"
             )
         axes.plot(
-            place, middle, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2.5, label="median error"
+            position, middle, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2.5, label="median error"
         )
     axes.set(xlabel="true place [mm]", ylabel="error [mm]", ylim=(-1.08 * reach, 1.08 * reach))
     return clouds

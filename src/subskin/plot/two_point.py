@@ -40,23 +40,23 @@ def two_point_figure(found: TwoPointLimen) -> Figure:
     """
     with house_style():
         figure = new_figure(DOUBLE, 72.0)
-        over_place, told = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
-        _over_place(over_place, found)
+        over_position, told = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
+        _over_position(over_position, found)
         _told(told, found)
         title = f"Two points told from {_RIVAL[found.against]}, angle {found.angle}"
         figure.suptitle(title, fontsize=8, fontweight="bold", x=0.01, ha="left")
-        figure.legend(*over_place.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        figure.legend(*over_position.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         return settled(figure)
 
 
-def _over_place(axes: Axes, found: TwoPointLimen) -> None:
+def _over_position(axes: Axes, found: TwoPointLimen) -> None:
     mm = 1e3
-    worst, place = found.separation.max(axis=2) * mm, found.place * mm
+    worst, position = found.separation.max(axis=2) * mm, found.position * mm
     order = np.argsort(np.abs(found.share - 0.5), kind="stable")
     equal = worst[:, order[0]]
     ceiling = float(found.step[-1]) * mm
     axes.fill_between(
-        place,
+        position,
         np.minimum(worst.min(axis=1), ceiling),
         np.minimum(worst.max(axis=1), ceiling),
         color=SKY,
@@ -65,7 +65,7 @@ def _over_place(axes: Axes, found: TwoPointLimen) -> None:
         label=f"shares {found.share.min():.2g} to {found.share.max():.2g} of the force",
     )
     axes.plot(
-        place,
+        position,
         np.where(np.isfinite(equal), equal, np.nan),
         color=BLUE,
         marker="o",
@@ -75,7 +75,7 @@ def _over_place(axes: Axes, found: TwoPointLimen) -> None:
     never = np.isinf(worst).any(axis=1)
     if never.any():
         axes.plot(
-            place[never],
+            position[never],
             np.full(int(never.sum()), ceiling),
             "^",
             color=VERMILLION,
@@ -146,10 +146,10 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
         left, right = figure.subplots(1, 2, sharey=True)
         for c, count in enumerate(study.count):
             look = {"color": _COLOURS[c], "marker": "o", "ms": 3.0}
-            _line(left, study.spacing, relative[c, :, m], f"{count} sensors", look)
+            _line(left, study.pitch, relative[c, :, m], f"{count} sensors", look)
             _line(right, 100 * study.noise, relative[c].min(axis=0), "", look)
         for axes, x, name in (
-            (left, study.spacing, "spacing of the sensors [depths]"),
+            (left, study.pitch, "spacing of the sensors [depths]"),
             (right, 100 * study.noise, "noise [% of full scale]"),
         ):
             axes.set_xscale("log")
@@ -157,7 +157,7 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
             axes.set_xlim(x[0] / 1.1, x[-1] * 1.1)
             axes.set_xlabel(name)
             _plain(axes)
-        left.xaxis.set_major_locator(FixedLocator(_few(study.spacing)))
+        left.xaxis.set_major_locator(FixedLocator(_few(study.pitch)))
         right.xaxis.set_major_locator(FixedLocator(_few(100 * study.noise)))
         for axes in (left, right):
             axes.xaxis.set_minor_locator(NullLocator())

@@ -34,10 +34,10 @@ def greatest_strain(pressed: ContactSolution) -> float:
     low, high = float(pressed.edges[0, 0]), float(pressed.edges[-1, 1])
     a = max(0.5 * (high - low), pressed.case.step)
     depth = np.minimum(np.array(_DEPTHS) * a, pressed.skin.thickness)
-    places = 0.5 * (low + high) + a * _PLACES
+    positions = 0.5 * (low + high) + a * _PLACES
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SingularPointWarning)
-        strain = pressed.skin.strain(_thinned(pressed, low, high), depth[:, None], places)
+        strain = pressed.skin.strain(_thinned(pressed, low, high), depth[:, None], positions)
     mean, half = 0.5 * (strain.xx + strain.yy), 0.5 * (strain.xx - strain.yy)
     linear = float(np.nanmax(np.abs(mean) + np.hypot(half, strain.xy)))
     turned = _slope(pressed, pressed.gap - np.where(np.isfinite(pressed.gap), pressed.case.height, 0.0))

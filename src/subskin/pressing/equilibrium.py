@@ -167,24 +167,24 @@ class _Mixer:
     """Anderson's extrapolation of a fixed-point iteration (Walker and Ni 2011)."""
 
     def __init__(self) -> None:
-        self.places: list[FloatArray] = []
+        self.positions: list[FloatArray] = []
         self.changes: list[FloatArray] = []
         self.least = np.inf
 
-    def next(self, place: FloatArray, change: FloatArray) -> FloatArray:
-        """Where to go from `place`, whose own step is `change`."""
+    def next(self, position: FloatArray, change: FloatArray) -> FloatArray:
+        """Where to go from `position`, whose own step is `change`."""
         size = float(np.abs(change).max())
         if size > _WORSE * self.least:
-            self.places, self.changes = [], []
+            self.positions, self.changes = [], []
             self.least = size
-            return place + 0.5 * change
+            return position + 0.5 * change
         self.least = min(self.least, size)
-        self.places, self.changes = [*self.places[-_MEMORY:], place], [*self.changes[-_MEMORY:], change]
-        if len(self.places) == 1:
-            return place + change
-        moves, turns = np.diff(self.places, axis=0), np.diff(self.changes, axis=0)
+        self.positions, self.changes = [*self.positions[-_MEMORY:], position], [*self.changes[-_MEMORY:], change]
+        if len(self.positions) == 1:
+            return position + change
+        moves, turns = np.diff(self.positions, axis=0), np.diff(self.changes, axis=0)
         weights = np.linalg.lstsq(turns.T, change, rcond=1e-10)[0]
-        return np.asarray(place + change - weights @ (moves + turns))
+        return np.asarray(position + change - weights @ (moves + turns))
 
 
 def _normal(case: Case, state: State, gap: FloatArray, body: BoolArray, limit: float) -> State:
@@ -205,9 +205,9 @@ def _normal(case: Case, state: State, gap: FloatArray, body: BoolArray, limit: f
     high = np.where(body, np.inf, 0.0)
     problem = Problem(case.influence, 0, f, np.zeros(y.size), high, sums, np.array(targets))
     found = problem.minimise(state.pressure, state.touches, limit)
-    places = list(found.multipliers * case.step)
-    depth = float(load.depth or 0.0) if load.force is None else float(places.pop(0))
-    tilt = load.tilt if load.moment is None else float(places.pop(0))
+    positions = list(found.multipliers * case.step)
+    depth = float(load.depth or 0.0) if load.force is None else float(positions.pop(0))
+    tilt = load.tilt if load.moment is None else float(positions.pop(0))
     steps = state.steps + found.steps
     return replace(state, pressure=found.x, touches=found.free, depth=depth, tilt=tilt, steps=steps)
 

@@ -62,7 +62,7 @@ class Indenter(ABC):
         object.__setattr__(self, name, value)
 
 
-def _places(y: npt.ArrayLike) -> FloatArray:
+def _positions(y: npt.ArrayLike) -> FloatArray:
     return _check.real("y", y, unit="m")
 
 
@@ -90,7 +90,7 @@ class Cylinder(Indenter):
         self._set("radius", above=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return np.asarray(_places(y) ** 2 / (2 * self.radius))
+        return np.asarray(_positions(y) ** 2 / (2 * self.radius))
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Flat(Indenter):
     """
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return np.zeros_like(_places(y))
+        return np.zeros_like(_positions(y))
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Edge(Indenter):
         self._set("edge_radius", at_least=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _beyond(_places(y), self.edge_radius)
+        return _beyond(_positions(y), self.edge_radius)
 
     @property
     def ends(self) -> tuple[float, float]:  # noqa: D102
@@ -166,7 +166,7 @@ class RoundedFlat(Indenter):
         self._set("edge_radius", at_least=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _beyond(np.abs(_places(y)) - self.half_width, self.edge_radius)
+        return _beyond(np.abs(_positions(y)) - self.half_width, self.edge_radius)
 
     @property
     def ends(self) -> tuple[float, float]:  # noqa: D102
@@ -199,7 +199,7 @@ class RoundedWedge(Indenter):
         self._set("tip_radius", at_least=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        distance = np.abs(_places(y))
+        distance = np.abs(_positions(y))
         reach = self.slope * self.tip_radius
         side = self.slope * (distance - 0.5 * reach)
         tip = distance**2 / (2 * self.tip_radius) if self.tip_radius else side
@@ -236,7 +236,7 @@ class SineRidges(Indenter):
             self._set("radius", above=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        ys = _places(y)
+        ys = _positions(y)
         return np.asarray(
             2 * self.amplitude * np.sin(np.pi * ys / self.pitch) ** 2 + ys**2 / (2 * self.radius)
         )
@@ -290,7 +290,7 @@ class ParticleOnFlat(Indenter):
             raise GeometryError(seen, "the flat has to be wider than the particle on it")
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        ys = _places(y)
+        ys = _positions(y)
         cap = self.protrusion * np.minimum((ys / self.half_width) ** 2, 1.0)
         return np.asarray(np.where(np.abs(ys) > self.flat_half_width, np.inf, cap))
 
@@ -371,7 +371,7 @@ class Profile(Indenter):
         return cls(y, raw, lambda at: np.asarray(function(at), dtype=np.float64) - lowest)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        ys = _places(y)
+        ys = _positions(y)
         low, high = self.ends
         inside = (ys >= low) & (ys <= high)
         at = np.clip(ys, low, high)

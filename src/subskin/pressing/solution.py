@@ -184,18 +184,18 @@ class ContactSolution:
         periodic = case.influence.periodic
         count = n * by if periodic else (n - 1) * by + 1
         op = influence(self.skin, case.step / by, count, periodic, case.datum)
-        places = np.arange(count) / by
+        positions = np.arange(count) / by
 
         def at(values: FloatArray) -> FloatArray:
             ends = np.append(values, values[0]) if periodic else values
-            return np.interp(places, np.arange(ends.size), ends)
+            return np.interp(positions, np.arange(ends.size), ends)
 
         fine = dataclasses.replace(
             case,
             influence=op,
             step=case.step / by,
-            y=case.y[0] + places * case.step,
-            height=case.profile(case.y[0] + places * case.step),
+            y=case.y[0] + positions * case.step,
+            height=case.profile(case.y[0] + positions * case.step),
             shift=at(case.shift),
         )
         state = dataclasses.replace(self.state, pressure=at(self.pressure), shear=at(self.shear))

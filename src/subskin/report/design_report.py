@@ -196,7 +196,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
             "squares over the touches, and the share of frames that are no longer told for sure."
         ),
         Table(
-            ["source", "amount", "place", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})
+            ["source", "amount", "position", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})
         ),
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
@@ -252,7 +252,7 @@ def _from(distance: float) -> str:
 
 def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     found = spatial_response(finger.finger)
-    dense = float(np.nanmin(sensor_density(finger.finger, 100.0).error_spacing))
+    dense = float(np.nanmin(sensor_density(finger.finger, 100.0).error_pitch))
     return [
         Heading("The skin as a filter"),
         Paragraph(
@@ -269,7 +269,7 @@ def _provenance(study: DesignStudy, goals_text: str) -> list[Block]:
     return [
         Heading("How this was found"),
         Paragraph(
-            f"subskin {__version__} design, seed {effort.seed}: {effort.depths} depths and {effort.spacings} pitches "
+            f"subskin {__version__} design, seed {effort.seed}: {effort.depths} depths and {effort.pitches} pitches "
             "for each kind of sensor, skin and count; the same goals and seed give the same numbers. What it takes for "
             "granted:"
         ),

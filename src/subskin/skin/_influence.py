@@ -22,8 +22,8 @@ def hat_mean(function: object, step: float, count: int) -> FloatArray:
     t = 0.5 * (1 + _NODES)
     total = np.zeros(count)
     for side in (-1, 1):
-        for place, weight in zip(side * t, 0.5 * _WEIGHTS * (1 - t), strict=True):
-            total += step * weight * function((np.arange(count) - place) * step)  # type: ignore[operator]
+        for position, weight in zip(side * t, 0.5 * _WEIGHTS * (1 - t), strict=True):
+            total += step * weight * function((np.arange(count) - position) * step)  # type: ignore[operator]
     return total
 
 

@@ -141,15 +141,15 @@ class Stack:
         bottoms, backs = bottoms[::-1], backs[::-1]
         share = -np.linalg.inv(allowed[:, 2:])  # tractions -p and -q
         out = np.empty((x.size, k.size, 4, 2))
-        tops, places = self.tops, self.places(x)
+        tops, positions = self.tops, self.positions(x)
         for j, layer in enumerate(self.layers):
-            for i in np.flatnonzero(places == j):
+            for i in np.flatnonzero(positions == j):
                 up = propagator(layer, k * (tops[j + 1] - x[i]))
                 out[i] = self._unscaled(layer, up @ bottoms[j] @ share)
                 if remainder and j == 0:
                     out[i] += layer.decaying @ decay(k * x[i])
             share = backs[j] @ share
-        self._fill_base(out, x, k, places, np.asarray(share))
+        self._fill_base(out, x, k, positions, np.asarray(share))
         return out
 
     def _decaying(self, k: FloatArray, x: FloatArray, remainder: bool) -> FloatArray:
@@ -172,7 +172,7 @@ class Stack:
                 kept.append(value)
             lower = layer
         out = np.empty((x.size, k.size, 4, 2))
-        tops, places = self.tops, self.places(x)
+        tops, positions = self.tops, self.positions(x)
         top = self.layers[0]
         back_at_top = (_FLIP @ top.decaying)[2:] @ falls[-1] @ echoes[-1] @ falls[-1]
         sent = -np.linalg.inv(np.eye(2) + back_at_top)
@@ -183,21 +183,21 @@ class Stack:
             n = len(self.layers) - 1 - j
             down, up = layer.decaying, _FLIP @ layer.decaying
             risen = echoes[n] @ falls[n] @ sent
-            for i in np.flatnonzero(places == j):
+            for i in np.flatnonzero(positions == j):
                 direct = down @ decay(k * (x[i] - tops[j])) @ (extra if j == 0 else sent)
                 out[i] = self._unscaled(layer, direct + up @ decay(k * (tops[j + 1] - x[i])) @ risen)
             sent = backs[n] @ changes[n] @ falls[n] @ sent
-        self._fill_base(out, x, k, places, np.asarray(sent))
+        self._fill_base(out, x, k, positions, np.asarray(sent))
         return out
 
     def _fill_base(
-        self, out: FloatArray, x: FloatArray, k: FloatArray, places: npt.NDArray[np.intp], share: FloatArray
+        self, out: FloatArray, x: FloatArray, k: FloatArray, positions: npt.NDArray[np.intp], share: FloatArray
     ) -> None:
-        for i in np.flatnonzero(places == len(self.layers)):
+        for i in np.flatnonzero(positions == len(self.layers)):
             base, allowed = self._base()
             out[i] = self._unscaled(base, allowed @ decay(k * (x[i] - self.tops[-1])) @ share)
 
-    def places(self, x: FloatArray) -> npt.NDArray[np.intp]:
+    def positions(self, x: FloatArray) -> npt.NDArray[np.intp]:
         """In which layer each depth lies; an interface belongs to the layer above it."""
         return np.asarray(np.searchsorted(self.tops[1:], x, side="left"))
 

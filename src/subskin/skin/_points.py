@@ -47,10 +47,10 @@ def blank_singular(contact: Contact, x: FloatArray, y: FloatArray, *components: 
     """NaN, and a warning, where the stress is infinite."""
     if (x > 0).all():
         return
-    for place in contact.singular_points():
-        bad = (x == 0) & (y == place)
+    for position in contact.singular_points():
+        bad = (x == 0) & (y == position)
         if bad.any():
-            where = float(np.broadcast_to(place, bad.shape)[bad][0])
+            where = float(np.broadcast_to(position, bad.shape)[bad][0])
             message = f"the stress is infinite on the surface at y = {where:.6g} m; NaN is returned there"
             warnings.warn(message, SingularPointWarning, stacklevel=5)
             for component in components:

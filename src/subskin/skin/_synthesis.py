@@ -67,8 +67,8 @@ def synthesise(
     shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
     axes = len(shape)
     batch = (1,) * (axes - len(contact.shape)) + contact.shape
-    places = (1,) * (axes - x.ndim) + x.shape
-    shared = [i for i in range(axes) if batch[i] > 1 and places[i] > 1]
+    positions = (1,) * (axes - x.ndim) + x.shape
+    shared = [i for i in range(axes) if batch[i] > 1 and positions[i] > 1]
     own = [i for i in range(axes) if i not in shared and batch[i] > 1]
     free = [i for i in range(axes) if i not in shared and i not in own]
     order = shared + own + free
@@ -76,7 +76,7 @@ def synthesise(
     p, q = (np.broadcast_to(s, (*contact.shape, k.size)).reshape(*batch, k.size) for s in spectrum)
     together, rows, columns = (int(np.prod([shape[i] for i in part])) for part in (shared, own, free))
     p, q = (np.multiply(s.transpose(*order, axes).reshape(together, rows, k.size), weights) for s in (p, q))
-    xs, ys = (a.reshape(places).transpose(order).reshape(together, columns) for a in (x, y))
+    xs, ys = (a.reshape(positions).transpose(order).reshape(together, columns) for a in (x, y))
     depths, which = np.unique(xs, return_inverse=True)
     which = which.reshape(xs.shape)
     out = np.empty((3, together, rows, columns))
@@ -99,9 +99,9 @@ class _Waves:
 
     def __init__(self, k: FloatArray, y: FloatArray) -> None:
         self.k, self.y = k, y
-        self.places, self.index = np.unique(y, return_inverse=True)
-        few = self.places.size * k.size <= _TABLE and self.places.size <= 0.5 * y.size
-        self.table = self._waves(self.places) if few else None
+        self.positions, self.index = np.unique(y, return_inverse=True)
+        few = self.positions.size * k.size <= _TABLE and self.positions.size <= 0.5 * y.size
+        self.table = self._waves(self.positions) if few else None
 
     def _waves(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         phase = self.k[:, None] * y

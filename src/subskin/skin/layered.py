@@ -128,7 +128,7 @@ class Layered(Skin):
     def material_at(self, depth: float) -> Material:
         """The material at a depth [m]; at an interface that of the layer above."""
         materials = [layer.material for layer in self.stack] + [self.base or self.stack[-1].material]
-        return materials[int(self.modes.places(np.array([depth]))[0])]
+        return materials[int(self.modes.positions(np.array([depth]))[0])]
 
     @property
     def thickness(self) -> float:
@@ -213,12 +213,12 @@ class Layered(Skin):
     def _state(self, fields: FloatArray, x: FloatArray) -> State:
         """Hooke's law of the layer in which each point lies."""
         materials = [layer.material for layer in self.stack] + ([] if self.base is None else [self.base])
-        places = self.modes.places(x)
+        positions = self.modes.positions(x)
         states = [hooke(fields, m) for m in materials]
 
         def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
             components = ("xx", "yy", "zz", "xy")
-            return [_check.read_only(np.choose(places, [getattr(t, c) for t in tensors])) for c in components]
+            return [_check.read_only(np.choose(positions, [getattr(t, c) for t in tensors])) for c in components]
 
         return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))
 

@@ -15,7 +15,7 @@ _compiled = nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
 
 
 @_compiled
-def row_table(field, field_start, field_step, places, start, step, table):
+def row_table(field, field_start, field_step, positions, start, step, table):
     """Fill `table` (cells, 5, 2, n): a row's receptive field from that of one sensor at y = 0.
 
     field (c, 5, 2): of one sensor; places (n,) of each. Both are polynomials of degree 4 in a cell; those of the row
@@ -29,7 +29,7 @@ def row_table(field, field_start, field_step, places, start, step, table):
             for side in range(2):
                 v0 = v1 = v2 = v3 = v4 = 0.0
                 for node in range(5):
-                    t = (centre + (node - 2) * 0.25 * step - places[i] - field_start) / field_step
+                    t = (centre + (node - 2) * 0.25 * step - positions[i] - field_start) / field_step
                     k = min(max(int(t), 0), most - 1)
                     t -= k + 0.5
                     f = field[k]
@@ -58,9 +58,9 @@ def row_table(field, field_start, field_step, places, start, step, table):
 def _field(table, start, step, y, a):
     """Values and slopes of the receptive field at y, into a (4, n): normal, tangential, their slopes."""
     cells, _, _, n = table.shape
-    place = (y - start) / step
-    cell = min(max(int(place), 0), cells - 1)
-    t = place - cell - 0.5
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
     for side in range(2):
         for i in range(n):
             c1, c2 = table[cell, 1, side, i], table[cell, 2, side, i]

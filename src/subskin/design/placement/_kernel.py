@@ -186,11 +186,11 @@ def _widened(b, edges, scan, c, s, f, total, variance):
         before, at, far = 0.0, f, math.nan
         while 0 <= k < m:
             here = math.sqrt(max(_rise(b, edges, k, c, s, total), 0.0))
-            place = start + k * step
+            position = start + k * step
             if here >= 1.96:
-                far = at + (place - at) * (1.96 - before) / (here - before)
+                far = at + (position - at) * (1.96 - before) / (here - before)
                 break
-            before, at = here, place
+            before, at = here, position
             k += 2 * side - 1
         width += abs(far - f) if far == far else 1.96 * math.sqrt(variance)
     return max((0.5 * width / 1.96) ** 2, variance)
@@ -254,7 +254,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
 
 
 @_compiled
-def survey(table, start, step, scan, mu, cone, force, limits, places, directions, bounds, out):
+def survey(table, start, step, scan, mu, cone, force, limits, positions, directions, bounds, out):
     """Fill `out` (7, p, k): what each touch is told to, and how probably it is mistaken; rows are named above.
 
     table (cells, 5, 2, n): whitened receptive field, with its start and step; scan: start, step and number of the
@@ -283,8 +283,8 @@ def survey(table, start, step, scan, mu, cone, force, limits, places, directions
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
     minimum = words.view(np.uint8)
     w, scratch, fit = np.empty(n), np.empty((6, n)), np.empty(13)
-    for p in range(places.size):
-        f = places[p]
+    for p in range(positions.size):
+        f = positions[p]
         _field(table, start, step, f, a)
         grams = _grams(a)
         _project(basis, a, b)

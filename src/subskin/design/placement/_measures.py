@@ -29,17 +29,17 @@ def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArr
     """
     across = max(round(np.sqrt(count / 10)), 1)
     along = -(-count // across)
-    places = (np.arange(along) + rng.random(along)) / along
-    return places, (np.arange(across) + rng.random((along, across))) / across
+    positions = (np.arange(along) + rng.random(along)) / along
+    return positions, (np.arange(across) + rng.random((along, across))) / across
 
 
 def closed_grid(
     touches: Touches, span: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places (p,) and angles (k,) from end to end, and weights (p, k) of the trapezoidal rule, of sum 1."""
-    places = np.linspace(*span, shape[0])
+    positions = np.linspace(*span, shape[0])
     angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
-    return places, angles, _trapezoid(places.size)[:, None] * _trapezoid(angles.size)
+    return positions, angles, _trapezoid(positions.size)[:, None] * _trapezoid(angles.size)
 
 
 def _trapezoid(count: int) -> FloatArray:

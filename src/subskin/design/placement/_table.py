@@ -66,7 +66,7 @@ class Table:
     def survey(
         self,
         touches: Touches,
-        places: FloatArray,
+        positions: FloatArray,
         directions: FloatArray,
         ambiguity: float,
         *,
@@ -89,24 +89,24 @@ class Table:
             touches.cone,
             touches.force,
             np.array(limits),
-            np.array(places),  # a copy, for another kind of array would be compiled for
+            np.array(positions),  # a copy, for another kind of array would be compiled for
             directions,
             bounds,
             out,
         )
         return out
 
-    def worst(self, touches: Touches, places: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
+    def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
         """Largest standard deviations of position, force and angle, uphill from the highest points of a grid."""
         climb = _compiled()[0].climb
-        ends = np.array([places[[0, -1]], angles[[0, -1]]])
-        size = np.ptp(ends, axis=1) / np.maximum([places.size - 1, angles.size - 1], 1)
+        ends = np.array([positions[[0, -1]], angles[[0, -1]]])
+        size = np.ptp(ends, axis=1) / np.maximum([positions.size - 1, angles.size - 1], 1)
         out: FloatArray = maps[:3].max(axis=(1, 2))
         for which in np.flatnonzero(np.isfinite(out)):
             for p, k in _highest(maps[which]):
                 top = climb(
                     self.values, self.start, self.step, touches.friction, touches.force, which,
-                    np.array([places[p], angles[k]]), size, ends,
+                    np.array([positions[p], angles[k]]), size, ends,
                 )  # fmt: skip
                 out[which] = max(out[which], top)
         return out
@@ -140,13 +140,13 @@ class OneSensor:
         self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
         self._depth = depth
 
-    def row(self, places: FloatArray, search: tuple[float, float]) -> Table:
-        """The table of sensors at `places` [m]."""
+    def row(self, positions: FloatArray, search: tuple[float, float]) -> Table:
+        """The table of sensors at `positions` [m]."""
         cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
         step = (search[1] - search[0]) / cells
-        values = np.empty((cells, 5, 2, places.size))
+        values = np.empty((cells, 5, 2, positions.size))
         _compiled()[0].row_table(
-            self._values, self._start, self._step, np.array(places), search[0], step, values
+            self._values, self._start, self._step, np.array(positions), search[0], step, values
         )
         return Table(values, search[0], step, self._depth)
 
@@ -157,10 +157,10 @@ def directions_of(angles: FloatArray) -> FloatArray:
 
 
 def searched(
-    places: FloatArray, depth: float, skin: Skin, span: tuple[float, float] | None, margin: float
+    positions: FloatArray, depth: float, skin: Skin, span: tuple[float, float] | None, margin: float
 ) -> tuple[float, float]:
-    """Where loads are looked for [m]: `margin` depths beyond the sensors at `places`, and all that is touched."""
-    low, high = float(places.min()) - margin * depth, float(places.max()) + margin * depth
+    """Where loads are looked for [m]: `margin` depths beyond the sensors at `positions`, and all that is touched."""
+    low, high = float(positions.min()) - margin * depth, float(positions.max()) + margin * depth
     if span is not None:
         low, high = min(low, span[0]), max(high, span[1])
     middle, half = 0.5 * (low + high), min(0.5 * (high - low), 0.5 * skin.period)

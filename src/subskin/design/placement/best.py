@@ -33,12 +33,12 @@ class BestRow:
     values : dict of str to float
         All its `PLACEMENT_MEASURES`.
     transducer : Transducer
-    depth, spacing : float
+    depth, pitch : float
         [m].
     count : int
     kinds : tuple of Transducer
         Those with a row that is nearly as good.
-    depths, spacings : (float, float)
+    depths, pitches : (float, float)
         [m]. Ranges about the best one in which there are admissible rows nearly as good: of the depth whatever the
         spacing, the kind and the count staying; of the spacing with all else staying.
     counts : (int, int)
@@ -51,11 +51,11 @@ class BestRow:
     values: dict[str, float]
     transducer: Transducer
     depth: float
-    spacing: float
+    pitch: float
     count: int
     kinds: tuple[Transducer, ...]
     depths: tuple[float, float]
-    spacings: tuple[float, float]
+    pitches: tuple[float, float]
     counts: tuple[int, int]
 
 
@@ -65,7 +65,7 @@ def best_row(
     *,
     limits: Mapping[str, float] | None = None,
     depths: tuple[float, float] | None = None,
-    spacings: tuple[float, float] | None = None,
+    pitches: tuple[float, float] | None = None,
     counts: tuple[int, int] | None = None,
     lengths: tuple[float, float] | None = None,
     within: float = 0.1,
@@ -80,7 +80,7 @@ def best_row(
         One of `PLACEMENT_MEASURES`.
     limits : mapping of str to float, optional
         Largest admissible value of any measures; {"ambiguous": 0.01, "unfelt": 0.01} if left out.
-    depths, spacings, lengths : (float, float), optional
+    depths, pitches, lengths : (float, float), optional
         Least and largest depth, spacing, and distance of the first sensor from the last [m].
     counts : (int, int), optional
         Least and largest number of sensors.
@@ -106,12 +106,12 @@ def best_row(
     ...     ss.design.Touches(force=40.0), noise=5e-5, samples=1000,
     ... )
     >>> best = ss.design.best_row(study, lengths=(5e-3, 20e-3))
-    >>> best.count, round(best.spacing * 1e3, 2)
+    >>> best.count, round(best.pitch * 1e3, 2)
     (8, 0.8)
     """
     values = study[measure]
     within = _check.scalar("within", within, at_least=0.0)
-    good = _admissible(study, limits, depths, spacings, counts, lengths)
+    good = _admissible(study, limits, depths, pitches, counts, lengths)
     rank = np.where(good & np.isfinite(values), -values if measure == "log_det" else values, np.inf)
     if not np.isfinite(rank).any():
         raise InvalidValueError(
@@ -125,7 +125,7 @@ def best_row(
     near: npt.NDArray[np.bool_] = rank <= (least + within if measure == "log_det" else least * (1 + within))
     spread = {
         "depths": _run(study.depth, np.any(near[k, :, :, c], axis=1), d),
-        "spacings": _run(study.spacing[d], near[k, d, :, c], s),
+        "pitches": _run(study.pitch[d], near[k, d, :, c], s),
     }
     number = _run(study.count, np.any(near[k], axis=(0, 1)), c)
     return BestRow(
@@ -135,7 +135,7 @@ def best_row(
         values={name: float(array[k, d, s, c]) for name, array in study.values.items()},
         transducer=study.transducers[k],
         depth=float(study.depth[d]),
-        spacing=float(study.spacing[d, s]),
+        pitch=float(study.pitch[d, s]),
         count=int(study.count[c]),
         kinds=tuple(study.transducers[int(i)] for i in np.flatnonzero(near.any(axis=(1, 2, 3)))),
         counts=(int(number[0]), int(number[1])),
@@ -150,20 +150,20 @@ def _admissible(
     study: PlacementStudy,
     limits: Mapping[str, float] | None,
     depths: tuple[float, float] | None,
-    spacings: tuple[float, float] | None,
+    pitches: tuple[float, float] | None,
     counts: tuple[int, int] | None,
     lengths: tuple[float, float] | None,
 ) -> npt.NDArray[np.bool_]:
     depth = study.depth[:, None, None]
-    spacing, count = study.spacing[:, :, None], study.count.astype(np.float64)
+    pitch, count = study.pitch[:, :, None], study.count.astype(np.float64)
     good = np.ones(study["wrong"].shape, dtype=np.bool_)
     for name, most in (_LIMITS if limits is None else limits).items():
         good &= study[name] <= most  # NaN, a row that does not fit, is not
     ranges = {
         "depths": (depth, depths),
-        "spacings": (spacing, spacings),
+        "pitches": (pitch, pitches),
         "counts": (count, counts),
-        "lengths": (spacing * (count - 1), lengths),
+        "lengths": (pitch * (count - 1), lengths),
     }
     for name, (quantity, bounds) in ranges.items():
         ends = _check.ends(name, bounds, f"{name}=(least, largest)")

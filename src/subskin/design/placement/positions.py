@@ -134,7 +134,7 @@ def best_positions(
             f"{measure} = {before[measure]}", "what is infinite cannot be improved", 'measure="position_95"'
         )
     allowed = max(share, before["ambiguous"] + before["unfelt"])
-    place, angle, weight = closed_grid(own, span, checked_grid(grid))
+    position, angle, weight = closed_grid(own, span, checked_grid(grid))
     directions = directions_of(np.broadcast_to(angle, weight.shape))
     start = np.sort(np.asarray(array.y))
     # as far as sensors may come, half the span and two depths beyond it
@@ -155,8 +155,8 @@ def best_positions(
         if outside > 0 or tight > 1e-12 or length > finger.skin.period:
             return 1e3 * (1 + outside + tight)
         row = table(y)
-        maps = row.survey(own, place, directions, ambiguity)
-        values = measured(maps, row.worst(own, place, angle, maps), weight, own, span)
+        maps = row.survey(own, position, directions, ambiguity)
+        values = measured(maps, row.worst(own, position, angle, maps), weight, own, span)
         size = -values["log_det"] if measure == "log_det" else float(np.log(max(values[measure], 1e-300)))
         excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
         return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)
@@ -208,7 +208,7 @@ def _searched(
 
     count, half = start.size, start.size // 2
 
-    def places(free: FloatArray) -> FloatArray:
+    def positions(free: FloatArray) -> FloatArray:
         if not symmetric:
             return np.sort(free)
         out = np.full(count, middle)
@@ -223,7 +223,7 @@ def _searched(
         begin = free if turn == 0 else free + scale * rng.uniform(-1, 1, free.size)
         simplex = np.vstack([begin, begin + scale * np.eye(free.size)])
         found = minimize(  # type: ignore[call-overload]
-            lambda x: cost(places(x)),
+            lambda x: cost(positions(x)),
             begin,
             method="Nelder-Mead",
             options={
@@ -235,5 +235,5 @@ def _searched(
             },
         )
         if found.fun < least:
-            best, least, free = places(found.x), float(found.fun), found.x
+            best, least, free = positions(found.x), float(found.fun), found.x
     return best

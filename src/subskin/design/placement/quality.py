@@ -29,7 +29,7 @@ class PlacementQuality:
     touches : Touches
     search : (float, float)
         Where loads are looked for [m]: the `search` with which `finger.locate` does what is foretold here.
-    place, angle : ndarray, shapes (p,), (k,)
+    position, angle : ndarray, shapes (p,), (k,)
         Of the touches [m, rad], from end to end.
     position_std, angle_std, force_std : ndarray
         Standard deviations that no unbiased estimate falls below (Cramer and Rao) [m, rad], and relative to the force
@@ -44,7 +44,7 @@ class PlacementQuality:
     finger: Finger
     touches: Touches
     search: tuple[float, float]
-    place: FloatArray
+    position: FloatArray
     angle: FloatArray
     position_std: FloatArray
     angle_std: FloatArray
@@ -115,8 +115,8 @@ def placement_quality(
     span = touches.span_on(finger)
     beyond = _check.scalar("margin", margin, at_least=0.0)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-    places, deepest = np.asarray(array.y), float(np.asarray(array.depth).max())
-    search = searched(places, deepest, finger.skin, span, beyond)
+    positions, deepest = np.asarray(array.y), float(np.asarray(array.depth).max())
+    search = searched(positions, deepest, finger.skin, span, beyond)
     y, angle, weight = closed_grid(touches, span, checked_grid(grid))
     table = Table.of(finger, search)
     maps = table.survey(touches, y, directions_of(np.broadcast_to(angle, weight.shape)), most)

@@ -35,7 +35,7 @@ def study_row(
     skin: Skin,
     transducer: Transducer,
     depth: float,
-    spacings: npt.ArrayLike,
+    pitches: npt.ArrayLike,
     counts: npt.ArrayLike,
     touches: Touches,
     *,
@@ -63,7 +63,7 @@ def study_row(
         What each sensor measures; one with a linear part.
     depth : float
         Of the sensors [m], > 0.
-    spacings : array_like, shape (s,)
+    pitches : array_like, shape (s,)
         Distances of neighbours [m], > 0.
     counts : array_like, shape (c,)
         Numbers of sensors, >= 3, or >= 2 where `touches.friction` is 0.
@@ -115,7 +115,7 @@ def study_row(
     [21.0, 210.0]
     """
     deep = _check.scalar("depth", depth, unit="m", above=0.0)
-    steps = np.atleast_1d(_check.real("spacings", spacings, unit="m", above=0.0))
+    steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
     numbers = checked_counts(counts, touches)
     sigma = _check.scalar("noise", noise, above=0.0)
     wide = _check.scalar("width", width, unit="m", at_least=0.0)
@@ -126,7 +126,7 @@ def study_row(
     if steps.ndim != 1:
         raise GeometryError(f"spacings of shape {steps.shape}", "a list is needed")
     check_span(skin, touches)
-    unit_places, unit_angles = jittered(amount, np.random.default_rng(seed))
+    unit_positions, unit_angles = jittered(amount, np.random.default_rng(seed))
     sampled_at = directions_of(touches.cone * (2 * unit_angles - 1))
     out = {name: np.full((steps.size, numbers.size), np.nan) for name in PLACEMENT_MEASURES}
     rows = [
@@ -143,11 +143,11 @@ def study_row(
     for (i, j, y), search in zip(rows, ends, strict=True):
         table = one.row(y, search)
         span = touches.span or (float(y[0]), float(y[-1]))
-        place, angle, weight = closed_grid(touches, span, shape)
-        maps = table.survey(touches, place, directions_of(np.broadcast_to(angle, weight.shape)), most)
-        values = measured(maps, table.worst(touches, place, angle, maps), weight, touches, span)
-        places = span[0] + (span[1] - span[0]) * unit_places
-        sampled = table.survey(touches, places, sampled_at, most, bounds=False)
+        position, angle, weight = closed_grid(touches, span, shape)
+        maps = table.survey(touches, position, directions_of(np.broadcast_to(angle, weight.shape)), most)
+        values = measured(maps, table.worst(touches, position, angle, maps), weight, touches, span)
+        positions = span[0] + (span[1] - span[0]) * unit_positions
+        sampled = table.survey(touches, positions, sampled_at, most, bounds=False)
         values |= {name: float(sampled[MAPS.index(name)].mean()) for name in SHARES}
         for name, value in values.items():
             out[name][i, j] = value
@@ -156,7 +156,7 @@ def study_row(
     return out
 
 
-def equal_row(count: int, spacing: float, touches: Touches) -> FloatArray:
+def equal_row(count: int, pitch: float, touches: Touches) -> FloatArray:
     """Places of `count` sensors [m] in the middle of the span, or about 0."""
     middle = 0.0 if touches.span is None else 0.5 * (touches.span[0] + touches.span[1])
-    return np.asarray(middle + spacing * (np.arange(count) - (count - 1) / 2))
+    return np.asarray(middle + pitch * (np.arange(count) - (count - 1) / 2))

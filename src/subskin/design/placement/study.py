@@ -36,7 +36,7 @@ class PlacementStudy:
     transducers : tuple of k Transducers
     depth : ndarray, shape (d,)
         [m].
-    spacing : ndarray, shape (d, s)
+    pitch : ndarray, shape (d, s)
         At each depth [m].
     count : ndarray of int, shape (c,)
     touches : Touches
@@ -53,7 +53,7 @@ class PlacementStudy:
     skin: Skin
     transducers: tuple[Transducer, ...]
     depth: FloatArray
-    spacing: FloatArray
+    pitch: FloatArray
     count: npt.NDArray[np.int_]
     touches: Touches
     noise: FloatArray
@@ -69,7 +69,7 @@ class PlacementStudy:
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
         """The finger at a place of the arrays: kind, depth, spacing, count."""
         k, d, s, c = index
-        y = equal_row(int(self.count[c]), float(self.spacing[d, s]), self.touches)
+        y = equal_row(int(self.count[c]), float(self.pitch[d, s]), self.touches)
         kind, noise = self.transducers[k], float(self.noise[k])
         return Finger(self.skin, SensorArray(y, float(self.depth[d]), kind, noise=noise, width=self.width))
 
@@ -78,7 +78,7 @@ def placement_study(
     skin: Skin,
     transducers: Sequence[Transducer] | Transducer,
     depths: npt.ArrayLike,
-    spacings: npt.ArrayLike,
+    pitches: npt.ArrayLike,
     counts: npt.ArrayLike,
     touches: Touches,
     *,
@@ -102,7 +102,7 @@ def placement_study(
         Kinds of sensor.
     depths : array_like, shape (d,)
         Of the sensors [m].
-    spacings : array_like, shape (s,) or (d, s)
+    pitches : array_like, shape (s,) or (d, s)
         Distances of neighbours [m]: the same at all depths, or a list for each.
     counts : array_like, shape (c,)
         Numbers of sensors.
@@ -141,7 +141,7 @@ def placement_study(
     """
     kinds = (transducers,) if isinstance(transducers, Transducer) else tuple(transducers)
     depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
-    steps = np.atleast_1d(_check.real("spacings", spacings, unit="m", above=0.0))
+    steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
     if (
         not kinds
         or not depth.size

@@ -148,7 +148,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         load, share = LineLoads(*(values[index] for values in lines)), shares[index]
         ends = float(low[index]), float(high[index])
         crests, troughs = (
-            ridge_places(float(pitch[index]), float(crest[index]), ends, shift) for shift in (0.0, 0.5)
+            ridge_positions(float(pitch[index]), float(crest[index]), ends, shift) for shift in (0.0, 0.5)
         )
         read = partial(field.readings, load, np.stack([np.ones_like(share), share, share - ridges.mean]))
         smooth, peak, ripple = largest(read, *ends, depth)
@@ -244,7 +244,7 @@ def _ratio(load: LineLoads, share: FloatArray) -> float:
     return float(force.sum()) / left if left else np.inf
 
 
-def ridge_places(pitch: float, crest: float, ends: tuple[float, float], shift: float) -> FloatArray:
+def ridge_positions(pitch: float, crest: float, ends: tuple[float, float], shift: float) -> FloatArray:
     """Crests (shift 0) or troughs (shift 1/2) beneath the contact, and the nearest to its middle."""
     start = crest + shift * pitch
     first, last = (int(np.ceil((ends[0] - start) / pitch)), int(np.floor((ends[1] - start) / pitch)))
@@ -260,15 +260,15 @@ class _Field:
         reach, depth = min(far, 0.5 * self.period), float(np.asarray(alone.array.depth)[0])
         self.table = ReceptiveField.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
 
-    def readings(self, load: LineLoads, shares: FloatArray, places: FloatArray) -> FloatArray:
-        """Readings at `places` of each of the shares (s, lines) of the load, shape (s, places)."""
+    def readings(self, load: LineLoads, shares: FloatArray, positions: FloatArray) -> FloatArray:
+        """Readings at `positions` of each of the shares (s, lines) of the load, shape (s, places)."""
         felt = (load.normal != 0) | (load.tangential != 0)
         y, forces = load.y[felt], (load.normal[felt], load.tangential[felt])
-        out = np.zeros((len(shares), places.size))
+        out = np.zeros((len(shares), positions.size))
         size = max(1, _BLOCK // max(1, y.size))
-        for start in range(0, places.size, size):
+        for start in range(0, positions.size, size):
             part = slice(start, start + size)
-            distance = y - places[part, None]
+            distance = y - positions[part, None]
             if np.isfinite(self.period):
                 distance = distance - self.period * np.round(distance / self.period)
             answer = self.table(distance)[..., 0, :]

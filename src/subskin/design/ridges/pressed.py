@@ -13,7 +13,7 @@ from ...contact import PressureProfile
 from ...finger import Finger
 from ...pressing import SineRidges, press
 from ...skin import Skin
-from .gain import Gains, largest, ridge_gain, ridge_places
+from .gain import Gains, largest, ridge_gain, ridge_positions
 from .shape import Ridges, ShapeName
 
 __all__ = ["PressedRidges", "closing_pressure", "press_ridges"]
@@ -191,15 +191,15 @@ def _solved(
     chosen = finger.array.select([sensor])
     depth = float(np.asarray(chosen.depth)[0])
 
-    def read(places: FloatArray) -> FloatArray:
-        row = replace(finger.array.select([sensor] * places.size), y=places)
+    def read(positions: FloatArray) -> FloatArray:
+        row = replace(finger.array.select([sensor] * positions.size), y=positions)
         without, with_ = (Finger(finger.skin, row).measure(c, linear=True) for c in (smooth, ridged))
         return np.stack([without, with_, with_ - without])
 
     low, high = (float(f(float(c.nodes[i]) for c in (smooth, ridged))) for f, i in ((min, 0), (max, -1)))
     top, peak, ripple = largest(read, low, high, depth)
     beneath, between = (
-        float(np.abs(read(ridge_places(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5)
+        float(np.abs(read(ridge_positions(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5)
     )
     values = (max(peak, beneath, between), beneath, between, ripple)
     return Gains(*(np.asarray(v / top) for v in values))

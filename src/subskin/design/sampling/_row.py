@@ -128,16 +128,16 @@ class Row:
         parts = 1 / np.pi * (spectrum[1:] + spectrum[:-1]) * np.diff(k)
         return np.concatenate([np.cumsum(parts[::-1])[::-1], [0.0]])
 
-    def readings(self, places: FloatArray) -> FloatArray:
+    def readings(self, positions: FloatArray) -> FloatArray:
         """Readings of the sensor at places of shape (m,), without offset and noise."""
         assert self.contact is not None
         one = self.finger.array
         many = SensorArray(
-            y=places,
+            y=positions,
             depth=one.depth,
             width=one.width,
             gain=one.gain,
-            transducer=(one.transducers[0],) * places.size,
+            transducer=(one.transducers[0],) * positions.size,
         )
         measured = Finger(self.finger.skin, many).measure(self.contact, linear=True)
         return np.asarray(np.asarray(one.gain) * measured)

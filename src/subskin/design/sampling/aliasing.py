@@ -38,9 +38,9 @@ class AliasingError:
     finger : Finger
         The skin, with the one sensor that the row repeats, at y = 0.
     contact : Contact
-    spacing : float
+    pitch : float
         Of the sensors [m].
-    place : ndarray, shape (m,)
+    position : ndarray, shape (m,)
         Places along the skin [m].
     reading : ndarray, shape (m,)
         What a sensor there would read.
@@ -60,8 +60,8 @@ class AliasingError:
 
     finger: Finger
     contact: Contact
-    spacing: float
-    place: FloatArray
+    pitch: float
+    position: FloatArray
     reading: FloatArray
     shift: FloatArray
     error: FloatArray
@@ -83,7 +83,7 @@ class AliasingError:
 def aliasing_error(
     finger: Finger,
     contact: Contact,
-    spacing: float | None = None,
+    pitch: float | None = None,
     *,
     sensor: int = 0,
     shifts: int = 16,
@@ -102,7 +102,7 @@ def aliasing_error(
         Any skin, any transducer that is linear or has a linear part.
     contact : Contact
         A single one; pressure and shear as given.
-    spacing : float, optional
+    pitch : float, optional
         Spacing of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
         smaller one of which a whole number goes round.
     sensor : int, optional
@@ -130,12 +130,12 @@ def aliasing_error(
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
     >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=2e-3))
-    >>> found = ss.design.aliasing_error(finger, ss.LineLoad(force=40.0), spacing=2e-3 / 3.2574)
+    >>> found = ss.design.aliasing_error(finger, ss.LineLoad(force=40.0), pitch=2e-3 / 3.2574)
     >>> f"{found.at_nyquist:.2e} {found.largest:.2e} {found.bound:.2e}"
     '1.00e-03 8.08e-04 8.08e-04'
     """
     row = Row.of(finger, sensor, contact)
-    step = _spacing(finger, spacing)
+    step = _pitch(finger, pitch)
     if step < _DENSEST * row.depth:
         raise InvalidValueError(
             f"spacing = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
@@ -148,12 +148,12 @@ def aliasing_error(
         step = skin.period / around
     window = row.half_width + _WINDOW * row.depth + step
     half = int(np.ceil(_STEPS * window / step))
-    places = np.linspace(-half, half, 2 * half + 1) * (step / _STEPS)
+    positions = np.linspace(-half, half, 2 * half + 1) * (step / _STEPS)
     if around:
-        places = places[np.abs(places) <= 0.5 * skin.period]
-    truth = row.readings(row.centre + places)
+        positions = positions[np.abs(positions) <= 0.5 * skin.period]
+    truth = row.readings(row.centre + positions)
     offsets = step / int(shifts) * np.arange(int(shifts), dtype=np.float64)
-    error = np.stack([_recovered(row, places, offset, step, around) for offset in offsets]) - truth
+    error = np.stack([_recovered(row, positions, offset, step, around) for offset in offsets]) - truth
     scale = float(np.abs(truth).max())
     if not scale > 0:
         raise InvalidValueError(
@@ -163,8 +163,8 @@ def aliasing_error(
     return AliasingError(
         finger=row.finger,
         contact=contact,
-        spacing=step,
-        place=_check.read_only(row.centre + places),
+        pitch=step,
+        position=_check.read_only(row.centre + positions),
         reading=_check.read_only(truth),
         shift=_check.read_only(offsets),
         error=_check.read_only(error),
@@ -174,9 +174,9 @@ def aliasing_error(
     )
 
 
-def _spacing(finger: Finger, spacing: float | None) -> float:
-    if spacing is not None:
-        return _check.scalar("spacing", spacing, unit="m", above=0.0)
+def _pitch(finger: Finger, pitch: float | None) -> float:
+    if pitch is not None:
+        return _check.scalar("pitch", pitch, unit="m", above=0.0)
     gaps = np.diff(np.sort(np.asarray(finger.array.y)))
     if not gaps.size or not gaps.min() > 0 or np.ptp(gaps) > 1e-9 * gaps.max():
         raise GeometryError(
@@ -185,7 +185,7 @@ def _spacing(finger: Finger, spacing: float | None) -> float:
     return float(gaps.mean())
 
 
-def _recovered(row: Row, places: FloatArray, offset: float, step: float, around: int) -> FloatArray:
+def _recovered(row: Row, positions: FloatArray, offset: float, step: float, around: int) -> FloatArray:
     """The samples at offset + j step from the contact's centre, joined by sinc functions, or their like on a ring."""
     if around:
         at = offset + step * np.arange(around, dtype=np.float64)
@@ -199,10 +199,10 @@ def _recovered(row: Row, places: FloatArray, offset: float, step: float, around:
         from scipy.special import erfc
 
         samples = samples * 0.5 * erfc((np.abs(at) / step - full) / _TAPER)
-    out = np.empty(places.size)
+    out = np.empty(positions.size)
     size = max(1, _BLOCK // at.size)
-    for i in range(0, places.size, size):
-        t = (places[i : i + size, None] - at) / step
+    for i in range(0, positions.size, size):
+        t = (positions[i : i + size, None] - at) / step
         out[i : i + size] = (_periodic(t, around) if around else np.sinc(t)) @ samples
     return out
 

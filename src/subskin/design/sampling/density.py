@@ -35,9 +35,9 @@ class SensorDensity:
     contact : Contact or None
         What presses; None for the worst case.
     attenuation : ndarray, shape (...)
-    spacing : ndarray, shape (..., 2)
+    pitch : ndarray, shape (..., 2)
         Largest spacing of the sensors [m]; NaN where the response to long waves has no bound.
-    error_spacing : ndarray, shape (..., 2)
+    error_pitch : ndarray, shape (..., 2)
         Largest spacing at which no reading recovered between the sensors can be off by more than full scale /
         attenuation [m]: the bound of `aliasing_error`. Full scale is the largest reading under the contact; without
         one, under a line load.
@@ -50,20 +50,20 @@ class SensorDensity:
     finger: Finger
     contact: Contact | None
     attenuation: FloatArray
-    spacing: FloatArray
-    error_spacing: FloatArray
+    pitch: FloatArray
+    error_pitch: FloatArray
     peak: FloatArray
     largest: FloatArray
 
     @property
     def density(self) -> FloatArray:
         """Sensors per metre, 1 / spacing [1/m], shape (..., 2); the memo's s in s d > 3.2."""
-        return _check.read_only(1 / self.spacing)
+        return _check.read_only(1 / self.pitch)
 
     @property
     def nyquist(self) -> FloatArray:
         """Wavenumber pi / spacing from which on all is attenuated [rad/m], shape (..., 2)."""
-        return _check.read_only(np.pi / self.spacing)
+        return _check.read_only(np.pi / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
         """Size of what is read of each wave [rad/m], over the largest, shape (..., 2).
@@ -81,7 +81,7 @@ class SensorDensity:
 
     def rate(self, speed: float) -> FloatArray:
         """Samples per second [Hz] with which one sensor that slides at `speed` [m/s] is as good as the row."""
-        return _check.read_only(abs(_check.scalar("speed", speed, unit="m/s")) / self.spacing)
+        return _check.read_only(abs(_check.scalar("speed", speed, unit="m/s")) / self.pitch)
 
 
 def sensor_density(
@@ -93,7 +93,7 @@ def sensor_density(
 ) -> SensorDensity:
     """How closely sensors have to lie for the continuous reading to be recovered from theirs.
 
-    A row of equal sensors `spacing` apart samples the reading along the skin. Waves shorter than two spacings, beyond
+    A row of equal sensors `pitch` apart samples the reading along the skin. Waves shorter than two spacings, beyond
     the Nyquist wavenumber pi / spacing, appear as longer ones. Wanted is that all of these are down by `attenuation`
     from the wave that is read most: abs(P H) beyond the Nyquist wavenumber against its own largest value, H being the
     response of skin and sensor and P the pressure's spectrum. All waves beyond count, not only the one at the Nyquist
@@ -139,7 +139,7 @@ def sensor_density(
     >>> (found.density[:, 0] * 2e-3).round(4).tolist()
     [1.5564, 3.2574]
     >>> roller = ss.Hertz(force=40.0, half_width=2e-3)
-    >>> round(float(ss.design.sensor_density(finger, contact=roller).spacing[0]) * 1e3, 2)
+    >>> round(float(ss.design.sensor_density(finger, contact=roller).pitch[0]) * 1e3, 2)
     0.95
     """
     wanted = _check.real("attenuation", attenuation, above=1.0)
@@ -163,8 +163,8 @@ def sensor_density(
         nyquist[0, :, load] = [_crossing(row, k, own, largest[load] / ratio, load) for ratio in ratios]
         errors = row.beyond(k, own) / scales[load]
         nyquist[1, :, load] = [_fallen(row, k, errors, 1 / ratio) for ratio in ratios]
-    spacings = (np.pi / nyquist).reshape(2, *wanted.shape, 2)
-    arrays = [_check.read_only(a) for a in (*spacings, peak, largest)]
+    pitches = (np.pi / nyquist).reshape(2, *wanted.shape, 2)
+    arrays = [_check.read_only(a) for a in (*pitches, peak, largest)]
     return SensorDensity(row.finger, contact, wanted, *arrays)
 
 
@@ -175,15 +175,15 @@ def _size(row: Row, k: float, load: int) -> float:
 def _full_scale(row: Row, k: FloatArray, waves: ComplexArray) -> FloatArray:
     """Largest reading along the skin under the pressure alone and under the shear alone, shape (2,)."""
     reach = row.half_width + _WINDOW * row.depth
-    places = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_PLACES * reach / row.depth)) + 1)
+    positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_PLACES * reach / row.depth)) + 1)
     if isinstance(row.finger.skin, Round):
         weights = np.where(k == 0, 0.5, 1.0) / (np.pi * row.finger.skin.radius)
     else:
         steps = np.diff(k, prepend=0.0)
         weights = 0.5 * (steps + np.append(steps[1:], 0.0)) / np.pi
     found, size = np.zeros(2), max(1, _BLOCK // k.size)
-    for i in range(0, places.size, size):
-        part = np.exp(1j * np.outer(places[i : i + size], k)) @ (weights[:, None] * waves)
+    for i in range(0, positions.size, size):
+        part = np.exp(1j * np.outer(positions[i : i + size], k)) @ (weights[:, None] * waves)
         found = np.maximum(found, np.abs(part.real).max(axis=0))
     return found
 

@@ -27,14 +27,14 @@ class SlidingSamples:
         How far the skin slides from one frame to the next [m].
     distance : float
         How far it slides in all [m].
-    place : ndarray, shape (m,)
+    position : ndarray, shape (m,)
         Different places sampled on the stretch that every sensor passes over, one step of it [m], ascending.
     visits : float
         Samples at each of these places, on average over the places: those of sensors that follow in others' tracks.
-    spacing : float
+    pitch : float
         The widest gap between neighbouring places [m]: what the row's spacing is to be replaced by.
-    mean_spacing : float
-        Step over the number of places [m]; smaller than `spacing` where samples come in bunches.
+    mean_pitch : float
+        Step over the number of places [m]; smaller than `pitch` where samples come in bunches.
     noise_gain : float
         Noise of the readings recovered between the samples over that of as many samples spaced evenly, if all waves up
         to pi / mean_spacing are recovered: 1 for even samples, large for bunches.
@@ -42,10 +42,10 @@ class SlidingSamples:
 
     step: float
     distance: float
-    place: FloatArray
+    position: FloatArray
     visits: float
-    spacing: float
-    mean_spacing: float
+    pitch: float
+    mean_pitch: float
     noise_gain: float
 
 
@@ -86,7 +86,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     >>> import subskin as ss
     >>> row = ss.SensorArray.line(count=4, pitch=1e-3, depth=2e-3)
     >>> found = ss.design.sliding_samples(row, speed=0.08, rate=100.0)
-    >>> round(found.spacing * 1e3, 6), round(found.noise_gain, 6)
+    >>> round(found.pitch * 1e3, 6), round(found.noise_gain, 6)
     (0.2, 1.0)
     """
     pace = abs(_check.scalar("speed", speed, unit="m/s"))
@@ -117,9 +117,9 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     return SlidingSamples(
         step=step,
         distance=float(np.ptp(y)) + step,
-        place=_check.read_only(y.max() + step * rest),
+        position=_check.read_only(y.max() + step * rest),
         visits=y.size / rest.size,
-        spacing=step * float(gaps.max()),
-        mean_spacing=step / rest.size,
+        pitch=step * float(gaps.max()),
+        mean_pitch=step / rest.size,
         noise_gain=gain,
     )

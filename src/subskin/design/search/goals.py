@@ -183,7 +183,7 @@ class Effort:
 
     Parameters
     ----------
-    depths, spacings : int, optional
+    depths, pitches : int, optional
         How many of each are tried.
     touches : int, optional
         Touches by which each design is judged.
@@ -194,13 +194,13 @@ class Effort:
     """
 
     depths: int = 20
-    spacings: int = 30
+    pitches: int = 30
     touches: int = 10_000
     seed: int = 0
     keep: int = 5
 
     def __post_init__(self) -> None:
-        for name, least in (("depths", 1), ("spacings", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
+        for name, least in (("depths", 1), ("pitches", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
             value = getattr(self, name)
             if isinstance(value, bool) or int(value) != value or value < least:
                 raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed")

@@ -210,7 +210,7 @@ def _depths(goals: Goals, k: int) -> FloatArray:
 def _pitches(goals: Goals) -> FloatArray:
     room = goals.room
     widest = min(room.longest_row / (room.count[0] - 1), WIDEST * room.depth[1])
-    return np.geomspace(room.least_pitch, max(widest, room.least_pitch), goals.effort.spacings)
+    return np.geomspace(room.least_pitch, max(widest, room.least_pitch), goals.effort.pitches)
 
 
 def _under_load(goals: Goals, depths: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:

@@ -148,7 +148,7 @@ def rank_fingers(
                 progress()
         found.sort(key=lambda f: (not f.meets, f.row.count if f.meets else 0, f.excess))
         kept = found[: grid.goals.effort.keep]
-        wide = list(pool.map(lambda f: apart(limen(f.finger, grid.goals, "wide", places=9)), kept))
+        wide = list(pool.map(lambda f: apart(limen(f.finger, grid.goals, "wide", positions=9)), kept))
     finally:
         stopped.set()
         pool.shutdown(wait=True, cancel_futures=True)
@@ -217,7 +217,7 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
             finger,
             goals.touches,
             amounts,
-            places=12,
+            positions=12,
             angles=6,
             draws=50,
             seed=goals.effort.seed,

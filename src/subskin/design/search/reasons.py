@@ -175,11 +175,11 @@ def _information(grid: DesignGrid, excess: FloatArray, k: int, m: int, n: int) -
     index = (k, m, int(d), int(s), n)
     if not np.isfinite(plane[d, s]) or excess[index] <= 1:
         return []
-    place = (
+    position = (
         f"depth {in_words(float(grid.depths[k, d]), 'm')} and pitch {in_words(float(grid.pitches[s]), 'm')}"
     )
     sentence = (
-        f"The most information on average (D-optimality) would be had at {place}, which misses the goals: "
+        f"The most information on average (D-optimality) would be had at {position}, which misses the goals: "
         f"{_worst(grid, index)}."
     )
     return [sentence]

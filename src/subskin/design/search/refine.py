@@ -76,12 +76,12 @@ class Aim:
         ratios = [np.hypot(values[c.name], self.made.get(c.name, 0.0)) / c.wanted for c in self.grid.criteria]
         return float(max(ratio if np.isfinite(ratio) else np.inf for ratio in ratios))
 
-    def _apart(self, row: Row, places: int) -> float:
+    def _apart(self, row: Row, positions: int) -> float:
         """Distance at which two points are told, over what is wanted; 0 where nothing is."""
         goals = self.grid.goals
         if goals.accuracy.feature is None:
             return 0.0
-        return apart(limen(goals.finger(row), goals, "point", places)) / goals.accuracy.feature
+        return apart(limen(goals.finger(row), goals, "point", positions)) / goals.accuracy.feature
 
     def _start(self) -> tuple[int, int]:
         """The best depth and pitch of the grid."""
@@ -108,7 +108,7 @@ class Aim:
         for d, s in cells[:_CELLS]:
             if excess[d, s] < best[0]:
                 row = self._row(float(grid.depths[self.skin, d]), float(grid.pitches[s]))
-                value = max(float(excess[d, s]), self._apart(row, places=9)), float(excess[d, s])
+                value = max(float(excess[d, s]), self._apart(row, positions=9)), float(excess[d, s])
                 if value < best:
                     best, chosen = value, (d, s)
         return chosen
@@ -139,12 +139,12 @@ class Aim:
         best = Tried(np.inf, *rows[0])
         for excess, row, values in rows[:_PITCHES]:
             if excess < min(best.worst, np.inf if so_far is None else so_far.worst):
-                one = Tried(max(excess, self._apart(row, places=17)), excess, row, values)
+                one = Tried(max(excess, self._apart(row, positions=17)), excess, row, values)
                 best = min(best, one, key=lambda t: t[:2])
         return best
 
 
-def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], places: int = 17) -> TwoPointLimen:
+def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], positions: int = 17) -> TwoPointLimen:
     """Distances at which two touches of the weakest force are told from one, in 90 % of frames at 1 % of false alarms.
 
     Angles are unknown; the touches have those of the middle and the ends of the cone.
@@ -156,7 +156,7 @@ def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], place
     ):  # a distance counts where all larger ones are told too, a quarter beyond
         largest = max(largest, 1.25 * goals.accuracy.feature)
     return two_point_limen(
-        finger, goals.touches, against=against, angle=angle, places=places, angles=3, largest=largest
+        finger, goals.touches, against=against, angle=angle, positions=positions, angles=3, largest=largest
     )
 
 

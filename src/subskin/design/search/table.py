@@ -39,7 +39,7 @@ def _row(study: DesignStudy, finger: DesignedFinger, rank: int) -> dict[str, str
         "n": str(row.count),
         "pitch": in_words(row.pitch, "m"),
         "depth": in_words(row.depth, "m"),
-        "place": in_words(done.get("position_95", values["position_95"]), "m"),
+        "position": in_words(done.get("position_95", values["position_95"]), "m"),
         "angle": in_words(done.get("angle_95", values["angle_95"]), "rad")
         if goals.touches.friction > 0
         else "-",

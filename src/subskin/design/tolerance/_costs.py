@@ -150,7 +150,7 @@ class Costs:
             changes = [study.readings(made) - readings for made in self.sides(name, amount)]
             square = np.mean([np.einsum("pakn,pan->pak", self._slope, c) ** 2 for c in changes], axis=0)
         else:
-            if name in ("place", "depths"):
+            if name in ("position", "depths"):
                 step = _STEP * amount
                 ends = [study.readings(as_made(study.finger, {name: s})) for s in (step, -step)]
                 change = (ends[0] - ends[1]) * (0.5 / _STEP)

@@ -26,7 +26,7 @@ _TERMS = {
     "offset": ("offset",),
     "depth": ("depth",),
     "depths": ("depths",),
-    "place": ("place",),
+    "position": ("position",),
     "poisson": ("poisson",),
     "thickness": ("thickness",),
 }
@@ -135,18 +135,18 @@ def _calibrated(
     noise = of_each_sensor(made.array.noise, amounts["noise"]) if "noise" in amounts else made.array.noise
     made = replace(made, array=replace(made.array, noise=noise))
     if method == "known":
-        places = np.linspace(*study.touches.span_on(study.finger), count)
+        positions = np.linspace(*study.touches.span_on(study.finger), count)
         force = study.touches.force
-        readings = made.read(LineLoad(force, 0.0, places), rng)
+        readings = made.read(LineLoad(force, 0.0, positions), rng)
         try:
-            return calibrate(study.finger, readings, places, fit=fit, force=force, origin=0.0).finger
+            return calibrate(study.finger, readings, positions, fit=fit, force=force, origin=0.0).finger
         except (
             ConvergenceError
         ):  # normal touches do not tell Poisson's ratio from a gain to every kind of sensor
             rest = tuple(term for term in fit if term != "poisson")
             if rest in (tuple(fit), ()):
                 raise
-            return calibrate(study.finger, readings, places, fit=rest, force=force, origin=0.0).finger
+            return calibrate(study.finger, readings, positions, fit=rest, force=force, origin=0.0).finger
     readings = made.read(study.touches.sample(count, rng, study.finger), rng)
     options: dict[str, Any] = {"friction": study.friction, "search": study.search}
     options |= _priors(study.finger, fit, amounts)
@@ -158,7 +158,7 @@ def _priors(finger: Finger, fit: Sequence[str], amounts: Mapping[str, float]) ->
     depth = np.asarray(finger.array.depth)
     below = finger.skin.thickness - float(depth.max())
     scale = {
-        "place": 1 / depth.mean(),
+        "position": 1 / depth.mean(),
         "depth": 1 / depth.mean(),
         "depths": 1 / depth.mean(),
         "thickness": 1 / below,

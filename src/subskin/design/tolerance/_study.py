@@ -43,7 +43,7 @@ class Study:
         As drawn: what `locate` believes.
     touches : Touches
         What presses.
-    place, angle : ndarray, shapes (p,), (a,)
+    position, angle : ndarray, shapes (p,), (a,)
         The grid [m, rad].
     friction : float
         Of the search.
@@ -55,21 +55,21 @@ class Study:
         self,
         finger: Finger,
         touches: Touches,
-        place: FloatArray,
+        position: FloatArray,
         angle: FloatArray,
         friction: float,
         search: tuple[float, float] | None,
     ) -> None:
-        self.finger, self.touches, self.place, self.angle = finger, touches, place, angle
+        self.finger, self.touches, self.position, self.angle = finger, touches, position, angle
         self.friction, self.search = friction, search
         needed, live = 2 if friction == 0 else 3, int(finger.array.live.sum())
         if live < needed:
             raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}")
         self.locator = finger.locator(search=search, friction=friction)
         field = self.locator.field
-        if place.min() < field.start or place.max() > field.stop:
+        if position.min() < field.start or position.max() > field.stop:
             raise GeometryError(
-                f"touches from {place.min():.6g} to {place.max():.6g} m",
+                f"touches from {position.min():.6g} to {position.max():.6g} m",
                 f"loads are looked for from {field.start:.6g} to {field.stop:.6g} m",
                 "a narrower span, or a wider search",
             )
@@ -80,15 +80,15 @@ class Study:
 
     def of(self, finger: Finger) -> Study:
         """The same touches, located by another finger."""
-        return Study(finger, self.touches, self.place, self.angle, self.friction, self.search)
+        return Study(finger, self.touches, self.position, self.angle, self.friction, self.search)
 
     def readings(self, made: Finger) -> FloatArray:
         """What the touches read on a finger, without noise, steps or ends of the range, shape (p, a, n)."""
         if self._linear:
-            field = made.receptive_field(self.place)
+            field = made.receptive_field(self.position)
             return np.asarray(np.einsum("pnl,al->pan", field, self.load) + np.asarray(made.array.offset))
         exact = replace(made.array, low=-np.inf, high=np.inf, resolution=0.0)
-        touch = LineLoad(self.touches.force, self.angle, self.place[:, None])
+        touch = LineLoad(self.touches.force, self.angle, self.position[:, None])
         return replace(made, array=exact).read(touch)
 
     def readings_of(self, made: Sequence[Finger]) -> FloatArray:
@@ -123,7 +123,7 @@ class Study:
             position[none], angle[none] = again.position, again.angle
             force[none] = again.force * scale[:, 0]
         errors = np.stack(
-            [position - self.place[:, None], force / self.touches.force - 1, angle - self.angle], axis=-1
+            [position - self.position[:, None], force / self.touches.force - 1, angle - self.angle], axis=-1
         )
         return Located(errors, np.asarray(found.status == Status.OK))
 
@@ -136,9 +136,9 @@ class Study:
         array = self.finger.array
         weight = np.where(array.live, 1 / np.where(array.live, array.noise, 1.0), 0.0)
         table = self.locator.field
-        shape = (self.place.size, self.angle.size, len(array))
-        moved = np.einsum("pnl,al->pan", table(self.place, derivative=1), self.load)
-        field = table(self.place)[:, None]
+        shape = (self.position.size, self.angle.size, len(array))
+        moved = np.einsum("pnl,al->pan", table(self.position, derivative=1), self.load)
+        field = table(self.position)[:, None]
         columns = [
             moved,
             *(np.broadcast_to(field[..., k], shape) for k in range(1 if self.friction == 0 else 2)),

@@ -23,7 +23,7 @@ def tolerance_budget(
     touches: Touches,
     tolerances: Mapping[str, float] | None = None,
     *,
-    places: int = 24,
+    positions: int = 24,
     angles: int = 12,
     draws: int = 200,
     quantile: float = 0.95,
@@ -53,7 +53,7 @@ def tolerance_budget(
     tolerances : mapping of str to float, optional
         Amount of each source of `SOURCES` to look at, a standard deviation [m, readings or shares];
         `usual_tolerances(finger)` if left out. 0 leaves a source out.
-    places, angles : int, optional
+    positions, angles : int, optional
         Touches: middles of equal parts of the span and of the cone. An odd number of both puts one where three sensors
         are singular.
     draws : int, optional
@@ -103,7 +103,7 @@ def tolerance_budget(
     """
     amounts = checked_tolerances(finger, tolerances)
     counts = {
-        "places": places, "angles": angles, "draws": draws,
+        "positions": positions, "angles": angles, "draws": draws,
         "calibration_draws": calibration_draws, "calibration_touches": calibration_touches,
         "calibration_presses": calibration_presses,
     }  # fmt: skip
@@ -117,8 +117,8 @@ def tolerance_budget(
         raise InvalidValueError(f"seed = {seed!r}", "a whole number >= 0 is needed")
     methods = _methods(self_calibration, terms_for(finger, amounts))
     mu = touches.friction if friction is None else checked_friction(friction)
-    place, angle = touches.grid(places, angles, finger)
-    costs = Costs(Study(finger, touches, place, angle, mu, search), draws, share, seed)
+    position, angle = touches.grid(positions, angles, finger)
+    costs = Costs(Study(finger, touches, position, angle, mu, search), draws, share, seed)
     advance = progress or (lambda: None)
     rows = []
     for name, amount in amounts.items():

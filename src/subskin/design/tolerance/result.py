@@ -164,8 +164,8 @@ class ToleranceBudget:
                 raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}")
         chosen = amounts if sources is None else {name: amounts[name] for name in sources}
         square = sum(self._costs.linear(name, amount) ** 2 for name, amount in chosen.items())
-        place, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
-        return float(place), float(angle), float(force)
+        position, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
+        return float(position), float(angle), float(force)
 
     def needed(
         self, position: float | None = None, angle: float | None = None, *, keep: Sequence[str] = ()

@@ -27,7 +27,7 @@ class Source(NamedTuple):
 
 
 SOURCES = {
-    "place": Source("m", "sensor", "each sensor's place"),
+    "position": Source("m", "sensor", "each sensor's place"),
     "depth": Source("m", "finger", "depth of all"),
     "depths": Source("m", "sensor", "each sensor's depth"),
     "young": Source("", "finger", "Young's modulus"),
@@ -48,7 +48,7 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
     """What is usually not known better of a finger that is moulded and not measured, by source.
 
     Amounts are standard deviations, but for `width` and `resolution`: by how much the sensors are wider than the model
-    takes them, and the step of a reading. In the finger's own terms, with d the mean depth: `place` 2 % of d, `depth` 5
+    takes them, and the step of a reading. In the finger's own terms, with d the mean depth: `position` 2 % of d, `depth` 5
     % of d, `gains` 5 %, as `calibrate_blind` takes them; `depths` 2 % of d, `young` 10 %, `poisson` 0.02 where the skin
     has a material that can be changed, `gain` 5 %, `offset` as much as the noise, `width` a fifth of d, `thickness` 5 %
     of itself, `radius` 2 % of itself, `resolution` and `noise` those of the array. What a finger has not is left out.
@@ -58,13 +58,13 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
     >>> import subskin as ss
     >>> array = ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4)
     >>> usual = usual_tolerances(ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array))
-    >>> round(usual["place"] * 1e6), usual["gains"], "thickness" in usual
+    >>> round(usual["position"] * 1e6), usual["gains"], "thickness" in usual
     (40, 0.05, False)
     """
     array, skin = finger.array, finger.skin
     depth, noise = float(np.asarray(array.depth).mean()), _typical(array.noise, array.live)
     usual = {
-        "place": 0.02 * depth, "depth": 0.05 * depth, "depths": 0.02 * depth, "young": 0.1, "poisson": 0.02,
+        "position": 0.02 * depth, "depth": 0.05 * depth, "depths": 0.02 * depth, "young": 0.1, "poisson": 0.02,
         "gain": 0.05, "gains": 0.05, "offset": noise, "width": 0.2 * depth,
         "resolution": _typical(array.resolution, array.live), "noise": noise,
     }  # fmt: skip
@@ -116,7 +116,7 @@ def as_made(finger: Finger, off: Mapping[str, Any]) -> Finger:
         name: np.asarray(getattr(array, name)) for name in ("y", "depth", "gain", "offset", "width")
     }
     changes = {
-        "y": values["y"] + off.get("place", 0.0),
+        "y": values["y"] + off.get("position", 0.0),
         "depth": values["depth"] + off.get("depth", 0.0) + off.get("depths", 0.0),
         "gain": values["gain"] * (1 + off.get("gain", 0.0)) * (1 + off.get("gains", 0.0)),
         "offset": values["offset"] + off.get("offset", 0.0),

@@ -55,10 +55,10 @@ class OneContact:
                     finger, Hertz, (self._table.start, self._table.stop), self._widest
                 )
 
-    def line(self, place: FloatArray, angle: FloatArray) -> FloatArray:
-        """Readings of the live sensors under unit points at `place` and `angle`, broadcast to (..., n)."""
+    def line(self, position: FloatArray, angle: FloatArray) -> FloatArray:
+        """Readings of the live sensors under unit points at `position` and `angle`, broadcast to (..., n)."""
         start, period = self._table.start, self._finger.skin.period
-        inside = start + (place - start) % period if np.isfinite(period) else place
+        inside = start + (position - start) % period if np.isfinite(period) else position
         field = self._table(inside)[..., self._live, :]
         return np.asarray(np.cos(angle)[..., None] * field[..., 0] + np.sin(angle)[..., None] * field[..., 1])
 

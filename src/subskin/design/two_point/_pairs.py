@@ -25,7 +25,7 @@ class Pairs:
         Whether the one contact has a width.
     angle : {"normal", "known", "free"}
         What is known of the angles.
-    places, angles : int
+    positions, angles : int
         How many of each.
     share : ndarray, shape (q,)
         Shares of the point at lower y.
@@ -40,18 +40,18 @@ class Pairs:
         *,
         wide: bool,
         angle: str,
-        places: int,
+        positions: int,
         angles: int,
         share: FloatArray,
         largest: float,
     ) -> None:
         low, high = touches.span_on(finger)
-        place, _ = touches.grid(places, 1, finger)
+        position, _ = touches.grid(positions, 1, finger)
         single = angle == "normal" or angles == 1
         # the ends of the cone among them, for it is there that two points are told worst
         cone = np.zeros(1) if single else touches.cone * np.linspace(-1.0, 1.0, angles)
         first, second = np.meshgrid(cone, cone, indexing="ij") if angle == "free" else (cone, cone)
-        self.place, self.share = _check.read_only(place), _check.read_only(share)
+        self.position, self.share = _check.read_only(position), _check.read_only(share)
         self.lean = _check.read_only(np.stack([first.ravel(), second.ravel()], axis=-1))
         self._force = touches.force
         self._one = OneContact(
@@ -66,7 +66,7 @@ class Pairs:
     @property
     def shape(self) -> tuple[int, int, int]:
         """Numbers of places, shares and pairs of angles."""
-        return self.place.size, self.share.size, len(self.lean)
+        return self.position.size, self.share.size, len(self.lean)
 
     def distance(self, separation: FloatArray, pairs: npt.NDArray[np.intp]) -> FloatArray:
         """Distance to the nearest one contact, of some pairs (k,) at separations (s, k) [m], shape (s, k).
@@ -77,8 +77,8 @@ class Pairs:
         out = np.zeros(separation.shape)
         if self.spare < 0:
             return out
-        place, share, lean = np.unravel_index(pairs, self.shape)
-        middle, part, angles = self.place[place], self.share[share, None], self.lean[lean]
+        position, share, lean = np.unravel_index(pairs, self.shape)
+        middle, part, angles = self.position[position], self.share[share, None], self.lean[lean]
         lower = self._one.line(middle - 0.5 * separation, angles[:, 0])
         upper = self._one.line(middle + 0.5 * separation, angles[:, 1])
         readings = self._force * (part * lower + (1 - part) * upper)

@@ -46,7 +46,7 @@ class TwoPointLimen:
         Probabilities with which two points are found, and one contact is taken for two.
     needed : float
         Distance at which that is so.
-    place : ndarray, shape (p,)
+    position : ndarray, shape (p,)
         Middles between the two points [m].
     share : ndarray, shape (q,)
         Share of the force that the point at lower y carries.
@@ -70,7 +70,7 @@ class TwoPointLimen:
     power: float
     false_alarm: float
     needed: float
-    place: FloatArray
+    position: FloatArray
     share: FloatArray
     lean: FloatArray
     step: FloatArray
@@ -127,7 +127,7 @@ def two_point_limen(
     power: float = 0.9,
     false_alarm: float = 0.01,
     test: Test = "fit",
-    places: int = 17,
+    positions: int = 17,
     shares: npt.ArrayLike = _SHARES,
     angles: int = 3,
     largest: float | None = None,
@@ -158,7 +158,7 @@ def two_point_limen(
         Probability to find two points, and to take one contact for two.
     test : {"fit", "best"}, optional
         Which test.
-    places : int, optional
+    positions : int, optional
         Number of places of the middle.
     shares : array_like, shape (q,), optional
         Share of the force carried by the point at lower y, between 0 and 1.
@@ -194,7 +194,7 @@ def two_point_limen(
     two points against one point, angle normal: told from 0.736 mm on at worst, 0.248 mm at half of them
     two points against one wide contact, angle normal: told from 2.69 mm on at worst, 1.02 mm at half of them
     """
-    _checked(against, angle, test, places, angles)
+    _checked(against, angle, test, positions, angles)
     share = np.atleast_1d(_check.real("shares", shares, above=0.0))
     if share.ndim != 1 or not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")
@@ -205,7 +205,7 @@ def two_point_limen(
         touches,
         wide=against == "wide",
         angle=angle,
-        places=places,
+        positions=positions,
         angles=angles,
         share=share,
         largest=far,
@@ -218,17 +218,17 @@ def two_point_limen(
     separation = from_which_on(step, distance, needed, pairs.distance)
     return TwoPointLimen(
         finger, touches, against, angle, test, float(power), float(false_alarm), needed,
-        pairs.place, pairs.share, pairs.lean, _check.read_only(step),
+        pairs.position, pairs.share, pairs.lean, _check.read_only(step),
         _check.read_only(distance.reshape(step.size, *pairs.shape)),
         _check.read_only(separation.reshape(pairs.shape)), pairs,
     )  # fmt: skip
 
 
-def _checked(against: str, angle: str, test: str, places: int, angles: int) -> None:
+def _checked(against: str, angle: str, test: str, positions: int, angles: int) -> None:
     for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
         if value not in get_args(known):
             raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
-    for name, count in (("places", places), ("angles", angles)):
+    for name, count in (("positions", positions), ("angles", angles)):
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
             raise InvalidValueError(f"{name} = {count!r}", "a whole number >= 1 is needed")
 

@@ -109,14 +109,14 @@ def metamers(
             "metamers are those of two",
             "Finger(skin, array.select([0, 1]))",
         )
-    places, forces, lean = _touches(position, force, angle)
+    positions, forces, lean = _touches(position, force, angle)
     along = np.array([np.cos(lean), np.sin(lean)])
     table = finger.tabulate(search)
 
     def curve(y: FloatArray) -> FloatArray:
         return np.asarray(table(y)[..., live, :] @ along)
 
-    single = finger.receptive_field(places)[..., live, :] @ along
+    single = finger.receptive_field(positions)[..., live, :] @ along
     reading = np.sum(forces[..., None] * single, axis=-2)
     grid = np.linspace(table.start, table.stop, _NODES * len(table.coefficients) + 1)
     found = _crossings(reading.reshape(-1, 2), curve, grid)
@@ -146,16 +146,16 @@ def metamers(
 def _touches(
     position: npt.ArrayLike, force: npt.ArrayLike, angle: float
 ) -> tuple[FloatArray, FloatArray, float]:
-    places = np.atleast_1d(_check.real("position", position, unit="m"))
+    positions = np.atleast_1d(_check.real("position", position, unit="m"))
     forces = _check.real("force", force, unit="N/m", at_least=0.0)
-    _check.broadcast(position=places, force=forces)
-    places, forces = np.broadcast_arrays(places, forces)
+    _check.broadcast(position=positions, force=forces)
+    positions, forces = np.broadcast_arrays(positions, forces)
     if not (forces > 0).any(axis=-1).all():
         raise GeometryError("a touch without force", "one point or more has to press", "force=[10.0, 10.0]")
     lean = _check.scalar("angle", angle, unit="rad")
     if not abs(lean) < np.pi / 2:
         raise GeometryError(f"angle = {lean:.6g}", "has to press, between -pi/2 and pi/2")
-    return places, forces, lean
+    return positions, forces, lean
 
 
 def _crossings(reading: FloatArray, curve: object, grid: FloatArray) -> FloatArray:

@@ -36,7 +36,7 @@ class TwoPointStudy:
         Numbers of sensors.
     depth : ndarray, shape (k,)
         Their depths [m].
-    spacing : ndarray, shape (s,)
+    pitch : ndarray, shape (s,)
         Their spacings, in depths [-].
     noise : ndarray, shape (m,)
         Noise, as a share of the largest reading under one point of the whole force, square to the skin [-].
@@ -49,7 +49,7 @@ class TwoPointStudy:
     against: Against
     count: npt.NDArray[np.int_]
     depth: FloatArray
-    spacing: FloatArray
+    pitch: FloatArray
     noise: FloatArray
     worst: FloatArray
     median: FloatArray
@@ -70,7 +70,7 @@ class TwoPointStudy:
                 bad = np.flatnonzero(~(row <= (1 + share) * row[at]))
                 low = bad[bad < at].max(initial=-1) + 1
                 high = bad[bad > at].min(initial=row.size) - 1
-                out[index] = self.spacing[[at, low, high]]
+                out[index] = self.pitch[[at, low, high]]
         return out
 
 
@@ -79,7 +79,7 @@ def two_point_study(
     touches: Touches,
     *,
     count: npt.ArrayLike = (3, 4, 5, 6, 8),
-    spacing: npt.ArrayLike = _SPACING,
+    pitch: npt.ArrayLike = _SPACING,
     depth: npt.ArrayLike | None = None,
     noise: npt.ArrayLike = (1e-4, 1e-3, 1e-2),
     against: Against = "point",
@@ -99,7 +99,7 @@ def two_point_study(
         As of `two_point_limen`. Without a span each row is tried from its own first sensor to its last.
     count : array_like of int, shape (c,), optional
         Numbers of sensors, >= 2.
-    spacing : array_like, shape (s,), optional
+    pitch : array_like, shape (s,), optional
         Spacings in depths, ascending.
     depth : array_like, shape (k,), optional
         Depths [m]; the mean of the finger's own if left out.
@@ -123,7 +123,7 @@ def two_point_study(
     >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray(y=[0.0], depth=2e-3))
     >>> touches = ss.design.Touches(force=20.0, span=(-2e-3, 2e-3))
     >>> study = ss.design.two_point_study(
-    ...     finger, touches, count=6, spacing=[0.25, 0.5, 1.0, 2.0], noise=1e-3, shares=[0.5]
+    ...     finger, touches, count=6, pitch=[0.25, 0.5, 1.0, 2.0], noise=1e-3, shares=[0.5]
     ... )
     >>> (study.worst[0, 0, :, 0] * 1e3).round(2).tolist(), study.best()[0, 0, 0].tolist()
     ([0.41, 0.21, 0.4, 0.91], [0.5, 0.5, 0.5])
@@ -131,9 +131,9 @@ def two_point_study(
     counts = np.atleast_1d(_check.real("count", count, at_least=2.0))
     if not (counts == np.round(counts)).all():
         raise InvalidValueError(f"count = {count!r}", "whole numbers are needed", "count=(3, 4, 6)")
-    ratios = np.atleast_1d(_check.real("spacing", spacing, above=0.0))
+    ratios = np.atleast_1d(_check.real("pitch", pitch, above=0.0))
     if not (np.diff(ratios) > 0).all():
-        raise InvalidValueError(f"spacing = {spacing!r}", "has to ascend", "spacing=(0.25, 0.5, 1.0)")
+        raise InvalidValueError(f"spacing = {pitch!r}", "has to ascend", "spacing=(0.25, 0.5, 1.0)")
     own = float(np.asarray(finger.array.depth).mean())
     depths = np.atleast_1d(_check.real("depth", own if depth is None else depth, unit="m", above=0.0))
     shares = np.atleast_1d(_check.real("noise", noise, above=0.0))
@@ -175,5 +175,5 @@ def _largest(finger: Finger, depth: float) -> float:
     """Largest reading of such a sensor under a unit normal line load."""
     one = _row(finger, 1, 1.0, depth, 0.0)
     table = one.tabulate()
-    places = np.linspace(table.start, table.stop, 4 * len(table.coefficients) + 1)
-    return float(np.abs(table(places)[..., 0]).max())
+    positions = np.linspace(table.start, table.stop, 4 * len(table.coefficients) + 1)
+    return float(np.abs(table(positions)[..., 0]).max())

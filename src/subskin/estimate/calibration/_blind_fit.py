@@ -23,7 +23,7 @@ class Settled(NamedTuple):
     """The finger x, the places of the touches (m,) [m], and the model there."""
 
     x: FloatArray
-    places: FloatArray
+    positions: FloatArray
     near: Linearised
 
 
@@ -31,7 +31,7 @@ def settle(
     model: BlindModel,
     touches: Touches,
     x: FloatArray,
-    places: FloatArray,
+    positions: FloatArray,
     ends: tuple[float, float],
     factor: float,
 ) -> Settled:
@@ -43,18 +43,18 @@ def settle(
     """
     weight = 1 / factor**2
     longest = _LONGEST * float(np.asarray(model.drawn.array.depth).min())
-    near = model.linearise(touches, x, places)
+    near = model.linearise(touches, x, positions)
     cost = weight * float((near.rest**2).sum()) + float(x @ x)
     damping = 1e-3
     for _ in range(_STEPS):
         step = _Step(near, x, weight)
         following = np.inf
         while damping < _STUCK:
-            by_finger, by_place, promised = step.solve(damping)
+            by_finger, by_position, promised = step.solve(damping)
             if promised < _SETTLED:
-                return Settled(x, places, near)
+                return Settled(x, positions, near)
             trial = np.clip(x + by_finger, model.low, model.high)
-            moved = np.clip(places + np.clip(by_place, -longest, longest), *ends)
+            moved = np.clip(positions + np.clip(by_position, -longest, longest), *ends)
             rest = model.fit_forces(touches, trial, moved)[3]
             following = weight * float((rest**2).sum()) + float(trial @ trial)
             if following < cost:
@@ -63,21 +63,21 @@ def settle(
         else:  # rounding hides what is left to be gained
             break
         damping = max(0.2 * damping, 1e-9)
-        x, places, cost = trial, moved, following
-        near = model.linearise(touches, x, places)
-    return Settled(x, places, near)
+        x, positions, cost = trial, moved, following
+        near = model.linearise(touches, x, positions)
+    return Settled(x, positions, near)
 
 
 class _Step:
     """The linear system of a step, for any damping."""
 
     def __init__(self, near: Linearised, x: FloatArray, weight: float) -> None:
-        place, finger = near.free()
+        position, finger = near.free()
         self.x, self.weight = x, weight
-        self.own = (place**2).sum(axis=1)
-        self.mixed = np.einsum("mn,mnp->mp", place, finger)
+        self.own = (position**2).sum(axis=1)
+        self.mixed = np.einsum("mn,mnp->mp", position, finger)
         self.full = np.einsum("mnp,mnq->pq", finger, finger)
-        self.pull_place = (place * near.rest).sum(axis=1)
+        self.pull_position = (position * near.rest).sum(axis=1)
         self.pull_finger = np.einsum("mnp,mn->p", finger, near.rest)
 
     def solve(self, damping: float) -> tuple[FloatArray, FloatArray, float]:
@@ -86,8 +86,8 @@ class _Step:
         own[own == 0] = 1.0
         left = self.weight * (self.full - self.mixed.T @ (self.mixed / own[:, None]))
         left[np.diag_indices_from(left)] += 1.0 + damping * self.weight * np.diag(self.full)
-        right = self.weight * (self.pull_finger - self.mixed.T @ (self.pull_place / own)) - self.x
+        right = self.weight * (self.pull_finger - self.mixed.T @ (self.pull_position / own)) - self.x
         by_finger = np.linalg.solve(left, right)
-        by_place = (self.pull_place - self.mixed @ by_finger) / own
-        promised = float(right @ by_finger) + self.weight * float((self.pull_place**2 / own).sum())
-        return by_finger, by_place, promised
+        by_position = (self.pull_position - self.mixed @ by_finger) / own
+        promised = float(right @ by_finger) + self.weight * float((self.pull_position**2 / own).sum())
+        return by_finger, by_position, promised

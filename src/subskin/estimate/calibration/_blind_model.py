@@ -15,7 +15,7 @@ from ._forward import Forward
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]
 
-TERMS = ("gain", "offset", "depth", "depths", "place", "poisson", "thickness")
+TERMS = ("gain", "offset", "depth", "depths", "position", "poisson", "thickness")
 """What can be fitted, in the order of x."""
 
 _STEP = 1e-5
@@ -43,7 +43,7 @@ class Linearised:
         What the forces leave of the readings.
     basis : ndarray, shape (m, n, k)
         Orthonormal columns that span what forces can explain.
-    by_force, by_place, by_finger : ndarray, shapes (m, n, k), (m, n), (m, n, p)
+    by_force, by_position, by_finger : ndarray, shapes (m, n, k), (m, n), (m, n, p)
         Derivatives of the readings.
     force : ndarray, shape (m, k)
         The forces [N/m].
@@ -52,21 +52,21 @@ class Linearised:
     rest: FloatArray
     basis: FloatArray
     by_force: FloatArray
-    by_place: FloatArray
+    by_position: FloatArray
     by_finger: FloatArray
     force: FloatArray
 
     def free(self) -> tuple[FloatArray, FloatArray]:
-        """`by_place` and `by_finger` less what a change of the forces could undo."""
+        """`by_position` and `by_finger` less what a change of the forces could undo."""
         across = np.swapaxes(self.basis, 1, 2)
-        place = self.by_place - (self.basis @ (across @ self.by_place[..., None]))[..., 0]
-        return place, self.by_finger - self.basis @ (across @ self.by_finger)
+        position = self.by_position - (self.basis @ (across @ self.by_position[..., None]))[..., 0]
+        return position, self.by_finger - self.basis @ (across @ self.by_finger)
 
     def information(self) -> FloatArray:
         """Fisher information of x at unit noise, every touch's place and forces being unknown, shape (p, p)."""
-        place, finger = self.free()
-        size = np.linalg.norm(place, axis=1)
-        unit = place / np.where(size > 0, size, 1.0)[:, None]
+        position, finger = self.free()
+        size = np.linalg.norm(position, axis=1)
+        unit = position / np.where(size > 0, size, 1.0)[:, None]
         finger = finger - unit[..., None] * np.einsum("mn,mnp->mp", unit, finger)[:, None, :]
         return np.asarray(np.einsum("mnp,mnq->pq", finger, finger))
 
@@ -98,7 +98,7 @@ class BlindModel:
         at = 0
         for name in TERMS:
             if name in names:
-                size = n if name in ("gain", "offset", "depths", "place") else 1
+                size = n if name in ("gain", "offset", "depths", "position") else 1
                 self.slices[name] = slice(at, at + size)
                 at += size
         self.size = at
@@ -140,28 +140,28 @@ class BlindModel:
         return Finger(fitted.skin, array)
 
     def fit_forces(
-        self, touches: Touches, x: FloatArray, places: FloatArray
+        self, touches: Touches, x: FloatArray, positions: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Readings under unit loads (m, n, k), an orthonormal basis of them, the best forces, and the rest (m, n)."""
-        field = self._field(x, places) * touches.seen[..., None]
+        field = self._field(x, positions) * touches.seen[..., None]
         basis, triangle = np.linalg.qr(field)
         data = touches.data - self._lift(x) * touches.seen
         along = np.swapaxes(basis, 1, 2) @ data[..., None]
         force = np.linalg.solve(triangle, along)[..., 0]
         return field, basis, force, data - (basis @ along)[..., 0]
 
-    def linearise(self, touches: Touches, x: FloatArray, places: FloatArray) -> Linearised:
-        """The model near x and `places` (m,) [m].
+    def linearise(self, touches: Touches, x: FloatArray, positions: FloatArray) -> Linearised:
+        """The model near x and `positions` (m,) [m].
 
         A skin is the same all along its surface: a sensor moved one way reads what a touch moved the other way makes.
         """
-        field, basis, force, rest = self.fit_forces(touches, x, places)
+        field, basis, force, rest = self.fit_forces(touches, x, positions)
 
         def difference(high: FloatArray, low: FloatArray, width: FloatArray | float) -> FloatArray:
             return np.asarray(((high - low) @ force[..., None])[..., 0] / width * touches.seen)
 
         h = _STEP * float(np.asarray(self.drawn.array.depth).min())
-        by_place = difference(self._field(x, places + h), self._field(x, places - h), 2 * h)
+        by_position = difference(self._field(x, positions + h), self._field(x, positions - h), 2 * h)
         by_finger = np.zeros((*touches.data.shape, self.size))
         each = np.arange(touches.data.shape[1])
         for name, part in self.slices.items():
@@ -170,25 +170,25 @@ class BlindModel:
                 by_finger[:, each, part.start + each] = (field @ force[..., None])[..., 0] * spread
             elif name == "offset":
                 by_finger[:, each, part.start + each] = touches.seen * spread / self._noise
-            elif name == "place":
-                by_finger[:, each, part.start + each] = -by_place * spread
+            elif name == "position":
+                by_finger[:, each, part.start + each] = -by_position * spread
             else:  # moved together, for a sensor's reading knows no other's depth
                 high, low = x.copy(), x.copy()
                 high[part] = np.minimum(x[part] + self._steps[part], self.high[part])
                 low[part] = np.maximum(x[part] - self._steps[part], self.low[part])
-                change = difference(self._field(high, places), self._field(low, places), (high - low)[part])
+                change = difference(self._field(high, positions), self._field(low, positions), (high - low)[part])
                 if name == "depths":
                     by_finger[:, each, part.start + each] = change
                 else:
                     by_finger[..., part.start] = change
-        return Linearised(rest, basis, field, by_place, by_finger, force)
+        return Linearised(rest, basis, field, by_position, by_finger, force)
 
     @property
     def _noise(self) -> FloatArray:
         return np.asarray(self.drawn.array.noise)
 
-    def _field(self, x: FloatArray, places: FloatArray) -> FloatArray:
-        return self.finger(x).receptive_field(places)[..., : self.loads] / self._noise[:, None]
+    def _field(self, x: FloatArray, positions: FloatArray) -> FloatArray:
+        return self.finger(x).receptive_field(positions)[..., : self.loads] / self._noise[:, None]
 
     def _lift(self, x: FloatArray) -> FloatArray | float:
         """What the found offsets add to the whitened readings."""

@@ -122,8 +122,8 @@ class Rounds:
                 used |= (found.status == Status.AMBIGUOUS) & (self.spare > 0)
             if self.spare[used].sum() <= self.model.size:
                 raise self._too_few(found, used)
-            places = np.asarray(found.position[used])
-            settled = settle(self.model, self.touches.of(used), self.x, places, self.ends, self.factor)
+            positions = np.asarray(found.position[used])
+            settled = settle(self.model, self.touches.of(used), self.x, positions, self.ends, self.factor)
             self.steady = np.array_equal(used, before) and abs(self.factor - last) < _SAME * last
             if self.steady:
                 break
@@ -211,7 +211,7 @@ def _in_units(
 ) -> dict[str, FloatArray]:
     """Standard deviations in the units of `BlindModel`, for the live sensors."""
     depth = np.asarray(finger.array.depth)
-    unit = dict.fromkeys(("depth", "depths", "place"), float(depth.mean()))
+    unit = dict.fromkeys(("depth", "depths", "position"), float(depth.mean()))
     below = finger.skin.thickness - float(depth.max())
     unit["thickness"] = below if np.isfinite(below) else 1.0
     return {

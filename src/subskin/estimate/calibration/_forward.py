@@ -16,9 +16,9 @@ from ...finger import Finger
 
 __all__ = ["TERMS", "Forward"]
 
-TERMS = ("origin", "depth", "depths", "place", "poisson", "width", "thickness")
+TERMS = ("origin", "depth", "depths", "position", "poisson", "width", "thickness")
 _UNITS = {
-    "origin": "m", "depth": "m", "depths": "m", "place": "m", "poisson": "", "width": "m", "thickness": "m",
+    "origin": "m", "depth": "m", "depths": "m", "position": "m", "poisson": "", "width": "m", "thickness": "m",
 }  # fmt: skip
 _ABOVE_BASE = 0.999
 """Deepest that a trial puts a sensor, of the skin's thickness where that is not fitted."""
@@ -33,7 +33,7 @@ _THICKEST = 0.94
 class Forward:
     """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
 
-    `place` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn. `thickness`
+    `position` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn. `thickness`
     is what lies beneath the deepest sensor, and without it the depths end at the base: no sensor leaves the skin on the
     way.
     """
@@ -42,7 +42,7 @@ class Forward:
         self.finger = finger
         self.names = tuple(t for t in TERMS if t in names)
         n = len(finger.array)
-        self.tied = "place" in self.names and "origin" in self.names and n > 1
+        self.tied = "position" in self.names and "origin" in self.names and n > 1
         material = finger.skin.single_material
         self.poisson = 0.5 if material is None else material.poisson
         for name in ("poisson", "thickness"):
@@ -54,7 +54,7 @@ class Forward:
                     f"a {type(finger.skin).__name__} like this has no single {name}",
                     "a Layered skin of one layer, or a Round one, has both; a HalfPlane has poisson",
                 )
-        counts = {"depths": n, "place": n - 1 if self.tied else n}
+        counts = {"depths": n, "position": n - 1 if self.tied else n}
         self.slices: dict[str, slice] = {}
         at = 0
         for name in self.names:
@@ -106,7 +106,7 @@ class Forward:
         ranges = {
             "depth": (-0.9 * depths.min(), min(4 * depths.max(), room.min())),
             "depths": (-0.9 * depths, np.minimum(4 * depths, room)),
-            "place": (-depths.max(), depths.max()),
+            "position": (-depths.max(), depths.max()),
             "poisson": (0.0, 0.5),
             "width": (0.0, 4 * depths.max()),
             "thickness": (0.0, min(100 * depths.max(), _THICKEST * self._radius)),
@@ -127,8 +127,8 @@ class Forward:
         """The origin in p, or the fixed one."""
         return float(p[self.slices["origin"]][0]) if "origin" in self.names else fixed
 
-    def _places(self, p: FloatArray) -> FloatArray:
-        moves = p[self.slices["place"]]
+    def _positions(self, p: FloatArray) -> FloatArray:
+        moves = p[self.slices["position"]]
         return np.append(moves, -moves.sum()) if self.tied else moves
 
     def apply(self, p: FloatArray) -> Finger:
@@ -139,8 +139,8 @@ class Forward:
             changes["depth"] = (
                 self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
             )
-        if "place" in self.names:
-            changes["y"] = np.asarray(array.y) + self._places(p)
+        if "position" in self.names:
+            changes["y"] = np.asarray(array.y) + self._positions(p)
         if "width" in self.names:
             changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
         if "poisson" in self.names:
@@ -176,7 +176,7 @@ class Forward:
             deepest = int(np.argmax(self._depths() + p[part])) if "depths" in self.names else 0
             rows[self.names.index("thickness")][0, part.start + deepest] = 1.0
         if self.tied:
-            i = self.names.index("place")
+            i = self.names.index("position")
             rows[i] = np.concatenate([rows[i], -rows[i].sum(axis=0, keepdims=True)])
         return np.concatenate(rows) if rows else np.zeros((0, 0))
 
@@ -193,12 +193,12 @@ class Forward:
                 values = np.atleast_1d(np.asarray(fitted.array.depth).mean())
             elif name == "depths":
                 values = np.asarray(fitted.array.depth)
-            elif name == "place":
+            elif name == "position":
                 values = np.asarray(fitted.array.y)
             elif name == "thickness":
                 values = np.atleast_1d(fitted.skin.thickness)
-            each = name in ("depths", "place")
-            label = {"depths": "depth", "place": "y"}.get(name, name)
+            each = name in ("depths", "position")
+            label = {"depths": "depth", "position": "y"}.get(name, name)
             out += [
                 (label, int(sensors[i]) if each else None, float(value), _UNITS[name])
                 for i, value in enumerate(values)

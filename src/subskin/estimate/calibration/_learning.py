@@ -139,12 +139,12 @@ class Learning:
             out.append(
                 ("the common scale of the gains: forces are found up to a factor", direction(gain=1.0))
             )
-        if "place" in model.slices:
-            out.append(("a common shift of all sensors: places are found up to it", direction(place=1.0)))
+        if "position" in model.slices:
+            out.append(("a common shift of all sensors: places are found up to it", direction(position=1.0)))
         deep = "depths" if "depths" in model.slices else "depth"
-        if "place" in model.slices and deep in model.slices:
+        if "position" in model.slices and deep in model.slices:
             depth = np.asarray(array.depth)
-            lengths: dict[str, FloatArray | float] = {"place": y - y.mean()}
+            lengths: dict[str, FloatArray | float] = {"position": y - y.mean()}
             lengths[deep] = depth if deep == "depths" else float(depth.mean())
             said = "depths and places"
             if "thickness" in model.slices:
@@ -158,7 +158,7 @@ class Learning:
 
 def _effects(near: Linearised, factor: float) -> list[tuple[FloatArray, FloatArray]]:
     """For place, then angle: how a change of x moves each touch's estimate (m, p), and its variance by noise (m,)."""
-    own = np.concatenate([near.by_place[..., None], near.by_force], axis=-1)
+    own = np.concatenate([near.by_position[..., None], near.by_force], axis=-1)
     # places and forces differ in size by far
     size = np.linalg.norm(own, axis=1, keepdims=True)
     q, r = np.linalg.qr(own / size)

@@ -30,10 +30,10 @@ def calibrate_blind(
     finger: Finger,
     readings: npt.ArrayLike,
     *,
-    fit: Sequence[str] = ("gain", "depth", "place"),
+    fit: Sequence[str] = ("gain", "depth", "position"),
     gain_error: npt.ArrayLike = 0.05,
     depth_error: npt.ArrayLike = 0.05,
-    place_error: npt.ArrayLike = 0.02,
+    position_error: npt.ArrayLike = 0.02,
     poisson_error: float | None = None,
     thickness_error: float | None = None,
     offset_error: npt.ArrayLike | None = None,
@@ -57,7 +57,7 @@ def calibrate_blind(
         Any of "gain" (each sensor's), "depth" (one shift of all), "depths" (each sensor's), "place" (each sensor's
         along the row), "poisson" (of a skin of one material), "thickness" (of a skin of one layer), "offset" (each
         sensor's).
-    gain_error, depth_error, place_error, poisson_error, thickness_error, offset_error : float, optional
+    gain_error, depth_error, position_error, poisson_error, thickness_error, offset_error : float, optional
         Standard deviation of what is as drawn. Gains: a share of each. Depth and place: shares of the mean depth.
         Thickness: a share of what lies beneath the deepest sensor. Poisson's ratio: itself. Offset: in readings. The
         last three have no default. What each sensor has may be given one a sensor.
@@ -95,7 +95,7 @@ def calibrate_blind(
     """
     names = _names(fit)
     given = {
-        "gain": gain_error, "depth": depth_error, "depths": depth_error, "place": place_error,
+        "gain": gain_error, "depth": depth_error, "depths": depth_error, "position": position_error,
         "poisson": poisson_error, "thickness": thickness_error, "offset": offset_error,
     }  # fmt: skip
     shares = {name: _share(name, given[name], len(finger.array)) for name in names}
@@ -149,7 +149,7 @@ def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
             f"fit has {name}, without {label}", "say how far the drawing can be off", f"{label}=..."
         )
     values = _check.real(label, error, above=0.0)
-    shape = (n,) if name in ("gain", "offset", "depths", "place") else ()
+    shape = (n,) if name in ("gain", "offset", "depths", "position") else ()
     if values.shape not in ((), shape):
         rule = (
             f"one number, or one for each of the {n} sensors, is needed" if shape else "one number is needed"

@@ -74,15 +74,15 @@ def calibrate(
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> true = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5.4e-3, gain=[80, 110, 90, 100], noise=1e-6))
-    >>> places = np.arange(0, 30e-3, 1e-3)
-    >>> touches = true.read(ss.LineLoad(1.0, position=places - 9e-3), rng=np.random.default_rng(0))
+    >>> positions = np.arange(0, 30e-3, 1e-3)
+    >>> touches = true.read(ss.LineLoad(1.0, position=positions - 9e-3), rng=np.random.default_rng(0))
     >>> drawn = ss.Finger(skin, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
-    >>> found = ss.calibrate(drawn, touches, places)
+    >>> found = ss.calibrate(drawn, touches, positions)
     >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
     (9.0, 5.4)
     """
     names = _names(fit)
-    data, places, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle)
+    data, y, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle)
     start = 0.0 if origin is None else _check.scalar("origin", origin, unit="m")
     live = np.isfinite(data).sum(axis=0) >= 2
     if "gain" not in names:
@@ -93,7 +93,7 @@ def calibrate(
         )
     solution = None
     while live.any():
-        solution = _Fit(finger, names, data, places, load, live, start, scan=origin is None).solve()
+        solution = _Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
         dead = live & solution.dead()
         if not dead.any():
             break
@@ -128,14 +128,14 @@ class _Fit:
         finger: Finger,
         names: tuple[str, ...],
         data: FloatArray,
-        places: FloatArray,
+        positions: FloatArray,
         load: FloatArray,
         live: npt.NDArray[np.bool_],
         origin: float,
         *,
         scan: bool,
     ) -> None:
-        self.finger, self.names, self.places, self.load = finger, names, places, load
+        self.finger, self.names, self.positions, self.load = finger, names, positions, load
         self.live, self.scan, self.origin = live, scan, origin
         self.data = data[:, live]
         self.seen = np.isfinite(self.data)
@@ -153,7 +153,7 @@ class _Fit:
 
     def linear(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Unit-gain model, gains and offsets that fit best for the other parameters `p`."""
-        unit = self.forward.unit(p, self.places - self.forward.origin(p, self.origin), self.load)
+        unit = self.forward.unit(p, self.positions - self.forward.origin(p, self.origin), self.load)
         array = self.forward.finger.array
         gain, offset = np.array(array.gain), np.array(array.offset)
         m = self.seen
@@ -223,7 +223,7 @@ class _Fit:
         if "origin" in self.names and self.scan:
             y = np.asarray(self.forward.finger.array.y)
             step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
-            first, last = self.places.min() - y.max(), self.places.max() - y.min()
+            first, last = self.positions.min() - y.max(), self.positions.max() - y.min()
             origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
         depths = (0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,)
         if not self.forward.size:
@@ -245,7 +245,7 @@ class _Fit:
             ends[0][k] = min(self.p[k] + h, upper[k])
             ends[1][k] = max(self.p[k] - h, lower[k])
             above, below = (
-                self.forward.unit(q, self.places - self.forward.origin(q, self.origin), self.load)
+                self.forward.unit(q, self.positions - self.forward.origin(q, self.origin), self.load)
                 for q in ends
             )
             columns.append(self.gain * (above - below) / (ends[0][k] - ends[1][k]))

@@ -133,10 +133,10 @@ class Calibration:
         angle: npt.ArrayLike = 0.0,
     ) -> Score:
         """The score on other touches: held out ones. Arguments as those of `calibrate`."""
-        data, places, load = checked_touches(
+        data, y, load = checked_touches(
             self.finger, readings, positions, 1.0 if force is None else force, angle
         )
-        model = Forward(self.finger, ()).readings(np.empty(0), places - self.origin, load)
+        model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
         return score(data, model, self.finger.array.live)
 
 
@@ -156,19 +156,19 @@ def checked_touches(
     """Readings (m, n), places (m,) and loads (N, T) (m, 2), checked."""
     n = len(finger.array)
     data = _check.real("readings", readings, finite=False)
-    places = _check.real("positions", positions, unit="m")
+    y = _check.real("positions", positions, unit="m")
     if data.ndim != 2 or data.shape[1] != n:
         raise GeometryError(
             f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
         )
-    if places.shape != data.shape[:1]:
+    if y.shape != data.shape[:1]:
         raise GeometryError(
-            f"positions of shape {places.shape}", f"one place for each of the {len(data)} touches"
+            f"positions of shape {positions.shape}", f"one place for each of the {len(data)} touches"
         )
-    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), places.shape)
-    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), places.shape)
+    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape)
+    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape)
     usable = np.where(finger.array.inside(data), data, np.nan)
-    return usable, places, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
+    return usable, y, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
 
 
 def score(data: FloatArray, model: FloatArray, live: npt.NDArray[np.bool_]) -> Score:

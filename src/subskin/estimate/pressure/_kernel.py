@@ -137,13 +137,13 @@ def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c
             s += columns[j, i] * b[i]
         reach = max(reach, abs(s))
         worst = max(worst, abs(slope[j]) if x[j] > 0.0 else -slope[j])
-        place = j % m
+        position = j % m
         lean = friction * (1.0 - 2.0 * (j // m)) if blocks == 2 else t
         sums[0, j], sums[1, j] = step, step * lean
         normal += step * x[j]
         tangential += step * x[j] * lean
-        moment += step * x[j] * y[place]
-        if min(place, m - 1 - place) < ratio:
+        moment += step * x[j] * y[position]
+        if min(position, m - 1 - position) < ratio:
             edge += step * x[j]
     centre, tangent = moment / normal, tangential / normal
     row[OPTIMALITY] = worst / reach

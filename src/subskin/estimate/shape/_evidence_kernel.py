@@ -56,7 +56,7 @@ def _keep(y, q, fit, kept, apart, at, fits):
 
 
 @_compiled
-def _peaks(w, scan, places, squares, table, g, mu, ends, thorough, c, a, trial, score, at, fits, fit):
+def _peaks(w, scan, positions, squares, table, g, mu, ends, thorough, c, a, trial, score, at, fits, fit):
     """The highest places of S over y and q, refined, the best first and each once: their number.
 
     g: start and step of the table, the square of its widest. With `thorough`, from the best place of each width.
@@ -67,13 +67,13 @@ def _peaks(w, scan, places, squares, table, g, mu, ends, thorough, c, a, trial, 
     if thorough:
         for j in range(squares.size):
             k = 0
-            for p in range(1, places.size):
+            for p in range(1, positions.size):
                 k = p if scan[j, p] > scan[j, k] else k
-            y, q = _refine(w, table, start, step, square, mu, places[k], squares[j], ends, c, a, trial, fit)
+            y, q = _refine(w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, trial, fit)
             kept = _keep(y, q, fit, kept, apart, at, fits)
         return kept
     first = np.empty((_PEAKS, 2))
-    for p in range(_starts(scan, places, squares, score, first)):
+    for p in range(_starts(scan, positions, squares, score, first)):
         y, q = _refine(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, trial, fit)
         kept = _keep(y, q, fit, kept, apart, at, fits)
     return kept
@@ -149,7 +149,7 @@ def _evidence(
 
 @_compiled
 def weigh_frames(
-    readings, sensors, bases, edges, places, squares, tables, fines, nodes, rows, geometry, options, out
+    readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, geometry, options, out
 ):
     """Fill `out`, one row a frame; the columns are named in `evidence.py`.
 
@@ -170,7 +170,7 @@ def weigh_frames(
     most = 1
     for k in range(kinds):
         most = max(most, squares[k].size)
-    scans = np.empty((most, places.size), dtype=np.float32)
+    scans = np.empty((most, positions.size), dtype=np.float32)
     for f in range(frames):
         row = out[f]
         row[:] = math.nan
@@ -194,7 +194,7 @@ def weigh_frames(
                 scan = scans[: squares[k].size]
                 _scan(w, bases[k], edges[k], scan)
                 counts[k] = _peaks(
-                    w, scan, places, squares[k], tables[k], g, mu, ends, attempt == 1, c, a, trial, score,
+                    w, scan, positions, squares[k], tables[k], g, mu, ends, attempt == 1, c, a, trial, score,
                     at[k], fits[k], fit,
                 )  # fmt: skip
                 if counts[k] > 0:
@@ -218,7 +218,7 @@ def weigh_frames(
                 count += 1
             if count == 0:
                 continue
-            step = (places[-1] - places[0]) / (fines[k].shape[3] - 1)
+            step = (positions[-1] - positions[0]) / (fines[k].shape[3] - 1)
             if _broad(w, tables[k], g, at[k, 0], fits[k, 0], ends, rows[k], step, c, a):
                 scan = scans[: squares[k].size]
                 _scan(w, bases[k], edges[k], scan)

@@ -30,9 +30,9 @@ def _rows(table, start, step, square, y, q, c, a):
     table (cells, widths, 5, 2, n); c (2, 5, 2, n): scratch, the polynomial in t at this width, and its slope in q.
     """
     cells, widths, powers, _, n = table.shape
-    place = (y - start) / step
-    cell = min(max(int(place), 0), cells - 1)
-    t = place - cell - 0.5
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
     x = 2.0 * q / square - 1.0
     c[:] = 0.0
     before, now, slope_before, slope = 1.0, x, 0.0, 1.0
@@ -217,15 +217,15 @@ def _uncertainty(w, a, fit, mu, q, ends, row):
 
 
 @_compiled
-def fit_frames(readings, sensors, basis, edges, places, squares, table, options, out):
+def fit_frames(readings, sensors, basis, edges, positions, squares, table, options, out):
     """Fill `out`, one row a frame; the columns are named in `shape.py`.
 
-    basis (n, 2, widths, m) and edges (4, widths, m): the scan at `places` (m,) and `squares` (widths,); table (cells,
+    basis (n, 2, widths, m) and edges (4, widths, m): the scan at `positions` (m,) and `squares` (widths,); table (cells,
     widths, 5, 2, n): whitened; options: start and step of the table, the square of its widest, mu, the ends of y and of
     q, then the thresholds of `fit._prepare`.
     """
     frames, n = readings.shape
-    rows, m = squares.size, places.size
+    rows, m = squares.size, positions.size
     start, step, square, mu = options[0], options[1], options[2], options[3]
     ends = options[4:8]
     detection, largest, ambiguity, apart = options[8], options[9], options[10], options[11]
@@ -248,7 +248,7 @@ def fit_frames(readings, sensors, basis, edges, places, squares, table, options,
             row[STATUS] = _PENDING
             continue
         _scan(w, basis, edges, s)
-        count = _starts(s, places, squares, score, at)
+        count = _starts(s, positions, squares, score, at)
         best = second = -1
         for p in range(count):
             at[p, 0], at[p, 1] = _refine(
@@ -268,7 +268,7 @@ def fit_frames(readings, sensors, basis, edges, places, squares, table, options,
                 for p in range(1, m):
                     k = p if s[j, p] > s[j, k] else k
                 at[spare, 0], at[spare, 1] = _refine(
-                    w, table, start, step, square, mu, places[k], squares[j], ends, c, a, trial, fits[spare]
+                    w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, trial, fits[spare]
                 )
                 if fits[spare, 2] > fits[best, 2]:
                     at[best], fits[best] = at[spare], fits[spare]
@@ -312,24 +312,24 @@ def _differ(at, i, j, apart):
 
 
 @_compiled
-def _starts(s, places, squares, score, at):
+def _starts(s, positions, squares, score, at):
     """The highest points of the scan s, the best first, as many as `score` holds: their number."""
-    rows, m, most = squares.size, places.size, score.size
+    rows, m, most = squares.size, positions.size, score.size
     count = 0
     for j in range(rows):
         for k in range(m):
             here = s[j, k]
             if not here > 0.0 or not _highest(s, j, k):
                 continue
-            place = count
-            while place > 0 and score[place - 1] < here:
-                place -= 1
-            if place < most:
-                for p in range(min(count, most - 1), place, -1):
+            position = count
+            while position > 0 and score[position - 1] < here:
+                position -= 1
+            if position < most:
+                for p in range(min(count, most - 1), position, -1):
                     score[p] = score[p - 1]
                     at[p] = at[p - 1]
-                score[place] = here
-                at[place, 0], at[place, 1] = places[k], squares[j]
+                score[position] = here
+                at[position, 0], at[position, 1] = positions[k], squares[j]
                 count = min(count + 1, most)
     return count
 

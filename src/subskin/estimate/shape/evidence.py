@@ -158,7 +158,7 @@ class Evidence(Framewise):
             for k in self.kinds
         )
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
-        self._places = np.linspace(*self._ends, count)
+        self._positions = np.linspace(*self._ends, count)
         self._squares = tuple(
             np.linspace(
                 k.width[0] ** 2,
@@ -178,16 +178,16 @@ class Evidence(Framewise):
         array = self.array.select(pattern)
         scale = 1 / np.asarray(array.noise)
         tables, bases, edges, geometry, fines, nodes, rows = [], [], [], [], [], [], []
-        fine_places = np.linspace(*self._ends, _FINE * (self._places.size - 1) + 1)
+        fine_positions = np.linspace(*self._ends, _FINE * (self._positions.size - 1) + 1)
         for field, squares, kind in zip(self.fields, self._squares, self.kinds, strict=True):
             part = field.coefficients[:, :, :, pattern] * scale[:, None]
             tables.append(np.ascontiguousarray(np.moveaxis(part, (0, 3), (1, 4))))
-            grid = field(self._places, np.sqrt(squares)[:, None])[..., pattern, :] * scale[:, None]
+            grid = field(self._positions, np.sqrt(squares)[:, None])[..., pattern, :] * scale[:, None]
             basis, edge = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
             bases.append(np.ascontiguousarray(basis.reshape(*basis.shape[:2], *grid.shape[:2])))
             edges.append(np.ascontiguousarray(edge.reshape(4, *grid.shape[:2])))
             widths, weights = _widths(kind.width, _FINE_WIDTH * self._shallowest)
-            grid = field(fine_places, widths[:, None])[..., pattern, :] * scale[:, None]
+            grid = field(fine_positions, widths[:, None])[..., pattern, :] * scale[:, None]
             fines.append(np.ascontiguousarray(np.moveaxis(grid, (2, 3), (0, 1))))
             nodes.append(_inverse(grid, self.friction))
             rows.append(np.stack([widths, widths**2, weights]))
@@ -204,7 +204,7 @@ class Evidence(Framewise):
             sensor_rows(array),
             tuple(bases),
             tuple(edges),
-            self._places,
+            self._positions,
             self._squares,
             tuple(tables),
             tuple(fines),

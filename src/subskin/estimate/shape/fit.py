@@ -92,7 +92,7 @@ class Fitter(Framewise):
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(np.asarray(array.depth).min())
         count = max(int(np.ceil((field.stop - field.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
-        self._places = np.linspace(field.start, field.stop, count)
+        self._positions = np.linspace(field.start, field.stop, count)
         steps = _SCAN_WIDTHS if ends[1] > ends[0] else 1
         self._squares = np.linspace(*self.width, steps) ** 2
 
@@ -124,15 +124,15 @@ class Fitter(Framewise):
         part = field.coefficients[:, :, :, pattern]
         # (widths, cells, powers, n, loads) -> (cells, widths, powers, loads, n)
         table = np.ascontiguousarray(np.moveaxis(part * scale[:, None], (0, 3), (1, 4)))
-        grid = field(self._places, np.sqrt(self._squares)[:, None])[..., pattern, :] * scale[:, None]
+        grid = field(self._positions, np.sqrt(self._squares)[:, None])[..., pattern, :] * scale[:, None]
         basis, edges = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
-        shape = (self._squares.size, self._places.size)
+        shape = (self._squares.size, self._positions.size)
         degrees = max(len(array) - self.unknowns, 1)
         spare = len(array) > self.unknowns
         options = np.array(
             [
                 *(field.start, field.step, field.widest**2, self.friction),
-                *(self._places[0], self._places[-1], self.width[0] ** 2, self.width[1] ** 2),
+                *(self._positions[0], self._positions[-1], self.width[0] ** 2, self.width[1] ** 2),
                 2 * np.log(1 / self._false_alarm),
                 # as many unknowns as readings explain anything: nothing is left to be unexplained
                 float(chdtri(degrees, self._false_alarm)) if spare else np.inf,
@@ -144,7 +144,7 @@ class Fitter(Framewise):
             sensor_rows(array),
             np.ascontiguousarray(basis.reshape(*basis.shape[:2], *shape)),
             np.ascontiguousarray(edges.reshape(4, *shape)),
-            self._places,
+            self._positions,
             self._squares,
             table,
             options,

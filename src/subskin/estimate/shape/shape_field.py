@@ -91,14 +91,14 @@ class ShapeField:
         step = depth / 16
         cells = max(int(np.ceil((high - low) / step * (1 - 1e-12))), 1)
         step = (high - low) / cells
-        places = (low + step * (np.arange(cells) + 0.5))[:, None] + step * CELL_NODES
+        positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * CELL_NODES
         if issubclass(family, LineLoad):
-            values = finger.tabulate(search)(places)[None]
+            values = finger.tabulate(search)(positions)[None]
             return cls(low, step, widest, _check.read_only(np.einsum("kj,wcjnl->wcknl", TO_POWERS, values)))
         line = finger.tabulate((low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
         t, weights = _points(family)
-        values = np.stack([_spread(line, places, widest * np.sqrt(q) * t, weights) for q in shares])
+        values = np.stack([_spread(line, positions, widest * np.sqrt(q) * t, weights) for q in shares])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
         return cls(low, step, widest, _check.read_only(np.einsum("kj,wcjnl->wcknl", TO_POWERS, sums)))
@@ -132,5 +132,5 @@ def _points(family: type[SpreadContact]) -> tuple[FloatArray, FloatArray]:
     return both[0], both[1] / both[1].sum()
 
 
-def _spread(line: ReceptiveField, places: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
-    return np.asarray(sum(w * line(places + s) for s, w in zip(shifts, weights, strict=True)))
+def _spread(line: ReceptiveField, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
+    return np.asarray(sum(w * line(positions + s) for s, w in zip(shifts, weights, strict=True)))

@@ -32,8 +32,8 @@ class Frames(NamedTuple):
     measured: FloatArray
     noise: FloatArray
     usable: Mask
-    place: FloatArray
-    place_std: FloatArray
+    position: FloatArray
+    position_std: FloatArray
 
     @classmethod
     def of(
@@ -66,21 +66,21 @@ class Frames(NamedTuple):
             raise GeometryError(
                 f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors"
             )
-        place, spread, known = known_only(position=position, position_std=position_std)
+        centre, spread, known = known_only(position=position, position_std=position_std)
         gain = np.where(array.live, np.asarray(array.gain), 1.0)
         with np.errstate(invalid="ignore"):
             measured = kinds.pop().linearise((raw - np.asarray(array.offset)) / gain)
         usable = array.usable(raw) & np.isfinite(measured)
-        _check.broadcast(readings=measured[..., 0], position=place, position_std=spread)
+        _check.broadcast(readings=measured[..., 0], position=centre, position_std=spread)
         same = (usable == array.live).all() and known.all()  # one stencil serves all frames of one contact
         usable = array.live if same else usable & known[..., None]
         noise = np.where(array.live, array.noise, np.inf) / np.abs(gain)
-        return cls(np.where(np.isfinite(measured), measured, 0.0), noise, usable, place, spread)
+        return cls(np.where(np.isfinite(measured), measured, 0.0), noise, usable, centre, spread)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the batch."""
-        return np.broadcast_shapes(self.measured.shape[:-1], self.place.shape, self.place_std.shape)
+        return np.broadcast_shapes(self.measured.shape[:-1], self.position.shape, self.position_std.shape)
 
     @property
     def used_noise(self) -> FloatArray:
@@ -135,13 +135,13 @@ def count_of(sensors: int, available: int) -> int:
     return min(int(sensors), available)
 
 
-def stencil(array: SensorArray, usable: Mask, place: FloatArray, count: int) -> FloatArray:
-    """Weights (..., 3, n) of the readings that make value, slope and bend at `place`.
+def stencil(array: SensorArray, usable: Mask, position: FloatArray, count: int) -> FloatArray:
+    """Weights (..., 3, n) of the readings that make value, slope and bend at `position`.
 
     Those of the polynomial through the `count` nearest sensors that can be used; each one missing takes a power away.
     """
     y, scale = np.asarray(array.y), float(np.asarray(array.depth).mean())
-    away = np.where(usable, (y - place[..., None]) / scale, np.inf)
+    away = np.where(usable, (y - position[..., None]) / scale, np.inf)
     nearest = np.argsort(np.abs(away), axis=-1, kind="stable")[..., :count]
     t = np.take_along_axis(away, nearest, axis=-1)
     held = np.isfinite(t)
@@ -168,28 +168,28 @@ class Response(NamedTuple):
     """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain, and their changes."""
 
     unit: FloatArray
-    by_place: FloatArray
+    by_position: FloatArray
     by_width: FloatArray
 
     @classmethod
-    def of(cls, finger: Finger, family: Family, place: FloatArray, half_width: FloatArray | None) -> Response:
+    def of(cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None) -> Response:
         """Changes by central differences."""
         h = _STEP * float(np.asarray(finger.array.depth).mean())
         if half_width is None:
-            unit, after, before = unit_readings(finger, family, np.stack([place, place + h, place - h]), None)
+            unit, after, before = unit_readings(finger, family, np.stack([position, position + h, position - h]), None)
             return cls(unit, (after - before) / (2 * h), np.zeros_like(unit))
-        y, a = np.broadcast_arrays(place, half_width)
-        places = np.stack([y, y + h, y - h, y, y])
+        y, a = np.broadcast_arrays(position, half_width)
+        positions = np.stack([y, y + h, y - h, y, y])
         widths = np.stack([a, a, a, a * (1 + _STEP), a * (1 - _STEP)])
-        unit, after, before, more, less = unit_readings(finger, family, places, widths)
+        unit, after, before, more, less = unit_readings(finger, family, positions, widths)
         return cls(unit, (after - before) / (2 * h), (more - less) / (2 * _STEP * a[..., None, None]))
 
 
 def unit_readings(
-    finger: Finger, family: Family, place: FloatArray, half_width: FloatArray | None
+    finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None
 ) -> FloatArray:
     """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain."""
     angle = np.array([0.0, np.pi / 2])
     width = None if half_width is None else half_width[..., None]
-    fields = finger.measure(contact_of(family, angle, place[..., None], width), linear=True)
+    fields = finger.measure(contact_of(family, angle, position[..., None], width), linear=True)
     return np.swapaxes(fields, -1, -2)

@@ -232,32 +232,32 @@ def side_angle(
     shape = np.broadcast_shapes(frames.shape, known.shape, width_std.shape)
 
     count = count_of(sensors, int(array.live.sum()))
-    local = stencil(array, frames.usable, frames.place, count)[..., :2, :]
-    made = Response.of(finger, kind, frames.place, width)
+    local = stencil(array, frames.usable, frames.position, count)[..., :2, :]
+    made = Response.of(finger, kind, frames.position, width)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         to_forces = _inverse(local @ made.unit) @ local  # (..., 2, n)
         forces = np.einsum("...ln,...n->...l", to_forces, frames.measured)
         normal, drag = forces[..., 0], forces[..., 1]
         turn = np.stack([-drag, normal], axis=-1) / (normal**2 + drag**2)[..., None]
         per_reading = np.einsum("...l,...ln->...n", turn, to_forces)
-        per_place, per_width = (
+        per_position, per_width = (
             -np.einsum("...n,...nl,...l->...", per_reading, change, forces) for change in made[1:]
         )
         variance = ((per_reading * frames.used_noise) ** 2).sum(axis=-1)
-        variance = variance + (per_place * frames.place_std) ** 2 + (per_width * width_std) ** 2
+        variance = variance + (per_position * frames.position_std) ** 2 + (per_width * width_std) ** 2
         angle = np.arctan2(drag, normal)
         # a normal force that is not beyond its own noise is no measure for the drag
         lost = np.abs(normal) < BEYOND * np.sqrt(
             ((to_forces[..., 0, :] * frames.used_noise) ** 2).sum(axis=-1)
         )
     columns = [made.unit]
-    columns += [made.by_place] if (frames.place_std > 0).any() else []
+    columns += [made.by_position] if (frames.position_std > 0).any() else []
     columns += [made.by_width] if (width_std > 0).any() else []
     return SideAngle.judged(
         shape,
         angle,
         np.where(lost, np.inf, variance),
-        *(per_place, per_width, 0.0),
+        *(per_position, per_width, 0.0),
         bounds=bounds,
         silent=~frames.beyond(made.unit[..., :0], alarm),
         incomplete=(frames.usable.sum(axis=-1) < LEAST) | ~known,

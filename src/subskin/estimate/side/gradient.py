@@ -108,7 +108,7 @@ def side_angle_from_gradients(
     frames = Frames.of(finger, readings, position, position_std)
     rows = [frames.usable & (depth == d) for d in depths]
     upper, lower = (
-        stencil(array, row, frames.place, count_of(sensors, int((array.live & (depth == d)).sum())))
+        stencil(array, row, frames.position, count_of(sensors, int((array.live & (depth == d)).sum())))
         for row, d in zip(rows, depths, strict=True)
     )
     # The rule holds depth by depth, so between the rows for the slope's mean over depth. Weights in proportion to the
@@ -127,8 +127,8 @@ def side_angle_from_gradients(
     with np.errstate(divide="ignore", invalid="ignore"):
         square = drag**2 + press**2
         turned = press[..., None] * rule[..., 0, :] - drag[..., None] * rule[..., 1, :]
-        per_place = (press * drag_moved - drag * press_moved) / square
-        variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (per_place * frames.place_std) ** 2
+        per_position = (press * drag_moved - drag * press_moved) / square
+        variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (per_position * frames.position_std) ** 2
         angle = np.arctan(drag / press)
     # a gradient that is not beyond its own noise is steep or shallow by chance, and says so of neither
     lost = np.abs(press) < BEYOND * np.sqrt(((rule[..., 1, :] * noise) ** 2).sum(axis=-1))
@@ -139,7 +139,7 @@ def side_angle_from_gradients(
         frames.shape,
         angle,
         np.where(lost, np.inf, variance),
-        *(per_place, 0.0, _truncation(finger, skin, frames.place, rule, angle)),
+        *(per_position, 0.0, _truncation(finger, skin, frames.position, rule, angle)),
         bounds=bounds,
         silent=~frames.beyond(np.empty((len(array), 0)), alarm),
         incomplete=np.minimum(*(row.sum(axis=-1) for row in rows)) < LEAST,
@@ -154,7 +154,7 @@ def _blind_depth(skin: HalfPlane) -> float:
 
 
 def _truncation(
-    finger: Finger, skin: HalfPlane, place: FloatArray, rule: FloatArray, angle: FloatArray
+    finger: Finger, skin: HalfPlane, position: FloatArray, rule: FloatArray, angle: FloatArray
 ) -> FloatArray:
     """Largest error of `rule` over the contacts of which it says this angle, the blind widths left out."""
     depth = float(np.asarray(finger.array.depth).mean())
@@ -165,7 +165,7 @@ def _truncation(
         if abs(width - blind) < _NEAR_BLIND * blind:
             continue
         family, half = (Hertz, np.asarray(width)) if width else (LineLoad, None)
-        drag, press = np.moveaxis(rule @ unit_readings(finger, family, place, half), -2, 0)  # (..., 2 forces)
+        drag, press = np.moveaxis(rule @ unit_readings(finger, family, position, half), -2, 0)  # (..., 2 forces)
         with np.errstate(divide="ignore", invalid="ignore"):
             true = (said * press[..., 0] - drag[..., 0]) / (drag[..., 1] - said * press[..., 1])
         worst = np.fmax(worst, np.abs(np.arctan(true) - angle))

@@ -210,7 +210,7 @@ def side_angle_from_slope(
     value = _check.real("strain", strain, finite=False)
     rise_std = _check.real("slope_std", slope_std, unit="1/m", at_least=0.0)
     value_std = _check.real("strain_std", strain_std, at_least=0.0)
-    place_std = _check.real("position_std", position_std, unit="m", at_least=0.0)
+    position_std = _check.real("position_std", position_std, unit="m", at_least=0.0)
     bounds = checked_bounds(friction, most_std)
     shape = _check.broadcast(
         slope=rise,
@@ -219,7 +219,7 @@ def side_angle_from_slope(
         half_width=known.astype(float),
         slope_std=rise_std,
         strain_std=value_std,
-        position_std=place_std,
+        position_std=position_std,
         half_width_std=width_std,
     )
     unit = _Beneath.of(skin, kind, x, a)
@@ -228,7 +228,7 @@ def side_angle_from_slope(
         normal, drag = value / unit.strain, rise * to_drag
         square = normal**2 + drag**2
         per_slope, per_strain = normal * to_drag / square, -drag / unit.strain / square
-        per_place = per_slope * normal * unit.bend / x**2 + per_strain * rise
+        per_position = per_slope * normal * unit.bend / x**2 + per_strain * rise
         per_width = np.zeros(shape)
         if a is not None:
             more, less = (_Beneath.of(skin, kind, x, a * (1 + side * _STEP)) for side in (1, -1))
@@ -237,7 +237,7 @@ def side_angle_from_slope(
             )
             per_width = normal * drag / square * (of_strain - of_slope)
         variance = (per_slope * rise_std) ** 2 + (per_strain * value_std) ** 2
-        variance = variance + (per_place * place_std) ** 2 + (per_width * width_std) ** 2
+        variance = variance + (per_position * position_std) ** 2 + (per_width * width_std) ** 2
         angle = np.arctan2(drag, normal)
         # a strain that is not beyond its own noise is no measure for the slope
         lost = np.abs(value) < BEYOND * value_std
@@ -246,7 +246,7 @@ def side_angle_from_slope(
         shape,
         angle,
         np.where(lost, np.inf, variance),
-        *(per_place, per_width, 0.0),
+        *(per_position, per_width, 0.0),
         bounds=bounds,
         silent=silent,
         incomplete=~(np.isfinite(rise) & np.isfinite(value) & known),
