@@ -19,7 +19,7 @@ import numpy as np
 
 import subskin as ss
 from _common import arguments, show
-from subskin.io.recording import segment
+from subskin.stream.presses import segment
 
 RECORDING = Path(__file__).resolve().parents[2] / "shared/data/barotact/test_full_20230706_175400.csv"
 RATE, DEPTH, PITCH, SENSORS = 100.0, 2e-3, 1.5e-3, 6

@@ -2,6 +2,15 @@
 
 from . import decide, design
 from .array import SensorArray
+from .calibration import (
+    BlindCalibration,
+    Calibration,
+    Health,
+    SensorHealth,
+    calibrate,
+    calibrate_blind,
+    sensor_health,
+)
 from .contact import (
     Contact,
     ContactSum,
@@ -24,33 +33,23 @@ from .errors import (
     ValidityWarning,
 )
 from .estimate import (
-    BlindCalibration,
-    Calibration,
     Estimate,
-    Health,
     Locator,
     PressureMap,
     PressureMapper,
     Rival,
-    SensorHealth,
     ShapeEstimate,
     SideAngle,
     Status,
-    ThreeSensorSolution,
-    Verdict,
     blind_depth,
-    calibrate,
-    calibrate_blind,
     pressure_map,
-    sensor_health,
     side_angle,
     side_angle_from_gradients,
     side_angle_from_slope,
-    three_sensor,
 )
-from .field import State, Strain, Stress
 from .finger import Finger
 from .material import Material
+from .memo.three_sensor import ThreeSensorSolution, Verdict, three_sensor
 from .pressing import (
     Certificate,
     ContactSolution,
@@ -69,6 +68,7 @@ from .pressing import (
 from .receptive_field import ReceptiveField
 from .skin import HalfPlane, Layer, Layered, Round, Skin
 from .stream import Relaxation, RelaxationFit, Tare, Tared, fit_relaxation
+from .tensor import State, Strain, Stress
 from .transducer import (
     EnergyDensity,
     LateralStrain,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ._check import FloatArray
 from .errors import NotLinearError
-from .field import State
+from .tensor import State
 
 __all__ = [
     "EnergyDensity",
@@ -144,7 +144,7 @@ class VolumeResistance(Transducer):
     Examples
     --------
     >>> import numpy as np
-    >>> from subskin.field import Strain, Stress
+    >>> from subskin.tensor import Strain, Stress
     >>> zero, e = np.array(0.0), np.array(-0.1)
     >>> state = State(Stress(zero, zero, zero, zero), Strain(e, -e, zero, zero))
     >>> float(VolumeResistance(exact=True).measure(state).round(12)), float(VolumeResistance().measure(state))

@@ -13,7 +13,7 @@ import pytest
 import subskin
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["subskin.estimate.three_sensor", "subskin.memo", "subskin.plot"]
+PAGES = ["subskin.memo.three_sensor", "subskin.memo", "subskin.plot"]
 LISTED = re.compile(r"^   (?:\w+\.)*(\w+)$", re.MULTILINE)
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.estimate import Known
-from subskin.estimate.calibration._blind_model import BlindModel, Touches
+from subskin.calibration import Known
+from subskin.calibration._blind_model import BlindModel, Touches
 
 SOFT = ss.Material(0.4e6)
 SKINS = {

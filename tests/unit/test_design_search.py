@@ -224,7 +224,10 @@ def test_tolerances_count_against_the_goals(grid, study):
     )
     made = rank_fingers(search_grid(goals)).fingers[0]
     assert made.budget is not None
-    assert [cost.source for cost in made.budget.rows] == ["position", "noise"]  # a half plane has no thickness
+    assert [cost.source for cost in made.budget.rows] == [
+        "position",
+        "noise",
+    ]  # a half plane has no thickness
     check = next(check for check in made.checks if check.criterion.name == "position_95")
     assert check.value == pytest.approx(made.budget.kept(0.95)[0], rel=0.02)
     assert check.value > 1.1 * made.values["position_95"]

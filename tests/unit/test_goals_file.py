@@ -103,7 +103,9 @@ def test_a_design_written_as_a_finger_is_the_same_finger(skin, sensor):
     text = finger_text(file, row, (-6e-3, 5e-3), ['why: "so"', "and = this"])
     written = parse_finger(text)
     positions = np.linspace(-3e-3, 3e-3, 7)
-    np.testing.assert_array_equal(written.finger.receptive_field(positions), wanted.receptive_field(positions))
+    np.testing.assert_array_equal(
+        written.finger.receptive_field(positions), wanted.receptive_field(positions)
+    )
     for name in ("y", "noise", "low", "high", "resolution", "width"):
         np.testing.assert_array_equal(getattr(written.finger.array, name), getattr(wanted.array, name))
     assert written.options == {"friction": 0.5}

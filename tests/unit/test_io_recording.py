@@ -5,8 +5,8 @@ import pytest
 
 import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.io.recording import segment
-from subskin.io.synthetic import contact_of, simulate_recording
+from subskin.stream.presses import segment
+from subskin.synthetic import contact_of, simulate_recording
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
 GAIN, OFFSET = [-1e5, -2e5, -1.5e5, -1e5], [1e5, 2e5, 3e5, 4e5]

@@ -118,7 +118,9 @@ class TestTruthAgainstEstimate:
         low, high = (line for line in lower.lines if line.get_linewidth() == 0.7)
         error = 1e3 * (found - true)[30:]
         position = 1e3 * true[30:]
-        inside = (np.interp(position, *low.get_data()) <= error) & (error <= np.interp(position, *high.get_data()))
+        inside = (np.interp(position, *low.get_data()) <= error) & (
+            error <= np.interp(position, *high.get_data())
+        )
         assert inside.mean() == pytest.approx(0.95, abs=0.01)
         assert figure.axes[0].get_legend() is None
 

@@ -9,9 +9,9 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from subskin.contact import LineLoad
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.estimate._three_sensor_roots import Determinant
-from subskin.estimate.three_sensor import Degeneracy, Verdict, three_sensor
 from subskin.material import Material
+from subskin.memo._three_sensor_roots import Determinant
+from subskin.memo.three_sensor import Degeneracy, Verdict, three_sensor
 from subskin.skin import HalfPlane
 
 EQUAL = [-0.75, 0.0, 0.75]

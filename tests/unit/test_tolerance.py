@@ -25,7 +25,9 @@ def finger(skin=FLAT, count=6, noise=5e-5, **more):
 def test_usual_tolerances_are_those_of_a_blind_calibration():
     usual = usual_tolerances(finger(resolution=3e-5, noise=[1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 7e-5]))
     assert list(usual) == [name for name in SOURCES if name not in ("thickness", "radius")]
-    assert [usual[n] for n in ("position", "depth", "gains")] == pytest.approx([0.02 * 2e-3, 0.05 * 2e-3, 0.05])
+    assert [usual[n] for n in ("position", "depth", "gains")] == pytest.approx(
+        [0.02 * 2e-3, 0.05 * 2e-3, 0.05]
+    )
     assert usual["resolution"] == pytest.approx(3e-5)
     assert usual["noise"] == pytest.approx(3e-5)  # root mean square
     tip = ss.Round(ss.Material(0.4e6), 8e-3, 4e-3)
@@ -250,7 +252,9 @@ def test_sensors_that_are_linear_to_first_order_and_dead_ones():
 
 def test_three_sensors_have_no_first_order_where_they_are_singular():
     three = finger(count=3)
-    budget = tolerance_budget(three, TOUCHES, {"position": 1e-6, "young": 0.1}, positions=9, angles=5, draws=20)
+    budget = tolerance_budget(
+        three, TOUCHES, {"position": 1e-6, "young": 0.1}, positions=9, angles=5, draws=20
+    )
     position, young = budget.rows
     assert position.position_linear == np.inf  # a normal load above the middle sensor
     assert np.isfinite(position.position_rms)
@@ -346,7 +350,9 @@ def test_what_95_percent_of_the_touches_keep_is_a_quantile_of_the_sum_at_each():
 def test_touches_keep_only_what_is_in_the_budget():
     skin = ss.HalfPlane(ss.Material(young=0.4e6))
     finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=1.5e-3, noise=1e-4))
-    budget = tolerance_budget(finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4)
+    budget = tolerance_budget(
+        finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4
+    )
     with pytest.raises(InvalidValueError, match="the budget has place"):
         budget.kept(0.95, ["noise"])
     with pytest.raises(InvalidValueError, match="share = 0"):

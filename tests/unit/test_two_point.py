@@ -198,7 +198,9 @@ def test_lengths_go_with_the_depth_and_nothing_with_the_modulus(against):
     small = two_point_limen(row(5, 0.6), Touches(1.0), against=against, positions=4)
     stiff = ss.HalfPlane(ss.Material(young=30e6))
     share = 1.5 / np.pi * 100.0 / (30e6 * 2e-3)  # of the strain beneath 100 N/m at 2 mm
-    large = two_point_limen(row(5, 0.6, 1e-3 * share, stiff, 2e-3), Touches(100.0), against=against, positions=4)
+    large = two_point_limen(
+        row(5, 0.6, 1e-3 * share, stiff, 2e-3), Touches(100.0), against=against, positions=4
+    )
     assert large.separation / 2e-3 == pytest.approx(small.separation, rel=1e-4)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from subskin.estimate.three_sensor import Degeneracy, Verdict, three_sensor
+from subskin.memo.three_sensor import Degeneracy, Verdict, three_sensor
 
 REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference" / "11a_inverse_three_sensors.json"
 CASES = json.loads(REFERENCE.read_text())["cases"] if REFERENCE.exists() else []
@@ -86,7 +86,9 @@ def accepted_loads(b, reach, count):
 def test_share_of_ambiguous_readings(b, share):
     count = ambiguous = 0
     for position, angle, accepted in accepted_loads(b, b / 2, 600):
-        assert any(abs(root.position - position) < 1e-8 and abs(root.angle - angle) < 1e-6 for root in accepted)
+        assert any(
+            abs(root.position - position) < 1e-8 and abs(root.angle - angle) < 1e-6 for root in accepted
+        )
         count += 1
         ambiguous += len(accepted) > 1
     # three standard deviations of the count, and as much again as the expected share was rounded by

@@ -70,7 +70,9 @@ def test_evidence_is_the_integral_where_readings_tell_little():
     positions, angles = np.linspace(-half, half, 241), np.linspace(-np.pi / 4, np.pi / 4, 241)
     compared = []
     for frame, evidence in zip(readings, said.log_evidence, strict=True):
-        exact = np.array([integral(tip, k, frame, positions, np.linspace(*k.width, 21), angles) for k in SMALL])
+        exact = np.array(
+            [integral(tip, k, frame, positions, np.linspace(*k.width, 21), angles) for k in SMALL]
+        )
         if np.isfinite(evidence).all() and abs(exact[0] - exact[1]) < 9:
             compared.append([evidence[0] - evidence[1], exact[0] - exact[1]])
     ours, theirs = np.array(compared).T

@@ -105,7 +105,10 @@ def test_the_difference_falls_at_the_order_of_the_elements(name):
     depths = A * np.linspace(0.8, 4.0, 15)[:, None]
     positions = F + A * rng.uniform(-3, 3, 30)
     for n in parts:
-        for errors, (x, y) in ((anywhere, (depths, positions)), (best, body(name, n).best(depths, positions))):
+        for errors, (x, y) in (
+            (anywhere, (depths, positions)),
+            (best, body(name, n).best(depths, positions)),
+        ):
             ours, theirs = both(name, n, contact, x, y)
             errors.append(np.sqrt(((ours - theirs) ** 2).mean()) / np.abs(ours).max())
     orders = [-np.polyfit(np.log(parts), np.log(e), 1)[0] for e in (anywhere, best)]

@@ -210,7 +210,10 @@ def test_mirror_symmetry(skin, contact):
         np.testing.assert_allclose(
             getattr(here, name), sign * getattr(there, name), rtol=0, atol=1e-14 * scale
         )
-    along = skin.surface_gradient(contact, positions()), skin.surface_gradient(mirrored(contact), -positions())
+    along = (
+        skin.surface_gradient(contact, positions()),
+        skin.surface_gradient(mirrored(contact), -positions()),
+    )
     np.testing.assert_allclose(along[0].ux, -along[1].ux, rtol=0, atol=1e-14)
     np.testing.assert_allclose(along[0].uy, along[1].uy, rtol=0, atol=1e-14)
 

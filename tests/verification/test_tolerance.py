@@ -114,7 +114,9 @@ def test_depths_positions_and_gains_one_sensor_at_a_time(skin):
             values[i] += amounts[row.source]
             made = replace(finger, array=replace(finger.array, **{fields[row.source]: values}))
             found = finger.locate(made.read(ss.LineLoad(20.0, angle, position[:, None])), friction=0.8)
-            errors = np.stack([found.position - position[:, None], found.angle - angle, found.force / 20.0 - 1])
+            errors = np.stack(
+                [found.position - position[:, None], found.angle - angle, found.force / 20.0 - 1]
+            )
             total += (errors**2).mean(axis=(1, 2))
         linear = [getattr(row, f"{name}_linear") for name in COLUMNS]
         np.testing.assert_allclose(linear, np.sqrt(total), rtol=2e-3, err_msg=row.source)

@@ -10,7 +10,7 @@ from scipy.stats import norm
 
 import subskin as ss
 from subskin.design import Touches, two_point_limen
-from subskin.estimate import three_sensor
+from subskin.memo.three_sensor import three_sensor
 
 UNIT = ss.HalfPlane(ss.Material(young=1.5 / np.pi))  # strain right beneath a unit point at unit depth is -1
 AT_ONE = {"test": "best", "power": float(norm.cdf(1)), "false_alarm": 0.5}  # told where the distance is 1
@@ -164,7 +164,8 @@ def test_three_sensors_and_an_unknown_angle_are_exactly_the_roots_of_the_memo(pi
 def test_four_sensors_tell_at_any_angle_what_three_do_not():
     touches = Touches(1.0, friction=0.5, span=(-0.5, 0.5))
     three, four = (
-        two_point_limen(row(n, 1.0, 1e-4), touches, angle="free", positions=8, shares=[0.4, 0.5]) for n in (3, 4)
+        two_point_limen(row(n, 1.0, 1e-4), touches, angle="free", positions=8, shares=[0.4, 0.5])
+        for n in (3, 4)
     )
     small = three.step < 0.3
     assert (three.distance[small] < 1e-3).mean() > 0.85

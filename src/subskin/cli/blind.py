@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .common import check_figure, chosen_rows, number, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..estimate.calibration import BlindCalibration, BlindParameter
+    from ..calibration import BlindCalibration, BlindParameter
     from ..io.finger_file import FingerFile
 
 __all__ = ["add_blind", "refuse_blind_options", "run_blind"]
@@ -55,8 +55,8 @@ def run_blind(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
+    from ..calibration import calibrate_blind
     from ..errors import FileError, InvalidValueError
-    from ..estimate.calibration import calibrate_blind
     from ..io.files import check_target, write_bytes
     from ..io.finger_file import load_finger
     from ..io.tables import read_table

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from ..estimate.calibration import Calibration, Score
+    from ..calibration import Calibration, Score
     from ..io.finger_file import FingerFile
 
 _EXAMPLES = """\
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
     refuse_blind_options(options)
     if options.fit is None:
         options.fit = "gain,offset,depth,origin"
-    from ..estimate.calibration import calibrate
+    from ..calibration import calibrate
     from ..io.files import write_bytes
     from ..io.finger_file import load_finger
     from ..io.tables import read_table
@@ -103,7 +103,9 @@ def run(options: argparse.Namespace) -> int:
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
     if held.any():
-        score = found.evaluate(readings[held], positions[held], **{name: v[held] for name, v in loads.items()})
+        score = found.evaluate(
+            readings[held], positions[held], **{name: v[held] for name, v in loads.items()}
+        )
     facts = _facts(options, file, found, score, fit)
     if options.out is not None:
         text = file.with_finger(found.finger, found.origin, facts).text

@@ -120,8 +120,8 @@ def _tared(options: argparse.Namespace, file: FingerFile, table: Table) -> Float
     import numpy as np
 
     from ..errors import FileError, InvalidValueError, SubskinError
-    from ..io.recording import Column
     from ..stream import Tare
+    from ..stream.presses import Column
 
     column = file.recording.time if file.recording is not None else Column("time")
     time = table.numbers(column.name, finite=True, why="--tare: the time") * column.scale

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from .common import add_command, add_shared, number, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..io.recording import Presses, RecordingFormat
     from ..io.tables import Table
+    from ..stream.presses import Presses, RecordingFormat
 
 _EXAMPLES = """\
   subskin segment finger.toml raw.csv -o presses.csv
@@ -63,8 +63,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _segment(options: argparse.Namespace, how: RecordingFormat, table: Table) -> Presses:
     from ..errors import FileError, SubskinError
-    from ..io.recording import segment
     from ..io.units import quantity
+    from ..stream.presses import segment
 
     if not len(table):
         raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")

@@ -118,8 +118,8 @@ def _worn(options: argparse.Namespace, file: FingerFile, rng: np.random.Generato
 
 
 def _contact(options: argparse.Namespace) -> Any:
-    from ..io.synthetic import contact_of
     from ..io.units import quantity
+    from ..synthetic import contact_of
 
     width = None if options.half_width is None else quantity(options.half_width, "m", "--half-width")
     return contact_of(options.contact, width)
@@ -160,9 +160,9 @@ def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Genera
     import numpy as np
 
     from ..errors import InvalidValueError
-    from ..io.recording import Column, RecordingFormat
-    from ..io.synthetic import simulate_recording
     from ..io.units import quantity
+    from ..stream.presses import Column, RecordingFormat
+    from ..synthetic import simulate_recording
 
     origin = _origin(options, file)
     force, angle = (

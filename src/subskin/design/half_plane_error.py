@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from ..calibration import calibrate
 from ..contact import Hertz, LineLoad
 from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
-from ..estimate import Estimate, Locator, Status, calibrate
+from ..estimate import Estimate, Locator, Status
 from ..finger import Finger
 from ..skin import HalfPlane, Layered, Round, Skin
 

@@ -14,11 +14,11 @@ from .. import transducer as kinds
 from ..array import SensorArray
 from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
+from ..stream.presses import Column, RecordingFormat
 from ..transducer import Transducer
 from ._skin import Misplaced, build_skin, key_of
 from ._toml_errors import misplaced, read_text, short, validated
 from .files import write_bytes
-from .recording import Column, RecordingFormat
 from .units import quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Section 3 of the memo: a line load found from three strain sensors (eqs. 12 and 13, Fig. 6).
 
 Here y is the load's place on the project's axis, with the sensors 1, 2, 3 at -b, 0 and +b, and alpha is the
-project's `angle`: positive where the load drags the skin towards +y. `subskin.estimate.three_sensor` solves
+project's `angle`: positive where the load drags the skin towards +y. `subskin.memo.three_sensor` solves
 these equations.
 """
 
@@ -133,7 +133,7 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
 
     The first is 2 eps_2 - eps_1 - eps_3, the second -2 b (eps_1 - eps_3): the degree is below 8 where they
     vanish. Roots of the product form, every one and with a verdict, are found by
-    `subskin.estimate.three_sensor`.
+    `subskin.memo.three_sensor`.
 
     Parameters
     ----------

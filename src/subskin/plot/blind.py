@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..calibration import BlindCalibration
 from ..errors import GeometryError
-from ..estimate.calibration import BlindCalibration
 from .style import BLACK, BLUE, DOUBLE, GREY, NORMAL_95, ORANGE, house_style, new_figure, settled
 
 __all__ = ["blind_figure"]
@@ -85,7 +85,9 @@ def _progress(axes: Axes, found: BlindCalibration) -> None:
     used = int(found.used.sum())
     touches = np.geomspace(max(used / 30, 2), 100 * used, 60)
     ratios = np.array([(r.position, r.angle) for r in map(found.error_ratio, touches)])
-    for ratio, name, style in zip(ratios.T, ("position", "angle"), ((BLUE, "-"), (ORANGE, "--")), strict=True):
+    for ratio, name, style in zip(
+        ratios.T, ("position", "angle"), ((BLUE, "-"), (ORANGE, "--")), strict=True
+    ):
         if np.isfinite(ratio).all():
             axes.plot(touches, ratio, color=style[0], linestyle=style[1], label=f"rms error of {name}")
     axes.axvline(used, color=GREY, linewidth=0.5, zorder=0.5)

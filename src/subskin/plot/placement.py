@@ -76,7 +76,13 @@ def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> 
     low = float(known.min()) if known.size else 1.0
     high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
     shown = axes.pcolormesh(
-        positions, angles, std.T, norm=LogNorm(low, high), cmap="cividis_r", shading="nearest", rasterized=True
+        positions,
+        angles,
+        std.T,
+        norm=LogNorm(low, high),
+        cmap="cividis_r",
+        shading="nearest",
+        rasterized=True,
     )
     unsure = (quality.ambiguous + quality.unfelt).T
     if (unsure >= 0.5).any():

@@ -21,9 +21,9 @@ from .._check import FloatArray
 from ..contact.base import Contact, ContactSum
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.estimate import Estimate, Status
-from ..field import State
 from ..finger import Finger
 from ..skin import Layered, Round
+from ..tensor import State
 from .measured import draw_readings
 from .style import BLACK, DOUBLE, GREY, NORMAL_95, VERMILLION, house_style, settled, stacked
 
@@ -300,13 +300,17 @@ def _arrow(axes: Axes, force: _Force, length: float, **style: Any) -> None:
     """The force on the skin: an arrow that ends on the surface, or leaves it where the force pulls."""
     away = (length * np.sin(force.angle), length * np.cos(force.angle))
     here, pulls = (force.position, 0.0), force.angle**2 > (np.pi / 2) ** 2
-    ends = (here, (force.position + away[0], away[1])) if pulls else ((force.position - away[0], -away[1]), here)
+    ends = (
+        (here, (force.position + away[0], away[1])) if pulls else ((force.position - away[0], -away[1]), here)
+    )
     axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", shrinkA=0, shrinkB=0, **style))
 
 
 def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     """The load found: its arrow, the wedge of its angle and the bar of its place, both 95 %."""
-    position, size, angle = (float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle))
+    position, size, angle = (
+        float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle)
+    )
     status = Status(int(np.squeeze(estimate.status))).name.lower().replace("_", " ")
     if not np.isfinite([position, size, angle]).all():
         axes.plot([], [], " ", label=f"found: {status}")

@@ -256,7 +256,13 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
                 position, low, high, color=SKY, alpha=0.3, linewidth=0, zorder=0.4, label="95 % of errors"
             )
         axes.plot(
-            position, middle, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2.5, label="median error"
+            position,
+            middle,
+            color=BLACK,
+            linewidth=0.9,
+            linestyle=(0, (4, 2)),
+            zorder=2.5,
+            label="median error",
         )
     axes.set(xlabel="true place [mm]", ylabel="error [mm]", ylim=(-1.08 * reach, 1.08 * reach))
     return clouds

@@ -179,7 +179,10 @@ class _Mixer:
             self.least = size
             return position + 0.5 * change
         self.least = min(self.least, size)
-        self.positions, self.changes = [*self.positions[-_MEMORY:], position], [*self.changes[-_MEMORY:], change]
+        self.positions, self.changes = (
+            [*self.positions[-_MEMORY:], position],
+            [*self.changes[-_MEMORY:], change],
+        )
         if len(self.positions) == 1:
             return position + change
         moves, turns = np.diff(self.positions, axis=0), np.diff(self.changes, axis=0)

@@ -196,7 +196,9 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
             "squares over the touches, and the share of frames that are no longer told for sure."
         ),
         Table(
-            ["source", "amount", "position", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})
+            ["source", "amount", "position", "angle", "force", "lost"],
+            rows,
+            strong=frozenset({len(rows) - 1}),
         ),
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),

@@ -191,7 +191,12 @@ class Stack:
         return out
 
     def _fill_base(
-        self, out: FloatArray, x: FloatArray, k: FloatArray, positions: npt.NDArray[np.intp], share: FloatArray
+        self,
+        out: FloatArray,
+        x: FloatArray,
+        k: FloatArray,
+        positions: npt.NDArray[np.intp],
+        share: FloatArray,
     ) -> None:
         for i in np.flatnonzero(positions == len(self.layers)):
             base, allowed = self._base()

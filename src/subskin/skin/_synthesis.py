@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..contact.base import Contact
-from ..field import State, Strain, Stress
 from ..material import Material
+from ..tensor import State, Strain, Stress
 
 __all__ = ["Response", "hooke", "panels", "reach", "synthesise"]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from ..field import State
+from ..tensor import State
 from ._ring_modes import Ring
 from ._synthesis import hooke
 from .base import Skin

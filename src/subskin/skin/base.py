@@ -11,8 +11,8 @@ from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
 from ..errors import InvalidValueError
-from ..field import State, Strain, Stress
 from ..material import Material
+from ..tensor import State, Strain, Stress
 
 __all__ = ["Skin"]
 

@@ -12,8 +12,8 @@ from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact, times_depth
 from ..errors import InvalidValueError
-from ..field import State, Strain, Stress, SurfaceGradient
 from ..material import Material
+from ..tensor import State, Strain, Stress, SurfaceGradient
 from ._points import blank_singular, complex_points, points
 from .base import Skin
 

@@ -14,8 +14,8 @@ from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
 from ..errors import GeometryError, InvalidValueError
-from ..field import State, Strain, Stress
 from ..material import Material
+from ..tensor import State, Strain, Stress
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._points import points
@@ -218,7 +218,9 @@ class Layered(Skin):
 
         def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
             components = ("xx", "yy", "zz", "xy")
-            return [_check.read_only(np.choose(positions, [getattr(t, c) for t in tensors])) for c in components]
+            return [
+                _check.read_only(np.choose(positions, [getattr(t, c) for t in tensors])) for c in components
+            ]
 
         return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))
 

@@ -12,8 +12,8 @@ from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
 from ..errors import GeometryError, InvalidValueError
-from ..field import State
 from ..material import Material
+from ..tensor import State
 from ._around import DEEPEST, periodic_transforms
 from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._points import blank_singular, complex_points, points

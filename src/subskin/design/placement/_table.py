@@ -96,7 +96,9 @@ class Table:
         )
         return out
 
-    def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
+    def worst(
+        self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray
+    ) -> FloatArray:
         """Largest standard deviations of position, force and angle, uphill from the highest points of a grid."""
         climb = _compiled()[0].climb
         ends = np.array([positions[[0, -1]], angles[[0, -1]]])

@@ -144,7 +144,9 @@ class Aim:
         return best
 
 
-def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], positions: int = 17) -> TwoPointLimen:
+def limen(
+    finger: Finger, goals: Goals, against: Literal["point", "wide"], positions: int = 17
+) -> TwoPointLimen:
     """Distances at which two touches of the weakest force are told from one, in 90 % of frames at 1 % of false alarms.
 
     Angles are unknown; the touches have those of the middle and the ends of the cone.

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ...calibration import calibrate, calibrate_blind
 from ...contact import LineLoad
 from ...errors import ConvergenceError, SubskinError
-from ...estimate import calibrate, calibrate_blind
 from ...finger import Finger
 from ._costs import Costs, joined, summed_up
 from ._study import Located

@@ -69,7 +69,9 @@ def _peaks(w, scan, positions, squares, table, g, mu, ends, thorough, c, a, tria
             k = 0
             for p in range(1, positions.size):
                 k = p if scan[j, p] > scan[j, k] else k
-            y, q = _refine(w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, trial, fit)
+            y, q = _refine(
+                w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, trial, fit
+            )
             kept = _keep(y, q, fit, kept, apart, at, fits)
         return kept
     first = np.empty((_PEAKS, 2))

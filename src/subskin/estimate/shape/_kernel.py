@@ -220,8 +220,8 @@ def _uncertainty(w, a, fit, mu, q, ends, row):
 def fit_frames(readings, sensors, basis, edges, positions, squares, table, options, out):
     """Fill `out`, one row a frame; the columns are named in `shape.py`.
 
-    basis (n, 2, widths, m) and edges (4, widths, m): the scan at `positions` (m,) and `squares` (widths,); table (cells,
-    widths, 5, 2, n): whitened; options: start and step of the table, the square of its widest, mu, the ends of y and of
+    basis (n, 2, widths, m) and edges (4, widths, m): the scan at `positions` (m,) and `squares` (widths,); table
+    (cells, widths, 5, 2, n): whitened; options: start and step of the table, the square of its widest, mu, the ends of y and of
     q, then the thresholds of `fit._prepare`.
     """
     frames, n = readings.shape
@@ -268,7 +268,19 @@ def fit_frames(readings, sensors, basis, edges, positions, squares, table, optio
                 for p in range(1, m):
                     k = p if s[j, p] > s[j, k] else k
                 at[spare, 0], at[spare, 1] = _refine(
-                    w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, trial, fits[spare]
+                    w,
+                    table,
+                    start,
+                    step,
+                    square,
+                    mu,
+                    positions[k],
+                    squares[j],
+                    ends,
+                    c,
+                    a,
+                    trial,
+                    fits[spare],
                 )
                 if fits[spare, 2] > fits[best, 2]:
                     at[best], fits[best] = at[spare], fits[spare]

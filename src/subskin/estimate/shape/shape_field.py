@@ -132,5 +132,7 @@ def _points(family: type[SpreadContact]) -> tuple[FloatArray, FloatArray]:
     return both[0], both[1] / both[1].sum()
 
 
-def _spread(line: ReceptiveField, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
+def _spread(
+    line: ReceptiveField, positions: FloatArray, shifts: FloatArray, weights: FloatArray
+) -> FloatArray:
     return np.asarray(sum(w * line(positions + s) for s, w in zip(shifts, weights, strict=True)))

@@ -172,11 +172,15 @@ class Response(NamedTuple):
     by_width: FloatArray
 
     @classmethod
-    def of(cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None) -> Response:
+    def of(
+        cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None
+    ) -> Response:
         """Changes by central differences."""
         h = _STEP * float(np.asarray(finger.array.depth).mean())
         if half_width is None:
-            unit, after, before = unit_readings(finger, family, np.stack([position, position + h, position - h]), None)
+            unit, after, before = unit_readings(
+                finger, family, np.stack([position, position + h, position - h]), None
+            )
             return cls(unit, (after - before) / (2 * h), np.zeros_like(unit))
         y, a = np.broadcast_arrays(position, half_width)
         positions = np.stack([y, y + h, y - h, y, y])

@@ -128,7 +128,9 @@ def side_angle_from_gradients(
         square = drag**2 + press**2
         turned = press[..., None] * rule[..., 0, :] - drag[..., None] * rule[..., 1, :]
         per_position = (press * drag_moved - drag * press_moved) / square
-        variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (per_position * frames.position_std) ** 2
+        variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (
+            per_position * frames.position_std
+        ) ** 2
         angle = np.arctan(drag / press)
     # a gradient that is not beyond its own noise is steep or shallow by chance, and says so of neither
     lost = np.abs(press) < BEYOND * np.sqrt(((rule[..., 1, :] * noise) ** 2).sum(axis=-1))
@@ -165,7 +167,9 @@ def _truncation(
         if abs(width - blind) < _NEAR_BLIND * blind:
             continue
         family, half = (Hertz, np.asarray(width)) if width else (LineLoad, None)
-        drag, press = np.moveaxis(rule @ unit_readings(finger, family, position, half), -2, 0)  # (..., 2 forces)
+        drag, press = np.moveaxis(
+            rule @ unit_readings(finger, family, position, half), -2, 0
+        )  # (..., 2 forces)
         with np.errstate(divide="ignore", invalid="ignore"):
             true = (said * press[..., 0] - drag[..., 0]) / (drag[..., 1] - said * press[..., 1])
         worst = np.fmax(worst, np.abs(np.arctan(true) - angle))

@@ -2,9 +2,9 @@
 
 from .blind import calibrate_blind
 from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
-from .calibrate import calibrate
 from .calibration import Calibration, Health, Parameter, Score
 from .health import SensorHealth, sensor_health
+from .known import calibrate
 
 __all__ = [
     "BlindCalibration",

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
-from ..._check import FloatArray
-from ...errors import GeometryError, InvalidValueError, NotLinearError
-from ...finger import Finger
-from .._frames import checked_friction
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError, InvalidValueError, NotLinearError
+from ..estimate._frames import checked_friction
+from ..finger import Finger
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
 from ._learning import Learning

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ...finger import Finger
+from .._check import FloatArray
+from ..finger import Finger
 from ._forward import Forward
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]
@@ -176,7 +176,9 @@ class BlindModel:
                 high, low = x.copy(), x.copy()
                 high[part] = np.minimum(x[part] + self._steps[part], self.high[part])
                 low[part] = np.maximum(x[part] - self._steps[part], self.low[part])
-                change = difference(self._field(high, positions), self._field(low, positions), (high - low)[part])
+                change = difference(
+                    self._field(high, positions), self._field(low, positions), (high - low)[part]
+                )
                 if name == "depths":
                     by_finger[:, each, part.start + each] = change
                 else:

@@ -8,10 +8,10 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
-from ..._check import FloatArray
-from ...errors import GeometryError
-from ...finger import Finger
+from .. import _check
+from .._check import FloatArray
+from ..errors import GeometryError
+from ..finger import Finger
 from ._forward import Forward
 
 __all__ = ["Calibration", "Health", "Parameter", "Score", "checked_touches", "score"]
@@ -162,9 +162,7 @@ def checked_touches(
             f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
         )
     if y.shape != data.shape[:1]:
-        raise GeometryError(
-            f"positions of shape {positions.shape}", f"one place for each of the {len(data)} touches"
-        )
+        raise GeometryError(f"positions of shape {y.shape}", f"one place for each of the {len(data)} touches")
     p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape)
     a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape)
     usable = np.where(finger.array.inside(data), data, np.nan)

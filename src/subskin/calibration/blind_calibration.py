@@ -8,11 +8,11 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
-from ..._check import FloatArray
-from ...errors import InvalidValueError
-from ...finger import Finger
-from ..estimate import Estimate
+from .. import _check
+from .._check import FloatArray
+from ..errors import InvalidValueError
+from ..estimate.estimate import Estimate
+from ..finger import Finger
 from ._learning import Learning
 from .calibration import Health
 

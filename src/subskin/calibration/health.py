@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
-from ..._check import FloatArray
-from ...errors import ConvergenceError, GeometryError
-from ...finger import Finger
-from ..estimate import Status
-from ..locate import Locator
+from .. import _check
+from .._check import FloatArray
+from ..errors import ConvergenceError, GeometryError
+from ..estimate.estimate import Status
+from ..estimate.locate import Locator
+from ..finger import Finger
 from .calibration import Health
 
 __all__ = ["SensorHealth", "sensor_health"]

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..._check import FloatArray
+from .._check import FloatArray
 from ._blind_model import BlindModel, Linearised
 
 __all__ = ["Learning"]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._check import FloatArray
+from .._check import FloatArray
 from ._blind_model import BlindModel, Linearised, Touches
 
 __all__ = ["Settled", "settle"]

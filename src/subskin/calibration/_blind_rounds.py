@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ...errors import ConvergenceError
-from ...finger import Finger
-from ..estimate import Estimate, Status
-from ..locate import Locator
+from .._check import FloatArray
+from ..errors import ConvergenceError
+from ..estimate.estimate import Estimate, Status
+from ..estimate.locate import Locator
+from ..finger import Finger
 from ._blind_fit import Settled, settle
 from ._blind_model import BlindModel, Touches
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
-from ..._check import FloatArray
-from ...errors import ConvergenceError, InvalidValueError
-from ...finger import Finger
+from .. import _check
+from .._check import FloatArray
+from ..errors import ConvergenceError, InvalidValueError
+from ..finger import Finger
 from ._forward import TERMS, Forward
 from .calibration import Calibration, Health, Parameter, checked_touches, score
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._check import FloatArray
-from ...contact import LineLoad
-from ...errors import InvalidValueError
-from ...finger import Finger
+from .._check import FloatArray
+from ..contact import LineLoad
+from ..errors import InvalidValueError
+from ..finger import Finger
 
 __all__ = ["TERMS", "Forward"]
 
@@ -33,8 +33,8 @@ _THICKEST = 0.94
 class Forward:
     """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
 
-    `position` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn. `thickness`
-    is what lies beneath the deepest sensor, and without it the depths end at the base: no sensor leaves the skin on the
+    `position` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn.
+    `thickness` is what lies beneath the deepest sensor, and without it the depths end at the base: no sensor leaves the skin on the
     way.
     """
 
