@@ -34,8 +34,8 @@ class Forward:
     """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
 
     `position` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn.
-    `thickness` is what lies beneath the deepest sensor, and without it the depths end at the base: no sensor leaves the skin on the
-    way.
+    `thickness` is what lies beneath the deepest sensor, and without it the depths end at the
+    base: no sensor leaves the skin on the way.
     """
 
     def __init__(self, finger: Finger, names: Sequence[str]) -> None:

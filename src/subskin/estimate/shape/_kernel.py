@@ -221,8 +221,8 @@ def fit_frames(readings, sensors, basis, edges, positions, squares, table, optio
     """Fill `out`, one row a frame; the columns are named in `shape.py`.
 
     basis (n, 2, widths, m) and edges (4, widths, m): the scan at `positions` (m,) and `squares` (widths,); table
-    (cells, widths, 5, 2, n): whitened; options: start and step of the table, the square of its widest, mu, the ends of y and of
-    q, then the thresholds of `fit._prepare`.
+    (cells, widths, 5, 2, n): whitened; options: start and step of the table, the square of its widest, mu, the ends
+    of y and of q, then the thresholds of `fit._prepare`.
     """
     frames, n = readings.shape
     rows, m = squares.size, positions.size
