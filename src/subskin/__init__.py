@@ -38,16 +38,19 @@ from .estimate import (
     PressureMap,
     PressureMapper,
     Rival,
-    ShapeEstimate,
     SideAngle,
     Status,
     blind_depth,
+    fit,
+    locate,
+    locator,
     pressure_map,
     side_angle,
     side_angle_from_gradients,
     side_angle_from_slope,
 )
 from .finger import Finger
+from .load import Load
 from .material import Material
 from .memo.three_sensor import ThreeSensorSolution, Verdict, three_sensor
 from .pressing import (
@@ -65,7 +68,7 @@ from .pressing import (
     SineRidges,
     press,
 )
-from .receptive_field import ReceptiveField
+from .response import Response, tabulate
 from .skin import HalfPlane, Layer, Layered, Round, Skin
 from .stream import Relaxation, RelaxationFit, Tare, Tared, fit_relaxation
 from .tensor import State, Strain, Stress
@@ -109,6 +112,7 @@ __all__ = [
     "Layer",
     "Layered",
     "LineLoad",
+    "Load",
     "Locator",
     "Material",
     "MaxCompressiveStrain",
@@ -123,16 +127,15 @@ __all__ = [
     "PressureMapper",
     "PressureProfile",
     "Profile",
-    "ReceptiveField",
     "Relaxation",
     "RelaxationFit",
+    "Response",
     "Rival",
     "Round",
     "RoundedFlat",
     "RoundedWedge",
     "SensorArray",
     "SensorHealth",
-    "ShapeEstimate",
     "ShearStrain",
     "SideAngle",
     "SineRidges",
@@ -157,12 +160,16 @@ __all__ = [
     "calibrate_blind",
     "decide",
     "design",
+    "fit",
     "fit_relaxation",
+    "locate",
+    "locator",
     "press",
     "pressure_map",
     "sensor_health",
     "side_angle",
     "side_angle_from_gradients",
     "side_angle_from_slope",
+    "tabulate",
     "three_sensor",
 ]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import GeometryError, InvalidValueError
+from .errors import GeometryError, InvalidValueError, UnknownOptionError
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
@@ -123,3 +124,34 @@ def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
     if pair.shape != (2,) or pair.dtype.kind not in "iuf":
         raise InvalidValueError(f"{name} = {value!r}", "two ascending numbers are needed", fix)
     return float(pair[0]), float(pair[1])
+
+
+def value(name: str, given: Any) -> float | None:
+    """An option as a number that can be a key: what is a number of any kind becomes a float, or an int where it is one.
+
+    Raises
+    ------
+    InvalidValueError
+        Where it is no single number.
+    """
+    if given is None or isinstance(given, int | float):
+        return given
+    if np.ndim(given) == 0 and np.asarray(given).dtype.kind in "iuf":
+        number: float = np.asarray(given).item()
+        return number
+    raise InvalidValueError(f"{name} = {given!r}", "a single number is needed")
+
+
+def no_options(unknown: Mapping[str, object], known: str) -> None:
+    """Refuse options that do not exist, and say which do.
+
+    Raises
+    ------
+    UnknownOptionError
+        Where there is any.
+    """
+    import difflib
+
+    for name in unknown:
+        near = difflib.get_close_matches(name, known.split(", "), n=1)
+        raise UnknownOptionError(f"option {name!r}", f"there are {known}", f"{near[0]}=..." if near else "")

@@ -14,6 +14,7 @@ __all__ = [
     "NotLinearError",
     "SingularPointWarning",
     "SubskinError",
+    "UnknownOptionError",
     "ValidityWarning",
 ]
 
@@ -43,6 +44,10 @@ class SubskinError(ValueError):
 
 class InvalidValueError(SubskinError):
     """A value that the physics or the interface does not allow."""
+
+
+class UnknownOptionError(SubskinError, TypeError):
+    """An option that does not exist; the message names those that do."""
 
 
 class GeometryError(SubskinError):

@@ -13,6 +13,7 @@ from ..errors import ConvergenceError
 from ..estimate.estimate import Estimate, Status
 from ..estimate.locate import Locator
 from ..finger import Finger
+from ..response import tabulate
 from ._blind_fit import Settled, settle
 from ._blind_model import BlindModel, Touches
 
@@ -104,7 +105,7 @@ class Rounds:
     def locate(self, finger: Finger, readings: FloatArray) -> Estimate:
         """Touches (m,) on `finger`, its noise taken `factor` times as large."""
         array = replace(finger.array, noise=self.factor * np.asarray(finger.array.noise))
-        return Locator(finger.tabulate(self.ends), array, friction=self.friction)(readings)
+        return Locator(tabulate(finger, self.ends), array, friction=self.friction)(readings)
 
     def run(self) -> tuple[Settled, npt.NDArray[np.bool_]]:
         """The finger and the touches that taught it, shape (m,)."""

@@ -12,8 +12,9 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
-from ..estimate._frames import checked_friction
+from ..estimate.frames import checked_friction
 from ..finger import Finger
+from ..response import tabulate
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
 from ._learning import Learning
@@ -120,7 +121,7 @@ def calibrate_blind(
             "touches and drawing are weighed by the noise, so each sensor needs one > 0",
             "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin",
         )
-    table = finger.tabulate(search)
+    table = tabulate(finger, search)
     return _result(Rounds(finger, data, shares, mu, (table.start, table.stop)), finger, data)
 
 

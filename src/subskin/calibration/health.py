@@ -14,6 +14,7 @@ from ..errors import ConvergenceError, GeometryError
 from ..estimate.estimate import Status
 from ..estimate.locate import Locator
 from ..finger import Finger
+from ..response import tabulate
 from .calibration import Health
 
 __all__ = ["SensorHealth", "sensor_health"]
@@ -144,7 +145,7 @@ class _Check:
 
     def __init__(self, finger: Finger, data: FloatArray, options: dict[str, Any]) -> None:
         self.was, self.options = finger, options
-        self.field = finger.tabulate(options["search"])
+        self.field = tabulate(finger, options["search"])
         self.unknowns = 2 if options["friction"] == 0 else 3
         n = len(finger.array)
         self.live = finger.array.live & np.isfinite(data).any(axis=0)

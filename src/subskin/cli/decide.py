@@ -157,7 +157,9 @@ def _show(options: argparse.Namespace, said: TypeDecision, columns: dict[str, An
         [
             kind.name,
             kind.family if isinstance(kind.family, str) else kind.family.__name__,
-            f"{1e3 * kind.width[0]:.3g} to {1e3 * kind.width[1]:.3g}" if kind.width[1] > 0 else "-",
+            f"{1e3 * kind.half_width[0]:.3g} to {1e3 * kind.half_width[1]:.3g}"
+            if kind.half_width[1] > 0
+            else "-",
             number(kind.prior),
             str(count),
         ]

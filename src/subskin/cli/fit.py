@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .common import add_command, number, quantity_range, say, show, write_json
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from ..estimate.shape.shape import ShapeEstimate
+    from ..estimate.estimate import Estimate
     from ..io.finger_file import FingerFile
 
 _HERE = {
@@ -63,8 +62,6 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     from ..io.tables import write_table
 
     check_targets(options)
@@ -73,15 +70,11 @@ def run(options: argparse.Namespace) -> int:
     with told(options.finger):
         parts = in_chunks(
             lambda frames: file.finger.fit(
-                frames, options.family, search=file.search, width=width, **(file.options or {})
+                frames, options.family, search=file.search, half_width=width, **(file.options or {})
             ),
             readings,
         )
-    found = replace(
-        parts[0],
-        table=np.concatenate([p.table for p in parts]),
-        used=np.concatenate([p.used for p in parts]),
-    )
+    found = type(parts[0]).join(parts)
     columns = _columns(file, found, rows)
     if options.figure is not None:
         from ..plot import contact_strip, save
@@ -97,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _columns(file: FingerFile, found: ShapeEstimate, rows: npt.NDArray[np.intp]) -> dict[str, Any]:
+def _columns(file: FingerFile, found: Estimate, rows: npt.NDArray[np.intp]) -> dict[str, Any]:
     std, interval = found.std, found.half_width_interval
     return {
         "row": rows,
@@ -120,7 +113,7 @@ def _columns(file: FingerFile, found: ShapeEstimate, rows: npt.NDArray[np.intp])
     }
 
 
-def _show(options: argparse.Namespace, found: ShapeEstimate, columns: dict[str, Any]) -> None:
+def _show(options: argparse.Namespace, found: Estimate, columns: dict[str, Any]) -> None:
     out = say(options)
     show_statuses(options, found.status, _HERE)
     if not found.spare.any():

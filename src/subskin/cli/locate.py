@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .common import add_command, number, say, show, write_json
@@ -92,17 +91,13 @@ def run(options: argparse.Namespace) -> int:
     if options.truth is not None:
         truth = table.numbers(options.truth, finite=True, why="the true position")[rows]
     parts = in_chunks(locator, readings)
-    found = replace(
-        parts[0],
-        table=np.concatenate([p.table for p in parts]),
-        used=np.concatenate([p.used for p in parts]),
-    )
+    found = type(parts[0]).join(parts)
     columns = _columns(file, found, rows, truth)
     score = None
     if truth is not None:
         score = _score(columns["position"] - truth, columns["status"])
         y = truth - file.origin
-        score["beyond_search"] = int(((y < locator.field.start) | (y > locator.field.stop)).sum())
+        score["beyond_search"] = int(((y < locator.response.start) | (y > locator.response.stop)).sum())
     if options.figure is not None:
         _draw(options.figure, truth, columns, np.asarray(found.status))
     if options.out is not None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
+from .._compiled import compiled
 
 
-@nb.njit(cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy")
+@compiled()
 def add_lines(z, loads, out, field):
     """Transforms of line loads, F = -1/z and F' = 1/z^2 each, added up.
 

@@ -1,6 +1,6 @@
 """From an estimate to a decision."""
 
-from ..estimate.shape.evidence import Kind
+from ..estimate.evidence import Kind
 from .friction import Friction
 from .grip import least_force
 from .slip import Slip, SlipVerdict, slip

@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..estimate import Estimate, ShapeEstimate, Status
+from ..estimate import Estimate, Status
 
-__all__ = ["Load", "beyond", "cells_beyond", "falling_root", "load_of", "of_frames", "picked", "widths"]
+__all__ = ["Forces", "beyond", "cells_beyond", "falling_root", "forces_of", "of_frames", "picked", "widths"]
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -22,7 +22,7 @@ _SURE = 8.0
 """Standard deviations from 0 at which a normal force is taken to press for certain: the rest is 6e-16."""
 
 
-class Load(NamedTuple):
+class Forces(NamedTuple):
     """Normal and tangential force [N/m] and their covariance [(N/m)^2], each of the frames' shape."""
 
     normal: FloatArray
@@ -31,49 +31,35 @@ class Load(NamedTuple):
     nt: FloatArray
     tt: FloatArray
 
-    def at(self, index: npt.NDArray[np.intp]) -> Load:
+    def at(self, index: npt.NDArray[np.intp]) -> Forces:
         """The frames of a flat index."""
-        return Load(*(v.reshape(-1)[index] for v in self))
+        return Forces(*(v.reshape(-1)[index] for v in self))
 
 
-def load_of(estimate: Estimate | ShapeEstimate) -> tuple[Load, BoolArray, BoolArray]:
-    """The load of each frame; whether there is one with a known error; whether the estimator's own cone cut it off.
+def forces_of(estimate: Estimate) -> tuple[Forces, BoolArray, BoolArray]:
+    """The forces of each frame; whether their error is known; whether the estimator's own cone cut them off.
 
-    Readings are linear in (N, T), so that errors are Gaussian there: the covariance of (force, angle) is turned back.
+    Readings are linear in (N, T), so that errors are Gaussian there.
     """
-    if not isinstance(estimate, Estimate | ShapeEstimate):
+    if not isinstance(estimate, Estimate):
         raise InvalidValueError(
             f"estimate = {repr(estimate)[:60]}",
             "what Finger.locate or Finger.fit returned is needed",
             "decide.slip(finger.fit(readings), friction=0.5)",
         )
-    widest = estimate.friction
-    force, angle = estimate.force, estimate.angle
-    square = estimate.covariance[..., 1:3, 1:3]
-    ff, fa, aa = square[..., 0, 0], square[..., 0, 1], square[..., 1, 1]
-    cos, sin = np.cos(angle), np.sin(angle)
-    across = np.stack([-force * sin, force * cos])
-    along = np.stack([cos, sin])
-
-    def turned(i: int, j: int) -> FloatArray:
-        mixed = along[i] * across[j] + along[j] * across[i]
-        return np.asarray(along[i] * along[j] * ff + mixed * fa + across[i] * across[j] * aa)
-
-    with np.errstate(invalid="ignore", over="ignore"):
-        normal, tangential = np.asarray(force * cos), np.asarray(force * sin)
-        load = Load(
-            normal, tangential, np.maximum(turned(0, 0), 0.0), turned(0, 1), np.maximum(turned(1, 1), 0.0)
-        )
+    load, widest = estimate.load, estimate.friction
+    square = np.asarray(load.covariance)
+    forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
     found = (estimate.status == Status.OK) | (estimate.status == Status.AMBIGUOUS)
-    # an angle without error was not measured: the estimator was told that there is no friction
-    told = found & np.isfinite(np.stack(load)).all(axis=0) & (aa > 0)
+    # where the estimator was told that there is no friction, the drag was not measured
+    told = found & np.isfinite(np.stack(forces)).all(axis=0) & (forces.tt > 0)
     edge = np.zeros_like(told)
     if np.isfinite(widest):
-        edge = found & (np.abs(load.tangential) >= widest * load.normal * (1 - _EDGE))
-    return load, told, edge
+        edge = found & (np.abs(forces.tangential) >= widest * forces.normal * (1 - _EDGE))
+    return forces, told, edge
 
 
-def widths(load: Load, mu: FloatArray, side: float) -> FloatArray:
+def widths(load: Forces, mu: FloatArray, side: float) -> FloatArray:
     """Standard deviation of side T - mu N, for `mu` of the frames' shape and one axis more."""
     nn, nt, tt = load.nn[..., None], load.nt[..., None], load.tt[..., None]
     square = tt - 2 * side * mu * nt + mu * mu * nn
@@ -121,14 +107,14 @@ def _bell(z: FloatArray) -> FloatArray:
     return np.asarray(np.exp(-0.5 * np.minimum(np.abs(z), 40.0) ** 2) / np.sqrt(2 * np.pi))
 
 
-def _deviations(load: Load, mu: FloatArray, side: float) -> FloatArray:
+def _deviations(load: Forces, mu: FloatArray, side: float) -> FloatArray:
     """How far side T lies beyond mu N, in standard deviations."""
     return np.asarray(
         (side * load.tangential[..., None] - mu * load.normal[..., None]) / widths(load, mu, side)
     )
 
 
-def cells_beyond(load: Load, edges: FloatArray) -> FloatArray:
+def cells_beyond(load: Forces, edges: FloatArray) -> FloatArray:
     """P(|T| > mu N), its mean over mu in each cell between the `edges` (..., k + 1); shape (..., k)."""
     ends, centres = np.asarray(edges), 0.5 * (edges[..., :-1] + edges[..., 1:])
     total: FloatArray = np.zeros(())
@@ -146,7 +132,7 @@ def _rows(values: FloatArray, which: BoolArray) -> FloatArray:
     return np.asarray(np.broadcast_to(values, (*which.shape, values.shape[-1]))[which])
 
 
-def _both(load: Load, edges: FloatArray) -> FloatArray:
+def _both(load: Forces, edges: FloatArray) -> FloatArray:
     """P(|T| < -mu N): a load that pulls is counted on both sides of the cone. Owen (1956)."""
     from scipy.special import ndtr, owens_t
 
@@ -163,7 +149,7 @@ def _both(load: Load, edges: FloatArray) -> FloatArray:
     return np.asarray(np.clip(both, 0.0, np.minimum(ndtr(h), ndtr(k))))
 
 
-def beyond(load: Load, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
+def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
     """P(|T| > scale mu N) over the errors of (N, T) and the density of mu, shape (frames,).
 
     load and scale (frames,); edges (frames or 1, k + 1), masses (frames or 1, k).
@@ -175,7 +161,7 @@ def beyond(load: Load, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLi
     for first in range(0, frames, step):
         part = slice(first, first + step)
         ends, weights = (v if v.shape[0] == 1 else v[part] for v in (edges, masses))
-        values = cells_beyond(Load(*(v[part] for v in load)), factor[part, None] * ends)
+        values = cells_beyond(Forces(*(v[part] for v in load)), factor[part, None] * ends)
         out[part] = (values * weights).sum(axis=-1)
     return out
 

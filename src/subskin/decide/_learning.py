@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ._cone import Load, cells_beyond, widths
+from ._cone import Forces, cells_beyond, widths
 
 __all__ = ["check_possible", "posterior"]
 
@@ -16,14 +16,14 @@ _APART = 6.0
 
 
 def posterior(
-    edges: FloatArray, before: FloatArray, loads: list[tuple[Load, npt.NDArray[np.bool_], bool]]
+    edges: FloatArray, before: FloatArray, loads: list[tuple[Forces, npt.NDArray[np.bool_], bool]]
 ) -> FloatArray:
     """Masses after the events, shape (frictions, k)."""
     with np.errstate(divide="ignore"):
         logs = np.log(before)
         for load, tells, slid in loads:
             for event in range(tells.shape[1]):
-                here = Load(*(np.where(tells[:, event], v[:, event], 1.0) for v in load))
+                here = Forces(*(np.where(tells[:, event], v[:, event], 1.0) for v in load))
                 seen = _slip_density(here, edges) if slid else np.maximum(1 - cells_beyond(here, edges), 0.0)
                 logs = logs + np.where(tells[:, event, None], np.log(seen), 0.0)
     top = logs.max(axis=-1, keepdims=True)
@@ -38,7 +38,7 @@ def posterior(
     return np.asarray(masses / masses.sum(axis=-1, keepdims=True))
 
 
-def check_possible(load: Load, tells: npt.NDArray[np.bool_], slid: bool, edges: FloatArray) -> None:
+def check_possible(load: Forces, tells: npt.NDArray[np.bool_], slid: bool, edges: FloatArray) -> None:
     """Raise where a slip or a hold lies more than _APART standard deviations from all that was believed."""
     for mu, steeper in ((edges[:, -1:], True), *([(edges[:, :1], False)] if slid else [])):
         away = np.abs(load.tangential) - mu * load.normal
@@ -57,7 +57,7 @@ def check_possible(load: Load, tells: npt.NDArray[np.bool_], slid: bool, edges: 
             )
 
 
-def _slip_density(load: Load, edges: FloatArray) -> FloatArray:
+def _slip_density(load: Forces, edges: FloatArray) -> FloatArray:
     """Mean over each cell of mu of the density of what was measured, had it slid: T = mu N to either side, any N."""
     from scipy.special import ndtr
 

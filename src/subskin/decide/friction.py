@@ -11,8 +11,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..estimate import Estimate, ShapeEstimate
-from ._cone import Load, load_of, of_frames
+from ..estimate import Estimate
+from ._cone import Forces, forces_of, of_frames
 from ._learning import check_possible, posterior
 
 __all__ = ["Friction", "density_of", "friction_of"]
@@ -196,8 +196,8 @@ class Friction:
     def updated(
         self,
         *,
-        slips: Estimate | ShapeEstimate | None = None,
-        holds: Estimate | ShapeEstimate | None = None,
+        slips: Estimate | None = None,
+        holds: Estimate | None = None,
     ) -> Friction:
         """What is known after slips and holds that were seen.
 
@@ -210,7 +210,7 @@ class Friction:
 
         Parameters
         ----------
-        slips, holds : Estimate or ShapeEstimate, optional
+        slips, holds : Estimate, optional
             Loads at which a slip began or went on, and loads that held. Their leading axes are this friction's, all
             further ones are counted together.
 
@@ -252,16 +252,16 @@ class Friction:
                 edges[row] = grid
         return Friction(edges.reshape((*self.shape, -1)), masses.reshape((*self.shape, -1)))
 
-    def _events(self, estimate: Estimate | ShapeEstimate) -> tuple[Load, npt.NDArray[np.bool_]]:
+    def _events(self, estimate: Estimate) -> tuple[Forces, npt.NDArray[np.bool_]]:
         """Loads and which of them tell, shape (frictions, events)."""
-        load, told, edge = load_of(estimate)
+        load, told, edge = forces_of(estimate)
         if estimate.shape[: len(self.shape)] != self.shape:
             raise GeometryError(
                 f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",
                 "the first axes of the estimates have to be the frictions'",
             )
         rows = int(np.prod(self.shape, dtype=np.intp))
-        return Load(*(v.reshape(rows, -1) for v in load)), (told & ~edge).reshape(rows, -1)
+        return Forces(*(v.reshape(rows, -1) for v in load)), (told & ~edge).reshape(rows, -1)
 
 
 def _quantile(edges: FloatArray, masses: FloatArray, p: FloatArray) -> FloatArray:

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..estimate import Estimate, ShapeEstimate
-from ._cone import beyond, falling_root, load_of, picked
+from ..estimate import Estimate
+from ._cone import beyond, falling_root, forces_of, picked
 from .friction import Friction, density_of, friction_of
 
 __all__ = ["least_force"]
@@ -20,7 +20,7 @@ _DOUBLINGS = 80
 
 
 def least_force(
-    estimate: Estimate | ShapeEstimate,
+    estimate: Estimate,
     friction: Friction | float,
     probability: float = 1e-3,
     *,
@@ -35,7 +35,7 @@ def least_force(
 
     Parameters
     ----------
-    estimate : Estimate or ShapeEstimate
+    estimate : Estimate
         The load felt, shape (...).
     friction : Friction or float
         What is known of the coefficient.
@@ -74,7 +74,7 @@ def least_force(
         raise InvalidValueError(f"probability = {bound:.6g}", "has to be < 1", "probability=1e-3")
     change = _check.real("rise", rise, unit="N/m")
     spread = _check.real("rise_std", rise_std, unit="N/m", at_least=0.0)
-    load, told, edge = load_of(estimate)
+    load, told, edge = forces_of(estimate)
     shape = estimate.shape
     _fits("rise", change, shape)
     _fits("rise_std", spread, shape)

@@ -13,10 +13,10 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ..estimate import Estimate, ShapeEstimate, Status
+from ..estimate import Estimate, Status
 from ..pressing import Indenter
 from ..skin import Skin
-from ._cone import BoolArray, Load, beyond, falling_root, load_of, of_frames, picked
+from ._cone import BoolArray, Forces, beyond, falling_root, forces_of, of_frames, picked
 from .friction import Friction, density_of, friction_of
 from .stick import STICK, checked_contact, stick_zone
 
@@ -59,12 +59,10 @@ class Slip:
         `SlipVerdict`.
     status : ndarray of int
         `Status` of the estimate.
-    estimate : Estimate or ShapeEstimate
+    estimate : Estimate
         What was judged.
     friction : Friction
         By which.
-    load : Load
-        N, T and their covariance as they were found, also where nothing is told of them.
     contact, bodies
         What decides on the stick zone: a contact's name, and the skin and indenter where these were given.
     """
@@ -78,9 +76,8 @@ class Slip:
     at_edge: BoolArray
     verdict: npt.NDArray[np.int8]
     status: npt.NDArray[np.int8]
-    estimate: Estimate | ShapeEstimate
+    estimate: Estimate
     friction: Friction
-    load: Load
     contact: str
     bodies: tuple[Skin, Indenter] | None
 
@@ -92,8 +89,7 @@ class Slip:
     @property
     def covariance(self) -> FloatArray:
         """Covariance of (N, T) [(N/m)^2], shape (..., 2, 2)."""
-        _, _, nn, nt, tt = self.load
-        square = np.stack([np.stack([nn, nt], axis=-1), np.stack([nt, tt], axis=-1)], axis=-2)
+        square = np.asarray(self.estimate.load.covariance)[..., 1:, 1:]
         return _check.read_only(np.where(np.isnan(self.probability)[..., None, None], np.nan, square))
 
     def probability_at(
@@ -109,8 +105,8 @@ class Slip:
             else np.array([0])
         )
         n, t = np.broadcast_arrays(_check.real("normal", normal), _check.real("tangential", tangential))
-        errors = (np.full(n.size, float(v.reshape(-1)[index[0]])) for v in self.load[2:])
-        values = beyond(Load(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
+        errors = (np.full(n.size, float(v.reshape(-1)[index[0]])) for v in forces_of(self.estimate)[0][2:])
+        values = beyond(Forces(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
         return _check.read_only(values.reshape(n.shape))
 
     @cached_property
@@ -119,7 +115,7 @@ class Slip:
         out = np.full((self.probability.size, 2), np.nan)
         told = np.flatnonzero(np.isfinite(self.probability))
         if told.size:
-            load = self.load.at(told)
+            load = forces_of(self.estimate)[0].at(told)
             edges, masses = density_of(self.friction, self.shape, told)
             for column, below in enumerate(_INTERVAL):
                 out[told, column] = _ratio_at(load, edges, masses, 1 - below)
@@ -144,7 +140,7 @@ class Slip:
 
 
 def slip(
-    estimate: Estimate | ShapeEstimate,
+    estimate: Estimate,
     friction: Friction | float,
     *,
     contact: str = "hertz",
@@ -159,7 +155,7 @@ def slip(
 
     Parameters
     ----------
-    estimate : Estimate or ShapeEstimate
+    estimate : Estimate
         From `Finger.locate` or `Finger.fit`, shape (...). Its own `friction`, the cone that was searched, has to be
         wider than the skin's: a load on its edge may be steeper than was found, and where friction might hold that,
         nothing can be told.
@@ -199,7 +195,7 @@ def slip(
         raise InvalidValueError(
             f"skin = {skin!r}, indenter = {indenter!r}", "the solver needs both", "skin=finger.skin"
         )
-    load, told, edge = load_of(estimate)
+    load, told, edge = forces_of(estimate)
     shape = estimate.shape
     told &= (load.normal > 0) & ~(edge & (estimate.friction < of_frames(mu.high, shape)))
     index = np.flatnonzero(told)
@@ -217,12 +213,12 @@ def slip(
     bodies = None if skin is None or indenter is None else (skin, indenter)
     return Slip(
         normal, tangential, margin, margin_std, probability, ratio, at_edge, judged,
-        estimate.status, estimate, mu, load, contact, bodies,
+        estimate.status, estimate, mu, contact, bodies,
     )  # fmt: skip
 
 
 def _numbers(
-    load: Load, mu: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]
+    load: Forces, mu: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]
 ) -> list[FloatArray]:
     """Margin, its deviation, probability and ratio of some of the frames."""
     mean, std = (of_frames(v, shape).reshape(-1)[index] for v in (mu.mean, mu.std))
@@ -243,7 +239,7 @@ def _thresholds(values: Any) -> tuple[float, float]:
     return float(pair[0]), float(pair[1])
 
 
-def _ratio_at(load: Load, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
+def _ratio_at(load: Forces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
     """The r for which |T| > r mu N with a probability, shape (frames,)."""
 
     def f(logarithm: FloatArray, index: npt.NDArray[np.intp]) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +12,9 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..estimate.estimate import Status
-from ..estimate.shape import evidence as columns
-from ..estimate.shape.evidence import Evidence, Kind
+from ..estimate.evidence import Evidence, Kind, columns
 from ..finger import Finger
+from ..prepared import prepared
 
 __all__ = ["CANNOT_TELL", "TypeDecision", "contact_type", "usual_kinds"]
 
@@ -137,12 +136,12 @@ class TypeDecision:
     @property
     def force(self) -> FloatArray:
         """Its magnitude [N/m]."""
-        return self._of_best(columns.FORCE)
+        return np.hypot(self._of_best(columns.NORMAL), self._of_best(columns.TANGENTIAL))
 
     @property
     def angle(self) -> FloatArray:
         """Its angle from the inward normal [rad]."""
-        return self._of_best(columns.ANGLE)
+        return np.arctan2(self._of_best(columns.TANGENTIAL), self._of_best(columns.NORMAL))
 
     @property
     def half_width(self) -> FloatArray:
@@ -220,10 +219,11 @@ def contact_type(
             raise InvalidValueError(
                 f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)'
             )
-    position = _check.ends("search", search, "search=(-5e-3, 5e-3)")
-    key: tuple[Any, ...] = (chosen, position, friction, false_alarm)
-    kept: dict[tuple[Any, ...], Evidence] = finger.__dict__.setdefault("_evidence", {})
-    if key not in kept:
-        kept[key] = Evidence(finger, chosen, search=search, friction=friction, false_alarm=false_alarm)
-    table, used = kept[key](readings)
+    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    mu, alarm = _check.value("friction", friction), _check.value("false_alarm", false_alarm)
+
+    def make() -> Evidence:
+        return Evidence(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
+
+    table, used = prepared(finger).get(("evidence", chosen, ends, mu, alarm), make)(readings)
     return TypeDecision(chosen, float(sure), table, used)

@@ -16,6 +16,7 @@ from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate import Estimate, Locator, Status
 from ..finger import Finger
+from ..response import tabulate
 from ..skin import HalfPlane, Layered, Round, Skin
 
 __all__ = [
@@ -314,7 +315,7 @@ def _locating(
     snr: float | None = None,
 ) -> LocatingError:
     """Errors of `finger`, which is told that the noise is a share of the largest reading; statuses at `snr`."""
-    table = finger.tabulate()
+    table = tabulate(finger)
 
     def found(noise: FloatArray) -> Estimate:
         return Locator(table, replace(finger.array, noise=noise))(readings)

@@ -10,7 +10,7 @@ from .. import _check
 from .._check import FloatArray
 from ..contact import LineLoad
 from ..errors import GeometryError, InvalidValueError
-from ..estimate._frames import checked_friction
+from ..estimate.frames import checked_friction
 from ..finger import Finger
 
 __all__ = ["Touches"]

@@ -1,24 +1,24 @@
-"""From readings to the load that made them, with its uncertainty."""
+"""From readings to the contact that made them, with its uncertainty."""
 
 from .estimate import Estimate, Rival, Status
-from .locate import Locator
+from .layout import Layout
+from .locate import Locator, fit, locate, locator
 from .pressure import PressureMap, PressureMapper, pressure_map
-from .shape import Fitter, ShapeEstimate, ShapeField, ShapeRival
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
 
 __all__ = [
     "Estimate",
-    "Fitter",
+    "Layout",
     "Locator",
     "PressureMap",
     "PressureMapper",
     "Rival",
-    "ShapeEstimate",
-    "ShapeField",
-    "ShapeRival",
     "SideAngle",
     "Status",
     "blind_depth",
+    "fit",
+    "locate",
+    "locator",
     "pressure_map",
     "side_angle",
     "side_angle_from_gradients",

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import ClassVar
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from ..errors import GeometryError
+from ..load import Load, polar_covariance
+from .layout import LINE, Layout
 
-__all__ = ["Estimate", "Packed", "Rival", "Status"]
+__all__ = ["Estimate", "Rival", "Status", "counted"]
 
 
 class Status(IntEnum):
@@ -29,56 +33,132 @@ class Status(IntEnum):
     """Too few sensors could be used."""
 
 
-# Columns of the packed table that the compiled locator fills, one row a frame.
-POSITION, FORCE, ANGLE, COVARIANCE, RESIDUAL, RIVAL, STATUS, WIDTH = 0, 1, 2, 3, 9, 10, 14, 15
+def counted(name: str, status: npt.NDArray[np.int8]) -> str:
+    """An answer in a line: of what, and how many frames of which status."""
+    counts = np.bincount(np.atleast_1d(status).reshape(-1), minlength=len(Status))
+    said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
+    return f"{name}(shape {status.shape}: {said or 'no frames'})"
 
 
-def _column(index: int, text: str) -> property:
-    def get(self: Estimate) -> FloatArray:
-        return self.table[..., index]
-
-    return property(get, doc=text)
-
-
-@dataclass(frozen=True, eq=False)
-class Rival:
-    """The second-best load: a minimum of chi-square of its own. NaN, and `chi2` infinite, where there is none."""
+class _Found:
+    """A contact as some columns of a table give it: those from `_first` on."""
 
     table: FloatArray
+    layout: Layout
+    _first: int
 
     @property
     def position(self) -> FloatArray:
-        """Place y [m], shape (...)."""
-        return self.table[..., RIVAL]
+        """Where it presses: y [m], shape (...); of a local contact (y, z), shape (..., 2)."""
+        at, d = self._first, self.layout.dim
+        return self.table[..., at] if d == 1 else self.table[..., at : at + d]
+
+    @property
+    def components(self) -> FloatArray:
+        """Normal force and drag, (N, T) [N/m], or (N, Ty, Tz) [N], shape (..., d + 1)."""
+        at = self._first + self.layout.components
+        return self.table[..., at : at + self.layout.dim + 1]
 
     @property
     def force(self) -> FloatArray:
-        """Magnitude [N/m], shape (...)."""
-        return self.table[..., RIVAL + 1]
+        """Magnitude of the load [N/m or N], shape (...)."""
+        return Load(self.position, self.components).force
 
     @property
     def angle(self) -> FloatArray:
-        """Angle from the inward normal [rad], shape (...)."""
-        return self.table[..., RIVAL + 2]
+        """Angle from the inward normal [rad], shape (...), positive where it drags the skin towards +y."""
+        return Load(self.position, self.components).angle
+
+    @property
+    def half_width(self) -> FloatArray:
+        """Half width a [m], shape (...); 0 of a line."""
+        if not self.layout.wide:
+            return np.where(np.isnan(self.table[..., self._first]), np.nan, 0.0)
+        return self.table[..., self._first + self.layout.half_width]
+
+
+@dataclass(frozen=True, eq=False)
+class Rival(_Found):
+    """The second-best contact: a minimum of chi-square of its own. NaN, and `chi2` infinite, where there is none."""
+
+    table: FloatArray
+    layout: Layout
+
+    @property
+    def _first(self) -> int:  # type: ignore[override]
+        return self.layout.rival
 
     @property
     def chi2(self) -> FloatArray:
         """How much larger its chi-square is than the best one's, shape (...)."""
-        return self.table[..., RIVAL + 3]
+        return self.table[..., self.layout.rival_chi2]
 
 
-class Packed:
-    """What all estimates are: a table of packed results, a row a frame, read by name."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Estimate(_Found):
+    """The contact found in each frame; every field has the batch's shape (...).
+
+    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the contact: no number is given for nonsense. Estimates are
+    indexed as arrays are, and `Estimate.join` puts some of them together.
+
+    Parameters
+    ----------
+    table : ndarray, shape (..., layout.columns)
+        The packed results; read them by name.
+    used : ndarray of bool, shape (..., n)
+        Which sensors each frame's answer rests on; the others were missing, saturated or dead.
+    friction : float
+        The cone that was searched, |tan(angle)| <= friction [-]. A load on its edge may be steeper than was found.
+    unknowns : int
+        Number of unknowns that were fitted.
+    layout : Layout
+        What stands in which column.
+    """
 
     table: FloatArray
-    _status: ClassVar[int]
-    _square: ClassVar[npt.NDArray[np.intp]]
-    """Columns of the covariance, as the square that they make."""
+    used: npt.NDArray[np.bool_]
+    friction: float
+    unknowns: int = 3
+    layout: Layout = LINE
+
+    _first = 0
+
+    @classmethod
+    def join(cls, parts: Sequence[Estimate]) -> Estimate:
+        """Estimates of one kind one after the other, along the first axis of the batch.
+
+        Raises
+        ------
+        GeometryError
+            No part, or parts of different layouts.
+        """
+        if not parts or any(p.layout != parts[0].layout for p in parts):
+            raise GeometryError(f"{len(parts)} estimates", "at least one is needed, all of one layout")
+        table = np.concatenate([p.table for p in parts])
+        used = np.concatenate([p.used for p in parts])
+        table.flags.writeable = used.flags.writeable = False
+        return replace(parts[0], table=table, used=used)
+
+    def __getitem__(self, index: object) -> Estimate:
+        """Some frames of the batch."""
+        at = np.arange(int(np.prod(self.shape))).reshape(self.shape)[index]  # type: ignore[call-overload]
+        table = self.table.reshape(-1, self.layout.columns)[at]
+        used = self.used.reshape(-1, self.used.shape[-1])[at]
+        table.flags.writeable = used.flags.writeable = False
+        return replace(self, table=table, used=used)
+
+    def __len__(self) -> int:
+        """Number of frames along the first axis of the batch."""
+        if not self.shape:
+            raise TypeError("an estimate of a single frame has no length")
+        return len(self.table)
+
+    def __iter__(self) -> Iterator[Estimate]:
+        """The frames along the first axis of the batch."""
+        return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
-        counts = np.bincount(np.atleast_1d(self.status).reshape(-1), minlength=len(Status))
-        said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
-        return f"{type(self).__name__}(shape {self.shape}: {said or 'no frames'})"
+        return counted(type(self).__name__, self.status)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -88,51 +168,44 @@ class Packed:
     @property
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame, as integers."""
-        return self.table[..., self._status].astype(np.int8)
+        return self.table[..., self.layout.status].astype(np.int8)
+
+    @property
+    def residual(self) -> FloatArray:
+        """Chi-square of the fit: sum of squared residuals in units of each sensor's noise."""
+        return self.table[..., self.layout.residual]
+
+    @cached_property
+    def load(self) -> Load:
+        """Position and components, with the covariance of these."""
+        k = 2 * self.layout.dim + 1
+        square = self.table[..., self.layout.square[:k, :k]]
+        square.flags.writeable = False
+        return Load(self.position, self.components, square)
 
     @property
     def covariance(self) -> FloatArray:
-        """Of (position [m], force [N/m], angle [rad], ...), shape (..., k, k): the inverse Fisher information."""
-        return self.table[..., self._square]
+        """Inverse Fisher information of (position [m], force [N/m], angle [rad][, half width [m]]), shape (..., k, k)."""
+        return polar_covariance(self.components, self.table[..., self.layout.square])
 
     @property
     def std(self) -> FloatArray:
         """Standard deviations of the same, shape (..., k)."""
-        return np.sqrt(self.table[..., self._square.diagonal()])
+        return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
+    @property
+    def half_width_interval(self) -> FloatArray:
+        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, for readings know its square."""
+        if not self.layout.wide:
+            return np.repeat(self.half_width[..., None], 2, axis=-1)
+        return self.table[..., self.layout.interval : self.layout.interval + 2]
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Estimate(Packed):
-    """The load found in each frame; every field has the batch's shape (...).
-
-    `covariance` and `std` are of position [m], force [N/m] and angle [rad], shapes (..., 3, 3) and (..., 3).
-    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the load: no number is given for nonsense.
-
-    Parameters
-    ----------
-    table : ndarray, shape (..., 15)
-        The packed results; read them by name.
-    used : ndarray of bool, shape (..., n)
-        Which sensors each frame's answer rests on; the others were missing, saturated or dead.
-    friction : float
-        The cone that was searched, |tan(angle)| <= friction [-]. A load on its edge may be steeper than was found.
-    """
-
-    table: FloatArray
-    used: npt.NDArray[np.bool_]
-    friction: float
-
-    _status: ClassVar[int] = STATUS
-    _square: ClassVar[npt.NDArray[np.intp]] = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + COVARIANCE
-
-    position = _column(POSITION, "Place of the load y [m].")
-    force = _column(FORCE, "Magnitude of the load [N/m].")
-    angle = _column(ANGLE, "Angle from the inward normal [rad], positive where it drags the skin towards +y.")
-    residual = _column(
-        RESIDUAL, "Chi-square of the fit: sum of squared residuals in units of each sensor's noise."
-    )
+    @property
+    def spare(self) -> npt.NDArray[np.intp]:
+        """Readings beyond the unknowns, shape (...); where 0 the residual says little, for most is explained."""
+        return np.asarray(np.maximum(self.used.sum(axis=-1) - self.unknowns, 0))
 
     @property
     def second(self) -> Rival:
-        """The rival: the second-best load and how much worse it fits."""
-        return Rival(self.table)
+        """The rival: the second-best contact elsewhere, and how much worse it fits."""
+        return Rival(self.table, self.layout)

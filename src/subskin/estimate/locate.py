@@ -1,47 +1,59 @@
-"""Readings -> where, how hard, at what angle: any number of sensors, any receptive field."""
+"""Readings -> where, how hard, at what angle (and how wide): any number of sensors, any response, any family."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Never
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from ..array import SensorArray
-from ..errors import GeometryError
-from ..receptive_field import ReceptiveField
-from ._frames import Framewise, checked_friction, scan_geometry, sensor_rows
-from .estimate import RESIDUAL, RIVAL, STATUS, WIDTH, Estimate
+from ..contact import LineLoad
+from ..contact.families import Family, family_of
+from ..errors import GeometryError, InvalidValueError
+from ..finger import Finger
+from ..prepared import prepared
+from ..response import Response, tabulate
+from .estimate import Estimate
+from .frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
+from .layout import LINE, WIDE
 
-__all__ = ["Locator"]
+__all__ = ["Locator", "fit", "locate", "locator"]
+
+_SCAN_WIDTHS = 12
+_OPTIONS = "search, half_width, friction, scan_step, false_alarm, ambiguity, outliers"
 
 
 def _kernel() -> Any:
     """The compiled loop, imported on first use."""
-    from . import _kernel as module
+    from .project import project_frames
 
-    return module.locate_frames
+    return project_frames
 
 
 class Locator(Framewise):
-    """Finds the load in frames of readings; prepared once, then called on a frame or on millions.
+    """Finds the contact in frames of readings; prepared once, then called on a frame or on millions.
 
     Variable projection: readings are linear in the normal and tangential force, which are eliminated exactly at each
-    trial position, within compression and the friction cone; what remains is a search over position (memo section 3;
-    docs/locating.md). The two best minima of chi-square are refined; the second is the rival.
+    trial position (and half width), within compression and the friction cone; what remains is a search over position,
+    and over the square of the half width, on which readings depend smoothly down to no width at all (memo section 3;
+    docs/locating.md, docs/fitting.md). It is global: a grid of both, then the best maxima are refined; the second of
+    them is the rival.
 
     Parameters
     ----------
-    field : ReceptiveField
-        Readings under unit loads, from a closed form or a table; its ends bound the search.
+    response : Response
+        Readings under unit forces, from a closed form or a table; its ends bound the search.
     array : SensorArray
-        Offset, noise and range of each sensor (its gain is in the receptive field; gain 0 marks a dead sensor).
+        Offset, noise and range of each sensor (its gain is in the response; gain 0 marks a dead sensor).
+    half_width : (float, float), optional
+        Least and largest half width [m] where the response has one; all of the response's if left out.
     friction : float, optional
         Coefficient of friction mu: loads lean at most by atan(mu). 0: loads are normal, and the angle is not fitted.
         `inf`: any pressing load.
     scan_step : float, optional
-        Step of the search [m]; the default is a thirty-second of the shallowest sensor's depth.
+        Step of the search [m]; the default is a thirty-second of the least depth, a sixteenth with widths.
     false_alarm : float, optional
         Probability with which an untouched skin, or a load that the model explains, is called a contact, or
         unexplained.
@@ -50,8 +62,7 @@ class Locator(Framewise):
     outliers : {0, 1}, optional
         With 1, frames that are UNEXPLAINED are tried again without each one reading. Where one omission explains the
         frame, `used` shows which; where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS and
-        that one's load the rival, if it is the nearest. It takes two readings more than unknowns: five, or four where
-        friction is 0 (docs/robust.md).
+        that one's load the rival, if it is the nearest. It takes two readings more than unknowns (docs/robust.md).
 
     Raises
     ------
@@ -71,47 +82,50 @@ class Locator(Framewise):
 
     def __init__(
         self,
-        field: ReceptiveField,
+        response: Response,
         array: SensorArray,
         *,
+        half_width: tuple[float, float] | None = None,
         friction: float = 1.0,
         scan_step: float | None = None,
         false_alarm: float = 1e-6,
         ambiguity: float = 13.8,
         outliers: int = 0,
     ) -> None:
-        if field.coefficients.shape[2] != len(array):
+        if response.sensors != len(array):
             raise GeometryError(
-                f"a receptive field of {field.coefficients.shape[2]} sensors, an array of {len(array)}",
-                "they have to match",
+                f"a response of {response.sensors} sensors, an array of {len(array)}", "they have to match"
             )
-        self.field = field
+        wide = response.widest > 0
+        ends = _check.real(
+            "half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0
+        )
+        if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
+            raise InvalidValueError(
+                f"half_width = {half_width!r}",
+                f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed",
+            )
+        self.response = response
+        self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
+        self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
+        self.layout = WIDE if wide else LINE
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         super().__init__(
-            array,
-            _kernel,
-            needed=2 if self.friction == 0 else 3,
-            columns=WIDTH,
-            status=STATUS,
-            unrivalled=RIVAL + 3,
-            residual=RESIDUAL,
-            outliers=outliers,
-            ambiguity=self._ambiguity,
-        )
-        shallowest = float(np.asarray(array.depth).min())
-        step = (
-            shallowest / 32
-            if scan_step is None
-            else _check.scalar("scan_step", scan_step, unit="m", above=0.0)
-        )
-        count = max(int(np.ceil((field.stop - field.start) / step - 1e-9)) + 1, 3)
-        self._scan = np.linspace(field.start, field.stop, count)
+            array, _kernel, needed=self.unknowns, columns=self.layout.columns, status=self.layout.status,
+            layout=self.layout, outliers=outliers, ambiguity=self._ambiguity,
+        )  # fmt: skip
+        self._shallowest = float(np.asarray(array.depth).min())
+        step = self._shallowest / (16 if wide else 32)
+        if scan_step is not None:
+            step = _check.scalar("scan_step", scan_step, unit="m", above=0.0)
+        count = max(int(np.ceil((response.stop - response.start) / step - 1e-9)) + 1, 3)
+        self._scan = np.linspace(response.start, response.stop, count)
+        self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._shallowest = shallowest
 
     def __call__(self, readings: npt.ArrayLike) -> Estimate:
-        """The load in each frame.
+        """The contact in each frame.
 
         Parameters
         ----------
@@ -128,26 +142,221 @@ class Locator(Framewise):
         GeometryError
             A last axis that is not the number of sensors.
         """
-        return Estimate(*self._frames(readings), self.friction)
+        return Estimate(*self._frames(readings), self.friction, self.unknowns, self.layout)
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
         from scipy.special import chdtri
 
-        array, field = self.array.select(pattern), self.field.select(pattern)
-        n = len(array)
+        array, response = self.array.select(pattern), self.response.select(pattern)
         scale = 1 / np.asarray(array.noise)
-        table = np.ascontiguousarray(np.swapaxes(field.coefficients * scale[:, None], 2, 3))
-        basis, edges = scan_geometry(field(self._scan) * scale[:, None], self.friction)
-        degrees = max(n - self._needed, 1)
+        fields = response(
+            np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size)
+        )
+        basis, edges = scan_geometry(fields * scale[:, None], self.friction)
+        wide = self.layout.wide
+        largest = float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm))
+        if wide and len(array) == self.unknowns:
+            largest = (
+                np.inf
+            )  # as many unknowns as readings explain anything: nothing is left to be unexplained
         options = np.array(
             [
-                *(field.start, field.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
+                *(response.start, response.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
                 2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
-                float(chdtri(degrees, self._false_alarm)),  # more than this left: unexplained
+                largest,  # more than this left: unexplained
                 self._ambiguity,
-                0.02 * self._shallowest,  # two minima nearer than this are one load
+                (0.1 if wide else 0.02) * self._shallowest,  # two maxima nearer than this are one contact
                 0.1 * self._shallowest,  # a profile wider than this may be ambiguous
+                *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
             ]
         )
-        return sensor_rows(array), basis, edges, table, options
+        return sensor_rows(array), basis, edges, self._squares, packed(response, scale), options
+
+
+def locator(
+    finger: Finger,
+    family: str | Family = "line",
+    *,
+    search: tuple[float, float] | None = None,
+    half_width: tuple[float, float] | None = None,
+    friction: float = 1.0,
+    scan_step: float | None = None,
+    false_alarm: float = 1e-6,
+    ambiguity: float = 13.8,
+    outliers: int = 0,
+    **_unknown: Never,
+) -> Locator:
+    """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, with the sensors' noise.
+    family : {"line", "wedge", "hertz", "strip", "punch"} or class of contacts, optional
+        What presses, the drag being in proportion to the pressure.
+    search : (float, float), optional
+        Where contacts are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors.
+    half_width : (float, float), optional
+        Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none.
+    friction, scan_step, false_alarm, ambiguity, outliers
+        As of `Locator`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        An unknown family, ends out of order, sensors without noise, an option that does not exist.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-5))
+    >>> ss.locator(finger, friction=0.5).friction
+    0.5
+    """
+    _check.no_options(_unknown, _OPTIONS)
+    kind = family_of(family)
+    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
+    options = {
+        "friction": friction, "scan_step": scan_step, "false_alarm": false_alarm, "ambiguity": ambiguity,
+        "outliers": outliers,
+    }  # fmt: skip
+    values: dict[str, Any] = {name: _check.value(name, option) for name, option in options.items()}
+
+    def make() -> Locator:
+        if issubclass(kind, LineLoad):
+            if widths is not None:
+                raise InvalidValueError(
+                    f"half_width = {half_width!r} of a line load", "it has none", "leave it out"
+                )
+            return Locator(tabulate(finger, ends), finger.array, **values)
+        table = tabulate(finger, ends)
+        low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
+        response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))
+        return Locator(response, finger.array, half_width=(low, high), **values)
+
+    return prepared(finger).get(("locator", kind, ends, widths, *values.values()), make)
+
+
+def locate(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    *,
+    search: tuple[float, float] | None = None,
+    friction: float = 1.0,
+    scan_step: float | None = None,
+    false_alarm: float = 1e-6,
+    ambiguity: float = 13.8,
+    outliers: int = 0,
+    **_unknown: Never,
+) -> Estimate:
+    """Where, how hard and at what angle a line load presses; as `finger.locate(readings)` too.
+
+    The locator is prepared on the first call and kept, so later calls with the same options cost little more than the
+    search.
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, with the sensors' noise.
+    readings : array_like, shape (..., n)
+        Raw readings; NaN marks a missing one.
+    search, friction, scan_step, false_alarm, ambiguity, outliers
+        As of `locator`.
+
+    Returns
+    -------
+    Estimate
+        Position [m], force [N/m], angle [rad], covariance, rival, residual and status, each of shape (...).
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `locator`; a last axis that is not the number of sensors.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-5))
+    >>> found = ss.locate(finger, finger.read(ss.LineLoad(force=40.0, angle=0.3, position=0.8e-3)))
+    >>> ss.Status(found.status).name, round(float(found.position) * 1e3, 4)
+    ('OK', 0.8)
+    """
+    if _unknown:
+        _check.no_options(_unknown, _OPTIONS.replace("half_width, ", ""))
+    options = (search, friction, scan_step, false_alarm, ambiguity, outliers)
+    return _quick(finger, "line", options, None)(readings)
+
+
+def fit(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    family: str | Family = "hertz",
+    *,
+    search: tuple[float, float] | None = None,
+    half_width: tuple[float, float] | None = None,
+    friction: float = 1.0,
+    scan_step: float | None = None,
+    false_alarm: float = 1e-6,
+    ambiguity: float = 13.8,
+    outliers: int = 0,
+    **_unknown: Never,
+) -> Estimate:
+    """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
+
+    Global in position and width. Four unknowns: with four readings everything is explained, and only what more sensors
+    say can speak against the family. A fit of line loads is `locate`.
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, with the sensors' noise.
+    readings : array_like, shape (..., n)
+        Raw readings; NaN marks a missing one.
+    family, search, half_width, friction, scan_step, false_alarm, ambiguity, outliers
+        As of `locator`.
+
+    Returns
+    -------
+    Estimate
+        Position [m], force [N/m], angle [rad], half width [m], their covariance, an interval of the half width, rival,
+        residual, status, each of shape (...).
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `locator`; a last axis that is not the number of sensors.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=1e-5))
+    >>> roller = ss.Hertz(force=40.0, angle=0.3, position=0.4e-3, half_width=1.2e-3)
+    >>> found = ss.fit(finger, finger.read(roller), "hertz")
+    >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3)
+    ('OK', 1.2)
+    """
+    if _unknown:
+        _check.no_options(_unknown, _OPTIONS)
+    options = (search, friction, scan_step, false_alarm, ambiguity, outliers)
+    return _quick(finger, family, options, half_width)(readings)
+
+
+def _quick(finger: Finger, family: str | Family, options: tuple[Any, ...], half_width: Any) -> Locator:
+    """The locator of these options, by the options as they were given: the shortest way for a frame by itself."""
+    search, friction, scan_step, false_alarm, ambiguity, outliers = options
+
+    def make() -> Locator:
+        return locator(
+            finger, family, search=search, half_width=half_width, friction=friction, scan_step=scan_step,
+            false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers,
+        )  # fmt: skip
+
+    try:
+        return prepared(finger).get((family, half_width, options), make)
+    except TypeError:  # an array or a list among them, which is no key
+        return make()

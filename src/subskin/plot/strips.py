@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from ..decide import TypeDecision
 from ..errors import GeometryError
-from ..estimate.estimate import Status
-from ..estimate.shape.shape import ShapeEstimate
+from ..estimate.estimate import Estimate, Status
 from .style import (
     BLACK,
     BLUE,
@@ -32,14 +31,14 @@ _MM = 1e3
 _COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PINK, SKY)
 
 
-def contact_strip(found: ShapeEstimate, *, origin: float = 0.0) -> Figure:
+def contact_strip(found: Estimate, *, origin: float = 0.0) -> Figure:
     """Where each frame's contact lies on the skin, as wide as it is, and how hard it presses.
 
     Frames that are OK are drawn full, ambiguous ones pale; the others have no contact to draw.
 
     Parameters
     ----------
-    found : ShapeEstimate, shape (m,)
+    found : Estimate, shape (m,)
         What `Finger.fit` found in frames in the order of time.
     origin : float, optional
         The finger's y = 0 on the axis of the figure [m].

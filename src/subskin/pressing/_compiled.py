@@ -6,18 +6,15 @@ nothing around it is as quick as a library's. bounded.py says what is solved, an
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
-_compiled = nb.njit(
-    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
-)
+from .._compiled import compiled
 
 _PATIENCE = 10
 """Guesses changed as a whole without fewer rules broken, before they are changed node by node."""
 
 
-@_compiled
+@compiled()
 def _fft(xr, xi, yr, yi, wr, wi):
     """Fourier transform of xr + i xi, of a length that is a power of two: radix 4, sorting itself (Stockham).
 
@@ -63,7 +60,7 @@ def _fft(xr, xi, yr, yi, wr, wi):
     return xr, xi, yr, yi
 
 
-@_compiled
+@compiled()
 def circulant(x, spectrum, wr, wi, work, out):
     """The product of a symmetric circulant, given by its real spectrum, with x, zeros after its end.
 
@@ -102,7 +99,7 @@ def circulant(x, spectrum, wr, wi, work, out):
         out[n - 1] = even[n // 2]
 
 
-@_compiled
+@compiled()
 def _project(sums, spread, gram, z):
     """The multipliers that make the sums of z vanish; z is changed."""
     count, n = sums.shape
@@ -118,7 +115,7 @@ def _project(sums, spread, gram, z):
     return multipliers
 
 
-@_compiled
+@compiled()
 def _gram(sums, spread):
     """Inverse of the matrix sums @ spread.T, of at most two rows."""
     count, n = sums.shape
@@ -136,7 +133,7 @@ def _gram(sums, spread):
     return g
 
 
-@_compiled
+@compiled()
 def _release(x, gradient, low, high, free, short):
     """Free one node where none is left to carry a sum: the first that would move as what is missing grows."""
     best = -1
@@ -148,7 +145,7 @@ def _release(x, gradient, low, high, free, short):
         free[best] = True
 
 
-@_compiled
+@compiled()
 def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, limit, loose, steps, changes):
     """Least of x K x / 2 + f x between bounds with given sums (bounded.py); x, free and gradient are overwritten.
 

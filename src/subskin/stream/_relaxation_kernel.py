@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
+
+from .._compiled import compiled
 
 # Rows of the state, one value a sensor; the memory of each term follows.
 REST, TIME, ELASTIC, MEMORY = range(4)
 """The reading at rest, the time of the last reading, and what an elastic skin would have read then, from the rest."""
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(exact=True)
 def relax(readings, time, share, constants, backwards, rows, out):
     """Fill `out` (m, n) with what relaxes, or backwards with what an elastic skin would have read.
 

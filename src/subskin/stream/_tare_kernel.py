@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
+from .._compiled import compiled
 
 # The state: numbers,
 FREE, QUIET, ASKED, CLOCK = range(4)
@@ -27,7 +27,7 @@ _FEWEST = 20
 """Equal readings before a sensor is called frozen."""
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(exact=True)
 def _median(a, b, c):
     """Of three, of those that are numbers."""
     if not math.isfinite(a):
@@ -37,7 +37,7 @@ def _median(a, b, c):
     return max(min(a, b), min(max(a, b), c))
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(exact=True)
 def follow(
     readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, offset, free, frozen
 ):

@@ -14,6 +14,7 @@ from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.estimate import Status
 from ..estimate.locate import Locator
 from ..finger import Finger
+from ..response import tabulate
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -312,7 +313,7 @@ class Tare:
         middle, half = 0.5 * (y.min() + y.max()), 0.5 * np.ptp(y) + reach
         half = min(half, 0.5 * self.finger.skin.period)
         try:
-            table = self.finger.tabulate((middle - half, middle + half))
+            table = tabulate(self.finger, (middle - half, middle + half))
         except NotLinearError:  # no estimate can be made: anything may be a touch
             return Status.INCOMPLETE
         wide = replace(array, noise=np.maximum(noise, 1e-300), low=-np.inf, high=np.inf)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
+
+from ..._compiled import compiled
 
 _SINGULAR = 1e-24
 _UNTOLD = 1e6
 
-_fast = {"nsz", "arcp", "contract", "reassoc"}  # not nnan, ninf: infinities have a meaning here
-_compiled = nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
 
-
-@_compiled
+@compiled()
 def row_table(field, field_start, field_step, positions, start, step, table):
     """Fill `table` (cells, 5, 2, n): a row's receptive field from that of one sensor at y = 0.
 
@@ -54,7 +52,7 @@ def row_table(field, field_start, field_step, positions, start, step, table):
                 table[cell, 4, side, i] = (64.0 * even2 - 256.0 * even1) / 3.0
 
 
-@_compiled
+@compiled()
 def _field(table, start, step, y, a):
     """Values and slopes of the receptive field at y, into a (4, n): normal, tangential, their slopes."""
     cells, _, _, n = table.shape
@@ -69,7 +67,7 @@ def _field(table, start, step, y, a):
             a[2 + side, i] = (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4)))) / step
 
 
-@_compiled
+@compiled()
 def _grams(a):
     """Products of the rows of a (4, n): A with A, A with its slope, the slope with itself."""
     k11 = k12 = k22 = m11 = m12 = m21 = m22 = h11 = h12 = h22 = 0.0
@@ -88,7 +86,7 @@ def _grams(a):
     return k11, k12, k22, m11, m12, m21, m22, h11, h12, h22
 
 
-@_compiled
+@compiled()
 def _bounds(grams, c, s, mu, farthest):
     """Fisher information of position u, logarithm of the force f and angle a: uu, uf, ua, ff, fa, aa, determinant.
 
@@ -118,7 +116,7 @@ def _bounds(grams, c, s, mu, farthest):
     return uu, uf, ua, ff, fa, aa, det, v_y, v_f, v_a
 
 
-@_compiled
+@compiled()
 def climb(table, start, step, mu, force, which, touch, size, ends):
     """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
 

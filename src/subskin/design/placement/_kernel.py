@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
-from ...estimate._kernel import _refine
+from ..._compiled import compiled
+from ...estimate import climb as _climb
+from ...estimate.climb import climb
+from . import _bounds_kernel
 from ._bounds_kernel import _SINGULAR, _bounds, _field, _grams
-
-BUILT_ON = "d72964e89f34"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
 
 # Rows of the output.
 POSITION, FORCE, ANGLE, LOG_DET, AMBIGUOUS, WRONG, UNFELT = range(7)
@@ -33,11 +33,8 @@ _SURE = 4.75  # standard deviations: a rival farther off than this wins, or ties
 _PARABOLA = 30.0  # a parabola has risen by 36 at six standard deviations
 _FAR = 120.0  # and this is too much for noise to make up
 
-_fast = {"nsz", "arcp", "contract", "reassoc"}  # not nnan, ninf: infinities have a meaning here
-_compiled = nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy")
 
-
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
     """Orthonormal columns of A at each place of the scan, (n, 2, m), and unit edges of the cone in them, (4, m)."""
     n, _, m = basis.shape
@@ -68,7 +65,7 @@ def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
             edges[2 * side, j], edges[2 * side + 1, j] = e1 * over, e2 * over
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _half_turns(basis, edges, turns):
     """Sines of half the largest angle by which the plane of A, and it or an edge of the cone, turn to the next place.
 
@@ -98,7 +95,7 @@ def _half_turns(basis, edges, turns):
             turns[0, k], turns[1, k] = max(turns[0, k], plane), max(turns[1, k], most)
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _project(basis, a, b):
     """B (4, m): normal and tangential field at a place, in the basis of each place of the scan."""
     n, _, m = basis.shape
@@ -114,7 +111,7 @@ def _project(basis, a, b):
             b[3, j] += q2 * at
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _possible(b, k11, k12, k22, cone, least, turns, possible):
     """Mark the places of the scan at or next to which a load may leave a root of L of less than `least` per force."""
     m = b.shape[1]
@@ -137,7 +134,7 @@ def _possible(b, k11, k12, k22, cone, least, turns, possible):
         possible[j] = value < bound * bound
 
 
-@nb.njit(cache=True, nogil=True, fastmath=_fast, error_model="numpy", inline="always")
+@compiled(inline=True)
 def _left(b1, b2, m1, m2, p1, p2, total):
     """Chi-square that the best admissible load leaves, from the readings in the basis there."""
     low, high = b1 * m1 + b2 * m2, b1 * p1 + b2 * p2
@@ -148,7 +145,7 @@ def _left(b1, b2, m1, m2, p1, p2, total):
     return total - (b1 * b1 + b2 * b2 if inside > 0.0 else along * along)
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _minima(near, asked, count, c, s, total, left, minimum):
     """L at the first `count` columns of near (8, m), into left[1:], and a 1 in `minimum` at each asked for minimum."""
     for q in range(count):
@@ -161,20 +158,20 @@ def _minima(near, asked, count, c, s, total, left, minimum):
         minimum[q] = 0
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _normal(z):
     """Standard normal distribution function."""
     return 0.5 * math.erfc(-0.7071067811865476 * z)
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _rise(b, edges, j, c, s, total):
     """Chi-square at the j-th place of the scan."""
     b1, b2 = b[0, j] * c + b[1, j] * s, b[2, j] * c + b[3, j] * s
     return _left(b1, b2, edges[0, j], edges[1, j], edges[2, j], edges[3, j], total)
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _widened(b, edges, scan, c, s, f, total, variance):
     """The variance of the place, widened to where chi-square has risen by 1.96^2 on either side, as `locate` does."""
     start, step, m = scan[0], scan[1], int(scan[2])
@@ -196,7 +193,7 @@ def _widened(b, edges, scan, c, s, f, total, variance):
     return max((0.5 * width / 1.96) ** 2, variance)
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     """Probability that chi-square is found too low at six standard deviations, on either side.
 
@@ -253,7 +250,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     return 1.0 - clear
 
 
-@_compiled
+@compiled(built_on=(_climb, _bounds_kernel))
 def survey(table, start, step, scan, mu, cone, force, limits, positions, directions, bounds, out):
     """Fill `out` (7, p, k): what each touch is told to, and how probably it is mistaken; rows are named above.
 
@@ -334,7 +331,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
                     for i in range(n):
                         w[i] = a[0, i] * c + a[1, i] * s
                     low, high = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
-                    y = _refine(w, table, start, step, mu, y, low, high, 1e-3, scratch, fit)
+                    y = climb(w, table, start, step, mu, y, low, high, 1e-3, scratch, fit)
                     if abs(y - f) < apart:
                         continue
                     distance = math.sqrt(max(total - fit[2], 1e-12))

@@ -11,7 +11,7 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ...receptive_field import ReceptiveField
+from ...response import Response, tabulate
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
@@ -59,7 +59,7 @@ class Table:
             raise InvalidValueError(
                 "noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4"
             )
-        field = finger.tabulate(search).select(live)
+        field = tabulate(finger, search).select(live)
         values = np.ascontiguousarray(np.swapaxes(field.coefficients / noise[:, None], 2, 3))
         return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
 
@@ -137,7 +137,7 @@ class OneSensor:
         self, skin: Skin, transducer: Transducer, depth: float, noise: float, width: float, reach: float
     ) -> None:
         finger = Finger(skin, SensorArray([0.0], depth, transducer, width=width))
-        field = ReceptiveField.from_function(finger.receptive_field, -reach, reach, step=depth / _CELLS)
+        field = Response.from_function(finger.receptive_field, -reach, reach, step=depth / _CELLS)
         self._start, self._step = field.start, field.step
         self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
         self._depth = depth

@@ -14,7 +14,7 @@ from ..._check import FloatArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...receptive_field import ReceptiveField
+from ...response import Response, tabulate
 from ._nodes import LineLoads, line_loads
 from .shape import Ridges
 
@@ -198,7 +198,7 @@ def read_ridged(
     shape, (low, high), lines = _broken_up(contact, ridges, float(np.asarray(finger.array.depth).min()))
     shares = _shares(ridges, lines)
     margin = 1e-3 * float(np.asarray(finger.array.depth).min())  # a line load has no width
-    table = finger.tabulate((float(low.min()) - margin, float(high.max()) + margin))
+    table = tabulate(finger, (float(low.min()) - margin, float(high.max()) + margin))
     out = np.empty((*shape, len(finger.array)))
     for index in np.ndindex(shape):
         y, *forces = (values[index] for values in lines)
@@ -258,7 +258,7 @@ class _Field:
     def __init__(self, alone: Finger, far: float) -> None:
         self.period = alone.skin.period
         reach, depth = min(far, 0.5 * self.period), float(np.asarray(alone.array.depth)[0])
-        self.table = ReceptiveField.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
+        self.table = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
 
     def readings(self, load: LineLoads, shares: FloatArray, positions: FloatArray) -> FloatArray:
         """Readings at `positions` of each of the shares (s, lines) of the load, shape (s, places)."""

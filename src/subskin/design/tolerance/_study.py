@@ -66,7 +66,7 @@ class Study:
         if live < needed:
             raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}")
         self.locator = finger.locator(search=search, friction=friction)
-        field = self.locator.field
+        field = self.locator.response
         if position.min() < field.start or position.max() > field.stop:
             raise GeometryError(
                 f"touches from {position.min():.6g} to {position.max():.6g} m",
@@ -135,7 +135,7 @@ class Study:
         """
         array = self.finger.array
         weight = np.where(array.live, 1 / np.where(array.live, array.noise, 1.0), 0.0)
-        table = self.locator.field
+        table = self.locator.response
         shape = (self.position.size, self.angle.size, len(array))
         moved = np.einsum("pnl,al->pan", table(self.position, derivative=1), self.load)
         field = table(self.position)[:, None]

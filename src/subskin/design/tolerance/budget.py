@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from ... import _check
 from ...errors import InvalidValueError
-from ...estimate._frames import checked_friction
+from ...estimate.frames import checked_friction
 from ...finger import Finger
 from ..touches import Touches
 from ._costs import Costs, combined

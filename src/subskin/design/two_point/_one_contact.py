@@ -9,8 +9,9 @@ import numpy as np
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...contact import Hertz
-from ...estimate import Fitter, Locator, ShapeField
+from ...estimate import Locator
 from ...finger import Finger
+from ...response import Response, tabulate
 
 __all__ = ["OneContact"]
 
@@ -43,7 +44,7 @@ class OneContact:
         self._live = finger.array.live
         shallowest = float(np.asarray(finger.array.depth).min())
         self._widest = min(_WIDER * largest, _MOST_WIDE * shallowest)
-        self._table = finger.tabulate(_search(finger, span))
+        self._table = tabulate(finger, _search(finger, span))
         self.unknowns = 2 + bool(friction) + wide
         self.spare = int(self._live.sum()) - self.unknowns
         if self.spare >= 0:
@@ -51,9 +52,7 @@ class OneContact:
             # fields are those of the transducers' linear parts, gain included, and there is no offset
             self._array = SensorArray(live.y, live.depth, noise=live.noise)
             if wide:
-                self._field = ShapeField.of(
-                    finger, Hertz, (self._table.start, self._table.stop), self._widest
-                )
+                self._field = Response.of(finger, Hertz, (self._table.start, self._table.stop), self._widest)
 
     def line(self, position: FloatArray, angle: FloatArray) -> FloatArray:
         """Readings of the live sensors under unit points at `position` and `angle`, broadcast to (..., n)."""
@@ -69,12 +68,9 @@ class OneContact:
         """
         known = angle if self._friction is None else 0.0
         friction = self._friction or 0.0
-        if self._wide:
-            shapes = replace(self._field, coefficients=self._turned(self._field.coefficients, known))
-            fitter = Fitter(shapes, self._array, width=(0.0, self._widest), friction=friction)
-            return np.asarray(np.sqrt(fitter(readings).residual))
-        lines = replace(self._table, coefficients=self._turned(self._table.coefficients, known))
-        return np.asarray(np.sqrt(Locator(lines, self._array, friction=friction)(readings).residual))
+        table = self._field if self._wide else self._table
+        turned = replace(table, coefficients=self._turned(table.coefficients, known))
+        return np.asarray(np.sqrt(Locator(turned, self._array, friction=friction)(readings).residual))
 
     def _turned(self, coefficients: FloatArray, angle: float) -> FloatArray:
         """Of the live sensors, for loads along `angle` [..., 0] and square to it: what is normal to an estimator."""
@@ -84,7 +80,7 @@ class OneContact:
 
 def _search(finger: Finger, span: tuple[float, float]) -> tuple[float, float] | None:
     """Where the one contact is looked for [m]: all around the points and the sensors, once round a finger."""
-    usual = finger.tabulate()
+    usual = tabulate(finger)
     low, high = min(usual.start, span[0]), max(usual.stop, span[1])
     if (low, high) == (usual.start, usual.stop):
         return None

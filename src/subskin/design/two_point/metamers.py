@@ -11,6 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import GeometryError
 from ...finger import Finger
+from ...response import tabulate
 
 __all__ = ["Metamers", "metamers"]
 
@@ -111,7 +112,7 @@ def metamers(
         )
     positions, forces, lean = _touches(position, force, angle)
     along = np.array([np.cos(lean), np.sin(lean)])
-    table = finger.tabulate(search)
+    table = tabulate(finger, search)
 
     def curve(y: FloatArray) -> FloatArray:
         return np.asarray(table(y)[..., live, :] @ along)

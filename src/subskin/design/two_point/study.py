@@ -14,6 +14,7 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger
+from ...response import tabulate
 from ..touches import Touches
 from .limen import Against, two_point_limen
 
@@ -174,6 +175,6 @@ def _row(finger: Finger, count: int, pitch: float, depth: float, noise: float) -
 def _largest(finger: Finger, depth: float) -> float:
     """Largest reading of such a sensor under a unit normal line load."""
     one = _row(finger, 1, 1.0, depth, 0.0)
-    table = one.tabulate()
+    table = tabulate(one)
     positions = np.linspace(table.start, table.stop, 4 * len(table.coefficients) + 1)
     return float(np.abs(table(positions)[..., 0]).max())

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
+from ..._compiled import compiled
+from . import _solver, _weight
 from ._solver import forward, settle, turn
 from ._weight import HIGHEST, LOWEST, weigh
 from .map import (
@@ -28,17 +29,12 @@ from .map import (
     WIDTH,
 )
 
-BUILT_ON = "70902cd65892"  # what it imports, so that compiled code kept from before is not used with it
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _EDGE = 0.02  # of the force
 _SETTLED, _NEAR = 0.01, 0.03  # of the tangent's standard deviation, on fine and on coarse elements
 
-_compiled = nb.njit(
-    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
-)
 
-
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _guess(shapes, power, squares, w, blocks, on):
     """Which coarse elements are > 0, from the smoothest solution; shapes (rows, n), power U^T b."""
     rows, n = shapes.shape
@@ -59,7 +55,7 @@ def _guess(shapes, power, squares, w, blocks, on):
         on[j] = value[j] > 0.05 * largest
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _finer(coarse, blocks, ratio, fine):
     """Which elements lie at or beside those coarse ones that are > 0."""
     mc, m = coarse.size // blocks, fine.size // blocks
@@ -72,7 +68,7 @@ def _finer(coarse, blocks, ratio, fine):
             fine[block * m + j] = here
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _spread(lower, count, index, weights, z):
     """L^-1 e for a sum e of the unknowns; returns its square, the variance of that sum."""
     for k in range(count):
@@ -84,7 +80,7 @@ def _spread(lower, count, index, weights, z):
     return s
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _project(basis, b, out):
     n = b.size
     for i in range(n):
@@ -94,7 +90,7 @@ def _project(basis, b, out):
         out[i] = s
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _first_lean(strips, gauges, b, most):
     """The tangent of the one strip, of a few widths at many places, that explains most; strips (2, M, n)."""
     best = lean = 0.0
@@ -114,7 +110,7 @@ def _first_lean(strips, gauges, b, most):
     return lean
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _nearest(tangents, t):
     best = 0
     for k in range(tangents.size):
@@ -123,7 +119,7 @@ def _nearest(tangents, t):
     return best
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along):
     """Forces, angle and centre with their standard deviations, how well the minimum is met, and the status."""
     y, scales = surface[0], surface[1]
@@ -169,7 +165,7 @@ def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c
     row[STATUS] = _AMBIGUOUS if edge > _EDGE * normal or not row[ANGLE_STD] < 1.0 else _OK
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def _curves(row, x, shares, squares, prior, w, surface):
     """Pressure and shear along the surface, and their standard deviations."""
     scales = surface[1]
@@ -190,7 +186,7 @@ def _curves(row, x, shares, squares, prior, w, surface):
         at += 2 * (m + 2)
 
 
-@_compiled
+@compiled(built_on=(_solver, _weight))
 def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
     """Fill `out`, a row of WIDTH columns and the nodes' values for each frame of `readings` (frames, n).
 

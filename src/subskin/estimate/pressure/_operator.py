@@ -10,7 +10,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...receptive_field import ReceptiveField
+from ...response import Response, tabulate
 
 __all__ = ["COARSE", "Factors", "Surface", "shear_seen"]
 
@@ -46,7 +46,7 @@ class Surface:
     @classmethod
     def of(cls, finger: Finger, search: tuple[float, float] | None, step: float | None) -> Surface:
         """Cut the search into elements of at most `step` [m], a twelfth of the least depth if left out."""
-        table = finger.tabulate(search)
+        table = tabulate(finger, search)
         depth = float(np.asarray(finger.array.depth).min())
         if step is None:
             step = depth / _FINEST
@@ -70,7 +70,7 @@ class Surface:
         return cls(_check.read_only(y), _check.read_only(_hats(table, y)))
 
 
-def _hats(table: ReceptiveField, y: FloatArray) -> FloatArray:
+def _hats(table: Response, y: FloatArray) -> FloatArray:
     """Readings per Pa of the hats at the inner nodes, by quadrature of the line loads' table."""
     # the fields are analytic within a depth: four points in an element of a quarter of it leave 1e-9
     t, weight = np.polynomial.legendre.leggauss(_POINTS)

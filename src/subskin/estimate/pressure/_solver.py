@@ -14,19 +14,16 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
+
+from ..._compiled import compiled
 
 _ROUNDS = 300
 _CLOSE = 1e-9  # of two tangents
 _TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
 
-_compiled = nb.njit(
-    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
-)
 
-
-@_compiled
+@compiled()
 def _factor(gram, t, w, diagonal, beside, index, count, lower):
     """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
     leaning = gram.shape[0] > 1
@@ -60,7 +57,7 @@ def _factor(gram, t, w, diagonal, beside, index, count, lower):
     return True
 
 
-@_compiled
+@compiled()
 def forward(lower, count, z):
     """Solve L z = z in place."""
     for i in range(count):
@@ -70,7 +67,7 @@ def forward(lower, count, z):
         z[i] = (z[i] - s) * lower[i, i]
 
 
-@_compiled
+@compiled()
 def _backward(lower, count, z):
     """Solve L^T z = z in place."""
     for i in range(count - 1, -1, -1):
@@ -79,7 +76,7 @@ def _backward(lower, count, z):
             z[k] -= lower[i, k] * z[i]
 
 
-@_compiled
+@compiled()
 def _slope(columns, w, diagonal, beside, cost, b, x, r, slope):
     """Residual A x - b into r and the gradient of J into `slope`; columns (N, n)."""
     total, n = columns.shape
@@ -100,7 +97,7 @@ def _slope(columns, w, diagonal, beside, cost, b, x, r, slope):
         slope[j] = s
 
 
-@_compiled
+@compiled()
 def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z):
     """The x >= 0 of least J, from the guess `on` of what is > 0; how many are, or -1 where none was found.
 
@@ -172,7 +169,7 @@ def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, l
     return -1
 
 
-@_compiled
+@compiled()
 def _descend(
     columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance
 ):
@@ -216,7 +213,7 @@ def _descend(
     return -1
 
 
-@_compiled
+@compiled()
 def _lean(parts, t, columns):
     """Columns at the tangent t."""
     total, n = columns.shape
@@ -227,7 +224,7 @@ def _lean(parts, t, columns):
             columns[j, i] = parts[0, j, i] + t * parts[1, j, i]
 
 
-@_compiled
+@compiled()
 def turn(parts, columns, x, r, lower, index, count, along, c):
     """dJ/dt and d2J/dt2 at the minimum over x; leaves L^-1 d2J/dx dt in c."""
     n = r.size
@@ -253,7 +250,7 @@ def turn(parts, columns, x, r, lower, index, count, along, c):
     return first, second
 
 
-@_compiled
+@compiled()
 def settle(
     parts,
     gram,

@@ -12,9 +12,9 @@ each written as a root in ln w, and found from the smooth side.
 
 from __future__ import annotations
 
-import math
+from ..._compiled import compiled
 
-import numba as nb
+import math
 
 EVIDENCE, DISCREPANCY, GCV = 0, 1, 2
 LOWEST, HIGHEST = -28.0, 6.0
@@ -23,12 +23,8 @@ LOWEST, HIGHEST = -28.0, 6.0
 _STEP = 0.5
 _LEAST_FREE = 0.25  # of the readings: with less left over, cross-validation rests on a few accidents of noise
 
-_compiled = nb.njit(
-    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
-)
 
-
-@_compiled
+@compiled()
 def _rule(u, power, squares, kind):
     """What is 0 at the rule's weight w = e^u, rising through it: power is (U^T b)^2."""
     w = math.exp(u)
@@ -52,7 +48,7 @@ def _rule(u, power, squares, kind):
     return four * free - three * taken
 
 
-@_compiled
+@compiled()
 def _free(u, squares):
     """Degrees of freedom that the readings keep at the weight e^u."""
     w = math.exp(u)
@@ -62,7 +58,7 @@ def _free(u, squares):
     return s
 
 
-@_compiled
+@compiled()
 def weigh(power, squares, kind):
     """Ln w of the rule: its first root from the smooth side."""
     top = 0.0

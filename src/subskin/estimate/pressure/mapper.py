@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Never
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +11,10 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
-from .._frames import Framewise, sensor_rows
+from ...prepared import prepared
+from ..frames import Framewise, sensor_rows
 from ._operator import COARSE, Factors, Surface, shear_seen
-from .map import LEAN, STATUS, WIDTH, PressureMap
+from .map import STATUS, WIDTH, PressureMap
 
 __all__ = ["RULES", "SHEARS", "PressureMapper", "pressure_map"]
 
@@ -114,7 +115,6 @@ class PressureMapper(Framewise):
             needed=3 if shear == "none" else 4,
             columns=WIDTH + 2 * parts * len(self.y),
             status=STATUS,
-            unrivalled=LEAN,
         )
         normal, tangential = self._columns_of(finger.array.live)
         self.shear_seen = shear_seen(normal, tangential, self._surface.step)
@@ -255,7 +255,17 @@ def _level(parts: FloatArray, blocks: int, step: float, pull: float) -> tuple[Fl
 
 
 def pressure_map(
-    finger: Finger, readings: npt.ArrayLike, *, search: tuple[float, float] | None = None, **options: Any
+    finger: Finger,
+    readings: npt.ArrayLike,
+    *,
+    search: tuple[float, float] | None = None,
+    step: float | None = None,
+    shear: str = "proportional",
+    friction: float = 1.0,
+    rule: str = "evidence",
+    least_force: float = 0.3,
+    false_alarm: float = 1e-6,
+    **_unknown: Never,
 ) -> PressureMap:
     """The pressure along the surface in readings of shape (..., n), and the shear where the array can see it.
 
@@ -269,8 +279,8 @@ def pressure_map(
         Raw readings; NaN marks a missing one.
     search : (float, float), optional
         Stretch of the surface that is mapped [m]; 1.5 depths beyond the outermost sensors if left out.
-    **options
-        Those of `PressureMapper`: `shear`, `rule`, `friction`, `least_force`, `step`, `false_alarm`.
+    step, shear, friction, rule, least_force, false_alarm
+        As of `PressureMapper`.
 
     Returns
     -------
@@ -295,9 +305,17 @@ def pressure_map(
     >>> bool(np.linalg.norm(found.pressure - true) < 0.1 * np.linalg.norm(true))
     True
     """
-    key = (_check.ends("search", search, "search=(-5e-3, 5e-3)"), *sorted(options.items()))
-    mappers = finger.__dict__.setdefault("_mappers", {})
-    if key not in mappers:
-        mappers[key] = PressureMapper(finger, search=search, **options)
-    found: PressureMap = mappers[key](readings)
-    return found
+    _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
+    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    numbers: dict[str, Any] = {
+        "step": step,
+        "friction": friction,
+        "least_force": least_force,
+        "false_alarm": false_alarm,
+    }
+    numbers = {name: _check.value(name, option) for name, option in numbers.items()}
+
+    def make() -> PressureMapper:
+        return PressureMapper(finger, search=ends, shear=shear, rule=rule, **numbers)
+
+    return prepared(finger).get(("pressure", ends, shear, rule, *numbers.values()), make)(readings)

@@ -12,9 +12,9 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...contact import LineLoad
 from ...contact.base import ProportionalContact
+from ...contact.families import Family
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ..shape.shape_field import Family
 
 __all__ = ["LEAST", "Frames", "Response", "contact_of", "count_of", "stencil"]
 

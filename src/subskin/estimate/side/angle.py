@@ -17,11 +17,11 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ...contact import LineLoad
+from ...contact.families import Family, family_of
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from .._frames import checked_friction
 from ..estimate import Status
-from ..shape.shape_field import Family, family_of
+from ..frames import checked_friction
 from ._row import LEAST, Frames, Mask, Response, count_of, known_only, stencil
 
 __all__ = ["MOST_STD", "SideAngle", "side_angle"]

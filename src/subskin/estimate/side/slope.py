@@ -10,9 +10,9 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ...contact import LineLoad
+from ...contact.families import Family, family_of
 from ...errors import InvalidValueError
 from ...skin import Skin
-from ..shape.shape_field import Family, family_of
 from ._row import Mask, contact_of
 from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds, checked_width
 

@@ -3,41 +3,31 @@
 The evidence of a kind is the integral of likelihood times prior over place y, half width a, and forces N, T. Where the
 readings tell place and width but roughly, it is a sum over a grid of both, the forces being integrated at each. Where
 they tell them closely it is Gaussian in place and forces about the best place at each width, and a sum, or a Gaussian,
-over widths. Best places are found as in `_kernel`.
+over widths. Best places are found as in `project.py`.
 """
 
 from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
-from ._evidence_integrals import (
-    _LOG_2PI,
-    _NEGLIGIBLE,
-    _REACH,
-    _add,
-    _broad,
-    _interval,
-    _log_weight,
-    _survey,
-)
-from ._kernel import _refine, _rows, _scan, _slopes, _starts
-from .evidence import ANGLE, CHI2, EACH, FORCE, HALF_WIDTH, KIND, LOG_EVIDENCE, POSITION, STATUS
+from ..._compiled import compiled
+from .. import climb as _climb
+from .. import scan as _scan
+from ..climb import climb_wide, project_wide, slopes
+from ..scan import highest, scan
+from . import _integrals
+from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey
+from .columns import CHI2, EACH, HALF_WIDTH, KIND, LOG_EVIDENCE, NORMAL, POSITION, STATUS, TANGENTIAL
 
 _PEAKS = 4
 _NODES = 10
 _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
-BUILT_ON = "f50b263e7b31"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
-
-_compiled = nb.njit(
-    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
-)
 
 
-@_compiled
+@compiled()
 def _keep(y, q, fit, kept, apart, at, fits):
     """Put a place among the `kept` best, unless it is there already: their number."""
     for e in range(kept):
@@ -55,8 +45,8 @@ def _keep(y, q, fit, kept, apart, at, fits):
     return min(kept + 1, _PEAKS)
 
 
-@_compiled
-def _peaks(w, scan, positions, squares, table, g, mu, ends, thorough, c, a, trial, score, at, fits, fit):
+@compiled(built_on=(_climb, _scan, _integrals))
+def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, at, fits, fit):
     """The highest places of S over y and q, refined, the best first and each once: their number.
 
     g: start and step of the table, the square of its widest. With `thorough`, from the best place of each width.
@@ -68,31 +58,27 @@ def _peaks(w, scan, positions, squares, table, g, mu, ends, thorough, c, a, tria
         for j in range(squares.size):
             k = 0
             for p in range(1, positions.size):
-                k = p if scan[j, p] > scan[j, k] else k
-            y, q = _refine(
-                w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, trial, fit
-            )
+                k = p if s[j, p] > s[j, k] else k
+            y, q = climb_wide(w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, fit)
             kept = _keep(y, q, fit, kept, apart, at, fits)
         return kept
     first = np.empty((_PEAKS, 2))
-    for p in range(_starts(scan, positions, squares, score, first)):
-        y, q = _refine(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, trial, fit)
+    for p in range(highest(s, positions[0], positions[1] - positions[0], squares, score, first)):
+        y, q = climb_wide(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, fit)
         kept = _keep(y, q, fit, kept, apart, at, fits)
     return kept
 
 
-@_compiled
-def _evidence(
-    w, table, start, step, square, mu, ends, count, at, fits, spans, c, a, trial, fit, hold, info, mean
-):
+@compiled(built_on=(_climb, _scan, _integrals))
+def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c, a, fit, hold, info, mean):
     """Log of the evidence from the peaks `at`, without what all kinds have in common."""
     low, high = ends[2], ends[3]
     total = -math.inf
     prior = -math.log(math.sqrt(high) - math.sqrt(low)) if high > low else 0.0  # all widths as probable
     for p in range(count):
         y, q = at[p, 0], at[p, 1]
-        _rows(table, start, step, square, y, q, c, a)
-        _, gq, yy, yq, qq = _slopes(w, a, fits[p])
+        project_wide(w, table, start, step, square, mu, y, q, c, a[0], fits[p])
+        _, gq, yy, yq, qq = slopes(w, a[0], fits[p])
         spans[p, 0] = spans[p, 1] = q
         if high > low:
             curvature = max(qq - yq * yq / max(yy, 1e-300), 1e-300)
@@ -104,11 +90,13 @@ def _evidence(
             for e in range(count):
                 apart &= e == p or abs(at[e, 1] - q) > 4.0 * _REACH / math.sqrt(curvature)
             if apart and low < spans[p, 0] and spans[p, 1] < high and spread < 0.01 * half:
-                here = _log_weight(w, a, fits[p], mu, y, ends, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
+                here = (
+                    _log_weight(w, a[0], fits[p], mu, y, ends, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
+                )
                 total = _add(total, here + prior)
                 spans[p, 1] = -1.0  # done
         else:
-            total = _add(total, _log_weight(w, a, fits[p], mu, y, ends, info, mean))
+            total = _add(total, _log_weight(w, a[0], fits[p], mu, y, ends, info, mean))
     if not high > low:
         return total
     for p in range(count):
@@ -139,23 +127,24 @@ def _evidence(
             hold[2, 0], hold[2, 1], hold[2, 2], hold[2, 3] = ends[0], ends[1], q, q
             share = math.log(0.5 * (two - one) * _W[k]) + prior
             for e in range(members):
-                y, _ = _refine(w, table, start, step, square, mu, hold[0, e], q, hold[2], c, a, trial, fit)
+                y, _ = climb_wide(w, table, start, step, square, mu, hold[0, e], q, hold[2], c, a, fit)
                 hold[0, e] = hold[1, e] = y
+                project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit)
                 new = True
                 for d in range(e):
                     new &= abs(hold[1, d] - y) > 0.05 * step
                 if new:
-                    total = _add(total, _log_weight(w, a, fit, mu, y, ends, info, mean) + share)
+                    total = _add(total, _log_weight(w, a[0], fit, mu, y, ends, info, mean) + share)
     return total
 
 
-@_compiled
+@compiled(built_on=(_climb, _scan, _integrals))
 def weigh_frames(
     readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, geometry, options, out
 ):
     """Fill `out`, one row a frame; the columns are named in `evidence.py`.
 
-    bases, edges, squares, tables: one array a kind, as of `fit_frames`; geometry (kinds, 5): start and step of the
+    bases, edges, squares, tables: one array a kind, as of `project_frames`; geometry (kinds, 5): start and step of the
     table, the square of its widest, and the ends of q; fines, nodes, rows: as of `_survey`; options: mu, the ends of
     y, then the thresholds.
     """
@@ -163,8 +152,9 @@ def weigh_frames(
     kinds = geometry.shape[0]
     mu, detection, largest = options[0], options[3], options[4]
     w = np.empty(n)
-    a, c = np.empty((6, n)), np.empty((2, 5, 2, n))
-    fits, trial, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6), np.empty(6)
+    w_single = np.empty(n, dtype=np.float32)
+    a, c = np.empty((2, 3, 2 * n)), np.empty((2, 10 * n))
+    fits, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6)
     at, score = np.empty((kinds, _PEAKS, 2)), np.empty(_PEAKS)
     spans, hold, ends = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4))), np.empty(4)
     info, mean = np.empty((3, 3)), np.empty(3)
@@ -172,7 +162,8 @@ def weigh_frames(
     most = 1
     for k in range(kinds):
         most = max(most, squares[k].size)
-    scans = np.empty((most, positions.size), dtype=np.float32)
+    m = positions.size
+    scans, sums = np.empty(most * m, dtype=np.float32), np.empty((2, most * m), dtype=np.float32)
     for f in range(frames):
         row = out[f]
         row[:] = math.nan
@@ -185,6 +176,8 @@ def weigh_frames(
         if not (usable and total < math.inf):
             row[STATUS] = _PENDING
             continue
+        for i in range(n):
+            w_single[i] = w[i]
         explained = 0.0
         for attempt in range(2):
             # before a frame is called unexplained, the best place of each width is tried
@@ -193,11 +186,12 @@ def weigh_frames(
             for k in range(kinds):
                 g = geometry[k]
                 ends[0], ends[1], ends[2], ends[3] = options[1], options[2], g[3], g[4]
-                scan = scans[: squares[k].size]
-                _scan(w, bases[k], edges[k], scan)
+                size = squares[k].size * m
+                scan(w_single, bases[k], edges[k], sums[:, :size], scans[:size])
+                s = scans[:size].reshape(squares[k].size, m)
                 counts[k] = _peaks(
-                    w, scan, positions, squares[k], tables[k], g, mu, ends, attempt == 1, c, a, trial, score,
-                    at[k], fits[k], fit,
+                    w, s, positions, squares[k], tables[k], g, mu, ends, attempt == 1, c, a, score, at[k],
+                    fits[k], fit,
                 )  # fmt: skip
                 if counts[k] > 0:
                     explained = max(explained, fits[k, 0, 2])
@@ -211,8 +205,8 @@ def weigh_frames(
             if counts[k] > 0:
                 normal, tangential = fits[k, 0, 0], fits[k, 0, 1]
                 part[CHI2] = max(total - fits[k, 0, 2], 0.0)
-                part[POSITION], part[FORCE] = at[k, 0, 0], math.hypot(normal, tangential)
-                part[ANGLE], part[HALF_WIDTH] = math.atan2(tangential, normal), math.sqrt(at[k, 0, 1])
+                part[POSITION], part[NORMAL], part[TANGENTIAL] = at[k, 0, 0], normal, tangential
+                part[HALF_WIDTH] = math.sqrt(at[k, 0, 1])
             g = geometry[k]
             ends[0], ends[1], ends[2], ends[3] = options[1], options[2], g[3], g[4]
             count = 0
@@ -221,15 +215,16 @@ def weigh_frames(
             if count == 0:
                 continue
             step = (positions[-1] - positions[0]) / (fines[k].shape[3] - 1)
-            if _broad(w, tables[k], g, at[k, 0], fits[k, 0], ends, rows[k], step, c, a):
-                scan = scans[: squares[k].size]
-                _scan(w, bases[k], edges[k], scan)
+            if _broad(w, tables[k], g, mu, at[k, 0], fits[k, 0], ends, rows[k], step, c, a[0]):
+                size = squares[k].size * m
+                scan(w_single, bases[k], edges[k], sums[:, :size], scans[:size])
+                s = scans[:size].reshape(squares[k].size, m)
                 part[LOG_EVIDENCE] = _survey(
-                    w, scan, squares[k], explained, mu, fines[k], nodes[k], rows[k], step
+                    w, s, squares[k], explained, mu, fines[k], nodes[k], rows[k], step
                 )
             else:
                 part[LOG_EVIDENCE] = _evidence(
                     w, tables[k], g[0], g[1], g[2], mu, ends, count, at[k], fits[k],
-                    spans, c, a, trial, fit, hold, info, mean,
+                    spans, c, a, fit, hold, info, mean,
                 )  # fmt: skip
             part[LOG_EVIDENCE] -= 0.5 * explained

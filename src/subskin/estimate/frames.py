@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,11 @@ from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
+from ..response import Response
 from .estimate import Status
+from .layout import Layout
 
-__all__ = ["Framewise", "checked_friction", "scan_geometry", "sensor_rows"]
+__all__ = ["Framewise", "checked_friction", "packed", "scan_geometry", "sensor_rows"]
 
 _MOST_PATTERNS = 64
 _CHANCE = 1e-3
@@ -36,10 +37,10 @@ class Framewise(ABC):
         Returns the compiled loop, imported on first use.
     needed : int
         Least number of sensors.
-    columns, status, unrivalled : int
-        Number of columns of the packed results, and those of the status and of the rival's chi-square.
-    load, residual : int
-        Number of the first columns, which are the load (as are those before the rival's chi-square); the residual's.
+    columns, status : int
+        Number of columns of the packed results, and that of the status.
+    layout : Layout, optional
+        All columns, of an estimator that names a rival.
     outliers : int
         0, or 1: unexplained frames are tried again without each of their readings.
     ambiguity : float
@@ -54,9 +55,7 @@ class Framewise(ABC):
         needed: int,
         columns: int,
         status: int,
-        unrivalled: int,
-        load: int = 3,
-        residual: int = 0,
+        layout: Layout | None = None,
         outliers: int = 0,
         ambiguity: float = 0.0,
     ) -> None:
@@ -75,8 +74,7 @@ class Framewise(ABC):
             )
         self.array = array
         self._kernel, self._needed, self._columns = kernel, needed, columns
-        self._status, self._unrivalled, self._residual = status, unrivalled, residual
-        self._load, self._outliers, self._apart = load, int(outliers), ambiguity
+        self._status, self._layout, self._outliers, self._apart = status, layout, int(outliers), ambiguity
         self._prepared: dict[bytes, tuple[Any, ...]] = {}
         self._all = array.live
         self._all.flags.writeable = False
@@ -147,7 +145,8 @@ class Framewise(ABC):
             rows = index[group.reshape(-1) == g]
             if pattern.sum() < self._needed:
                 out[rows] = np.nan
-                out[rows, self._unrivalled] = np.inf
+                if self._layout is not None:
+                    out[rows, self._layout.rival_chi2] = np.inf
                 out[rows, self._status] = Status.INCOMPLETE
                 continue
             part = np.empty((len(rows), self._columns))
@@ -164,6 +163,9 @@ class Framewise(ABC):
         """
         from scipy.special import chdtri
 
+        columns = self._layout
+        if columns is None:
+            return used
         again = (out[:, self._status] == Status.UNEXPLAINED) & (used.sum(axis=-1) >= self._needed + 2)
         index = np.flatnonzero(again)
         if not index.size:
@@ -179,7 +181,7 @@ class Framewise(ABC):
                 rest = pattern.copy()
                 rest[sensor] = False
                 self._run(np.ascontiguousarray(frames[rows][:, rest]), rest, part)
-            left = parts[..., self._residual]
+            left = parts[..., columns.residual]
             order = np.argsort(left, axis=0)
             each = np.arange(len(rows))
             best, after = parts[order[0], each], parts[order[1], each]
@@ -189,10 +191,9 @@ class Framewise(ABC):
             # a touch with one reading lost, or none with one wild: there is no load to give
             explained &= ~(tied & np.isnan(best[:, 0] + after[:, 0]))
             best[tied, self._status] = Status.AMBIGUOUS
-            nearer = tied & (worse < best[:, self._unrivalled])
-            rival = slice(self._unrivalled - self._load, self._unrivalled)
-            best[nearer, rival] = after[nearer, : self._load]
-            best[nearer, self._unrivalled] = worse[nearer]
+            nearer = tied & (worse < best[:, columns.rival_chi2])
+            best[nearer, columns.rival : columns.rival_chi2] = after[nearer, : columns.unknowns]
+            best[nearer, columns.rival_chi2] = worse[nearer]
             out[rows[explained]] = best[explained]
             found[rows[explained], sensors[order[0]][explained]] = False
         return found
@@ -211,12 +212,12 @@ class Framewise(ABC):
 
 def _loaded(kernel: Callable[[], Any]) -> Any:
     """The compiled loop; says so when it has to be compiled."""
-    compiled = kernel()
-    module = compiled.__module__.rsplit(".", 1)[-1]
-    cached = Path(str(compiled.stats.cache_path)).glob(f"{module}.{compiled.__name__}-*.nbi")
-    if not compiled.signatures and not any(cached):
+    from .._compiled import is_cached
+
+    loop = kernel()
+    if not is_cached(loop):
         _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
-    return compiled
+    return loop
 
 
 def checked_friction(friction: float) -> float:
@@ -254,3 +255,11 @@ def scan_geometry(
         edges.append(edge / np.where(length > 0, length, 1))
     basis = np.stack([q1.T, q2.T], axis=1)
     return basis.astype(np.float32, order="C"), np.concatenate(edges).astype(np.float32, order="C")
+
+
+def packed(response: Response, scale: FloatArray) -> FloatArray:
+    """Coefficients times `scale` (n,), as compiled loops want them: (cells, 5, 2, n), or (cells, widths, 10 n)."""
+    part = np.swapaxes(response.coefficients * scale[:, None], -1, -2)
+    if response.widest:
+        part = np.moveaxis(part, 0, 1).reshape(part.shape[1], part.shape[0], -1)
+    return np.ascontiguousarray(part)

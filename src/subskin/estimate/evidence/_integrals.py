@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
-
-from ._kernel import _rows, _slopes
+from ..._compiled import compiled
+from .. import climb as _climb
+from ..climb import project_wide, slopes
 
 _REACH = 5.0
 _NEGLIGIBLE = 40.0
 _LOG_2PI = math.log(2 * math.pi)
-BUILT_ON = "19a6e38e0817"  # tests/unit/test_compiled.py: what was compiled is kept until this changes
-
-_compiled = nb.njit(
-    cache=True, nogil=True, fastmath={"nsz", "arcp", "contract", "reassoc"}, error_model="numpy"
-)
 
 
-@_compiled
+@compiled()
 def _log_below(x):
     """Log of the probability that a standard normal variable is below x."""
     if x > -5.0:
@@ -27,9 +22,9 @@ def _log_below(x):
     return -0.5 * x * x - math.log(-x) - 0.5 * _LOG_2PI + math.log1p(-square * (1.0 - 3.0 * square))
 
 
-@_compiled
+@compiled()
 def _log_weight(w, a, fit, mu, y, ends, info, mean):
-    """Log of the integral over places and forces about (y, N, T), a and fit being those of `_rows` and `_forces` there.
+    """Log of the integral over places and forces about (y, N, T), a and fit being those of `project_wide` there.
 
     The integrand is Gaussian but for its edges, the cone's and the search's; each is taken in turn, and what it leaves
     is again replaced by the Gaussian of the same mean and covariance. info (3, 3), mean (3,): scratch.
@@ -40,17 +35,18 @@ def _log_weight(w, a, fit, mu, y, ends, info, mean):
     g0 = g1 = g2 = 0.0
     info[:] = 0.0
     for i in range(n):
-        u = a[2, i] * normal + a[3, i] * tangential
-        rho = w[i] - a[0, i] * normal - a[1, i] * tangential
+        an, at = a[0, i], a[0, n + i]
+        u = a[1, i] * normal + a[1, n + i] * tangential
+        rho = w[i] - an * normal - at * tangential
         g0 += u * rho
-        g1 += a[0, i] * rho
-        g2 += a[1, i] * rho
+        g1 += an * rho
+        g2 += at * rho
         info[0, 0] += u * u
-        info[0, 1] += u * a[0, i]
-        info[0, 2] += u * a[1, i]
-        info[1, 1] += a[0, i] * a[0, i]
-        info[1, 2] += a[0, i] * a[1, i]
-        info[2, 2] += a[1, i] * a[1, i]
+        info[0, 1] += u * an
+        info[0, 2] += u * at
+        info[1, 1] += an * an
+        info[1, 2] += an * at
+        info[2, 2] += at * at
     if mu == 0.0:  # no drag: one unknown less, which is kept out of the way
         g2 = info[0, 2] = info[1, 2] = 0.0
         info[2, 2] = 1.0
@@ -73,7 +69,7 @@ def _log_weight(w, a, fit, mu, y, ends, info, mean):
     return out + _cut(info, mean, -1.0, 0.0, 0.0, ends[1])
 
 
-@_compiled
+@compiled()
 def _invert(m):
     """Invert a symmetric 3 x 3 matrix given by its upper half, in place; returns its determinant."""
     a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
@@ -87,7 +83,7 @@ def _invert(m):
     return det
 
 
-@_compiled
+@compiled()
 def _cut(cov, mean, c0, c1, c2, offset):
     """Log of the share of a Gaussian where c x + offset > 0; mean and covariance become those of that share."""
     v0 = cov[0, 0] * c0 + cov[0, 1] * c1 + cov[0, 2] * c2
@@ -109,7 +105,7 @@ def _cut(cov, mean, c0, c1, c2, offset):
     return share
 
 
-@_compiled
+@compiled()
 def _interval(gradient, curvature, q, low, high):
     """Where along the valley the integrand is within exp(-_REACH^2 / 2) of its height at q."""
     fall = 0.5 * _REACH * _REACH
@@ -119,15 +115,15 @@ def _interval(gradient, curvature, q, low, high):
     return max(q - down, low), min(q + up, high)
 
 
-@_compiled
-def _broad(w, table, g, at, fit, ends, rows, step, c, a):
+@compiled(built_on=(_climb,))
+def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
     """Whether place and width are known no closer than the survey's grid tells, at the peak `at`.
 
     Sums over a grid of step h are exact to 2 exp(-2 pi^2 / (h / spread)^2): 3e-3 at spread = 0.57 h.
     """
     y, q = at[0], at[1]
-    _rows(table, g[0], g[1], g[2], y, q, c, a)
-    _, gq, yy, yq, qq = _slopes(w, a, fit)
+    project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit)
+    _, gq, yy, yq, qq = slopes(w, a, fit)
     if not yy * (0.57 * step) ** 2 < 1.0:
         return False
     if not ends[3] > ends[2]:
@@ -139,7 +135,7 @@ def _broad(w, table, g, at, fit, ends, rows, step, c, a):
     return nearest > 2.0 * math.sqrt(q) * 0.57 * (rows[0, 1] - rows[0, 0])
 
 
-@_compiled
+@compiled()
 def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
     """Log of the evidence by sums over a fine grid of places and widths, where they are known no closer than its steps.
 
@@ -192,7 +188,7 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
     return math.log(step * total) + highest + 0.5 * explained if total > 0.0 else -math.inf
 
 
-@_compiled
+@compiled()
 def _add(x, y):
     """log(exp(x) + exp(y))."""
     high, low = max(x, y), min(x, y)

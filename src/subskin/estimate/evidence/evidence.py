@@ -12,17 +12,16 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ...contact import LineLoad
+from ...contact.families import Family, family_of
 from ...errors import InvalidValueError
 from ...finger import Finger
-from .._frames import Framewise, checked_friction, scan_geometry, sensor_rows
+from ...response import Response, tabulate
 from ..estimate import Status
-from .shape_field import Family, ShapeField, family_of
+from ..frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
+from .columns import EACH, KIND, STATUS
 
 __all__ = ["Evidence", "Kind"]
 
-# Columns of the packed table that the compiled loop fills: of the frame, then of each kind.
-STATUS, KIND = 0, 1
-LOG_EVIDENCE, CHI2, POSITION, FORCE, ANGLE, HALF_WIDTH, EACH = 0, 1, 2, 3, 4, 5, 6
 _SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
 _SQUARE = 0.2
 """Step of the scan in the square of the half width, in squares of the least depth."""
@@ -34,7 +33,7 @@ _FINE_WIDTH = 0.04
 
 def _kernel() -> Any:
     """The compiled loop, imported on first use."""
-    from . import _evidence_kernel as module
+    from . import _kernel as module
 
     return module.weigh_frames
 
@@ -49,7 +48,7 @@ class Kind:
         What the answer calls it.
     family : {"line", "wedge", "hertz", "strip", "punch"} or subclass of SpreadContact
         Its pressure's shape.
-    width : (float, float)
+    half_width : (float, float)
         Least and largest half width [m], all between being as probable; both 0 for a line.
     prior : float
         How probable it is, relative to the other kinds.
@@ -62,13 +61,13 @@ class Kind:
     Examples
     --------
     >>> import subskin as ss
-    >>> ss.decide.Kind("edge", "wedge", width=(0.2e-3, 0.7e-3)).prior
+    >>> ss.decide.Kind("edge", "wedge", half_width=(0.2e-3, 0.7e-3)).prior
     1.0
     """
 
     name: str
     family: str | Family
-    width: tuple[float, float] = (0.0, 0.0)
+    half_width: tuple[float, float] = (0.0, 0.0)
     prior: float = 1.0
 
     def __post_init__(self) -> None:
@@ -81,18 +80,20 @@ class Kind:
                 f'name = "{self.name}"', "answers without a kind are called so", "another name"
             )
         line = issubclass(family_of(self.family), LineLoad)
-        ends = _check.real("width", self.width, unit="m", at_least=0.0)
+        ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1]:
-            raise InvalidValueError(f"width = {self.width!r}", "two half widths, ascending, are needed")
+            raise InvalidValueError(
+                f"half_width = {self.half_width!r}", "two half widths, ascending, are needed"
+            )
         if line and ends[1] > 0:
             raise InvalidValueError(
-                f"width = {self.width!r} of a line load", "it has none", "leave out width"
+                f"half_width = {self.half_width!r} of a line load", "it has none", "leave out half_width"
             )
         if not line and not ends[1] > 0:
             raise InvalidValueError(
-                f"width = {self.width!r} of a {self.family}",
+                f"half_width = {self.half_width!r} of a {self.family}",
                 "its largest half width has to be > 0",
-                "width=(0.1e-3, 1e-3)",
+                "half_width=(0.1e-3, 1e-3)",
             )
         _check.scalar("prior", self.prior, above=0.0)
 
@@ -140,30 +141,30 @@ class Evidence(Framewise):
         if search is None:
             search = (float(y.min() - 0.5 * depth.max()), float(y.max() + 0.5 * depth.max()))
         self.friction = checked_friction(friction)
-        # there is no rival: what would mark its absence goes where the status is written after it
         super().__init__(
             array,
             _kernel,
             needed=4 if self.friction > 0 else 3,
             columns=KIND + EACH * len(names),
             status=STATUS,
-            unrivalled=STATUS,
         )
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(depth.min())
-        table = finger.tabulate(search)
+        table = tabulate(finger, search)
         self._ends = (table.start, table.stop)
         self.fields = tuple(
-            ShapeField.of(finger, family_of(k.family), self._ends, max(k.width[1], 1e-3 * table.step))
-            for k in self.kinds
+            Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in self.kinds
         )
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._positions = np.linspace(*self._ends, count)
         self._squares = tuple(
             np.linspace(
-                k.width[0] ** 2,
-                k.width[1] ** 2,
-                1 + int(np.ceil((k.width[1] ** 2 - k.width[0] ** 2) / (_SQUARE * self._shallowest**2))),
+                k.half_width[0] ** 2,
+                k.half_width[1] ** 2,
+                1
+                + int(
+                    np.ceil((k.half_width[1] ** 2 - k.half_width[0] ** 2) / (_SQUARE * self._shallowest**2))
+                ),
             )
             for k in self.kinds
         )
@@ -180,18 +181,19 @@ class Evidence(Framewise):
         tables, bases, edges, geometry, fines, nodes, rows = [], [], [], [], [], [], []
         fine_positions = np.linspace(*self._ends, _FINE * (self._positions.size - 1) + 1)
         for field, squares, kind in zip(self.fields, self._squares, self.kinds, strict=True):
-            part = field.coefficients[:, :, :, pattern] * scale[:, None]
-            tables.append(np.ascontiguousarray(np.moveaxis(part, (0, 3), (1, 4))))
-            grid = field(self._positions, np.sqrt(squares)[:, None])[..., pattern, :] * scale[:, None]
+            part = field.select(pattern)
+            table = packed(part, scale)
+            tables.append(table.reshape(len(table), -1, 10 * len(array)))  # a line has one width
+            grid = _on_grid(part, self._positions, np.sqrt(squares)) * scale[:, None]
             basis, edge = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
-            bases.append(np.ascontiguousarray(basis.reshape(*basis.shape[:2], *grid.shape[:2])))
-            edges.append(np.ascontiguousarray(edge.reshape(4, *grid.shape[:2])))
-            widths, weights = _widths(kind.width, _FINE_WIDTH * self._shallowest)
-            grid = field(fine_positions, widths[:, None])[..., pattern, :] * scale[:, None]
+            bases.append(basis)
+            edges.append(edge)
+            widths, weights = _widths(kind.half_width, _FINE_WIDTH * self._shallowest)
+            grid = _on_grid(part, fine_positions, widths) * scale[:, None]
             fines.append(np.ascontiguousarray(np.moveaxis(grid, (2, 3), (0, 1))))
             nodes.append(_inverse(grid, self.friction))
             rows.append(np.stack([widths, widths**2, weights]))
-            geometry.append([field.start, field.step, field.widest**2, *np.square(kind.width)])
+            geometry.append([field.start, field.step, field.widest**2 or 1.0, *np.square(kind.half_width)])
         options = np.array(
             [
                 self.friction,
@@ -224,6 +226,12 @@ def _widths(width: tuple[float, float], step: float) -> tuple[FloatArray, FloatA
     weights = np.ones(count)
     weights[:3] = weights[:-4:-1] = 3 / 8, 7 / 6, 23 / 24
     return np.linspace(low, high, count), weights / (count - 1)
+
+
+def _on_grid(field: Response, positions: FloatArray, widths: FloatArray) -> FloatArray:
+    """Values for each half width and position, shape (widths, positions, n, 2)."""
+    y, a = np.broadcast_arrays(positions, widths[:, None])
+    return field(y, a)
 
 
 def _inverse(fields: FloatArray, friction: float) -> FloatArray:

@@ -1,0 +1,308 @@
+"""The compiled heart of `locate` and `fit`: variable projection, one frame at a time.
+
+Scan S (`scan.py`), climb from its highest nodes (`climb.py`), judge, and write a row. The table of responses says what
+is sought: with three axes a contact of some width, with four a line load, for which the compiler leaves out all that
+belongs to a width. Only arrays and numbers go in and out; `locate.py` prepares them, `layout.py` names the columns.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .._compiled import compiled
+from . import climb as _climb
+from . import scan as _scan
+from .climb import climb, climb_wide, project_wide
+from .layout import LINE, WIDE
+from .scan import highest, peaks, scan
+
+_MOST = 8
+_FEW = 4
+_OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
+_COVARIANCE, _INTERVAL = (LINE.covariance, WIDE.covariance), WIDE.interval
+_RESIDUAL, _STATUS = (LINE.residual, WIDE.residual), (LINE.status, WIDE.status)
+_RIVAL, _RIVAL_CHI2 = (LINE.rival, WIDE.rival), (LINE.rival_chi2, WIDE.rival_chi2)
+_RIVAL_WIDTH, _HALF_WIDTH = WIDE.rival + WIDE.half_width, WIDE.half_width
+
+
+@compiled(built_on=(_climb, _scan))
+def project_frames(readings, sensors, basis, edges, squares, table, options, out):
+    """Fill `out`, one row a frame; frames in which a sensor cannot be used are left with status -1.
+
+    readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, widths m) and
+    edges (4, widths m): the scan, at m positions for each of `squares` (widths,) of the half width; table (cells, 5, 2,
+    n) or (cells, widths, 10 n): whitened responses; options: start and step of the table, start and step of the scan,
+    mu, then the thresholds and ends of `Locator._prepare`.
+    """
+    wide = 1 if table.ndim == 3 else 0
+    frames, n = readings.shape
+    nodes, rows = edges.shape[1], squares.size
+    m = nodes // rows
+    start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
+    detection, largest, ambiguity, apart, broad = options[5], options[6], options[7], options[8], options[9]
+    scan_stop = scan_start + (m - 1) * scan_step
+    sums = np.empty((2, nodes), dtype=np.float32)
+    w = np.empty(n)
+    w_single = np.empty(n, dtype=np.float32)
+    s = np.full(nodes + 2, -1, dtype=np.float32)
+    words = np.zeros((m + 7) // 8, dtype=np.uint64)
+    most = _MOST if table.ndim == 3 else _FEW
+    score = np.empty(most)
+    at = np.empty((most + 1, 2))
+    fits = np.empty((most + 1, 13))
+    scratch = np.empty((6, n))
+    for f in range(frames):
+        row = out[f]
+        total = 0.0
+        usable = True
+        for i in range(n):
+            r = readings[f, i]
+            usable &= sensors[2, i] < r < sensors[3, i]
+            w[i] = (r - sensors[0, i]) * sensors[1, i]
+            total += w[i] * w[i]
+        row[:] = math.nan
+        row[_RIVAL_CHI2[wide]] = math.inf
+        if not (usable and total < math.inf):
+            row[_STATUS[wide]] = _PENDING
+            continue
+        for i in range(n):
+            w_single[i] = w[i]
+        scan(w_single, basis, edges, sums, s[1:-1])
+        best = second = -1
+        if table.ndim == 3:
+            best, second = _climbed(
+                w, s[1:-1].reshape(rows, m), squares, table, options, total, score, at, fits
+            )
+        else:
+            for p in range(peaks(s, scan_start, scan_step, words, score, at)):
+                # a maximum clearly lower than both already found cannot become the best or the rival
+                if second >= 0 and score[p] < 0.8 * fits[second, 2]:
+                    break
+                y = at[p, 0]
+                lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
+                tolerance = 1e-5 if p == 0 else 1e-2 * max(fits[best, 2] - score[p], 1e-3)
+                at[p, 0] = climb(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[p])
+                if best < 0 or fits[p, 2] > fits[best, 2]:
+                    best, second = p, best
+                elif second < 0 or fits[p, 2] > fits[second, 2]:
+                    second = p
+        explained = fits[best, 2] if best >= 0 else 0.0
+        residual = max(total - explained, 0.0)
+        row[_RESIDUAL[wide]] = residual
+        if residual > largest:
+            row[_STATUS[wide]] = _UNEXPLAINED
+            continue
+        if explained < detection:
+            row[_STATUS[wide]] = _NO_CONTACT
+            continue
+        y, normal, tangential = at[best, 0], fits[best, 0], fits[best, 1]
+        row[0], row[1], row[2] = y, normal, tangential
+        if table.ndim == 3:
+            row[_HALF_WIDTH] = math.sqrt(at[best, 1])
+            _uncertainty(w, table, options, at[best], fits[best], row)
+            status = _OK if _within(options, at[best], fits[best]) else _AMBIGUOUS
+        else:
+            _covariance(fits[best], mu, row)
+            status = _OK
+            margin = 0.02 * scan_step
+            if y <= scan_start + margin or y >= scan_stop - margin:
+                status = _AMBIGUOUS
+            if row[_COVARIANCE[0]] < (scan_stop - scan_start) ** 2:
+                _widen(s, scan_start, scan_step, y, explained, row)
+                # the profile has to be about as narrow as its curvature at the top says
+                reach = max(6.0 * math.sqrt(row[_COVARIANCE[0]]), broad)
+                before = math.floor((y - reach - scan_start) / scan_step)
+                after = math.ceil((y + reach - scan_start) / scan_step)
+                if before >= 0 and explained - s[before + 1] < ambiguity:
+                    status = _AMBIGUOUS
+                if after < m and explained - s[after + 1] < ambiguity:
+                    status = _AMBIGUOUS
+            else:  # the readings do not determine the position
+                status = _AMBIGUOUS
+        c = _COVARIANCE[wide]
+        nn, nt, tt = (row[c + 4], row[c + 5], row[c + 7]) if wide else (row[c + 3], row[c + 4], row[c + 5])
+        square = normal * normal + tangential * tangential
+        turned = normal * normal * tt - 2 * normal * tangential * nt + tangential * tangential * nn
+        if not turned < square * square:  # nor the angle, to a radian: a load at any other would do
+            status = _AMBIGUOUS
+        if second >= 0 and (wide or abs(at[second, 0] - y) > apart):
+            rival = _RIVAL[wide]
+            row[rival], row[rival + 1], row[rival + 2] = at[second, 0], fits[second, 0], fits[second, 1]
+            if table.ndim == 3:
+                row[_RIVAL_WIDTH] = math.sqrt(at[second, 1])
+            worse = max(explained - fits[second, 2], 0.0)
+            row[_RIVAL_CHI2[wide]] = worse
+            if worse < ambiguity:
+                status = _AMBIGUOUS
+        row[_STATUS[wide]] = status
+
+
+@compiled(built_on=(_climb, _scan))
+def _climbed(w, s, squares, table, options, total, score, at, fits):
+    """Best and second-best contact over position and width, as rows of `at` and `fits`; -1 where there is none."""
+    start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
+    largest, apart, square, ends = options[6], options[8], options[10], options[11:15]
+    rows, m = s.shape
+    n = w.size
+    a, c = np.empty((2, 3, 2 * n)), np.empty((2, 10 * n))
+    best = second = -1
+    for p in range(highest(s, scan_start, scan_step, squares, score, at)):
+        if second >= 0 and score[p] < 0.8 * fits[second, 2]:
+            break
+        at[p, 0], at[p, 1] = climb_wide(
+            w, table, start, step, square, mu, at[p, 0], at[p, 1], ends, c, a, fits[p]
+        )
+        if best < 0 or fits[p, 2] > fits[best, 2]:
+            if best >= 0 and _differ(at, best, p, apart):
+                second = best
+            best = p
+        elif _differ(at, best, p, apart) and (second < 0 or fits[p, 2] > fits[second, 2]):
+            second = p
+    if best >= 0 and total - fits[best, 2] > largest:
+        # before a frame is called unexplained, the best position of each width is tried as well
+        spare = score.size
+        for j in range(rows):
+            k = 0
+            for p in range(1, m):
+                k = p if s[j, p] > s[j, k] else k
+            y = scan_start + k * scan_step
+            at[spare, 0], at[spare, 1] = climb_wide(
+                w, table, start, step, square, mu, y, squares[j], ends, c, a, fits[spare]
+            )
+            if fits[spare, 2] > fits[best, 2]:
+                at[best], fits[best] = at[spare], fits[spare]
+    return best, second
+
+
+@compiled()
+def _differ(at, i, j, apart):
+    """Whether two maxima are two contacts, and not one reached twice."""
+    return abs(at[i, 0] - at[j, 0]) > apart or abs(math.sqrt(at[i, 1]) - math.sqrt(at[j, 1])) > apart
+
+
+@compiled()
+def _within(options, at, fit):
+    """Whether a contact lies within the search: in position, width and angle."""
+    low, high, least, most, mu = options[11], options[12], options[13], options[14], options[4]
+    inside = low < at[0] < high
+    if most > least:
+        inside &= at[1] < most and not 0.0 < at[1] <= least
+    if 0.0 < mu < math.inf:
+        inside &= abs(fit[1]) < mu * fit[0] * (1.0 - 1e-9)
+    return inside
+
+
+@compiled(inline=True)
+def _covariance(fit, mu, row):
+    """Inverse Fisher information of (y, N, T); six entries."""
+    c = _COVARIANCE[0]
+    g11, g12, g22, a1, a2, uu = fit[7], fit[8], fit[9], fit[10], fit[11], fit[12]
+    if mu == 0.0:  # there is no drag, and that is known: two unknowns
+        det = max(uu * g11 - a1 * a1, 0.0)
+        row[c], row[c + 1], row[c + 2] = g11 / det, -a1 / det, 0.0
+        row[c + 3], row[c + 4], row[c + 5] = uu / det, 0.0, 0.0
+        return
+    yy = g11 * g22 - g12 * g12
+    yn = g12 * a2 - a1 * g22
+    yt = a1 * g12 - g11 * a2
+    # 0, and so an infinite variance, where rounding has made it less
+    det = max(uu * yy + a1 * yn + a2 * yt, 0.0)
+    row[c], row[c + 1], row[c + 2] = yy / det, yn / det, yt / det
+    row[c + 3] = (uu * g22 - a2 * a2) / det
+    row[c + 4] = (a1 * a2 - uu * g12) / det
+    row[c + 5] = (uu * g11 - a1 * a1) / det
+
+
+@compiled()
+def _widen(s, scan_start, scan_step, y, explained, row):
+    """Where the profile of chi-square is wider than its curvature at the best y says, widen the covariance to match.
+
+    The distance to where chi-square has risen by 1.96^2 is read off the scan on either side.
+    """
+    c = _COVARIANCE[0]
+    variance = row[c]
+    if (
+        variance < 0.25 * scan_step * scan_step
+    ):  # narrower than the scan resolves: the profile is a parabola there
+        return
+    m = s.size - 2
+    width = 0.0
+    for side in (-1, 1):
+        k = math.floor((y - scan_start) / scan_step) + (1 if side > 0 else 0)
+        before, at = 0.0, y
+        crossing = math.nan
+        while 0 <= k < m:
+            here = math.sqrt(max(explained - s[k + 1], 0.0))
+            position = scan_start + k * scan_step
+            if here >= 1.96:
+                crossing = at + (position - at) * (1.96 - before) / (here - before)
+                break
+            before, at = here, position
+            k += side
+        if crossing != crossing:
+            crossing = y + side * 1.96 * math.sqrt(variance)
+        width += abs(crossing - y)
+    ratio = (0.5 * width / 1.96) ** 2 / variance
+    if ratio > 1.0:
+        c1, c2 = row[c + 1], row[c + 2]
+        extra = (ratio - 1.0) / variance
+        row[c] *= ratio
+        row[c + 1] *= ratio
+        row[c + 2] *= ratio
+        row[c + 3] += extra * c1 * c1
+        row[c + 4] += extra * c1 * c2
+        row[c + 5] += extra * c2 * c2
+
+
+@compiled(built_on=(_climb,))
+def _uncertainty(w, table, options, at, fit, row):
+    """Covariance of (position, N, T, half width), and the 95 % interval of the half width."""
+    n = w.size
+    mu, q, least, most = options[4], at[1], options[13], options[14]
+    a, c = np.empty((3, 2 * n)), np.empty((2, 10 * n))
+    project_wide(w, table, options[0], options[1], options[10], mu, at[0], q, c, a, fit)
+    normal, tangential = fit[0], fit[1]
+    wide = most > least
+    size = 4 if wide else 3
+    columns = np.empty((size, n))
+    for i in range(n):
+        columns[0, i] = a[1, i] * normal + a[1, n + i] * tangential
+        columns[1, i], columns[2, i] = a[0, i], (a[0, n + i] if mu > 0.0 else 0.0)
+        if wide:
+            columns[3, i] = a[2, i] * normal + a[2, n + i] * tangential
+    scale = np.empty(size)
+    for j in range(size):
+        total = 0.0
+        for i in range(n):
+            total += columns[j, i] * columns[j, i]
+        scale[j] = math.sqrt(total) if total > 0.0 else 1.0
+    information = np.zeros((size, size))
+    for j in range(size):
+        for k in range(size):
+            for i in range(n):
+                information[j, k] += columns[j, i] * columns[k, i] / (scale[j] * scale[k])
+        information[j, j] += (
+            1e-14  # what the readings say nothing of is infinite within rounding, not an error
+        )
+    covariance = np.linalg.inv(information)
+    # how far (position, N, T, half width) move with the unknowns in their scales; drag that is not there does not
+    moves = np.zeros(4)
+    moves[0], moves[1], moves[2] = 1.0 / scale[0], 1.0 / scale[1], (1.0 / scale[2] if mu > 0.0 else 0.0)
+    half = math.sqrt(q)
+    row[_INTERVAL] = row[_INTERVAL + 1] = half
+    if wide:
+        spread = 1.959964 * math.sqrt(covariance[3, 3]) / scale[3]
+        row[_INTERVAL] = math.sqrt(max(q - spread, least))
+        row[_INTERVAL + 1] = math.sqrt(min(q + spread, most))
+        # near no width the readings know its square alone: the interval says how much that is
+        straight = 0.5 / half if half > 0.0 else math.inf
+        about = 0.5 * (math.sqrt(q + spread) - math.sqrt(max(q - spread, 0.0))) / spread
+        moves[3] = min(straight, about) / scale[3]
+    k = _COVARIANCE[1]
+    for i in range(4):
+        for j in range(i, 4):
+            known = i >= size or j >= size
+            row[k] = 0.0 if known else moves[i] * covariance[i, j] * moves[j]
+            k += 1

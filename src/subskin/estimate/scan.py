@@ -1,0 +1,115 @@
+"""Compiled: chi-square explained on a grid of positions (and widths), and the highest points of it.
+
+For a load at y the whitened readings are w = A(y) theta + noise, theta = (N, T), A of shape (n, 2). With the forces
+eliminated, the explained part of chi-square is S(y) = max over admissible theta of |w|^2 - |w - A theta|^2; theta is
+admissible in the cone N >= 0, |T| <= mu N. Here S comes from A in an orthonormal basis, in single precision: it only
+says where to climb from (`climb.py`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._compiled import compiled
+
+
+@compiled(inline=True)
+def scan(w, basis, edges, c, s):
+    """S at each node into s (m,).
+
+    w (n,); basis (n, 2, m): orthonormal columns of A; edges (4, m): unit edges of the cone in them; c (2, m): scratch.
+    """
+    n, _, m = basis.shape
+    for k in range(m):
+        c[0, k] = np.float32(0)
+        c[1, k] = np.float32(0)
+    i = 0
+    while i + 4 <= n:  # four sensors a pass: the running sums go through memory less often
+        w0, w1, w2, w3 = w[i], w[i + 1], w[i + 2], w[i + 3]
+        for k in range(m):
+            c[0, k] += (w0 * basis[i, 0, k] + w1 * basis[i + 1, 0, k]) + (
+                w2 * basis[i + 2, 0, k] + w3 * basis[i + 3, 0, k]
+            )
+            c[1, k] += (w0 * basis[i, 1, k] + w1 * basis[i + 1, 1, k]) + (
+                w2 * basis[i + 2, 1, k] + w3 * basis[i + 3, 1, k]
+            )
+        i += 4
+    while i < n:
+        for k in range(m):
+            c[0, k] += w[i] * basis[i, 0, k]
+            c[1, k] += w[i] * basis[i, 1, k]
+        i += 1
+    for k in range(m):
+        c1, c2 = c[0, k], c[1, k]
+        m1, m2, p1, p2 = edges[0, k], edges[1, k], edges[2, k], edges[3, k]
+        low, high = c1 * m1 + c2 * m2, c1 * p1 + c2 * p2
+        along = low if low > high else high
+        along = along if along > 0 else np.float32(0)
+        left, right = m1 * c2 - m2 * c1, c1 * p2 - c2 * p1
+        inside = left if left < right else right
+        s[k] = c1 * c1 + c2 * c2 if inside > 0 else along * along
+
+
+@compiled(inline=True)
+def peaks(s, first, step, words, score, at):
+    """Maxima of S along a line of equal steps, the best first, as many as `score` holds: their number.
+
+    s (m + 2,), whose ends are -1; words (at least m / 8,): scratch; score, and at (., 2): the height of the parabola
+    through a maximum and its neighbours, and its position.
+    """
+    m, most = s.size - 2, score.size
+    peak = words.view(np.uint8)
+    for k in range(m):
+        peak[k] = (s[k + 1] > s[k]) & (s[k + 1] >= s[k + 2])
+    count = 0
+    for word in range(words.size):
+        if words[word] == 0:
+            continue
+        for k in range(8 * word, min(8 * word + 8, m)):
+            if peak[k] == 0 or not s[k + 1] > 0:
+                continue
+            left, here, right = s[k], s[k + 1], s[k + 2]
+            shift, height = 0.0, float(here)
+            if left >= 0 and right >= 0:
+                shift = 0.5 * (left - right) / (left - 2 * here + right)
+                height = here - 0.25 * (left - right) * shift
+            count = _ranked(height, first + (k + shift) * step, 0.0, count, most, score, at)
+    return count
+
+
+@compiled()
+def highest(s, first, step, squares, score, at):
+    """The same on a grid of widths and positions, s (widths, m): nodes above their eight neighbours, as they stand."""
+    rows, m = s.shape
+    count = 0
+    for j in range(rows):
+        for k in range(m):
+            here = s[j, k]
+            if not here > 0.0:
+                continue
+            top = True
+            for dj in range(-1, 2):
+                for dk in range(-1, 2):
+                    a, b = j + dj, k + dk
+                    if (dj != 0 or dk != 0) and 0 <= a < rows and 0 <= b < m:
+                        before = dj < 0 or (dj == 0 and dk < 0)
+                        top &= not (s[a, b] > here or (before and s[a, b] == here))
+            if top:
+                count = _ranked(float(here), first + k * step, squares[j], count, score.size, score, at)
+    return count
+
+
+@compiled(inline=True)
+def _ranked(height, y, q, count, most, score, at):
+    """Put a node among the `most` best: their number."""
+    rank = count
+    while rank > 0 and score[rank - 1] < height:
+        rank -= 1
+    if rank < most:
+        for e in range(min(count, most - 1), rank, -1):
+            score[e] = score[e - 1]
+            at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
+        score[rank] = height
+        at[rank, 0], at[rank, 1] = y, q
+        count = min(count + 1, most)
+    return count

@@ -1,0 +1,344 @@
+"""A finger's response: readings under unit loads, as a table over position (and half width). All an estimator knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _check
+from ._check import FloatArray
+from .contact import LineLoad
+from .contact.families import Family
+from .contact.spread import SpreadContact
+from .errors import ConvergenceError, GeometryError, InvalidValueError
+from .finger import Finger
+from .prepared import prepared
+
+__all__ = ["Response", "tabulate"]
+
+DEGREE = 4
+"""Degree of the polynomial in a cell."""
+
+# Chebyshev-Lobatto points of a cell [-1/2, 1/2]: with the ends among them, neighbouring cells agree where they meet.
+_NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+_CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
+_MOST_CELLS = 1 << 12
+_MOST_HALVINGS = 5
+_WIDTHS = 14
+"""Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
+_POINTS = 40
+_MOST_WIDE = 4.0
+"""Depths up to which the nodes, and the scans that start from them, are close enough."""
+_FARTHEST = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Readings under a unit normal and a unit tangential force, as functions of the contact's position.
+
+    In each of `cells` equal cells a polynomial of degree 4 in t = (y - centre of the cell) / step. For contacts of some
+    half width a, in which readings are even, each coefficient is a Chebyshev sum in 2 (a / widest)^2 - 1.
+
+    Parameters
+    ----------
+    start, step : float
+        Left end of the first cell and width of each [m].
+    coefficients : ndarray, shape (cells, 5, n, 2) or (widths, cells, 5, n, 2)
+        Coefficient of t^k for each sensor and for the normal [..., 0] and tangential [..., 1] force, per N/m.
+    error : float
+        Largest error seen between the nodes, relative to the largest value.
+    widest : float
+        Largest half width [m]; 0 of line loads.
+
+    Raises
+    ------
+    GeometryError
+        Coefficients of another shape.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3))
+    >>> table = Response.from_function(finger.receptive_field, -5e-3, 5e-3, step=2e-3 / 16)
+    >>> difference = np.abs(table(1.234e-3) - finger.receptive_field(1.234e-3))
+    >>> bool(difference.max() < 1e-9 * np.abs(table(1.234e-3)).max())
+    True
+    """
+
+    start: float
+    step: float
+    coefficients: FloatArray
+    error: float = 0.0
+    widest: float = 0.0
+
+    def __post_init__(self) -> None:
+        values = _check.real("coefficients", self.coefficients)
+        wide = self.widest > 0
+        if values.ndim != 4 + wide or values.shape[1 + wide] != DEGREE + 1 or values.shape[-1] != 2:
+            raise GeometryError(
+                f"coefficients of shape {values.shape}",
+                f"({'widths, ' * wide}cells, {DEGREE + 1}, n, 2) is needed",
+            )
+        object.__setattr__(self, "coefficients", values)
+
+    def __repr__(self) -> str:
+        wide = f", half widths to {self.widest:.4g} m" if self.widest else ""
+        return f"Response({self.sensors} sensors, y = {self.start:.4g} to {self.stop:.4g} m{wide})"
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors."""
+        return int(self.coefficients.shape[-2])
+
+    @property
+    def stop(self) -> float:
+        """Right end of the last cell [m]."""
+        return float(self.start + self.step * self.coefficients.shape[-4])
+
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[[FloatArray], FloatArray],
+        start: float,
+        stop: float,
+        *,
+        step: float,
+        tolerance: float = 1e-9,
+    ) -> Response:
+        """Tabulate `function`, which maps positions (...) to (..., n, 2), between `start` and `stop` [m].
+
+        The cells, at most `step` [m] wide, are halved until the error between their nodes falls below `tolerance` times
+        the largest value.
+
+        Raises
+        ------
+        GeometryError
+            stop <= start.
+        ConvergenceError
+            The tolerance is not met with 4096 cells, or 32 times as many as to start with: the function is not smooth.
+        """
+        if not stop > start:
+            raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop")
+        cells = max(int(np.ceil((stop - start) / step * (1 - 1e-12))), 1)
+        most = max(_MOST_CELLS, cells << _MOST_HALVINGS)
+        while cells <= most:
+            width = (stop - start) / cells
+            centres = start + width * (np.arange(cells) + 0.5)
+            at_nodes = function(centres[:, None] + width * _NODES)
+            coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
+            table = cls(start, width, coefficients)
+            checks = (centres[:, None] + width * _CHECKS).reshape(-1)
+            worst = float(np.abs(table(checks) - function(checks)).max())
+            peak = float(np.abs(at_nodes).max())
+            if worst <= tolerance * peak:
+                return cls(start, width, coefficients, worst / peak if peak else 0.0)
+            cells *= 2
+        raise ConvergenceError(
+            f"an error of {worst / peak if peak else 0.0:.2g} with {cells // 2} cells",
+            "a smooth receptive field is needed",
+            "sensors that read something: not strain along the depth at a rigid base; and not at the surface itself",
+        )
+
+    @classmethod
+    def from_table(
+        cls,
+        positions: npt.ArrayLike,
+        normal: npt.ArrayLike,
+        tangential: npt.ArrayLike,
+        *,
+        tolerance: float = 1e-6,
+    ) -> Response:
+        """A response measured, or computed elsewhere, at the given load positions; a quintic spline between them.
+
+        Parameters
+        ----------
+        positions : array_like, shape (m,)
+            Places of the load [m], ascending, m >= 6.
+        normal, tangential : array_like, shape (m, n)
+            Reading of each sensor per N/m of normal and of tangential line load.
+        tolerance : float, optional
+            Accuracy to which the spline is followed, relative to the largest value.
+
+        Raises
+        ------
+        GeometryError
+            Shapes that do not match, too few positions, or positions that do not ascend.
+        """
+        from scipy.interpolate import make_interp_spline
+
+        y = _check.real("positions", positions, unit="m")
+        fields = [_check.real("normal", normal), _check.real("tangential", tangential)]
+        if y.ndim != 1 or y.size < 6 or not (np.diff(y) > 0).all():
+            raise GeometryError(f"positions of shape {y.shape}", "at least 6 ascending places are needed")
+        if any(f.ndim != 2 or f.shape[0] != y.size or f.shape != fields[0].shape for f in fields):
+            raise GeometryError(
+                f"normal {fields[0].shape}, tangential {fields[1].shape}",
+                f"both need the shape ({y.size}, sensors)",
+            )
+        spline = make_interp_spline(y, np.stack(fields, axis=-1), k=5)
+        return cls.from_function(
+            spline, float(y[0]), float(y[-1]), step=float(np.diff(y).min()), tolerance=tolerance
+        )
+
+    @classmethod
+    def of(cls, finger: Finger, family: Family, search: tuple[float, float], widest: float) -> Response:
+        """The response to a family of contacts, from that to line loads: a contact is a sum of them, on any skin.
+
+        Parameters
+        ----------
+        finger : Finger
+            The forward model.
+        family : class of contacts
+            Of one half width.
+        search : (float, float)
+            Ends of the positions [m].
+        widest : float
+            Largest half width [m].
+
+        Raises
+        ------
+        InvalidValueError
+            Half widths that are too large for the sensors' depths.
+        """
+        if issubclass(family, LineLoad):
+            return tabulate(finger, search)
+        low, high = search
+        depth = float(np.asarray(finger.array.depth).min())
+        if widest > _MOST_WIDE * depth * (1 + 1e-12):
+            raise InvalidValueError(
+                f"half widths up to {widest:.6g} m",
+                f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted",
+                f"half_width=(0.0, {_MOST_WIDE * depth:.3g})",
+            )
+        step = depth / 16
+        cells = max(int(np.ceil((high - low) / step * (1 - 1e-12))), 1)
+        step = (high - low) / cells
+        positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
+        line = tabulate(finger, (low - widest, high + widest))
+        shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
+        t, weights = _points(family)
+        values = np.stack([_spread(line, positions, widest * np.sqrt(q) * t, weights) for q in shares])
+        matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
+        sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
+        return cls(low, step, np.einsum("kj,wcjnl->wcknl", _TO_POWERS, sums), line.error, widest)
+
+    def select(self, sensors: npt.ArrayLike) -> Response:
+        """The response of some of the sensors, given by a mask or by indices."""
+        return replace(self, coefficients=self.coefficients[..., np.asarray(sensors), :])
+
+    def __call__(
+        self, position: npt.ArrayLike, half_width: npt.ArrayLike = 0.0, *, derivative: int = 0
+    ) -> FloatArray:
+        """Value, or first or second derivative in y, shape (..., n, 2).
+
+        Parameters
+        ----------
+        position : array_like, shape (...)
+            Where the contact presses [m]; beyond the ends the outermost polynomial goes on.
+        half_width : array_like, shape (...)
+            Its half width [m]; of no effect in a table of line loads.
+        derivative : {0, 1, 2}, optional
+            Which derivative in y.
+        """
+        y = np.asarray(position, dtype=np.float64)
+        c, cells = self.coefficients, self.coefficients.shape[-4]
+        if self.widest:
+            y, a = np.broadcast_arrays(y, np.asarray(half_width, dtype=np.float64))
+        cell = np.clip(np.floor((y - self.start) / self.step).astype(np.intp), 0, cells - 1)
+        t = ((y - self.start) / self.step - cell - 0.5)[..., None, None]
+        if self.widest:
+            shares = np.polynomial.chebyshev.chebvander(2 * (a / self.widest) ** 2 - 1, len(c) - 1)
+            c = np.einsum("w...knl,...w->...knl", c[:, cell], shares)
+        else:
+            c = c[cell]
+        total = np.zeros(c.shape[:-3] + c.shape[-2:])
+        for k in range(DEGREE, derivative - 1, -1):
+            factor = float(np.prod(np.arange(k, k - derivative, -1)))
+            total = total * t + factor * c[..., k, :, :]
+        return total / self.step**derivative
+
+
+def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Response:
+    """A finger's response to line loads over the positions `search`; tables are kept, and asking again costs nothing.
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model.
+    search : (float, float), optional
+        Ends of the positions [m]; the default reaches 1.5 depths beyond the outermost sensors.
+
+    Raises
+    ------
+    InvalidValueError
+        Where `search` is not two ascending positions, or goes more than once round a finger.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3))
+    >>> tabulate(finger)
+    Response(4 sensors, y = -0.006 to 0.006 m)
+    """
+    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+
+    def make() -> Response:
+        low, high = _ends_of(finger, ends)
+        step = float(np.asarray(finger.array.depth).min()) / 16
+        return Response.from_function(finger.receptive_field, low, high, step=step)
+
+    return prepared(finger).get(("table", ends), make)
+
+
+def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float, float]:
+    """The ends of a search, checked."""
+    y, deepest, period = np.asarray(finger.array.y), float(np.max(finger.array.depth)), finger.skin.period
+    if search is None:
+        whole = (y.min() - 1.5 * deepest, y.max() + 1.5 * deepest)
+        middle = 0.5 * (whole[0] + whole[1])
+        half = min(0.5 * (whole[1] - whole[0]), 0.5 * period)
+        return float(middle - half), float(middle + half)
+    low, high = _check.real("search", search, unit="m")
+    if not low < high:
+        raise InvalidValueError(
+            f"search = {search!r}", "two ascending positions are needed", "search=(-5e-3, 5e-3)"
+        )
+    if high - low > period * (1 + 1e-12):
+        raise InvalidValueError(
+            f"search = {search!r}",
+            f"the finger is {period:.6g} m about, and positions repeat after that",
+            "a narrower search",
+        )
+    if high - low > np.ptp(y) + _FARTHEST * deepest:
+        raise InvalidValueError(
+            f"search = {search!r} m",
+            f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which nothing is felt",
+            "search in metres, such as (-5e-3, 5e-3)",
+        )
+    return float(low), float(high)
+
+
+def _points(family: type[SpreadContact]) -> tuple[FloatArray, FloatArray]:
+    """Places in half widths and weights of line loads that make the contact of unit force.
+
+    t = sin(psi), whose slope takes up a root at the ends, and psi crowded towards 0, where a wedge has its tip.
+    """
+    v, weight = np.polynomial.legendre.leggauss(_POINTS)
+    v, weight = 0.5 * (1 + v), 0.5 * weight
+    psi = 0.5 * np.pi * v**3
+    t = np.sin(psi)
+    inside = np.minimum(t, np.nextafter(1.0, 0.0))
+    pressure = family(force=1.0, half_width=1.0).pressure(inside)
+    weights = pressure * np.cos(psi) * 1.5 * np.pi * v**2 * weight
+    both = np.concatenate([-t[::-1], t]), np.concatenate([weights[::-1], weights])
+    return both[0], both[1] / both[1].sum()
+
+
+def _spread(line: Response, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
+    return np.asarray(sum(w * line(positions + s) for s, w in zip(shifts, weights, strict=True)))
