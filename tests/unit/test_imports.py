@@ -14,6 +14,7 @@ import subskin
 ROOT = Path(subskin.__file__).parent
 # A module imports only what stands to the left of it, or what stands beside it in its own package.
 ORDER = (
+    "_lazy",
     "errors",
     "_check",
     "material",

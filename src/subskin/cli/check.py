@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .common import add_command, check_figure, number, progress_bar, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..design import HalfPlaneError, LocatingError
+    from ..design.half_plane import HalfPlaneError, LocatingError
     from ..finger import Finger
     from ..material import Material
 
@@ -121,7 +121,8 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
 def _draw(path: str, finger: Finger, half_width: float) -> None:
     import numpy as np
 
-    from ..design import MAP_RADIUS, MAP_THICKNESS, half_plane_map
+    from ..design import half_plane_map
+    from ..design.half_plane import MAP_RADIUS, MAP_THICKNESS
     from ..plot import half_plane_map_figure, save
     from ..skin import Round
 

@@ -9,7 +9,7 @@ from .common import add_command, check_figure, number, progress_bar, quantity_ra
 
 if TYPE_CHECKING:
     from .._check import FloatArray
-    from ..design import SkinCompliance
+    from ..design.compliance import SkinCompliance
 
 _EXAMPLES = """\
   subskin compliance finger.toml --width "0.8 mm" --height "30 um" --force "10..100 N/m"
@@ -130,7 +130,7 @@ def _positive(text: str, unit: str, name: str) -> tuple[float, float]:
 
 
 def _as_json(found: SkinCompliance) -> dict[str, Any]:
-    from ..design import Regime
+    from ..design.compliance import Regime
 
     names = ("thickness", "young", "force", "half_width", "load_share", "reading_share", "seen", "width_std")
     return {
@@ -174,7 +174,7 @@ def _show(options: argparse.Namespace, found: SkinCompliance) -> None:
 
 def _told(found: SkinCompliance, t: int, m: int, f: int) -> str:
     """The width's deviation where it is told, or why it is not."""
-    from ..design import Regime
+    from ..design.compliance import Regime
 
     regime = Regime(int(found.regime[t, m, f]))
     words = {

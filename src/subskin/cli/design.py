@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from .common import add_command, progress_bar, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..design import DesignedFinger, DesignStudy
+    from ..design.search import DesignedFinger, DesignStudy
     from ..io.goals_file import GoalsFile
 
 _EXAMPLES = """\
@@ -127,7 +127,7 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
 
 
 def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) -> None:
-    from ..design import finger_table
+    from ..design.search import finger_table
 
     out = say(options)
     columns, rows, left = finger_table(study)

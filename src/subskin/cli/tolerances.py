@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..design import Cost, Needed, ToleranceBudget, Touches
+    from ..design import Touches
+    from ..design.tolerance import Cost, Needed, ToleranceBudget
     from ..io.finger_file import FingerFile
 
 _EXAMPLES = """\
