@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from .blind import add_blind, refuse_blind_options, run_blind
-from .common import add_command, add_rows, chosen_rows, number, say, show, write_json
+from .common import add_rows, chosen_rows, describe, number, say, show, write_json
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,16 +33,9 @@ drawing to within the errors given. What touches cannot tell, and how many would
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "calibrate",
-        run,
-        "fit a finger to touches at known places, or --blind to any touches",
-        _EXAMPLES,
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
     parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")
     parser.add_argument(

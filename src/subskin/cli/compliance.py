@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
+from .common import check_figure, describe, number, progress_bar, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
     from .._check import FloatArray
@@ -23,12 +23,9 @@ height, its place and the force are unknown. Errors are the sensors' noise and a
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "compliance", run, "say how soft a skin should be to tell a particle on a flat", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
     parser.add_argument("--width", metavar="LENGTH", required=True, help="width of the particle")
     parser.add_argument("--height", metavar="LENGTH", required=True, help="how far it stands out of the flat")

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
+from .common import check_figure, describe, number, progress_bar, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
     from ..design import Touches
@@ -43,12 +43,9 @@ _HELP = {
 _NAMES = {"total": "root sum of squares", "together": "all at once"}
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "tolerances", run, "say what each tolerance of a finger costs in locating", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
     parser.add_argument("--force", metavar="F", required=True, help='of the touches, "20 N/m"')
     parser.add_argument("--friction", type=float, metavar="MU", help="of touches and search ([locate], or 1)")
