@@ -17,7 +17,7 @@ _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m"
   subskin tolerances finger.toml --force "20 N/m" --friction 0.8 --depth "0.05 mm" --gains "3 %" --poisson 0.05
   subskin tolerances finger.toml --force "20 N/m" --wanted-position "0.1 mm" --wanted-angle "2 deg"
-  subskin tolerances finger.toml --force "20 N/m" --only place,gains --calibrate blind --figure tolerances.png
+  subskin tolerances finger.toml --force "20 N/m" --only position,gains --calibrate blind --figure tolerances.png
 """
 _NOTES = """\
 The finger as drawn locates readings of fingers that are off by one source each. An amount is a standard deviation, but
@@ -53,7 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("tolerances")
     for name, text in _HELP.items():
         group.add_argument(f"--{name}", metavar="X", help=text)
-    group.add_argument("--only", metavar="LIST", help="these sources alone: place,gains")
+    group.add_argument("--only", metavar="LIST", help="these sources alone: position,gains")
     parser.add_argument(
         "--wanted-position", metavar="LENGTH", help="wanted rms error: say how tight each has to be"
     )
