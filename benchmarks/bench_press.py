@@ -45,11 +45,11 @@ def ours(nodes: int, **more: Any) -> Answer:
     """`ss.press`."""
     start = time.perf_counter()
     pressed = ss.press(
-        SKIN, ss.SineRidges(PITCH, AMPLITUDE), force=SHARE * FULL * PITCH, period=PITCH, nodes=nodes,
+        SKIN, ss.pressing.SineRidges(PITCH, AMPLITUDE), force=SHARE * FULL * PITCH, period=PITCH, nodes=nodes,
         tolerance=TOLERANCE, **more,
     )  # fmt: skip
     taken = time.perf_counter() - start
-    assert pressed.status == ss.PressStatus.OK, pressed.reason
+    assert pressed.status == ss.pressing.PressStatus.OK, pressed.reason
     return taken, pressed.y, pressed.pressure
 
 
@@ -152,9 +152,9 @@ def on_other_skins(repeats: int) -> list[list[str]]:
             firsts = []
             for i in range(repeats + 1):
                 start = time.perf_counter()
-                pressed = ss.press(skin, ss.Cylinder(8e-3), force=40.0, **more)
+                pressed = ss.press(skin, ss.pressing.Cylinder(8e-3), force=40.0, **more)
                 firsts.append(1e3 * (time.perf_counter() - start))
-                assert pressed.status == ss.PressStatus.OK, (i, pressed.reason)
+                assert pressed.status == ss.pressing.PressStatus.OK, (i, pressed.reason)
             if not more:
                 row.append(f"{firsts[0]:.0f}")
             row.append(f"{np.median(firsts[1:]):.1f}")

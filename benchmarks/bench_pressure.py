@@ -33,7 +33,7 @@ def touches(count: int, half_width: float, degrees: float, seed: int = 0) -> ss.
     return ss.Hertz(force=np.ones(count), angle=np.deg2rad(degrees), position=position, half_width=half_width)
 
 
-def errors(found: ss.PressureMap, touch: ss.Contact) -> np.ndarray:
+def errors(found: ss.estimate.PressureMap, touch: ss.Contact) -> np.ndarray:
     """Relative L2 error of the pressure of each frame."""
     true = touch.expand(1).pressure(found.y)
     return np.linalg.norm(found.pressure - true, axis=-1) / np.linalg.norm(true, axis=-1)
@@ -49,7 +49,9 @@ def best_of(runs: int, work: object) -> float:
     return min(spent)
 
 
-def peer(mapper: ss.PressureMapper, frames: np.ndarray, found: ss.PressureMap) -> tuple[float, np.ndarray]:
+def peer(
+    mapper: ss.estimate.PressureMapper, frames: np.ndarray, found: ss.estimate.PressureMap
+) -> tuple[float, np.ndarray]:
     """Processor seconds a frame and pressures of a loop over nnls, with the Hessian's factor for the stacked matrix."""
     y = found.y
     sigma = np.asarray(mapper.array.noise)
@@ -78,7 +80,7 @@ def target(options: object) -> list[list[str]]:
             touch = touches(options.frames, 1.0, degrees)
             frames = tip.read(touch, np.random.default_rng(1))
             for shear in ("none", "proportional") if degrees == 0 else ("proportional",):
-                mapper = ss.PressureMapper(tip, rule=rule, shear=shear)
+                mapper = ss.estimate.PressureMapper(tip, rule=rule, shear=shear)
                 found = mapper(frames)
                 spent = best_of(3, lambda m=mapper, f=frames: m(f)) / len(frames)
                 few = slice(options.peer)
@@ -108,7 +110,7 @@ def sweep(options: object) -> list[list[str]]:
     for noise in (1e-4, 1e-3, 1e-2):
         for pitch in (0.25, 0.5, 1.0):
             tip = finger(round(6 / pitch) + 1, pitch, noise)
-            mapper = ss.PressureMapper(tip)
+            mapper = ss.estimate.PressureMapper(tip)
             cells = []
             for half_width in (0.25, 0.5, 1.0, 2.0):
                 touch = touches(count, half_width, 30)

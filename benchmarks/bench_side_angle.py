@@ -90,7 +90,7 @@ def main() -> None:
                 "fit": partial(one.fit, frames, width=(0.0, WIDEST)),
                 "slope": partial(ss.side_angle, one, frames, position=position, half_width=a),
                 "off": partial(ss.side_angle, one, frames, position=off, half_width=a, position_std=KNOWN),
-                "gradients": partial(ss.side_angle_from_gradients, two, pairs, position=position),
+                "gradients": partial(ss.estimate.side_angle_from_gradients, two, pairs, position=position),
             }
             cells = [f"{sensors}, {noise:.1%}, {a:g}"]
             for name, way in ways.items():
@@ -110,7 +110,7 @@ def main() -> None:
     many, double = row(7, 1e-3), pair(1e-3)
     frames, pairs = many.read(held, rng), double.read(held, rng)
     _, slope = timed(partial(ss.side_angle, many, frames, position=0.1, half_width=0.7), 100_000)
-    _, gradients = timed(partial(ss.side_angle_from_gradients, double, pairs, position=0.1), 100_000)
+    _, gradients = timed(partial(ss.estimate.side_angle_from_gradients, double, pairs, position=0.1), 100_000)
     us = {name: f"{np.median(taken):.3g}" for name, taken in spent.items()}
     rows.append(["us a frame", *us.values()])
     rows.append(["us a frame, contact held", "-", f"{slope:.2g}", "-", f"{gradients:.2g}", "-"])

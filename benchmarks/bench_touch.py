@@ -107,7 +107,7 @@ def pressure(frames: int, peer: int) -> list[str]:
     """The pressure along the surface."""
     tip, touch = finger(25, 0.25, 1e-3), bench_pressure.touches(frames, 1.0, 30)
     readings = tip.read(touch, np.random.default_rng(1))
-    mapper = ss.PressureMapper(tip)
+    mapper = ss.estimate.PressureMapper(tip)
     found = mapper(readings)
     spent = 1e6 * bench_pressure.best_of(3, lambda: mapper(readings)) / frames
     theirs, answers = bench_pressure.peer(mapper, readings[:peer], mapper(readings[:peer]))

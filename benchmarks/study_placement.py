@@ -19,7 +19,8 @@ from scipy.optimize import least_squares
 
 import subskin as ss
 from _common import FULL_SCALE, arguments, show
-from subskin.design import Touches, placement_quality, placement_study, study_row
+from subskin.design import Touches, placement_quality, placement_study
+from subskin.design.placement import study_row
 
 STARTS = 12
 KINDS = {"normal strain": ss.NormalStrain(), "pressure": ss.MeanPressure(), "shear strain": ss.ShearStrain()}

@@ -87,7 +87,7 @@ def relaxed(stream: Stream) -> tuple[np.ndarray, str]:
     held = np.array([[3.5 * k + 1.45, 3.5 * k + 3.35] for k in range(17)])
     free = np.array([[3.5 * k + 0.1, 3.5 * k + 1.25] for k in range(17)])
     rest = own.finger.array.offset
-    fit = ss.fit_relaxation(own.readings, own.time, np.concatenate([held, free]), terms=2, rest=rest)
+    fit = ss.stream.fit_relaxation(own.readings, own.time, np.concatenate([held, free]), terms=2, rest=rest)
     found = fit.relaxation
     said = ", ".join(f"{100 * p:.1f} % in {t:.2f} s" for p, t in zip(found.share, found.time, strict=True))
     return found.undo(stream.readings, stream.time, rest=rest).readings, said
@@ -134,7 +134,7 @@ def simulated(seconds: float) -> list[list[str]]:
     rows.append([f"  undone (fitted: {said})", *errors(creep, creep.finger, undone)])
     for fault in ("weak", "dead"):
         bad = simulate(seconds, {fault})
-        health = ss.sensor_health(bad.finger, bad.readings[: len(bad.time) // 4])
+        health = ss.calibration.sensor_health(bad.finger, bad.readings[: len(bad.time) // 4])
         told = f"{health.health[2].name}, gain {health.gain_ratio[2] + 0:.4f} ± {health.std[2]:.4f}"
         rows.append([{"weak": "sensor 2 weakened to 60 %", "dead": "sensor 2 dead"}[fault]])
         rows[-1] += errors(bad, bad.finger, bad.readings)
@@ -147,7 +147,7 @@ def simulated(seconds: float) -> list[list[str]]:
     rows.append(["drift, relaxation, weak, wild", *errors(every, every.finger, every.readings)])
     every.readings = relaxed(every)[0]
     every.readings = tared(every)
-    health = ss.sensor_health(every.finger, every.readings)
+    health = ss.calibration.sensor_health(every.finger, every.readings)
     rows.append(["  all four remedies", *errors(every, health.finger, every.readings, 1)])
     return rows
 
@@ -218,9 +218,9 @@ def recorded() -> list[list[str]]:
     rows.append(b.row("late reading (last fifth of 8 s)", b.locate((late - base)[odd]), force))
     held = np.stack([b.presses.start, b.presses.stop], axis=-1)[::2]
     still = np.concatenate([held, b.rests()[::2]])
-    fit = ss.fit_relaxation(b.pressure, b.time, still, terms=2, rest=first)
+    fit = ss.stream.fit_relaxation(b.pressure, b.time, still, terms=2, rest=first)
     alone = [
-        ss.fit_relaxation(b.pressure[:, [i]], b.time, still, terms=2, rest=first[i]).relaxation
+        ss.stream.fit_relaxation(b.pressure[:, [i]], b.time, still, terms=2, rest=first[i]).relaxation
         for i in range(4)
     ]
     own = ss.Relaxation(
@@ -247,7 +247,7 @@ def recorded() -> list[list[str]]:
     for name, gain in (("sensor 1 weakened to 60 %", 0.6), ("sensor 1 dead", 0.0)):
         spoilt = b.presses.reading * np.array([1, gain, 1, 1])
         rows.append(b.row(name, b.locate(spoilt[odd]), force))
-        health = ss.sensor_health(b.finger, spoilt, friction=0, search=b.search)
+        health = ss.calibration.sensor_health(b.finger, spoilt, friction=0, search=b.search)
         told = f"{health.health[1].name}, gain {health.gain_ratio[1]:.2f} ± {health.std[1]:.2f}"
         others = ", ".join(f"{r:.2f}" for r in np.delete(health.gain_ratio, 1))
         rows.append(

@@ -14,7 +14,7 @@ tension is positive as everywhere else (see the :doc:`conventions </conventions>
 import numpy as np
 
 import subskin as ss
-from subskin.memo.three_sensor import Verdict, three_sensor
+from subskin.memo.three_sensors import Verdict, three_sensor
 from subskin.plot.style import (
     BLACK,
     GREEN,

@@ -61,7 +61,7 @@ with house_style():
     figure = new_figure(174, 76)
     axes = figure.subplots()
     for i, colour in enumerate((BLUE, GREEN, ORANGE, VERMILLION)):
-        dead = calibration.health[i] is ss.Health.DEAD
+        dead = calibration.health[i] is ss.calibration.Health.DEAD
         offset = touches[:, i].mean() if dead else fitted.array.offset[i]
         if not dead:
             axes.plot(1e3 * y, 1e-3 * (model[:, i] - offset), color=colour, lw=1)

@@ -15,9 +15,9 @@ rubber = ss.Material(young=0.4e6)
 skin = ss.Round(rubber, radius=8e-3, core_radius=4e-3)
 finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.75e-3, depth=1.5e-3))
 positions = {
-    "table": (ss.Flat(), 0.0),
-    "edge at 0.3 mm": (ss.Edge(), 0.3e-3),
-    "edge at 0": (ss.Edge(), 0.0),
+    "table": (ss.pressing.Flat(), 0.0),
+    "edge at 0.3 mm": (ss.pressing.Edge(), 0.3e-3),
+    "edge at 0": (ss.pressing.Edge(), 0.0),
 }
 pressed = {
     name: ss.press(skin, body, force=40.0, position=position)
@@ -63,7 +63,7 @@ with house_style():
 # A roller on the finger, pushed to and fro beneath its normal load. Near its edges it slips, in the middle it holds;
 # the way back is not the way there. The slide is that of the roller against the finger's core.
 
-roller = ss.Cylinder(radius=8e-3)
+roller = ss.pressing.Cylinder(radius=8e-3)
 far = 150e-6
 ways = np.concatenate(
     [

@@ -20,9 +20,9 @@ def name_role(
     code = nodes.literal(rawtext, text, classes=["xref", "py"] if PUBLIC.fullmatch(text) else [])
     if not PUBLIC.fullmatch(text):
         return [code], []
-    target = text if text.startswith("subskin.") else f"subskin.{text}"
+    target = text.removeprefix("subskin.")
     link = addnodes.pending_xref(
-        rawtext, code, refdomain="py", reftype="obj", reftarget=target, refwarn=False
+        rawtext, code, refdomain="py", reftype="obj", reftarget=target, refspecific=True, refwarn=False
     )
     return [link], []
 

@@ -142,8 +142,8 @@ class TestWhatIf:
 
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_the_map(check, tmp_path, monkeypatch, kind):
-    monkeypatch.setattr("subskin.design.MAP_THICKNESS", (1.5, 3.0))
-    monkeypatch.setattr("subskin.design.MAP_RADIUS", (4.0, np.inf))
+    monkeypatch.setattr("subskin.design.half_plane.MAP_THICKNESS", (1.5, 3.0))
+    monkeypatch.setattr("subskin.design.half_plane.MAP_RADIUS", (4.0, np.inf))
     whole = ss.design.half_plane_map
     asked = []
 

@@ -53,49 +53,49 @@ class TestRefusals:
     @pytest.mark.parametrize("name", ["depth", "gain", "offset", "noise", "width", "resolution"])
     @pytest.mark.parametrize("bad", [np.nan, "much", [1.0, np.nan, 1.0]])
     def test_what_is_no_number(self, name, bad):
-        with pytest.raises(ss.InvalidValueError, match=name):
+        with pytest.raises(ss.errors.InvalidValueError, match=name):
             row(**{name: bad})
 
     @pytest.mark.parametrize(
         ("name", "bad"), [("depth", 0.0), ("depth", -1e-3), ("noise", -1.0), ("width", -1.0)]
     )
     def test_out_of_range(self, name, bad):
-        with pytest.raises(ss.InvalidValueError, match=f"{name} = .*has to be >"):
+        with pytest.raises(ss.errors.InvalidValueError, match=f"{name} = .*has to be >"):
             row(**{name: bad})
 
     def test_nan_position(self):
-        with pytest.raises(ss.InvalidValueError, match=r"y\[1\] = nan: has to be finite \[m\]"):
+        with pytest.raises(ss.errors.InvalidValueError, match=r"y\[1\] = nan: has to be finite \[m\]"):
             ss.SensorArray(y=[0.0, np.nan], depth=1.0)
 
     @pytest.mark.parametrize("name", PER_SENSOR)
     def test_wrong_count(self, name):
         with pytest.raises(
-            ss.GeometryError, match=rf"{name} of shape \(2,\): one value, or one for each of the 3"
+            ss.errors.GeometryError, match=rf"{name} of shape \(2,\): one value, or one for each of the 3"
         ):
             row(**{name: [1.0, 2.0]})
 
     @pytest.mark.parametrize("y", [[], [[0.0, 1.0]]])
     def test_shape_of_positions(self, y):
-        with pytest.raises(ss.GeometryError, match="one place a sensor"):
+        with pytest.raises(ss.errors.GeometryError, match="one place a sensor"):
             ss.SensorArray(y=y, depth=1.0)
 
     def test_range_upside_down(self):
-        with pytest.raises(ss.InvalidValueError, match="low has to be < high"):
+        with pytest.raises(ss.errors.InvalidValueError, match="low has to be < high"):
             row(low=1.0, high=[2.0, 1.0, 2.0])
 
     @pytest.mark.parametrize("kinds", [(ss.NormalStrain(),), (ss.NormalStrain(),) * 4, ("strain",) * 3])
     def test_transducers(self, kinds):
-        with pytest.raises(ss.GeometryError, match="Transducer"):
+        with pytest.raises(ss.errors.GeometryError, match="Transducer"):
             row(transducer=kinds)
 
     @pytest.mark.parametrize("count", [0, -1, 2.5, True])
     def test_count(self, count):
-        with pytest.raises(ss.InvalidValueError, match="count"):
+        with pytest.raises(ss.errors.InvalidValueError, match="count"):
             ss.SensorArray.line(count=count, pitch=1e-3, depth=1e-3)
 
     @pytest.mark.parametrize("pitch", [0.0, -1e-3, np.nan])
     def test_pitch(self, pitch):
-        with pytest.raises(ss.InvalidValueError, match="pitch"):
+        with pytest.raises(ss.errors.InvalidValueError, match="pitch"):
             ss.SensorArray.line(count=3, pitch=pitch, depth=1e-3)
 
 

@@ -305,7 +305,7 @@ class TestHowMany:
             lambda: found.touches_for_ratio(1.0),
             lambda: found.std(-1),
         ):
-            with pytest.raises(ss.InvalidValueError):
+            with pytest.raises(ss.errors.InvalidValueError):
                 ask()
 
 
@@ -500,18 +500,22 @@ class TestInput:
     @pytest.mark.parametrize(
         ("change", "error", "match"),
         [
-            ({"fit": ("gain", "origin")}, ss.InvalidValueError, "origin.*leave it out"),
-            ({"fit": ("gain", "size")}, ss.InvalidValueError, "has to be among"),
-            ({"fit": ()}, ss.InvalidValueError, "empty"),
-            ({"fit": ("depth", "depths")}, ss.InvalidValueError, "both depth and depths"),
-            ({"fit": "poisson"}, ss.InvalidValueError, "without poisson_error"),
-            ({"fit": "thickness", "thickness_error": 0.1}, ss.InvalidValueError, "no single thickness"),
-            ({"gain_error": 0.0}, ss.InvalidValueError, "gain_error"),
-            ({"gain_error": [0.1, 0.1]}, ss.GeometryError, "gain_error of shape"),
-            ({"depth_error": np.nan}, ss.InvalidValueError, "depth_error"),
-            ({"position_error": "much"}, ss.InvalidValueError, "position_error"),
-            ({"friction": -1.0}, ss.InvalidValueError, "friction"),
-            ({"search": (1.0, 0.0)}, ss.InvalidValueError, "search"),
+            ({"fit": ("gain", "origin")}, ss.errors.InvalidValueError, "origin.*leave it out"),
+            ({"fit": ("gain", "size")}, ss.errors.InvalidValueError, "has to be among"),
+            ({"fit": ()}, ss.errors.InvalidValueError, "empty"),
+            ({"fit": ("depth", "depths")}, ss.errors.InvalidValueError, "both depth and depths"),
+            ({"fit": "poisson"}, ss.errors.InvalidValueError, "without poisson_error"),
+            (
+                {"fit": "thickness", "thickness_error": 0.1},
+                ss.errors.InvalidValueError,
+                "no single thickness",
+            ),
+            ({"gain_error": 0.0}, ss.errors.InvalidValueError, "gain_error"),
+            ({"gain_error": [0.1, 0.1]}, ss.errors.GeometryError, "gain_error of shape"),
+            ({"depth_error": np.nan}, ss.errors.InvalidValueError, "depth_error"),
+            ({"position_error": "much"}, ss.errors.InvalidValueError, "position_error"),
+            ({"friction": -1.0}, ss.errors.InvalidValueError, "friction"),
+            ({"search": (1.0, 0.0)}, ss.errors.InvalidValueError, "search"),
         ],
     )
     def test_bad_options(self, change, error, match):
@@ -521,26 +525,26 @@ class TestInput:
 
     def test_bad_readings_and_fingers(self):
         tip = drawn()
-        with pytest.raises(ss.GeometryError, match="one touch a row"):
+        with pytest.raises(ss.errors.GeometryError, match="one touch a row"):
             ss.calibrate_blind(tip, np.zeros((10, 4)))
-        with pytest.raises(ss.GeometryError, match="one touch a row"):
+        with pytest.raises(ss.errors.GeometryError, match="one touch a row"):
             ss.calibrate_blind(tip, np.zeros(5))
-        with pytest.raises(ss.InvalidValueError, match="noise = 0"):
+        with pytest.raises(ss.errors.InvalidValueError, match="noise = 0"):
             ss.calibrate_blind(drawn(noise=0.0), touched(tip, 20))
-        with pytest.raises(ss.NotLinearError):
+        with pytest.raises(ss.errors.NotLinearError):
             ss.calibrate_blind(drawn(transducer=ss.VolumeResistance(exact=True)), touched(tip, 20))
-        with pytest.raises(ss.InvalidValueError, match="no single poisson"):
+        with pytest.raises(ss.errors.InvalidValueError, match="no single poisson"):
             ss.calibrate_blind(drawn("stack"), touched(tip, 20), fit="poisson", poisson_error=0.1)
 
     def test_too_few(self):
         tip = drawn()
         with pytest.raises(
-            ss.ConvergenceError, match=r"5 touches.*10 readings more.*11 numbers.*at least 6 touches"
+            ss.errors.ConvergenceError, match=r"5 touches.*10 readings more.*11 numbers.*at least 6 touches"
         ):
             ss.calibrate_blind(tip, touched(tip, 5))
-        with pytest.raises(ss.ConvergenceError, match=r"3 live sensors.*friction=0"):
+        with pytest.raises(ss.errors.ConvergenceError, match=r"3 live sensors.*friction=0"):
             ss.calibrate_blind(drawn(count=3), touched(drawn(count=3), 50))
-        with pytest.raises(ss.ConvergenceError, match="0 live sensors"):
+        with pytest.raises(ss.errors.ConvergenceError, match="0 live sensors"):
             ss.calibrate_blind(tip, np.full((50, 5), np.nan))
-        with pytest.raises(ss.ConvergenceError, match="50 no_contact"):
+        with pytest.raises(ss.errors.ConvergenceError, match="50 no_contact"):
             ss.calibrate_blind(tip, 5e-5 * np.random.default_rng(0).standard_normal((50, 5)))

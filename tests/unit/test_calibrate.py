@@ -100,12 +100,17 @@ def test_dead_and_weak_sensors_and_missing_readings_are_said():
     found = ss.calibrate(
         drawn(poisson=0.45), readings, PLACES, fit=("gain", "offset", "depth", "origin", "position")
     )
-    assert found.health == (ss.Health.OK, ss.Health.DEAD, ss.Health.OK, ss.Health.WEAK)
+    assert found.health == (
+        ss.calibration.Health.OK,
+        ss.calibration.Health.DEAD,
+        ss.calibration.Health.OK,
+        ss.calibration.Health.WEAK,
+    )
     assert found.weak.tolist() == [False, True, False, True]
     assert found.finger.array.gain[1] == 0
     stuck = np.array(touch(true_finger()))
     stuck[:, 2] = 101325.0
-    assert ss.calibrate(drawn(), stuck, PLACES).health[2] == ss.Health.DEAD
+    assert ss.calibrate(drawn(), stuck, PLACES).health[2] == ss.calibration.Health.DEAD
 
 
 def test_the_score_on_held_out_touches_is_that_of_its_formula():
@@ -123,15 +128,15 @@ def test_the_score_on_held_out_touches_is_that_of_its_formula():
 @pytest.mark.parametrize(
     ("change", "error", "seen"),
     [
-        ({"fit": ("gian",)}, ss.InvalidValueError, "gian"),
-        ({"fit": ()}, ss.InvalidValueError, "empty"),
-        ({"fit": ("depth", "depths")}, ss.InvalidValueError, "both"),
-        ({"positions": PLACES[:-1]}, ss.GeometryError, "one place for each"),
-        ({"positions": np.where(PLACES > 0.03, np.nan, PLACES)}, ss.InvalidValueError, "positions"),
-        ({"readings": np.zeros((65, 3))}, ss.GeometryError, "4 sensors"),
-        ({"readings": np.zeros((65, 4))}, ss.ConvergenceError, "no sensor"),
-        ({"readings": np.full((65, 4), np.nan)}, ss.ConvergenceError, "no sensor"),
-        ({"force": -1.0}, ss.InvalidValueError, "force"),
+        ({"fit": ("gian",)}, ss.errors.InvalidValueError, "gian"),
+        ({"fit": ()}, ss.errors.InvalidValueError, "empty"),
+        ({"fit": ("depth", "depths")}, ss.errors.InvalidValueError, "both"),
+        ({"positions": PLACES[:-1]}, ss.errors.GeometryError, "one place for each"),
+        ({"positions": np.where(PLACES > 0.03, np.nan, PLACES)}, ss.errors.InvalidValueError, "positions"),
+        ({"readings": np.zeros((65, 3))}, ss.errors.GeometryError, "4 sensors"),
+        ({"readings": np.zeros((65, 4))}, ss.errors.ConvergenceError, "no sensor"),
+        ({"readings": np.full((65, 4), np.nan)}, ss.errors.ConvergenceError, "no sensor"),
+        ({"force": -1.0}, ss.errors.InvalidValueError, "force"),
         ({"force": np.ones(3)}, ValueError, "shape|broadcast"),
     ],
 )
@@ -142,7 +147,7 @@ def test_bad_touches_are_refused(change, error, seen):
 
 
 def test_too_few_touches_are_refused():
-    with pytest.raises(ss.ConvergenceError, match="more readings than parameters"):
+    with pytest.raises(ss.errors.ConvergenceError, match="more readings than parameters"):
         ss.calibrate(drawn(), touch(true_finger())[20:22], PLACES[20:22])
 
 
@@ -230,7 +235,7 @@ class TestThickness:
         ids=["half plane", "two layers", "on a half plane"],
     )
     def test_a_skin_without_a_single_one_is_refused(self, skin):
-        with pytest.raises(ss.InvalidValueError, match="no single thickness"):
+        with pytest.raises(ss.errors.InvalidValueError, match="no single thickness"):
             ss.calibrate(on(skin), touch(on(LAYER), FEW), FEW, fit=("gain", "thickness"))
 
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import Regime, skin_compliance
+from subskin.design import skin_compliance
+from subskin.design.compliance import Regime
 
 RUBBER = ss.Material(0.4e6, 0.5)
 SKIN = ss.Round(RUBBER, radius=8e-3, core_radius=2e-3)
-PARTICLE = ss.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
+PARTICLE = ss.pressing.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
 
 
 def finger(skin=SKIN, **more):
@@ -49,7 +50,7 @@ def test_a_soft_skin_carries_little_on_the_particle(found):
 def test_shares_are_those_of_two_presses(found):
     tip = finger()
     soft = ss.Round(dataclasses.replace(RUBBER, young=0.1e6), SKIN.radius, SKIN.core_radius)
-    on, off = (ss.press(soft, body, force=40.0) for body in (PARTICLE, ss.Flat()))
+    on, off = (ss.press(soft, body, force=40.0) for body in (PARTICLE, ss.pressing.Flat()))
     readings = [ss.Finger(soft, tip.array).read(p.contact) for p in (on, off)]
     change = readings[0] - readings[1]
     largest = np.abs(readings[0]).max()
@@ -68,7 +69,7 @@ def test_the_width_is_as_uncertain_as_a_fit_of_it_says():
     own = ss.Finger(skin, tip.array)
 
     def read(width, height, position, load):
-        body = ss.ParticleOnFlat(PARTICLE.half_width * width, PARTICLE.protrusion * height)
+        body = ss.pressing.ParticleOnFlat(PARTICLE.half_width * width, PARTICLE.protrusion * height)
         contact = ss.press(skin, body, force=force * load).contact
         return own.read(ss.PressureProfile(contact.nodes + position, contact.node_pressure))
 
@@ -126,7 +127,7 @@ def test_a_thinner_skin_and_a_flat_one():
     assert both.half_width.shape == (2, 1, 1)
     assert both.half_width[0, 0, 0] < both.half_width[1, 0, 0]
     assert len(calls) == 2
-    flat = ss.ParticleOnFlat(0.4e-3, 30e-6, flat_half_width=3e-3)
+    flat = ss.pressing.ParticleOnFlat(0.4e-3, 30e-6, flat_half_width=3e-3)
     layer = skin_compliance(finger(ss.Layered(ss.Layer(RUBBER, 4e-3))), flat, 40.0, young=0.2e6)
     assert layer.half_width[0, 0, 0] == pytest.approx(3e-3, rel=1e-2)
 
@@ -153,5 +154,5 @@ def test_what_cannot_be_asked(tip, particle, rule):
     "bad", [{"force": 0.0}, {"force": 40.0, "young": -1.0}, {"force": 40.0, "accuracy": -0.1}]
 )
 def test_numbers_out_of_range(bad):
-    with pytest.raises(ss.InvalidValueError):
+    with pytest.raises(ss.errors.InvalidValueError):
         skin_compliance(finger(), PARTICLE, **bad)

@@ -134,20 +134,20 @@ class TestDensity:
         assert sensor_density(two, 1e3, sensor=1).pitch[0] == pytest.approx(2 * D / 3.25739667896)
 
     def test_what_is_refused(self):
-        with pytest.raises(ss.InvalidValueError, match="attenuation"):
+        with pytest.raises(ss.errors.InvalidValueError, match="attenuation"):
             sensor_density(finger(), 1.0)
-        with pytest.raises(ss.InvalidValueError, match="sensor = 1"):
+        with pytest.raises(ss.errors.InvalidValueError, match="sensor = 1"):
             sensor_density(finger(), sensor=1)
-        with pytest.raises(ss.InvalidValueError, match="dead"):
+        with pytest.raises(ss.errors.InvalidValueError, match="dead"):
             sensor_density(finger(gain=0.0))
-        with pytest.raises(ss.GeometryError, match="single"):
+        with pytest.raises(ss.errors.GeometryError, match="single"):
             sensor_density(finger(), contact=ss.LineLoad([1.0, 2.0]))
-        with pytest.raises(ss.GeometryError, match="too wide"):
+        with pytest.raises(ss.errors.GeometryError, match="too wide"):
             sensor_density(finger(), contact=ss.Strip(1.0, half_width=3.0))
         base = finger(ss.Layered(ss.Layer(RUBBER, D)), transducer=ss.LateralStrain())
-        with pytest.raises(ss.InvalidValueError, match="nothing"):
+        with pytest.raises(ss.errors.InvalidValueError, match="nothing"):
             sensor_density(base)
-        with pytest.raises(ss.NotLinearError):
+        with pytest.raises(ss.errors.NotLinearError):
             sensor_density(finger(transducer=ss.EnergyDensity()))
 
 
@@ -265,19 +265,19 @@ class TestError:
         row = ss.Finger(HALF, ss.SensorArray.line(5, pitch=1.2e-3, depth=D))
         assert aliasing_error(row, ss.LineLoad(1.0)).pitch == pytest.approx(1.2e-3)
         uneven = ss.Finger(HALF, ss.SensorArray(y=[0.0, 1e-3, 3e-3], depth=D))
-        with pytest.raises(ss.GeometryError, match="evenly"):
+        with pytest.raises(ss.errors.GeometryError, match="evenly"):
             aliasing_error(uneven, ss.LineLoad(1.0))
-        with pytest.raises(ss.GeometryError, match="evenly"):
+        with pytest.raises(ss.errors.GeometryError, match="evenly"):
             aliasing_error(finger(), ss.LineLoad(1.0))
 
     def test_what_is_refused(self):
-        with pytest.raises(ss.InvalidValueError, match="pitch"):
+        with pytest.raises(ss.errors.InvalidValueError, match="pitch"):
             aliasing_error(finger(), ss.LineLoad(1.0), 0.0)
-        with pytest.raises(ss.InvalidValueError, match="shifts"):
+        with pytest.raises(ss.errors.InvalidValueError, match="shifts"):
             aliasing_error(finger(), ss.LineLoad(1.0), 1e-3, shifts=1)
-        with pytest.raises(ss.InvalidValueError, match="nothing"):
+        with pytest.raises(ss.errors.InvalidValueError, match="nothing"):
             aliasing_error(finger(), ss.LineLoad(0.0), 1e-3)
-        with pytest.raises(ss.GeometryError, match="single"):
+        with pytest.raises(ss.errors.GeometryError, match="single"):
             aliasing_error(finger(), ss.LineLoad([1.0, 2.0]), 1e-3)
 
 
@@ -335,13 +335,13 @@ class TestSliding:
         assert sliding_samples(row, speed=0.08, rate=100, sensor=2).position.size == 1
 
     def test_what_is_refused(self):
-        with pytest.raises(ss.InvalidValueError, match="speed"):
+        with pytest.raises(ss.errors.InvalidValueError, match="speed"):
             sliding_samples(self.ROW, speed=0.0, rate=100)
-        with pytest.raises(ss.InvalidValueError, match="rate"):
+        with pytest.raises(ss.errors.InvalidValueError, match="rate"):
             sliding_samples(self.ROW, speed=0.1, rate=0)
-        with pytest.raises(ss.InvalidValueError, match="sensor"):
+        with pytest.raises(ss.errors.InvalidValueError, match="sensor"):
             sliding_samples(self.ROW, speed=0.1, rate=10, sensor=4)
-        with pytest.raises(ss.GeometryError, match="dead"):
+        with pytest.raises(ss.errors.GeometryError, match="dead"):
             sliding_samples(replace(self.ROW, gain=0.0), speed=0.1, rate=10)
 
 
@@ -356,7 +356,7 @@ class TestFigures:
             curve = {line.get_label(): line for line in axes.lines}[("pressure", "shear")[load]]
             x, y = curve.get_xydata().T
             np.testing.assert_allclose(np.interp(mark[:, 0], x, np.log(y)), np.log(mark[:, 1]), atol=2e-3)
-        with pytest.raises(ss.GeometryError, match="row"):
+        with pytest.raises(ss.errors.GeometryError, match="row"):
             density_figure(sensor_density(finger(), np.full((2, 2), 100)))
 
     def test_density_without_a_bound_draws_the_other_load_alone(self):
@@ -378,5 +378,5 @@ class TestFigures:
         y, values = curves["sensors"].T
         np.testing.assert_allclose(np.diff(y), 1e3 * found.pitch)
         np.testing.assert_allclose(np.interp(y, *curves["recovered"].T), values, atol=0.2)  # joined there
-        with pytest.raises(ss.GeometryError, match="shift"):
+        with pytest.raises(ss.errors.GeometryError, match="shift"):
             aliasing_figure(found, shift=16)

@@ -6,21 +6,9 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import (
-    Accuracy,
-    Effort,
-    Goals,
-    Room,
-    SensorKind,
-    SkinChoice,
-    Touches,
-    finger_table,
-    in_words,
-    placement_quality,
-    rank_fingers,
-    search_grid,
-)
+from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
 from subskin.design.placement.row import GRID
+from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice, finger_table, in_words
 from subskin.design.search import grid as grid_module
 from subskin.design.search import rank as rank_module
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
@@ -80,7 +68,7 @@ def test_the_grid_covers_the_room_and_no_more(grid):
 
 
 def test_a_design_of_the_grid_is_what_its_finger_can_do(grid):
-    finger = GOALS.finger(ss.design.Row(0, 0, 5, float(grid.depths[0, 1]), float(grid.pitches[1])))
+    finger = GOALS.finger(ss.design.search.Row(0, 0, 5, float(grid.depths[0, 1]), float(grid.pitches[1])))
     quality = placement_quality(finger, GOALS.touches, grid=GRID)
     for name in ("position_95", "angle_95", "force_95", "position_mean", "log_det"):
         np.testing.assert_allclose(grid.values[name][0, 0, 1, 1, 1], quality.values[name], rtol=1e-5)

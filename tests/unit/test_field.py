@@ -9,7 +9,7 @@ RNG = np.random.default_rng(5)
 
 
 def stress(shape=(6, 4)):
-    return ss.Stress(*(RNG.normal(size=shape) for _ in range(4)))
+    return ss.tensor.Stress(*(RNG.normal(size=shape) for _ in range(4)))
 
 
 def matrices(t):
@@ -28,7 +28,7 @@ def test_principal_values_are_the_eigenvalues(shape):
 def test_principal_values_do_not_turn():
     s = stress()
     c, d = np.cos(0.7), np.sin(0.7)
-    turned = ss.Stress(
+    turned = ss.tensor.Stress(
         xx=c * c * s.xx + d * d * s.yy + 2 * c * d * s.xy,
         yy=d * d * s.xx + c * c * s.yy - 2 * c * d * s.xy,
         zz=s.zz,
@@ -39,11 +39,13 @@ def test_principal_values_do_not_turn():
 
 
 def test_mean_pressure_presses():
-    np.testing.assert_allclose(ss.Stress(*(np.array(v) for v in (-2.0, -2.0, -2.0, 1.0))).mean_pressure, 2.0)
+    np.testing.assert_allclose(
+        ss.tensor.Stress(*(np.array(v) for v in (-2.0, -2.0, -2.0, 1.0))).mean_pressure, 2.0
+    )
 
 
 def test_strain_names():
-    e = ss.Strain(*(np.array(v) for v in (0.1, 0.2, -0.05, 0.03)))
+    e = ss.tensor.Strain(*(np.array(v) for v in (0.1, 0.2, -0.05, 0.03)))
     np.testing.assert_allclose([e.gamma_xy, e.volume], [0.06, 0.25])
 
 

@@ -111,7 +111,7 @@ def test_receptive_field_of_exact_resistance_is_its_slope_at_rest():
 
 @pytest.mark.parametrize("kind", [ss.EnergyDensity(), ss.MaxCompressiveStrain()], ids=repr)
 def test_receptive_field_of_what_is_not_linear(kind):
-    with pytest.raises(ss.NotLinearError, match=type(kind).__name__):
+    with pytest.raises(ss.errors.NotLinearError, match=type(kind).__name__):
         finger(transducer=kind).receptive_field(0.0)
 
 
@@ -150,18 +150,18 @@ def test_range_and_resolution_reach_the_reading():
 
 @pytest.mark.parametrize(("skin", "array"), [("skin", ss.SensorArray(y=0, depth=1)), (SKIN, [1, 2, 3])])
 def test_is_made_of_a_skin_and_an_array(skin, array):
-    with pytest.raises(ss.InvalidValueError, match="is needed"):
+    with pytest.raises(ss.errors.InvalidValueError, match="is needed"):
         ss.Finger(skin, array)
 
 
 @pytest.mark.parametrize("bad", [np.nan, "left", [0.0, np.inf]])
 def test_receptive_field_at_no_position(bad):
-    with pytest.raises(ss.InvalidValueError, match="position"):
+    with pytest.raises(ss.errors.InvalidValueError, match="position"):
         finger().receptive_field(bad)
 
 
 def test_half_plane_refuses_what_it_does_not_know():
-    with pytest.raises(ss.InvalidValueError, match='has to be "strain" or "stress"'):
+    with pytest.raises(ss.errors.InvalidValueError, match='has to be "strain" or "stress"'):
         ss.HalfPlane(ss.Material(1.0), plane="strange")
-    with pytest.raises(ss.InvalidValueError, match="a Material is needed"):
+    with pytest.raises(ss.errors.InvalidValueError, match="a Material is needed"):
         ss.HalfPlane(0.4e6)

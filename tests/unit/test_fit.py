@@ -257,9 +257,9 @@ def test_what_cannot_be_asked(call, words):
     tip = finger()
     with pytest.raises(ss.SubskinError, match=words):
         tip.fit(np.zeros(6), **call)
-    with pytest.raises(ss.GeometryError, match="6 sensors"):
+    with pytest.raises(ss.errors.GeometryError, match="6 sensors"):
         tip.fit(np.zeros(5), "hertz")
-    with pytest.raises(ss.InvalidValueError, match="noise = 0"):
+    with pytest.raises(ss.errors.InvalidValueError, match="noise = 0"):
         finger(noise=0.0).fit(np.zeros(6), "hertz")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import Row
+from subskin.design.search import Row
 from subskin.errors import FileError
 from subskin.io.finger_file import parse_finger
 from subskin.io.goals_file import finger_text, load_goals, parse_goals

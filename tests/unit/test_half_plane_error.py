@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import MAP_RADIUS, MAP_THICKNESS, half_plane_error, half_plane_map
-from subskin.design.half_plane_error import half_plane_of
+from subskin.design import half_plane_error, half_plane_map
+from subskin.design.half_plane import MAP_RADIUS, MAP_THICKNESS, half_plane_of
 from subskin.plot import half_plane_map_figure
 
 RUBBER = ss.Material(young=0.4e6, poisson=0.5)
@@ -205,22 +205,32 @@ class TestMap:
 
     def test_shapes_that_do_not_match_are_refused(self):
         values = half_plane_map([2.0, 4.0], [np.inf], count=3)
-        with pytest.raises(ss.GeometryError, match="angle of shape"):
+        with pytest.raises(ss.errors.GeometryError, match="angle of shape"):
             half_plane_map_figure({**values, "angle": values["angle"].T})
-        with pytest.raises(ss.GeometryError, match="ascending"):
+        with pytest.raises(ss.errors.GeometryError, match="ascending"):
             half_plane_map_figure({**values, "thickness": values["thickness"][::-1]})
 
 
 @pytest.mark.parametrize(
     ("wrong", "options", "error", "seen"),
     [
-        (finger(ss.HalfPlane(RUBBER)), {}, ss.InvalidValueError, "whose skin is a half plane"),
-        (finger(layer(3.0), count=2), {}, ss.InvalidValueError, "2 sensors"),
-        (finger(layer(3.0), gain=[0, 0, 0, 0, 1, 1]), {}, ss.InvalidValueError, "2 sensors that respond"),
-        (finger(layer(3.0), transducer=ss.EnergyDensity()), {}, ss.NotLinearError, "EnergyDensity"),
-        (finger(layer(3.0)), {"half_width": -1e-3}, ss.InvalidValueError, "half_width"),
-        (finger(layer(3.0)), {"snr": 0.0}, ss.InvalidValueError, "snr"),
-        (finger(ss.Round(RUBBER, 8e-3, 4e-3)), {"half_width": 13e-3}, ss.GeometryError, "round the finger"),
+        (finger(ss.HalfPlane(RUBBER)), {}, ss.errors.InvalidValueError, "whose skin is a half plane"),
+        (finger(layer(3.0), count=2), {}, ss.errors.InvalidValueError, "2 sensors"),
+        (
+            finger(layer(3.0), gain=[0, 0, 0, 0, 1, 1]),
+            {},
+            ss.errors.InvalidValueError,
+            "2 sensors that respond",
+        ),
+        (finger(layer(3.0), transducer=ss.EnergyDensity()), {}, ss.errors.NotLinearError, "EnergyDensity"),
+        (finger(layer(3.0)), {"half_width": -1e-3}, ss.errors.InvalidValueError, "half_width"),
+        (finger(layer(3.0)), {"snr": 0.0}, ss.errors.InvalidValueError, "snr"),
+        (
+            finger(ss.Round(RUBBER, 8e-3, 4e-3)),
+            {"half_width": 13e-3},
+            ss.errors.GeometryError,
+            "round the finger",
+        ),
     ],
 )
 def test_bad_input_is_refused(wrong, options, error, seen):
@@ -238,5 +248,5 @@ def test_the_finger_is_left_as_it_was():
 
 def test_thickness_and_radius_of_a_map_are_beyond_the_sensors():
     for arguments in (([1.0], [np.inf]), ([2.0], [0.5])):
-        with pytest.raises(ss.InvalidValueError):
+        with pytest.raises(ss.errors.InvalidValueError):
             half_plane_map(*arguments)

@@ -14,6 +14,7 @@ import subskin
 ROOT = Path(subskin.__file__).parent
 # A module imports only what stands to the left of it, or what stands beside it in its own package.
 ORDER = (
+    "_lazy",
     "errors",
     "_check",
     "material",
@@ -142,11 +143,37 @@ def test_only_plot_imports_matplotlib():
     assert users <= {"plot"}
 
 
+HEAVY = ("numba", "matplotlib", "pint", "pydantic", "pandas", "pyarrow", "scipy", "rich", "tomlkit")
+
+
+def loaded(code: str) -> set[str]:
+    """Modules that a fresh process has loaded after `code`."""
+    code += "\nimport sys; print('\\n' + ' '.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
 def test_import_is_light():
-    """What is slow to load is loaded by the call that needs it."""
-    heavy = ("numba", "matplotlib", "pint", "pydantic", "pandas", "pyarrow", "scipy")
-    code = f"import sys, subskin; print([m for m in {heavy} if m in sys.modules])"
-    seen = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout.strip()
-    assert seen == "[]"
+    """What is slow to load is loaded by the call that needs it, and a room by the name that is used."""
+    modules = loaded("import subskin")
+    assert modules.isdisjoint(HEAVY)
+    assert {m for m in modules if m.startswith("subskin")} == {"subskin", "subskin._lazy"}
+
+
+def test_a_finger_is_light():
+    """The first use of a name loads its room and what that stands on."""
+    modules = loaded("import subskin as ss; ss.Finger, ss.SensorArray, ss.HalfPlane, ss.design")
+    assert {"subskin.skin", "subskin.design"} <= modules
+    assert modules.isdisjoint(
+        {*HEAVY, "subskin.estimate", "subskin.plot", "subskin.memo", "subskin.design.search"}
+    )
+
+
+@pytest.mark.parametrize("command", ["locate", "figures"])
+def test_a_command_loads_no_other(command):
+    code = f"from subskin.cli import main\ntry: main(['{command}', '--help'])\nexcept SystemExit: pass"
+    modules = loaded(code)
+    assert f"subskin.cli.{command}" in modules
+    assert modules.isdisjoint(
+        {*HEAVY, "numpy", "subskin.cli.calibrate", "subskin.cli.design", "subskin.finger"}
+    )

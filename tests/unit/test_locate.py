@@ -74,10 +74,10 @@ def test_a_measured_table_serves_as_well_as_the_closed_form():
     finger = FINGERS["four"]
     y = np.linspace(-6e-3, 6e-3, 400)
     field = finger.receptive_field(y)
-    table = ss.ReceptiveField.from_table(y, field[..., 0], field[..., 1], tolerance=1e-8)
+    table = ss.response.Response.from_table(y, field[..., 0], field[..., 1], tolerance=1e-8)
     load = loads(200, 2.5e-3)
     frames = finger.read(load, np.random.default_rng(1))
-    a, b = finger.locate(frames, search=(-6e-3, 6e-3)), ss.Locator(table, finger.array)(frames)
+    a, b = finger.locate(frames, search=(-6e-3, 6e-3)), ss.estimate.Locator(table, finger.array)(frames)
     np.testing.assert_array_equal(a.status, b.status)
     np.testing.assert_allclose(a.position, b.position, atol=1e-9)
     np.testing.assert_allclose(a.covariance, b.covariance, rtol=1e-3)
@@ -243,7 +243,7 @@ def test_three_sensors_have_a_rival_where_eq_13_has_a_second_accepted_root():
     for y in np.linspace(-0.9e-3, 0.9e-3, 13):
         frame = finger.read(ss.LineLoad(40.0, 0.1, y))
         found = finger.locate(frame, search=(-4e-3, 4e-3))
-        roots = ss.three_sensor(frame, finger.array.y, 2e-3, young=0.4e6, friction=1.0).accepted
+        roots = ss.memo.three_sensor(frame, finger.array.y, 2e-3, young=0.4e6, friction=1.0).accepted
         positions = [r.position for r in roots if abs(r.position) < 3.9e-3]
         assert min(abs(float(found.position) - p) for p in positions) < 1e-7
         if len(positions) == 2 and abs(positions[0] - positions[1]) > 0.2e-3:
@@ -266,14 +266,18 @@ def test_a_load_at_the_end_of_the_search_is_not_sure():
 @pytest.mark.parametrize(
     ("call", "error", "seen"),
     [
-        (lambda: row(4, noise=0.0).locate([0, 0, 0, 0]), ss.InvalidValueError, "noise"),
-        (lambda: row(4).locate([0, 0, 0]), ss.GeometryError, "4 sensors"),
-        (lambda: row(4).locate(1.0), ss.GeometryError, "4 sensors"),
-        (lambda: row(4).locate([0] * 4, search=(1, 0)), ss.InvalidValueError, "ascending"),
-        (lambda: row(4).locate([0] * 4, friction=-1), ss.InvalidValueError, "friction"),
-        (lambda: row(4).locate([0] * 4, friction=np.nan), ss.InvalidValueError, "friction"),
-        (lambda: row(4, transducer=ss.EnergyDensity()).locate([0] * 4), ss.NotLinearError, "EnergyDensity"),
-        (lambda: ss.Locator(row(3).tabulate(), row(4).array), ss.GeometryError, "match"),
+        (lambda: row(4, noise=0.0).locate([0, 0, 0, 0]), ss.errors.InvalidValueError, "noise"),
+        (lambda: row(4).locate([0, 0, 0]), ss.errors.GeometryError, "4 sensors"),
+        (lambda: row(4).locate(1.0), ss.errors.GeometryError, "4 sensors"),
+        (lambda: row(4).locate([0] * 4, search=(1, 0)), ss.errors.InvalidValueError, "ascending"),
+        (lambda: row(4).locate([0] * 4, friction=-1), ss.errors.InvalidValueError, "friction"),
+        (lambda: row(4).locate([0] * 4, friction=np.nan), ss.errors.InvalidValueError, "friction"),
+        (
+            lambda: row(4, transducer=ss.EnergyDensity()).locate([0] * 4),
+            ss.errors.NotLinearError,
+            "EnergyDensity",
+        ),
+        (lambda: ss.estimate.Locator(row(3).tabulate(), row(4).array), ss.errors.GeometryError, "match"),
     ],
 )
 def test_what_cannot_be_done_is_said(call, error, seen):
@@ -304,6 +308,6 @@ def test_an_estimate_says_in_a_line_what_it_holds():
     tip = ss.Finger(skin, ss.SensorArray.line(4, pitch=2e-3, depth=2e-3, noise=1e-4))
     frames = np.stack([tip.read(ss.LineLoad(40.0, 0.1, 1e-3)), np.zeros(4), np.zeros(4)])
     assert repr(tip.locate(frames)) == "Estimate(shape (3,): 1 OK, 2 NO_CONTACT)"
-    assert repr(tip.fit(frames[0])) == "ShapeEstimate(shape (): 1 OK)"
-    with pytest.raises(ss.InvalidValueError, match="numbers are needed"):
+    assert repr(tip.fit(frames[0])) == "Estimate(shape (): 1 OK)"
+    with pytest.raises(ss.errors.InvalidValueError, match="numbers are needed"):
         tip.locate(["a", "b", "c", "d"])

@@ -30,13 +30,13 @@ def test_ints_mean_floats():
 
 @pytest.mark.parametrize("young", [0.0, -1.0, np.nan, np.inf, "soft", None, [1.0, 2.0]])
 def test_modulus_refused(young):
-    with pytest.raises(ss.InvalidValueError, match=r"young.*Fix: a soft silicone"):
+    with pytest.raises(ss.errors.InvalidValueError, match=r"young.*Fix: a soft silicone"):
         ss.Material(young=young)
 
 
 @pytest.mark.parametrize("poisson", [-0.1, 0.5001, 0.6, np.nan, "half"])
 def test_poisson_refused(poisson):
-    with pytest.raises(ss.InvalidValueError, match="poisson"):
+    with pytest.raises(ss.errors.InvalidValueError, match="poisson"):
         ss.Material(young=1.0, poisson=poisson)
 
 

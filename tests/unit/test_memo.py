@@ -15,7 +15,7 @@ from subskin import memo
 from subskin.contact import FlatPunch, Hertz, LineLoad, Strip, Wedge
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.material import Material
-from subskin.memo.three_sensor import three_sensor
+from subskin.memo.three_sensors import three_sensor
 from subskin.skin import HalfPlane
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -205,5 +205,5 @@ def test_a_fit_of_five_sensors_has_none_to_spare():
 
 @pytest.mark.parametrize("value", [2, -1, 0.5, True, "1"])
 def test_none_or_one(value):
-    with pytest.raises(ss.InvalidValueError, match="outliers"):
+    with pytest.raises(ss.errors.InvalidValueError, match="outliers"):
         finger().locate(np.zeros(8), outliers=value)

@@ -4,15 +4,8 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.design import (
-    PLACEMENT_MEASURES,
-    Touches,
-    best_positions,
-    best_row,
-    placement_quality,
-    placement_study,
-    study_row,
-)
+from subskin.design import Touches, best_positions, best_row, placement_quality, placement_study
+from subskin.design.placement import PLACEMENT_MEASURES, study_row
 from subskin.errors import GeometryError, InvalidValueError, NotLinearError
 from subskin.plot import placement_figure, placement_study_figure
 

@@ -48,5 +48,5 @@ def test_normal_touches_have_one_curve(found):
 
 
 def test_names_have_to_match(found):
-    with pytest.raises(ss.GeometryError, match="one for each of the 5"):
+    with pytest.raises(ss.errors.GeometryError, match="one for each of the 5"):
         blind_figure(found, ["a"])

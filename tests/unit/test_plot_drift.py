@@ -52,10 +52,10 @@ def test_without_the_truth_or_a_unit(stream):
 @pytest.mark.parametrize(
     ("change", "error", "seen"),
     [
-        ({"sensor": 4}, ss.InvalidValueError, "sensor = 4"),
-        ({"sensor": -1}, ss.InvalidValueError, "sensor = -1"),
-        ({"truth": [1.0]}, ss.GeometryError, "truth"),
-        ({"time": [1.0]}, ss.GeometryError, "time"),
+        ({"sensor": 4}, ss.errors.InvalidValueError, "sensor = 4"),
+        ({"sensor": -1}, ss.errors.InvalidValueError, "sensor = -1"),
+        ({"truth": [1.0]}, ss.errors.GeometryError, "truth"),
+        ({"time": [1.0]}, ss.errors.GeometryError, "time"),
     ],
 )
 def test_what_does_not_fit_is_said(stream, change, error, seen):

@@ -52,10 +52,10 @@ def test_without_shear_there_is_none_drawn():
 
 def test_what_cannot_be_drawn_is_refused():
     found = ss.pressure_map(FINGER, [FRAME, FRAME])
-    with pytest.raises(ss.GeometryError, match="one frame"):
+    with pytest.raises(ss.errors.GeometryError, match="one frame"):
         pressure_figure(found)
-    with pytest.raises(ss.InvalidValueError, match="NO_CONTACT"):
+    with pytest.raises(ss.errors.InvalidValueError, match="NO_CONTACT"):
         pressure_figure(ss.pressure_map(FINGER, np.zeros(13)))
     two = ss.Hertz(force=[1.0, 2.0], half_width=1e-3)
-    with pytest.raises(ss.GeometryError, match="contacts of shape"):
+    with pytest.raises(ss.errors.GeometryError, match="contacts of shape"):
         pressure_figure(ss.pressure_map(FINGER, FRAME), truth=two)

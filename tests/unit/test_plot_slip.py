@@ -71,5 +71,5 @@ def test_nothing_to_tell_and_nothing_that_sticks():
 @pytest.mark.parametrize("frame", [0, (0, 1), 7])
 def test_a_frame_that_is_not_there(frame):
     judged = slip(estimate(30.0, 6.0), 0.5) if frame == 0 else slip(estimate([30.0, 30.0], 6.0), 0.5)
-    with pytest.raises(ss.GeometryError, match="one frame"):
+    with pytest.raises(ss.errors.GeometryError, match="one frame"):
         slip_figure(judged, frame=frame)

@@ -189,8 +189,8 @@ def test_a_resistance_is_made_linear_first():
     )
     found = [ss.pressure_map(f, f.read(ROLLER)) for f in (exact, linear)]
     np.testing.assert_allclose(found[0].pressure, found[1].pressure, atol=1e-3)
-    with pytest.raises(ss.NotLinearError):
-        ss.PressureMapper(finger(transducer=ss.EnergyDensity()))
+    with pytest.raises(ss.errors.NotLinearError):
+        ss.estimate.PressureMapper(finger(transducer=ss.EnergyDensity()))
 
 
 def kinds(*transducers: ss.Transducer, depth=2e-3, count=13) -> ss.Finger:
@@ -215,10 +215,10 @@ def kinds(*transducers: ss.Transducer, depth=2e-3, count=13) -> ss.Finger:
     ],
 )
 def test_free_shear_is_refused_where_it_cannot_be_told(blind):
-    with pytest.raises(ss.InvalidValueError, match="one function of y") as caught:
-        ss.PressureMapper(blind, shear="free")
+    with pytest.raises(ss.errors.InvalidValueError, match="one function of y") as caught:
+        ss.estimate.PressureMapper(blind, shear="free")
     assert "proportional" in str(caught.value)
-    assert ss.PressureMapper(blind).shear_seen < 0.15
+    assert ss.estimate.PressureMapper(blind).shear_seen < 0.15
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_free_shear_is_refused_where_it_cannot_be_told(blind):
     ],
 )
 def test_free_shear_is_taken_where_it_can(seeing):
-    mapper = ss.PressureMapper(seeing, shear="free")
+    mapper = ss.estimate.PressureMapper(seeing, shear="free")
     assert mapper.shear_seen > 0.3
     drag = ss.Hertz(force=40.0, angle=-0.4, half_width=2e-3)
     found = mapper(seeing.read(drag, np.random.default_rng(2)))
@@ -270,15 +270,15 @@ def test_a_finger_keeps_its_mappers(tip, frames):
 )
 def test_options_out_of_range(tip, options, message):
     with pytest.raises(ss.SubskinError, match=message):
-        ss.PressureMapper(tip, **options)
+        ss.estimate.PressureMapper(tip, **options)
 
 
 def test_sensors_without_noise_and_other_shapes_are_refused(tip, frames):
-    with pytest.raises(ss.InvalidValueError, match="noise = 0"):
-        ss.PressureMapper(finger(noise=0.0))
-    with pytest.raises(ss.GeometryError, match="13 sensors"):
+    with pytest.raises(ss.errors.InvalidValueError, match="noise = 0"):
+        ss.estimate.PressureMapper(finger(noise=0.0))
+    with pytest.raises(ss.errors.GeometryError, match="13 sensors"):
         ss.pressure_map(tip, frames[:, :5])
-    with pytest.raises(ss.GeometryError, match="13 sensors"):
+    with pytest.raises(ss.errors.GeometryError, match="13 sensors"):
         ss.pressure_map(tip, 1.0)
 
 

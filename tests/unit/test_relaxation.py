@@ -126,7 +126,7 @@ def recording(share, time_constants, noise=1e-3, seed=0, gains=(1.0, -0.4, 0.2))
 )
 def test_the_series_is_found_again_and_undone(share, constants):
     raw, time, held, touch = recording(share, constants)
-    found = ss.fit_relaxation(raw, time, held, terms=len(share), rest=0.0)
+    found = ss.stream.fit_relaxation(raw, time, held, terms=len(share), rest=0.0)
     assert found.common
     assert (np.abs(found.relaxation.share - share) < 4.5 * found.share_std + 1e-4).all()
     assert (np.abs(found.relaxation.time - constants) < 4.5 * found.time_std).all()
@@ -142,7 +142,7 @@ def test_standard_errors_are_those_of_the_scatter():
     scores = []
     for seed in range(12):
         raw, time, held, _ = recording([0.15], [2.0], seed=seed)
-        found = ss.fit_relaxation(raw[:3000], time[:3000], held[:4], terms=1, rest=0.0)
+        found = ss.stream.fit_relaxation(raw[:3000], time[:3000], held[:4], terms=1, rest=0.0)
         scores.append(
             [
                 (found.relaxation.share[0] - 0.15) / found.share_std[0],
@@ -156,7 +156,7 @@ def test_standard_errors_are_those_of_the_scatter():
 
 def test_sensors_that_relax_each_in_their_own_way_are_said_to():
     raw, time, held, touch = recording([[0.2, 0.1, 0.2]], [2.0])
-    found = ss.fit_relaxation(raw, time, held, terms=1, rest=0.0)
+    found = ss.stream.fit_relaxation(raw, time, held, terms=1, rest=0.0)
     assert not found.common
     np.testing.assert_allclose(found.scale / found.scale[0], [1, 0.5, 1], atol=0.03)
     left = np.abs(found.own.undo(raw, time, rest=0.0).readings - touch).mean()
@@ -165,7 +165,7 @@ def test_sensors_that_relax_each_in_their_own_way_are_said_to():
 
 def test_a_sensor_that_the_touches_do_not_move_says_nothing():
     raw, time, held, _ = recording([0.15], [2.0], gains=(1.0, 0.5, 0.0))
-    found = ss.fit_relaxation(raw, time, held, terms=1, rest=0.0)
+    found = ss.stream.fit_relaxation(raw, time, held, terms=1, rest=0.0)
     assert found.common
     assert np.isnan(found.scale).tolist() == [False, False, True]
     assert np.asarray(found.own.share)[:, 2] == pytest.approx(np.asarray(found.relaxation.share), rel=1e-12)
@@ -175,13 +175,13 @@ def test_missing_readings_do_no_harm():
     raw, time, held, _ = recording([0.15], [2.0])
     raw[np.random.default_rng(0).random(raw.shape) < 0.1] = np.nan
     raw[:, 2] = np.nan
-    found = ss.fit_relaxation(raw, time, held, terms=1, rest=0.0)
+    found = ss.stream.fit_relaxation(raw, time, held, terms=1, rest=0.0)
     np.testing.assert_allclose(found.relaxation.share, 0.15, atol=0.003)
 
 
 def test_a_skin_that_does_not_relax_has_no_share():
     raw, time, held, _ = recording([0.0], [2.0])
-    found = ss.fit_relaxation(raw, time, held, terms=1, rest=0.0)
+    found = ss.stream.fit_relaxation(raw, time, held, terms=1, rest=0.0)
     assert found.relaxation.share[0] < 2e-3
     assert found.common
 
@@ -189,29 +189,33 @@ def test_a_skin_that_does_not_relax_has_no_share():
 @pytest.mark.parametrize(
     ("call", "error", "seen"),
     [
-        (lambda: ss.Relaxation([0.6, 0.5], [1, 2]), ss.InvalidValueError, "sum of share"),
-        (lambda: ss.Relaxation([-0.1], [1]), ss.InvalidValueError, "share"),
-        (lambda: ss.Relaxation([0.1], [0]), ss.InvalidValueError, "time"),
-        (lambda: ss.Relaxation([0.1], [1, 2]), ss.GeometryError, "one of each"),
+        (lambda: ss.Relaxation([0.6, 0.5], [1, 2]), ss.errors.InvalidValueError, "sum of share"),
+        (lambda: ss.Relaxation([-0.1], [1]), ss.errors.InvalidValueError, "share"),
+        (lambda: ss.Relaxation([0.1], [0]), ss.errors.InvalidValueError, "time"),
+        (lambda: ss.Relaxation([0.1], [1, 2]), ss.errors.GeometryError, "one of each"),
         (
             lambda: ss.Relaxation([[0.1, 0.2]], [1]).undo(np.zeros((2, 3)), [0, 1]),
-            ss.GeometryError,
+            ss.errors.GeometryError,
             "2 sensors",
         ),
-        (lambda: RUBBER.undo(np.zeros((2, 3)), [1, 0]), ss.InvalidValueError, "go back"),
-        (lambda: RUBBER.undo(np.zeros((2, 3)), [1]), ss.GeometryError, "time of shape"),
-        (lambda: RUBBER.undo(np.zeros((2, 3)), [0, 1], rest=[1, 2]), ss.GeometryError, "rest"),
+        (lambda: RUBBER.undo(np.zeros((2, 3)), [1, 0]), ss.errors.InvalidValueError, "go back"),
+        (lambda: RUBBER.undo(np.zeros((2, 3)), [1]), ss.errors.GeometryError, "time of shape"),
+        (lambda: RUBBER.undo(np.zeros((2, 3)), [0, 1], rest=[1, 2]), ss.errors.GeometryError, "rest"),
         (
-            lambda: ss.fit_relaxation(np.zeros((9, 1)), np.arange(9), [(0, 8)], terms=4),
-            ss.InvalidValueError,
+            lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [(0, 8)], terms=4),
+            ss.errors.InvalidValueError,
             "terms",
         ),
         (
-            lambda: ss.fit_relaxation(np.zeros((9, 1)), np.arange(9), [(0, 2)]),
-            ss.InvalidValueError,
+            lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [(0, 2)]),
+            ss.errors.InvalidValueError,
             "5 frames",
         ),
-        (lambda: ss.fit_relaxation(np.zeros((9, 1)), np.arange(9), [0, 2]), ss.GeometryError, "held"),
+        (
+            lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [0, 2]),
+            ss.errors.GeometryError,
+            "held",
+        ),
     ],
 )
 def test_what_cannot_be_done_is_said(call, error, seen):
@@ -221,14 +225,16 @@ def test_what_cannot_be_done_is_said(call, error, seen):
 
 def test_a_state_goes_on_and_not_back():
     left = RUBBER.undo(np.zeros((2, 3)), [0.0, 1.0]).state
-    with pytest.raises(ss.InvalidValueError, match="go back"):
+    with pytest.raises(ss.errors.InvalidValueError, match="go back"):
         RUBBER.undo(np.zeros((1, 3)), [0.5], state=left)
-    with pytest.raises(ss.GeometryError, match="state"):
+    with pytest.raises(ss.errors.GeometryError, match="state"):
         RUBBER.undo(np.zeros((1, 2)), [1.5], state=left)
 
 
 @pytest.mark.parametrize("value", [0.0, np.nan])
 def test_nothing_relaxes_in_readings_of_nothing(value):
     time = np.arange(0.0, 10.0, 0.01)
-    with pytest.raises(ss.ConvergenceError, match="never change"):
-        ss.fit_relaxation(np.full((time.size, 3), value), time, [(2.0, 8.0)], terms=1, rest=np.zeros(3))
+    with pytest.raises(ss.errors.ConvergenceError, match="never change"):
+        ss.stream.fit_relaxation(
+            np.full((time.size, 3), value), time, [(2.0, 8.0)], terms=1, rest=np.zeros(3)
+        )

@@ -70,19 +70,19 @@ def test_without_wavenumbers_it_takes_those_worth_drawing():
 
 @pytest.mark.parametrize("k", [-1.0, np.nan, np.inf, "many"])
 def test_no_such_wavenumber(k):
-    with pytest.raises(ss.InvalidValueError, match="wavenumber"):
+    with pytest.raises(ss.errors.InvalidValueError, match="wavenumber"):
         spatial_response(FINGER, k)
 
 
 def test_waves_that_do_not_close_are_refused():
     tip = ss.Finger(ss.Round(ss.Material(0.4e6), 8e-3, 4e-3), FINGER.array)
-    with pytest.raises(ss.InvalidValueError, match="whole number"):
+    with pytest.raises(ss.errors.InvalidValueError, match="whole number"):
         spatial_response(tip, 2.5 / 8e-3)
 
 
 def test_a_layer_that_slides_has_no_limit_of_long_waves():
     loose = ss.Layered(ss.Layer(ss.Material(0.4e6), 6e-3, "frictionless"))
-    with pytest.raises(ss.InvalidValueError, match="slides"):
+    with pytest.raises(ss.errors.InvalidValueError, match="slides"):
         spatial_response(ss.Finger(loose, FINGER.array), [0.0, 100.0])
     assert np.isfinite(spatial_response(ss.Finger(loose, FINGER.array), 100.0).magnitude).all()
 
@@ -93,7 +93,7 @@ def test_what_is_not_linear_is_made_so_or_refused():
 
     exact, first = (spatial_response(finger(ss.VolumeResistance(exact=e)), 400.0) for e in (True, False))
     np.testing.assert_array_equal(exact.amplitude, first.amplitude)
-    with pytest.raises(ss.NotLinearError):
+    with pytest.raises(ss.errors.NotLinearError):
         spatial_response(finger(ss.EnergyDensity()), 400.0)
 
 
@@ -101,7 +101,7 @@ def test_a_skin_of_another_kind_is_refused():
     class Other(ss.HalfPlane.__mro__[1]):
         state = surface_compliance = surface_influence = None
 
-    with pytest.raises(ss.InvalidValueError, match="Other"):
+    with pytest.raises(ss.errors.InvalidValueError, match="Other"):
         spatial_response(ss.Finger(Other(), FINGER.array), 1.0)
 
 
@@ -121,7 +121,7 @@ def test_figure_draws_each_kind_of_sensor_once():
     assert mark.get_xdata()[0] == pytest.approx(0.5)  # two spacings of 1 mm
     phase = np.asarray(axes[3].lines[0].get_ydata())
     assert set(np.unique(phase[np.isfinite(phase)]).round(9)) == {-90.0, 90.0}
-    with pytest.raises(ss.GeometryError, match="three or more"):
+    with pytest.raises(ss.errors.GeometryError, match="three or more"):
         response_figure(spatial_response(FINGER, 400.0))
 
 

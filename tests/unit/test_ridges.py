@@ -9,7 +9,8 @@ import pytest
 from matplotlib.text import Text
 
 import subskin as ss
-from subskin.design import Ridges, best_ridge_pitch, closing_pressure, press_ridges, read_ridged, ridge_gain
+from subskin.design import Ridges, best_ridge_pitch, press_ridges, ridge_gain
+from subskin.design.ridges import closing_pressure, read_ridged
 from subskin.plot import memo_figure, pressed_ridges_figure, ridge_figure
 
 DEPTH = 0.5e-3
@@ -159,29 +160,29 @@ def test_ridges_that_are_none(arguments, rule):
 
 def test_what_cannot_be_asked():
     ridges = Ridges(2e-3)
-    with pytest.raises(ss.InvalidValueError, match="there are 2"):
+    with pytest.raises(ss.errors.InvalidValueError, match="there are 2"):
         ridge_gain(FINGER, TOUCH, ridges, sensor=2)
-    with pytest.raises(ss.InvalidValueError, match="there are 2"):
+    with pytest.raises(ss.errors.InvalidValueError, match="there are 2"):
         press_ridges(FINGER, 2e-3, 1e-5, force=40.0, radius=20e-3, sensor=-1)
-    with pytest.raises(ss.InvalidValueError, match="a Contact is needed"):
+    with pytest.raises(ss.errors.InvalidValueError, match="a Contact is needed"):
         ridge_gain(FINGER, 40.0, ridges)
-    with pytest.raises(ss.InvalidValueError, match="Ridges are needed"):
+    with pytest.raises(ss.errors.InvalidValueError, match="Ridges are needed"):
         ridge_gain(FINGER, TOUCH, 2e-3)
-    with pytest.raises(ss.GeometryError, match="broadcast"):
+    with pytest.raises(ss.errors.GeometryError, match="broadcast"):
         ridge_gain(FINGER, ss.Hertz(40.0, half_width=[1e-3, 2e-3]), Ridges([1e-3, 2e-3, 3e-3]))
-    with pytest.raises(ss.InvalidValueError, match="does not feel"):
+    with pytest.raises(ss.errors.InvalidValueError, match="does not feel"):
         ridge_gain(FINGER, ss.Hertz(0.0, half_width=1e-3), ridges)
-    with pytest.raises(ss.GeometryError, match="nothing is felt"):
+    with pytest.raises(ss.errors.GeometryError, match="nothing is felt"):
         ridge_gain(FINGER, TOUCH, Ridges(3.0))
-    with pytest.raises(ss.InvalidValueError, match="100 depths"):
+    with pytest.raises(ss.errors.InvalidValueError, match="100 depths"):
         read_ridged(FINGER, ss.Strip(1.0, half_width=1.0), ridges)
     quadratic = ss.Finger(SKIN, ss.SensorArray(y=[0.0], depth=DEPTH, transducer=ss.EnergyDensity()))
     for ask in (lambda: ridge_gain(quadratic, TOUCH, ridges), lambda: best_ridge_pitch(quadratic)):
-        with pytest.raises(ss.NotLinearError):
+        with pytest.raises(ss.errors.NotLinearError):
             ask()
-    with pytest.raises(ss.GeometryError, match="touch all along"):
+    with pytest.raises(ss.errors.GeometryError, match="touch all along"):
         press_ridges(FINGER, 2e-3, 1e-5, force=40.0)
-    with pytest.raises(ss.InvalidValueError, match="amplitude"):
+    with pytest.raises(ss.errors.InvalidValueError, match="amplitude"):
         closing_pressure(SKIN, 2e-3, -1e-6)
 
 
@@ -190,7 +191,7 @@ def test_a_contact_that_hides_a_kink_is_noticed():
         def unit_pressure(self, y):
             return np.where(np.abs(y) < 0.317 * self._a, 1 / (2 * 0.317 * self._a), 0.0)
 
-    with pytest.raises(ss.ConvergenceError, match="force comes out wrong"):
+    with pytest.raises(ss.errors.ConvergenceError, match="force comes out wrong"):
         ridge_gain(FINGER, Hat(40.0, half_width=2e-3), Ridges(2e-3))
 
 
@@ -210,7 +211,7 @@ def test_pressed_ridges_of_no_height_are_the_smooth_contact():
 def test_a_round_finger_on_ridges():
     tip = ss.Finger(ss.Round(SKIN.material, 8e-3, 4e-3), ss.SensorArray(y=[0.0], depth=DEPTH))
     found = press_ridges(tip, 0.8e-3, [5e-6, 40e-6], force=40.0)
-    assert (found.status == ss.PressStatus.OK).all()
+    assert (found.status == ss.pressing.PressStatus.OK).all()
     assert found.touching[0] == 1 > found.touching[1]
     assert found.solved.peak[1] > found.solved.peak[0]
 
@@ -276,13 +277,13 @@ def test_figures_show_the_numbers():
 
 
 def test_figures_that_cannot_be_drawn():
-    with pytest.raises(ss.GeometryError, match="three or more"):
+    with pytest.raises(ss.errors.GeometryError, match="three or more"):
         ridge_figure(ridge_gain(FINGER, TOUCH, Ridges([1e-3, 2e-3])))
-    with pytest.raises(ss.GeometryError, match="has to change"):
+    with pytest.raises(ss.errors.GeometryError, match="has to change"):
         ridge_figure(ridge_gain(FINGER, TOUCH, Ridges([2e-3] * 3)))
     widths = np.array([1e-3, 2e-3, 3e-3])
     turned = ridge_gain(FINGER, ss.Hertz(40.0, half_width=widths), Ridges(widths[:, None]))
-    with pytest.raises(ss.GeometryError, match="first axis"):
+    with pytest.raises(ss.errors.GeometryError, match="first axis"):
         ridge_figure(turned)
-    with pytest.raises(ss.GeometryError, match="have a height"):
+    with pytest.raises(ss.errors.GeometryError, match="have a height"):
         pressed_ridges_figure(press_ridges(FINGER, 2e-3, [0.0, 1e-5, 2e-5], force=40.0, radius=20e-3))

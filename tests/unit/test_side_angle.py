@@ -32,12 +32,12 @@ def told(finger, readings, **more):
 
 
 def by_gradient(finger, readings, **more):
-    return ss.side_angle_from_gradients(finger, readings, **{"position": 0.2e-3, **more})
+    return ss.estimate.side_angle_from_gradients(finger, readings, **{"position": 0.2e-3, **more})
 
 
 def from_slope(slope=-2.0, strain=-0.01, skin=SKIN, *family, **more):
     given = {"depth": 2e-3, "half_width": 1e-3, "slope_std": 0.05, "strain_std": 1e-4, **more}
-    return ss.side_angle_from_slope(slope, strain, skin, *family, **given)
+    return ss.estimate.side_angle_from_slope(slope, strain, skin, *family, **given)
 
 
 @pytest.mark.parametrize(
@@ -84,8 +84,8 @@ def from_slope(slope=-2.0, strain=-0.01, skin=SKIN, *family, **more):
         (lambda: from_slope(-2.0, -0.01, SKIN, "line"), "it has none"),
         (lambda: from_slope(slope=np.zeros(3), strain=np.zeros(4)), "broadcast"),
         (lambda: from_slope(skin=ss.Layered(ss.Layer(ss.Material(1.0), 1e-3))), "x = "),
-        (lambda: ss.blind_depth(SKIN, 0.0), "half_width"),
-        (lambda: ss.blind_depth(SKIN, 1e-3, "line"), "no width"),
+        (lambda: ss.estimate.blind_depth(SKIN, 0.0), "half_width"),
+        (lambda: ss.estimate.blind_depth(SKIN, 1e-3, "line"), "no width"),
     ],
 )
 def test_bad_input_is_refused_with_a_reason(call, says):
@@ -115,7 +115,7 @@ def test_shapes_and_inputs():
     assert (readings == before).all()
     assert told(tip, readings[0, 0]).angle.shape == ()
     assert told(tip, np.empty((0, 7))).shape == (0,)
-    assert ss.blind_depth(SKIN, np.ones((2, 3))).shape == (2, 3)
+    assert ss.estimate.blind_depth(SKIN, np.ones((2, 3))).shape == (2, 3)
 
 
 def test_frame_by_frame_nothing_is_raised():
@@ -266,5 +266,5 @@ def test_the_figure_shows_what_the_formulas_say():
         assert np.rad2deg(tip.fit(reading).std[2]) == pytest.approx(full[k], rel=2e-3)
         told = ss.side_angle(tip, reading, position=0.0, half_width=1 / ratio[k], most_std=np.inf)
         assert np.rad2deg(told.std) == pytest.approx(quick[k], rel=1e-6)
-    with pytest.raises(ss.InvalidValueError, match="noise"):
+    with pytest.raises(ss.errors.InvalidValueError, match="noise"):
         side_angle_figure(noise=0.0)

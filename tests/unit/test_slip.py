@@ -250,7 +250,7 @@ class TestStick:
         assert found.stick * 0.6e-3 == pytest.approx(float(touch.stick_half_width), rel=1e-9)
 
     def test_what_does_not_press_has_none(self):
-        skin, body = FINGER.skin, ss.Cylinder(8e-3)
+        skin, body = FINGER.skin, ss.pressing.Cylinder(8e-3)
         found = stick_zone(skin, body, [20.0, 0.0, np.nan, 20.0], [12.0, 0.0, 1.0, np.nan], 0.5)
         assert found == pytest.approx([0.0, np.nan, np.nan, np.nan], nan_ok=True)
 
@@ -266,7 +266,7 @@ class TestStick:
         (lambda: slip(estimate(20.0, 5.0), 0.5, thresholds=0.5), "two probabilities"),
         (lambda: slip(estimate([20.0, 20.0], 5.0), Friction.known([0.4, 0.5, 0.6])), "frictions of shape"),
         (lambda: slip(estimate(20.0, 5.0), Friction.known([0.4, 0.5])), "frictions of shape"),
-        (lambda: stick_zone(FINGER.skin, ss.Cylinder(8e-3), 20.0, 5.0, 0.0), "friction"),
+        (lambda: stick_zone(FINGER.skin, ss.pressing.Cylinder(8e-3), 20.0, 5.0, 0.0), "friction"),
     ],
 )
 def test_what_cannot_be_asked(call, words):

@@ -268,15 +268,15 @@ def test_without_a_linear_transducer_there_is_still_drift_to_follow():
 @pytest.mark.parametrize(
     ("call", "error", "seen"),
     [
-        (lambda: ss.Tare(finger(noise=0.0)), ss.InvalidValueError, "noise = 0 of sensor 0"),
-        (lambda: ss.Tare(finger(), drift=[1, 2]), ss.GeometryError, "drift of shape"),
-        (lambda: ss.Tare(finger(), guard=0.0), ss.InvalidValueError, "guard"),
-        (lambda: ss.Tare(finger(), known=np.nan), ss.InvalidValueError, "known"),
-        (lambda: ss.Tare(finger(), drift=-1.0), ss.InvalidValueError, "drift"),
-        (lambda: ss.Tare(finger())(np.zeros((3, 5)), [0, 1, 2]), ss.GeometryError, "6 sensors"),
-        (lambda: ss.Tare(finger())(np.zeros((3, 6)), [0, 1]), ss.GeometryError, "time of shape"),
-        (lambda: ss.Tare(finger())(np.zeros((3, 6)), [0, 2, 1]), ss.InvalidValueError, "go back"),
-        (lambda: ss.Tare(finger())(np.zeros((2, 6)), [0, np.nan]), ss.InvalidValueError, "finite"),
+        (lambda: ss.Tare(finger(noise=0.0)), ss.errors.InvalidValueError, "noise = 0 of sensor 0"),
+        (lambda: ss.Tare(finger(), drift=[1, 2]), ss.errors.GeometryError, "drift of shape"),
+        (lambda: ss.Tare(finger(), guard=0.0), ss.errors.InvalidValueError, "guard"),
+        (lambda: ss.Tare(finger(), known=np.nan), ss.errors.InvalidValueError, "known"),
+        (lambda: ss.Tare(finger(), drift=-1.0), ss.errors.InvalidValueError, "drift"),
+        (lambda: ss.Tare(finger())(np.zeros((3, 5)), [0, 1, 2]), ss.errors.GeometryError, "6 sensors"),
+        (lambda: ss.Tare(finger())(np.zeros((3, 6)), [0, 1]), ss.errors.GeometryError, "time of shape"),
+        (lambda: ss.Tare(finger())(np.zeros((3, 6)), [0, 2, 1]), ss.errors.InvalidValueError, "go back"),
+        (lambda: ss.Tare(finger())(np.zeros((2, 6)), [0, np.nan]), ss.errors.InvalidValueError, "finite"),
     ],
 )
 def test_what_cannot_be_done_is_said(call, error, seen):
@@ -286,9 +286,9 @@ def test_what_cannot_be_done_is_said(call, error, seen):
 
 def test_a_state_of_another_finger_or_a_later_time_is_refused():
     left = ss.Tare(finger())(np.zeros((2, 6)), [0.0, 1.0]).state
-    with pytest.raises(ss.GeometryError, match="state"):
+    with pytest.raises(ss.errors.GeometryError, match="state"):
         ss.Tare(finger(4))(np.zeros((1, 4)), [2.0], state=left)
-    with pytest.raises(ss.InvalidValueError, match="go back"):
+    with pytest.raises(ss.errors.InvalidValueError, match="go back"):
         ss.Tare(finger())(np.zeros((1, 6)), [0.5], state=left)
     with pytest.raises(ValueError, match="read-only"):
         left.offset[0] = 1.0

@@ -11,7 +11,7 @@ from subskin.contact import LineLoad
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.material import Material
 from subskin.memo._three_sensor_roots import Determinant
-from subskin.memo.three_sensor import Degeneracy, Verdict, three_sensor
+from subskin.memo.three_sensors import Degeneracy, Verdict, three_sensor
 from subskin.skin import HalfPlane
 
 EQUAL = [-0.75, 0.0, 0.75]

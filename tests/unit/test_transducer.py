@@ -148,7 +148,7 @@ def test_the_others_are_not(kind, skin):
 
 @pytest.mark.parametrize("kind", [ss.EnergyDensity(), ss.MaxCompressiveStrain()], ids=repr)
 def test_what_cannot_be_made_linear_says_so(kind):
-    with pytest.raises(ss.NotLinearError, match=f"{type(kind).__name__}.*Fix: simulate with it"):
+    with pytest.raises(ss.errors.NotLinearError, match=f"{type(kind).__name__}.*Fix: simulate with it"):
         kind.linearise(np.zeros(3))
 
 

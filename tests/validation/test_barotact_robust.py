@@ -115,7 +115,7 @@ def held(skin):
 
 
 def test_these_sensors_do_not_share_a_kernel_and_the_fit_says_so(skin, held):
-    found = ss.fit_relaxation(skin.pressure, skin.time, held, terms=2, rest=skin.first)
+    found = ss.stream.fit_relaxation(skin.pressure, skin.time, held, terms=2, rest=skin.first)
     assert not found.common
     assert found.scale[0] > 6 * found.scale[[1, 3]].max()
     assert (found.scale_std < 0.05).all()
@@ -126,7 +126,7 @@ def test_these_sensors_do_not_share_a_kernel_and_the_fit_says_so(skin, held):
 
 def test_with_a_series_of_its_own_a_held_reading_stays(skin, held):
     """On the presses that the fit has not seen: the first sensor falls by 8 %, and then by less than 2."""
-    found = ss.fit_relaxation(skin.pressure[:, [0]], skin.time, held, terms=2, rest=skin.first[0])
+    found = ss.stream.fit_relaxation(skin.pressure[:, [0]], skin.time, held, terms=2, rest=skin.first[0])
     undone = found.relaxation.undo(skin.pressure[:, [0]], skin.time, rest=skin.first[0]).readings
     strong = np.flatnonzero((skin.presses.reading[:, 0] > 5000) & (np.arange(60) % 2 == 1))
     assert strong.size >= 3
@@ -144,7 +144,7 @@ def test_a_dead_sensor_misleads_until_it_is_found_among_presses_of_unknown_posit
     far = sure & (error > np.maximum(5 * before.std[:, 0], 0.2e-3))
     assert far.sum() >= 4
     assert error[sure].max() > 5e-3
-    found = ss.sensor_health(skin.finger, spoilt, friction=0, search=SEARCH)
+    found = ss.calibration.sensor_health(skin.finger, spoilt, friction=0, search=SEARCH)
     assert [h.name for h in found.health] == ["OK", "DEAD", "OK", "OK"]
     now, error, sure = located(skin, spoilt, found.finger)
     assert not (sure & (error > np.maximum(5 * now.std[:, 0], 0.2e-3))).any()
@@ -154,7 +154,7 @@ def test_a_dead_sensor_misleads_until_it_is_found_among_presses_of_unknown_posit
 def test_a_weak_sensor_is_not_found_where_each_press_moves_but_two(skin):
     """An honest limit: 6 mm apart, the place takes up what the gain has lost."""
     spoilt = skin.presses.reading * np.array([1.0, 0.6, 1.0, 1.0])
-    found = ss.sensor_health(skin.finger, spoilt, friction=0, search=SEARCH)
+    found = ss.calibration.sensor_health(skin.finger, spoilt, friction=0, search=SEARCH)
     assert found.explained > 0.95
     assert found.gain_ratio[1] > 0.8
 

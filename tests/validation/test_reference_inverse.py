@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from subskin.memo.three_sensor import Degeneracy, Verdict, three_sensor
+from subskin.memo.three_sensors import Degeneracy, Verdict, three_sensor
 
 REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference" / "11a_inverse_three_sensors.json"
 CASES = json.loads(REFERENCE.read_text())["cases"] if REFERENCE.exists() else []

@@ -136,7 +136,7 @@ def test_pressure_and_shear_add_up_to_the_load(contact):
     if isinstance(contact, ss.LineLoad):
         pytest.skip("a line load's pressure is not a function")
     normal = tangential = 0.0
-    for part in contact.parts if isinstance(contact, ss.ContactSum) else (contact,):
+    for part in contact.parts if isinstance(contact, ss.contact.ContactSum) else (contact,):
         kinks = [-0.4, 0.0, 0.1]
         if isinstance(part, ss.PartialSlip):
             kinks += [side * part.stick_half_width / part.half_width for side in (-1, 1)]
@@ -150,7 +150,7 @@ def test_pressure_and_shear_add_up_to_the_load(contact):
 
 def first_moment(contact):
     """Of the pressure about y = 0, by means other than the contact's own."""
-    if isinstance(contact, ss.ContactSum):
+    if isinstance(contact, ss.contact.ContactSum):
         return sum(first_moment(part) for part in contact.parts)
     if isinstance(contact, ss.PressureProfile):
         y, p, _ = SHAPE
@@ -189,7 +189,7 @@ def test_superposition_and_linearity(skin):
 
 
 def mirrored(contact):
-    if isinstance(contact, ss.ContactSum):
+    if isinstance(contact, ss.contact.ContactSum):
         return sum(mirrored(part) for part in contact.parts)
     if isinstance(contact, ss.PressureProfile):
         y, p, q = SHAPE

@@ -9,7 +9,8 @@ import pytest
 from scipy.special import ndtr
 
 import subskin as ss
-from subskin.design import Touches, best_positions, placement_quality, placement_study, study_row
+from subskin.design import Touches, best_positions, placement_quality, placement_study
+from subskin.design.placement import study_row
 
 FULL_SCALE = 3 / (2 * np.pi)  # |strain| one depth beneath a unit normal line load, E = 1
 PLANE = ss.HalfPlane(ss.Material(young=1.0))

@@ -43,16 +43,16 @@ def smooth_cases():
     for force in (11.0, 16.0, 23.0):
         for radius in (4e-3, 9e-3):
             a = np.sqrt(4 * force * radius / (np.pi * STIFF))
-            yield ss.Cylinder(radius), force, a, ss.Hertz(force, half_width=a), 0.25
+            yield ss.pressing.Cylinder(radius), force, a, ss.Hertz(force, half_width=a), 0.25
         for slope in (0.1, 0.17):
             a = force / (STIFF * slope)
-            yield ss.RoundedWedge(slope), force, a, ss.Wedge(force, half_width=a), 1 / 6
+            yield ss.pressing.RoundedWedge(slope), force, a, ss.Wedge(force, half_width=a), 1 / 6
 
 
 class TestSmoothBodies:
     """`Cylinder` against Hertz, a sharp `RoundedWedge` against `Wedge`."""
 
-    @pytest.mark.parametrize("kind", [ss.Cylinder, ss.RoundedWedge])
+    @pytest.mark.parametrize("kind", [ss.pressing.Cylinder, ss.pressing.RoundedWedge])
     def test_closed_form_and_rate(self, kind):
         cases = [case for case in smooth_cases() if isinstance(case[0], kind)]
         sizes, errors = (64, 256, 1024), []
@@ -61,7 +61,7 @@ class TestSmoothBodies:
             for at, window in enumerate(WINDOWS):
                 indenter, force, a, wanted, share = cases[at % len(cases)]
                 found = ss.press(HALF, indenter, force=force, nodes=nodes, window=window * a)
-                assert found.status is ss.PressStatus.OK
+                assert found.status is ss.pressing.PressStatus.OK
                 step = window * a / nodes
                 assert abs(found.half_width - a) < 0.25 * step
                 moment = second_moment(found) / (share * force * a**2)
@@ -83,7 +83,7 @@ class TestSmoothBodies:
 
     def test_plane_stress(self):
         """The thin slice is softer: E instead of E / (1 - nu^2)."""
-        found = ss.press(ss.HalfPlane(RUBBER, "stress"), ss.Cylinder(4e-3), force=5.0)
+        found = ss.press(ss.HalfPlane(RUBBER, "stress"), ss.pressing.Cylinder(4e-3), force=5.0)
         assert found.half_width == pytest.approx(np.sqrt(4 * 5.0 * 4e-3 / (np.pi * YOUNG)), rel=1e-3)
 
     def test_depth_from_a_datum(self):
@@ -91,9 +91,9 @@ class TestSmoothBodies:
         force, radius, datum = 20.0, 4e-3, 0.3
         a = np.sqrt(4 * force * radius / (np.pi * STIFF))
         wanted = force / (np.pi * STIFF) * (2 * np.log(2 * datum / a) + 1)
-        found = ss.press(HALF, ss.Cylinder(radius), force=force, datum=datum)
+        found = ss.press(HALF, ss.pressing.Cylinder(radius), force=force, datum=datum)
         assert found.depth == pytest.approx(wanted, rel=1e-6)
-        back = ss.press(HALF, ss.Cylinder(radius), depth=found.depth, datum=datum)
+        back = ss.press(HALF, ss.pressing.Cylinder(radius), depth=found.depth, datum=datum)
         assert back.force == pytest.approx(force, rel=1e-7)
 
 
@@ -106,8 +106,10 @@ class TestPunch:
         wanted = ss.FlatPunch(self.FORCE, half_width=self.A, moment=moment)
         sizes, strain, tilt = (64, 256, 1024), [], []
         for nodes in sizes:
-            found = ss.press(HALF, ss.RoundedFlat(self.A), force=self.FORCE, moment=moment, nodes=nodes)
-            assert found.status is ss.PressStatus.OK
+            found = ss.press(
+                HALF, ss.pressing.RoundedFlat(self.A), force=self.FORCE, moment=moment, nodes=nodes
+            )
+            assert found.status is ss.pressing.PressStatus.OK
             assert found.edges == pytest.approx(np.array([[-self.A, self.A]]), rel=1e-12)
             assert found.moment == pytest.approx(moment, abs=1e-9 * self.FORCE * self.A)
             strain.append(strain_error(HALF, found.contact, wanted, self.A))
@@ -122,7 +124,7 @@ class TestPunch:
 
     def test_a_tilt_kept_is_a_moment(self):
         moment = 0.2 * self.FORCE * self.A
-        body = ss.RoundedFlat(self.A)
+        body = ss.pressing.RoundedFlat(self.A)
         by_moment = ss.press(HALF, body, force=self.FORCE, moment=moment)
         by_tilt = ss.press(HALF, body, force=self.FORCE, tilt=by_moment.tilt)
         assert by_tilt.moment == pytest.approx(moment, rel=1e-7)
@@ -135,7 +137,7 @@ class TestPunch:
         for nodes in sizes:
             found = ss.press(
                 HALF,
-                ss.RoundedFlat(self.A),
+                ss.pressing.RoundedFlat(self.A),
                 force=self.FORCE,
                 moment=share * self.FORCE * self.A,
                 nodes=nodes,
@@ -154,7 +156,9 @@ class TestPunch:
     def test_a_tilt_moves_a_cylinder_not_its_contact(self):
         """A parabola that is turned is the same parabola, its lowest point at R tilt."""
         radius, tilt = 4e-3, 0.02
-        straight, turned = (ss.press(HALF, ss.Cylinder(radius), force=10.0, tilt=t) for t in (0.0, tilt))
+        straight, turned = (
+            ss.press(HALF, ss.pressing.Cylinder(radius), force=10.0, tilt=t) for t in (0.0, tilt)
+        )
         assert turned.edges == pytest.approx(straight.edges + radius * tilt, abs=2e-6)
         assert turned.moment == pytest.approx(10.0 * radius * tilt, rel=1e-4)
 
@@ -164,7 +168,7 @@ class TestWaves:
 
     PITCH, AMPLITUDE = 0.5e-3, 2e-6
     FULL = np.pi * STIFF * AMPLITUDE / PITCH
-    BODY = ss.SineRidges(PITCH, AMPLITUDE)
+    BODY = ss.pressing.SineRidges(PITCH, AMPLITUDE)
 
     def test_in_part(self):
         sizes, errors = (64, 256, 1024), []
@@ -202,7 +206,7 @@ class TestWaves:
         wanted = ss.press(HALF, self.BODY, force=0.2, period=self.PITCH)
         values = {"force": wanted.force, "depth": wanted.depth}
         found = ss.press(HALF, self.BODY, **{load: values[load]}, period=self.PITCH, nodes=nodes)
-        assert found.status is ss.PressStatus.OK
+        assert found.status is ss.pressing.PressStatus.OK
         assert found.force == pytest.approx(wanted.force, rel=5e-3)
         assert found.depth == pytest.approx(wanted.depth, rel=5e-3)
 
@@ -217,17 +221,21 @@ class TestWaves:
         thickness, mean = 1e-3, 4e3
         skin = ss.Layered(ss.Layer(ss.Material(YOUNG, nu), thickness))
         found = ss.press(
-            skin, ss.SineRidges(self.PITCH, 0.0), force=mean * self.PITCH, period=self.PITCH, nodes=64
+            skin,
+            ss.pressing.SineRidges(self.PITCH, 0.0),
+            force=mean * self.PITCH,
+            period=self.PITCH,
+            nodes=64,
         )
         softness = thickness * (1 + nu) * (1 - 2 * nu) / (YOUNG * (1 - nu))
         assert found.depth == pytest.approx(mean * softness, rel=1e-9)
         assert found.pressure == pytest.approx(np.full(64, mean), rel=1e-9)
 
 
-@pytest.mark.filterwarnings("ignore::subskin.ValidityWarning")
+@pytest.mark.filterwarnings("ignore::subskin.errors.ValidityWarning")
 class TestBondedLayers:
     RADIUS = 4e-3
-    BODY = ss.Cylinder(RADIUS)
+    BODY = ss.pressing.Cylinder(RADIUS)
 
     @pytest.mark.parametrize("nu", [0.5, 0.3, 0.0])
     def test_thick_is_hertz(self, nu):
@@ -297,11 +305,11 @@ class TestBondedLayers:
 @pytest.mark.parametrize(
     ("skin", "indenter", "more"),
     [
-        (HALF, ss.SineRidges(0.5e-3, 4e-6), {"period": 0.5e-3, "nodes": 1024}),
-        (HALF, ss.Cylinder(4e-3), {"datum": 0.1}),
-        (ss.Layered(ss.Layer(RUBBER, 1e-3)), ss.RoundedFlat(0.3e-3, 1e-3), {}),
-        (ss.Layered(ss.Layer(ss.Material(YOUNG, 0.3), 1e-3)), ss.RoundedWedge(0.1, 1e-3), {}),
-        (ss.Round(RUBBER, 8e-3, 5e-3), ss.Flat(), {}),
+        (HALF, ss.pressing.SineRidges(0.5e-3, 4e-6), {"period": 0.5e-3, "nodes": 1024}),
+        (HALF, ss.pressing.Cylinder(4e-3), {"datum": 0.1}),
+        (ss.Layered(ss.Layer(RUBBER, 1e-3)), ss.pressing.RoundedFlat(0.3e-3, 1e-3), {}),
+        (ss.Layered(ss.Layer(ss.Material(YOUNG, 0.3), 1e-3)), ss.pressing.RoundedWedge(0.1, 1e-3), {}),
+        (ss.Round(RUBBER, 8e-3, 5e-3), ss.pressing.Flat(), {}),
     ],
     ids=["waves", "half plane", "layer-0.5", "layer-0.3", "round"],
 )
@@ -332,7 +340,7 @@ class TestCertificate:
     def rubbed(self):
         return ss.press(
             ss.Layered(ss.Layer(ss.Material(YOUNG, 0.4), 2e-3)),
-            ss.Cylinder(4e-3),
+            ss.pressing.Cylinder(4e-3),
             force=5.0,
             friction=0.4,
             tangential=1.0,
@@ -340,7 +348,7 @@ class TestCertificate:
         )
 
     def test_of_the_solution(self, rubbed):
-        assert rubbed.status is ss.PressStatus.OK
+        assert rubbed.status is ss.pressing.PressStatus.OK
         assert rubbed.certificate.worst < 4e-9
         assert self.again(rubbed).worst == pytest.approx(rubbed.certificate.worst, abs=1e-12)
 
@@ -371,7 +379,7 @@ class TestCertificate:
             rows = []
             for window in WINDOWS[::2]:
                 a = np.sqrt(4 * 10.0 * 4e-3 / (np.pi * STIFF))
-                found = ss.press(HALF, ss.Cylinder(4e-3), force=10.0, nodes=nodes, window=window * a)
+                found = ss.press(HALF, ss.pressing.Cylinder(4e-3), force=10.0, nodes=nodes, window=window * a)
                 assert found.certificate.worst < 4e-9
                 rows.append(found.refined().worst)
             worst.append(np.mean(rows))
@@ -400,20 +408,20 @@ def random_case(rng):
     y = np.linspace(-3e-3, 3e-3, 151)
     bumps = np.cumsum(rng.normal(size=y.size)) * 1e-6 + y**2 / (2 * 0.01)
     body = [
-        lambda: ss.Cylinder(10 ** rng.uniform(-2.7, -1.7)),
-        lambda: ss.RoundedFlat(10 ** rng.uniform(-3.5, -2.7)),
-        lambda: ss.RoundedFlat(0.7e-3, 10 ** rng.uniform(-3.5, -2.3)),
-        lambda: ss.RoundedWedge(rng.uniform(0.03, 0.2), rng.choice([0.0, 1e-3])),
-        lambda: ss.SineRidges(0.5e-3, 10 ** rng.uniform(-6, -5), 0.02),
-        lambda: ss.ParticleOnFlat(0.2e-3, 10 ** rng.uniform(-5.7, -4.5), 2e-3),
-        lambda: ss.Profile(y, bumps),
+        lambda: ss.pressing.Cylinder(10 ** rng.uniform(-2.7, -1.7)),
+        lambda: ss.pressing.RoundedFlat(10 ** rng.uniform(-3.5, -2.7)),
+        lambda: ss.pressing.RoundedFlat(0.7e-3, 10 ** rng.uniform(-3.5, -2.3)),
+        lambda: ss.pressing.RoundedWedge(rng.uniform(0.03, 0.2), rng.choice([0.0, 1e-3])),
+        lambda: ss.pressing.SineRidges(0.5e-3, 10 ** rng.uniform(-6, -5), 0.02),
+        lambda: ss.pressing.ParticleOnFlat(0.2e-3, 10 ** rng.uniform(-5.7, -4.5), 2e-3),
+        lambda: ss.pressing.Profile(y, bumps),
     ][rng.integers(7)]()
     top = skin.stack[0].material if isinstance(skin, ss.Layered) else skin.single_material
     load = {"force": top.plane_strain_modulus * 1e-3 * 10 ** rng.uniform(-2.3, -1.2)}
     if rng.random() < 0.6:
         load["friction"] = float(rng.choice([0.1, 0.3, 0.6, 1.0, 2.0]))
         load["tangential"] = load["force"] * rng.uniform(-0.95, 0.95) * min(load["friction"], 1.0)
-    elif isinstance(body, ss.RoundedFlat):
+    elif isinstance(body, ss.pressing.RoundedFlat):
         load["moment"] = load["force"] * rng.uniform(-0.8, 0.8) * body.half_width
     return skin, body, load, int(rng.choice([128, 300, 1024]))
 
@@ -422,9 +430,9 @@ def random_case(rng):
 def test_any_skin_any_body(seed):
     skin, body, load, nodes = random_case(np.random.default_rng(seed))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ss.ValidityWarning)
+        warnings.simplefilter("ignore", ss.errors.ValidityWarning)
         found = ss.press(skin, body, **load, nodes=nodes, max_strain=np.inf)
-    assert found.status in (ss.PressStatus.OK, ss.PressStatus.COARSE), found.reason
+    assert found.status in (ss.pressing.PressStatus.OK, ss.pressing.PressStatus.COARSE), found.reason
     p, q, gap = found.pressure, found.shear, found.gap
     assert (p >= 0).all()
     assert found.force == pytest.approx(load["force"], rel=1e-8)

@@ -12,7 +12,7 @@ YOUNG, RADIUS, FORCE, MU = 0.4e6, 4e-3, 20.0, 0.5
 RUBBER = ss.Material(YOUNG, 0.5)
 HALF = ss.HalfPlane(RUBBER)
 STIFF = RUBBER.plane_strain_modulus
-BODY = ss.Cylinder(RADIUS)
+BODY = ss.pressing.Cylinder(RADIUS)
 A = np.sqrt(4 * FORCE * RADIUS / (np.pi * STIFF))
 MEAN = FORCE / A
 CASE = {"force": FORCE, "friction": MU}
@@ -56,7 +56,7 @@ class TestPartialSlip:
                 found = ss.press(
                     HALF, BODY, **CASE, tangential=share * MU * FORCE, nodes=nodes, window=window
                 )
-                assert found.status is ss.PressStatus.OK
+                assert found.status is ss.pressing.PressStatus.OK
                 assert found.tangential == pytest.approx(share * MU * FORCE, rel=1e-8)
                 assert found.stick == pytest.approx(np.array([[-c, c]]), abs=0.8 * window / nodes)
                 x, y = A * np.array([[0.3], [1.0], [2.0]]), A * np.linspace(-2, 2, 9)
@@ -109,7 +109,7 @@ class TestPartialSlip:
 
     @staticmethod
     def compare(state, wanted, shares):
-        assert state.status is ss.PressStatus.OK
+        assert state.status is ss.pressing.PressStatus.OK
         error = np.abs(state.shear - wanted)
         assert error.max() < 8e-3 * MEAN
         for share in shares:
@@ -124,7 +124,7 @@ class TestPartialSlip:
         state = ss.press(HALF, BODY, **CASE, tangential=4.0, window=4 * A)
         before = state.shear
         more = ss.press(HALF, BODY, force=1.5 * FORCE, friction=MU, tangential=4.0, after=state)
-        assert more.status is ss.PressStatus.OK
+        assert more.status is ss.pressing.PressStatus.OK
         # at nu = 1/2 pressure moves nothing sideways, so that nothing slips and no shear changes
         assert more.shear == pytest.approx(before, abs=1e-6 * MEAN)
         assert more.stick[0] == pytest.approx(
@@ -136,7 +136,7 @@ class TestSliding:
     @pytest.mark.parametrize("drag", [1.2, -3.0])
     def test_beyond_friction(self, drag):
         found = ss.press(HALF, BODY, **CASE, tangential=drag * MU * FORCE)
-        assert found.status is ss.PressStatus.SLIDES
+        assert found.status is ss.pressing.PressStatus.SLIDES
         assert found.stick.size == 0
         assert found.shear == pytest.approx(np.sign(drag) * MU * found.pressure, rel=1e-9, abs=1e-9 * MEAN)
         assert found.tangential == pytest.approx(np.sign(drag) * MU * FORCE, rel=1e-9)
@@ -145,9 +145,9 @@ class TestSliding:
         whole = loading_slide(1 - 1e-12)
         slides = ss.press(HALF, BODY, **CASE, slide=1.01 * whole, datum=DATUM)
         holds = ss.press(HALF, BODY, **CASE, slide=0.98 * whole, datum=DATUM)
-        assert slides.status is ss.PressStatus.SLIDES
+        assert slides.status is ss.pressing.PressStatus.SLIDES
         assert slides.tangential == pytest.approx(MU * FORCE, rel=1e-9)
-        assert holds.status is ss.PressStatus.OK
+        assert holds.status is ss.pressing.PressStatus.OK
         assert 0.9 < holds.tangential / (MU * FORCE) < 1
 
     def test_coupled(self):
@@ -159,7 +159,7 @@ class TestSliding:
         skin = ss.HalfPlane(material)
         beta = 0.4 / (2 * 0.7)
         found = ss.press(skin, BODY, force=FORCE, friction=MU, tangential=2 * MU * FORCE, nodes=2048)
-        assert found.status is ss.PressStatus.SLIDES
+        assert found.status is ss.pressing.PressStatus.SLIDES
         gamma = np.arctan(beta * MU) / np.pi
         # the integral of the pressure is lead * B(3/2 - g, 3/2 + g) (2 a)^2
         lead = material.plane_strain_modulus * np.cos(np.pi * gamma) / (2 * RADIUS)
@@ -187,14 +187,14 @@ class TestSliding:
         mean = 2 * first
         found = ss.press(
             ss.HalfPlane(ss.Material(YOUNG, nu)),
-            ss.SineRidges(pitch, amplitude),
+            ss.pressing.SineRidges(pitch, amplitude),
             force=mean * pitch,
             period=pitch,
             friction=mu,
             tangential=2 * mu * mean * pitch,
             nodes=512,
         )
-        assert found.status is ss.PressStatus.SLIDES
+        assert found.status is ss.pressing.PressStatus.SLIDES
         wanted = mean + first * (np.cos(k * found.y) - ratio * np.sin(k * found.y))
         assert found.pressure == pytest.approx(wanted, abs=1e-4 * first)
         assert found.shear == pytest.approx(mu * wanted, abs=1e-4 * first)
@@ -221,7 +221,7 @@ class TestSlideOrForce:
             skin, BODY, depth=one.depth, friction=MU, **more, tangential=one.tangential, nodes=256
         )
         for other in (two, three):
-            assert other.status is ss.PressStatus.OK
+            assert other.status is ss.pressing.PressStatus.OK
             assert other.tangential == pytest.approx(one.tangential, rel=1e-6)
             assert other.force == pytest.approx(one.force, rel=1e-7)
             assert other.shear == pytest.approx(one.shear, abs=1e-5 * MEAN)
@@ -244,8 +244,8 @@ class TestBonded:
     def test_johnson(self, nu):
         skin, sizes, errors = ss.HalfPlane(ss.Material(YOUNG, nu)), (128, 512), []
         for nodes in sizes:
-            found = ss.press(skin, ss.RoundedFlat(self.A), force=FORCE, friction=np.inf, nodes=nodes)
-            assert found.status is ss.PressStatus.OK
+            found = ss.press(skin, ss.pressing.RoundedFlat(self.A), force=FORCE, friction=np.inf, nodes=nodes)
+            assert found.status is ss.pressing.PressStatus.OK
             y = found.y[np.abs(found.y) < 0.9 * self.A]
             wanted = self.wanted(nu, y)
             assert wanted.imag[-1] > 0
@@ -271,8 +271,8 @@ class TestBonded:
         skin = ss.HalfPlane(ss.Material(YOUNG, nu))
         shears, sticks = [], []
         for mu in (0.12, 0.2, 0.5, np.inf):
-            found = ss.press(skin, ss.RoundedFlat(a), force=FORCE, friction=mu, nodes=512)
-            assert found.status is ss.PressStatus.OK
+            found = ss.press(skin, ss.pressing.RoundedFlat(a), force=FORCE, friction=mu, nodes=512)
+            assert found.status is ss.pressing.PressStatus.OK
             q = found.shear
             assert q == pytest.approx(-q[::-1], abs=1e-4 * FORCE / a)
             assert (q[found.y > 0.1 * a] > 0).all()
@@ -285,8 +285,8 @@ class TestBonded:
         assert (np.diff(sticks) > 0).all()
         assert (np.diff(shears) > 0).all()
         assert sticks[-1] == pytest.approx(2 * a, rel=1e-9)
-        slippery = ss.press(skin, ss.RoundedFlat(a), force=FORCE, friction=1e-6, nodes=512)
-        free = ss.press(skin, ss.RoundedFlat(a), force=FORCE, nodes=512)
+        slippery = ss.press(skin, ss.pressing.RoundedFlat(a), force=FORCE, friction=1e-6, nodes=512)
+        free = ss.press(skin, ss.pressing.RoundedFlat(a), force=FORCE, nodes=512)
         assert slippery.pressure == pytest.approx(free.pressure, rel=1e-5)
 
     def test_cylinder(self):
@@ -295,7 +295,7 @@ class TestBonded:
         shares = []
         for force in (5.0, 20.0, 80.0):
             found = ss.press(skin, BODY, force=force, friction=0.3, nodes=512)
-            assert found.status is ss.PressStatus.OK
+            assert found.status is ss.pressing.PressStatus.OK
             q = found.shear
             assert q == pytest.approx(-q[::-1], abs=1e-5 * found.pressure.max())
             assert found.stick.shape == (1, 2)
@@ -352,8 +352,8 @@ class TestWorkOfFriction:
             force = FORCE * rng.uniform(0.5, 1.4)
             drag = 1.1 * MU * force * rng.uniform(-1, 1)
             after = ss.press(skin, BODY, force=force, friction=MU, tangential=drag, after=state)
-            assert after.status in (ss.PressStatus.OK, ss.PressStatus.SLIDES), after.reason
-            if after.status is ss.PressStatus.OK:
+            assert after.status in (ss.pressing.PressStatus.OK, ss.pressing.PressStatus.SLIDES), after.reason
+            if after.status is ss.pressing.PressStatus.OK:
                 taken = -(after.shear * after.slip).sum() * np.diff(after.y[:2])[0]
                 assert taken >= -1e-8 * FORCE * after.certificate.scale
                 total += taken

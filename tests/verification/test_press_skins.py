@@ -30,7 +30,7 @@ LOADS = {
     "dragged": {"force": 20.0, "friction": 0.5, "tangential": 4.0},
     "turned": {"force": 20.0, "moment": 4e-3},
 }
-BODY = ss.Cylinder(4 * A)
+BODY = ss.pressing.Cylinder(4 * A)
 FAR = 1e10 * A
 NODE, WEIGHT = np.polynomial.legendre.leggauss(10)
 
@@ -76,7 +76,7 @@ def moved_along(skin, contact, y):
 def test_the_surface_follows_the_body(skin, load):
     """At nodes to rounding and the tolerance, between them to what a straight line leaves; and never through it."""
     found = ss.press(skin, BODY, **load, nodes=200, max_strain=np.inf)
-    assert found.status is ss.PressStatus.OK
+    assert found.status is ss.pressing.PressStatus.OK
     step, scale = np.diff(found.y[:2])[0], found.certificate.scale
     inside = np.flatnonzero(found.pressure > 0)
     nodes = found.y[inside[3:-3:17]]
@@ -111,7 +111,7 @@ def test_what_sticks_keeps_its_position(skin):
     touched = np.flatnonzero(np.any([state.pressure > 0 for state in states], axis=0))
     y, before = states[0].y[touched], np.zeros(touched.size - 1)
     for state in states:
-        assert state.status is ss.PressStatus.OK
+        assert state.status is ss.pressing.PressStatus.OK
         scale = state.certificate.scale
         way = moved_along(skin, state.contact, y)
         slip = way - before
@@ -175,7 +175,7 @@ class TestRoundFinger:
         widths, errors = [], []
         for force in (2.0, 0.5, 0.125):
             a = np.sqrt(4 * force * self.RADIUS / (np.pi * material.plane_strain_modulus))
-            found = ss.press(skin, ss.Flat(), force=force, window=2.5 * a)
+            found = ss.press(skin, ss.pressing.Flat(), force=force, window=2.5 * a)
             y = a * np.linspace(-0.8, 0.8, 9)
             wanted = ss.Hertz(force, half_width=a).pressure(y)
             widths.append(a)
@@ -189,7 +189,7 @@ class TestRoundFinger:
     def test_two_round_bodies(self, core):
         """Only the relative curvature counts, 1/R = 1/R1 + 1/R2: a finger and a cylinder, or a larger finger."""
         skin = ss.Round(SOFT, self.RADIUS, core * self.RADIUS)
-        one = ss.press(skin, ss.Cylinder(3 * A), force=1.0)
+        one = ss.press(skin, ss.pressing.Cylinder(3 * A), force=1.0)
         both = 1 / (1 / self.RADIUS + 1 / (3 * A))
         a = np.sqrt(4 * 1.0 * both / (np.pi * SOFT.plane_strain_modulus))
         assert one.half_width == pytest.approx(a, rel=5e-3)
@@ -206,8 +206,8 @@ class TestRoundFinger:
         c = 0.01 * self.RADIUS
         end = share * c
         force = np.pi * stiff / (2 * self.RADIUS) * (1.5 * c**2 - end * c)
-        found = ss.press(skin, ss.Edge(), force=force, position=end, nodes=2048)
-        assert found.status is ss.PressStatus.OK
+        found = ss.press(skin, ss.pressing.Edge(), force=force, position=end, nodes=2048)
+        assert found.status is ss.pressing.PressStatus.OK
         assert found.force == pytest.approx(force, rel=1e-9)
         assert found.edges[0, 1] == pytest.approx(end, abs=1e-9 * c)
         assert found.edges[0, 0] == pytest.approx(end - 2 * c, abs=3e-3 * c)
@@ -218,12 +218,12 @@ class TestRoundFinger:
         wanted = stiff / (2 * self.RADIUS) * (2 * c - end - s) * np.sqrt((c + s) / (c - s))
         assert found.pressure[inside] == pytest.approx(wanted, abs=2e-3 * wanted.max())
         assert found.pressure.max() == found.pressure[found.y < end][-1] > 4 * wanted.mean()
-        assert found.depth > ss.press(skin, ss.Flat(), force=force).depth
+        assert found.depth > ss.press(skin, ss.pressing.Flat(), force=force).depth
 
     def test_an_edge_far_away_is_a_table(self):
         skin = ss.Round(SOFT, self.RADIUS, 4 * A)
-        table = ss.press(skin, ss.Flat(), force=10.0, window=3 * A)
-        edge = ss.press(skin, ss.Edge(), force=10.0, position=1.45 * A, nodes=2048)
+        table = ss.press(skin, ss.pressing.Flat(), force=10.0, window=3 * A)
+        edge = ss.press(skin, ss.pressing.Edge(), force=10.0, position=1.45 * A, nodes=2048)
         y = np.linspace(-0.4, 0.4, 9) * A
         assert edge.contact.pressure(y) == pytest.approx(table.contact.pressure(y), rel=2e-4)
         assert edge.depth == pytest.approx(table.depth, rel=1e-5)
@@ -236,7 +236,7 @@ def test_mirror(skin, friction):
     drag = None if friction is None else 2.0
     one = ss.press(
         skin,
-        ss.Profile(y, height),
+        ss.pressing.Profile(y, height),
         force=8.0,
         friction=friction,
         tangential=drag,
@@ -245,7 +245,7 @@ def test_mirror(skin, friction):
     )
     two = ss.press(
         skin,
-        ss.Profile(-y[::-1], height[::-1]),
+        ss.pressing.Profile(-y[::-1], height[::-1]),
         force=8.0,
         friction=friction,
         tangential=drag and -drag,
@@ -275,9 +275,9 @@ def test_a_flat_skin_is_the_same_everywhere(skin):
 def test_a_cylinder_beside_the_top_of_a_finger():
     """It touches where the slopes agree: y / R = (s - y) / r, for s the cylinder's place (small slopes)."""
     skin, radius, position = ss.Round(SOFT, 8 * A, 4 * A), 3 * A, 0.7 * A
-    found = ss.press(skin, ss.Cylinder(radius), force=0.5, position=position)
+    found = ss.press(skin, ss.pressing.Cylinder(radius), force=0.5, position=position)
     assert found.edges.mean() == pytest.approx(position * 8 / 11, rel=2e-3)
-    top = ss.press(skin, ss.Cylinder(radius), force=0.5)
+    top = ss.press(skin, ss.pressing.Cylinder(radius), force=0.5)
     assert found.depth - top.depth == pytest.approx(position**2 / (2 * 11 * A), rel=2e-3)
 
 

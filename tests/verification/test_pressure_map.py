@@ -93,7 +93,7 @@ def test_conditions_of_the_minimum_hold_on_every_skin(skin, shear):
 @pytest.mark.parametrize("half_width", [0.2, 1.0, 2.5])
 def test_the_answer_is_that_of_nnls(rule, half_width):
     finger = row()
-    mapper = ss.PressureMapper(finger, rule=rule, shear="none")
+    mapper = ss.estimate.PressureMapper(finger, rule=rule, shear="none")
     frames = finger.read(rollers(8, half_width=half_width), np.random.default_rng(2))
     found = mapper(frames)
     a = (mapper._surface.reading[..., 0] / np.asarray(finger.array.noise)).T
@@ -231,7 +231,7 @@ def test_deviations_are_those_of_the_quadratic():
     assert found.centre_std == pytest.approx(np.sqrt(arm @ part @ arm), rel=1e-5)
 
 
-def error(found: ss.PressureMap, touch: ss.Contact) -> np.ndarray:
+def error(found: ss.estimate.PressureMap, touch: ss.Contact) -> np.ndarray:
     true = touch.expand(1).pressure(found.y)
     return np.linalg.norm(found.pressure - true, axis=-1) / np.linalg.norm(true, axis=-1)
 
@@ -325,7 +325,7 @@ def test_two_kinds_of_sensors_see_a_shear_of_its_own():
     tied = ss.pressure_map(finger, frames, shear="proportional")
     true = touch.expand(1).shear(free.y)
 
-    def off(found: ss.PressureMap) -> np.ndarray:
+    def off(found: ss.estimate.PressureMap) -> np.ndarray:
         return np.linalg.norm(found.shear - true, axis=-1) / np.linalg.norm(true, axis=-1)
 
     assert (free.status == ss.Status.OK).all()

@@ -8,15 +8,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import j1
 
 import subskin as ss
-from subskin.design import (
-    Ridges,
-    best_ridge_pitch,
-    closing_pressure,
-    press_ridges,
-    read_ridged,
-    ridge_gain,
-    spatial_response,
-)
+from subskin.design import Ridges, best_ridge_pitch, press_ridges, ridge_gain, spatial_response
+from subskin.design.ridges import closing_pressure, read_ridged
 from subskin.design.ridges._nodes import line_loads
 from subskin.design.ridges.gain import _Field
 
@@ -239,7 +232,11 @@ def test_ridges_close_at_the_closing_pressure(skin):
         assert limit == pytest.approx(np.pi * SOFT.plane_strain_modulus * amplitude / pitch, rel=1e-12)
     for share in (0.98, 1.02):
         pressed = ss.press(
-            body, ss.SineRidges(pitch, amplitude), force=share * limit * pitch, period=pitch, nodes=256
+            body,
+            ss.pressing.SineRidges(pitch, amplitude),
+            force=share * limit * pitch,
+            period=pitch,
+            nodes=256,
         )
         assert (pressed.pressure > 0).all() == (share > 1)
 
@@ -257,7 +254,7 @@ def test_pressed_ridges_obey_westergaard():
     peak = np.sqrt(force * RUBBER.plane_strain_modulus / (np.pi * r))  # Hertz
     amplitude = np.array([0.33, 1.0]) * peak / (np.pi * RUBBER.plane_strain_modulus / BEST)
     found = press_ridges(finger(), BEST, amplitude, force=force, radius=r, shape="cos_squared")
-    assert (found.status == ss.PressStatus.OK).all()
+    assert (found.status == ss.pressing.PressStatus.OK).all()
     assert found.filling[1] == pytest.approx(1.0, abs=0.01)
     assert found.crest[1] == pytest.approx(2.0, rel=0.01)
     assert found.valley[1] < 0.01
@@ -269,8 +266,10 @@ def test_pressed_ridges_obey_westergaard():
     twice = press_ridges(finger(), BEST, amplitude[0], force=2 * force, radius=r)
     middle = []
     for load in (force, 2 * force):
-        p = ss.press(ss.HalfPlane(RUBBER), ss.SineRidges(BEST, float(amplitude[0]), r), force=load).contact
-        q = ss.press(ss.HalfPlane(RUBBER), ss.Cylinder(r), force=load).contact
+        p = ss.press(
+            ss.HalfPlane(RUBBER), ss.pressing.SineRidges(BEST, float(amplitude[0]), r), force=load
+        ).contact
+        q = ss.press(ss.HalfPlane(RUBBER), ss.pressing.Cylinder(r), force=load).contact
         middle.append(float(finger().read(p)[0] - finger().read(q)[0]))
     ripple = -1.5 / np.e / YOUNG * float(closing_pressure(ss.HalfPlane(RUBBER), BEST, amplitude[0]))
     np.testing.assert_allclose(middle, ripple, rtol=0.02)

@@ -34,7 +34,7 @@ def test_slope_and_strain_by_quadrature_give_the_angle(shape, nu, plane):
     skin = ss.HalfPlane(ss.Material(3e5, nu), plane=plane)
     for depth in (0.1, 0.55, 2.0, 6.0):
         strain, rise = integrals(shape, depth, nu, plane)
-        told = ss.side_angle_from_slope(
+        told = ss.estimate.side_angle_from_slope(
             rise * np.sin(0.4) / 3e5,
             strain * np.cos(0.4) / 3e5,
             skin,
@@ -55,7 +55,7 @@ def test_reference_values(shared):
         np.array([float(point[key]) for point in points])
         for key in ("x", "slope_deps_x_dy_at_centre", "eps_x_at_centre")
     )
-    told = ss.side_angle_from_slope(
+    told = ss.estimate.side_angle_from_slope(
         rise, strain, ss.HalfPlane(ss.Material(p["E"], p["nu"])), depth=x, half_width=p["a"], **EXACT
     )
     assert (told.status == OK).all()
@@ -76,27 +76,27 @@ def test_reference_values(shared):
 def test_blind_depth_at_every_nu(nu, strain, stress):
     for plane, expected in (("strain", strain), ("stress", stress)):
         skin = ss.HalfPlane(ss.Material(1.0, nu), plane=plane)
-        blind = ss.blind_depth(skin, [1.0, 2e-3])
+        blind = ss.estimate.blind_depth(skin, [1.0, 2e-3])
         assert blind / [1.0, 2e-3] == pytest.approx(np.full(2, expected), abs=6e-6)
         assert abs(integrals("hertz", float(blind[0]), nu, plane)[1]) < 1e-10
 
 
 def test_blind_depth_of_every_shape():
     skin = SKINS["half plane"]
-    assert ss.blind_depth(skin, 1.0) == pytest.approx(np.sqrt((np.sqrt(5) - 1) / 2), abs=1e-10)
-    assert ss.blind_depth(skin, 1.0, "punch") == pytest.approx(np.sqrt(2), abs=1e-10)
-    assert ss.blind_depth(skin, 1.0, "strip") == pytest.approx(1.0, abs=1e-10)
-    assert np.isnan(ss.blind_depth(skin, 1.0, "wedge"))
+    assert ss.estimate.blind_depth(skin, 1.0) == pytest.approx(np.sqrt((np.sqrt(5) - 1) / 2), abs=1e-10)
+    assert ss.estimate.blind_depth(skin, 1.0, "punch") == pytest.approx(np.sqrt(2), abs=1e-10)
+    assert ss.estimate.blind_depth(skin, 1.0, "strip") == pytest.approx(1.0, abs=1e-10)
+    assert np.isnan(ss.estimate.blind_depth(skin, 1.0, "wedge"))
     x = np.geomspace(1e-3, 1e3, 50)
-    line = ss.side_angle_from_slope(-1.0, -x, skin, "line", depth=x, **EXACT)
+    line = ss.estimate.side_angle_from_slope(-1.0, -x, skin, "line", depth=x, **EXACT)
     assert line.angle == pytest.approx(np.full(50, np.pi / 4))  # slope / strain = tan(angle) / x
     # without a third dimension to give way to, a slice of nu = 0 and a block of it never lose the slope
-    assert np.isnan(ss.blind_depth(ss.HalfPlane(ss.Material(1.0, 0.0)), 1.0))
+    assert np.isnan(ss.estimate.blind_depth(ss.HalfPlane(ss.Material(1.0, 0.0)), 1.0))
 
 
 def test_blind_depth_on_layers_goes_over_into_the_half_planes():
-    thick = [float(ss.blind_depth(ss.Layered(ss.Layer(RUBBER, h)), 1.0)) for h in (2.0, 8.0, 32.0)]
-    blind = float(ss.blind_depth(SKINS["half plane"], 1.0))
+    thick = [float(ss.estimate.blind_depth(ss.Layered(ss.Layer(RUBBER, h)), 1.0)) for h in (2.0, 8.0, 32.0)]
+    blind = float(ss.estimate.blind_depth(SKINS["half plane"], 1.0))
     off = np.abs(np.array(thick) - blind)
     assert (np.diff(off) < 0).all()
     assert off[2] < 1.5e-3 * blind
@@ -128,8 +128,8 @@ def test_the_gradient_rule_fails_on_a_bonded_layer():
     assert told[0] == pytest.approx(17.19, abs=0.01)
     assert told[1] == pytest.approx(11.5, abs=0.1)
     for skin in ("layer", "round"):
-        with pytest.raises(ss.InvalidValueError, match="half plane alone"):
-            ss.side_angle_from_gradients(two_rows(skin=SKINS[skin]), np.zeros(18), position=0.0)
+        with pytest.raises(ss.errors.InvalidValueError, match="half plane alone"):
+            ss.estimate.side_angle_from_gradients(two_rows(skin=SKINS[skin]), np.zeros(18), position=0.0)
 
 
 @pytest.mark.parametrize("skin", SKINS.values(), ids=SKINS)
@@ -166,5 +166,5 @@ def test_the_position_of_the_largest_strain_tells_nothing():
     peak = float(y[np.argmin(strain)])
     assert peak == pytest.approx(np.tan(0.3) / 6, rel=0.05)
     rise = slope(lambda s: float(skin.strain(ss.LineLoad(1.0, 0.3), 1.0, peak + s).xx), 0.02)
-    told = ss.side_angle_from_slope(rise, strain.min(), skin, "line", depth=1.0, **EXACT)
+    told = ss.estimate.side_angle_from_slope(rise, strain.min(), skin, "line", depth=1.0, **EXACT)
     assert abs(told.angle) < 1e-3

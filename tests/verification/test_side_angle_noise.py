@@ -51,7 +51,7 @@ def test_std_from_a_slope_is_the_scatter():
     off, wider = (stds[key] * rng.normal(size=count) for key in ("position_std", "half_width_std"))
     strain = skin.strain(touch, 1.0, off).xx
     rise = slope(lambda h: skin.strain(touch, 1.0, off + h).xx, 0.02)
-    told = ss.side_angle_from_slope(
+    told = ss.estimate.side_angle_from_slope(
         rise + stds["slope_std"] * rng.normal(size=count),
         strain + stds["strain_std"] * rng.normal(size=count),
         skin,
@@ -71,14 +71,14 @@ def test_gradient_std_is_the_scatter(half_width):
     rng, count = np.random.default_rng(3), 4000
     tip = two_rows(pitch=0.125, count=9, depths=(0.9, 1.1), noise=3e-4)
     frames = tip.read(ss.Hertz(np.ones(count), 0.3, 0.05, half_width=half_width), rng)
-    still = ss.side_angle_from_gradients(
+    still = ss.estimate.side_angle_from_gradients(
         tip, tip.read(ss.Hertz(1.0, 0.3, 0.05, half_width=half_width)), position=0.05
     )
     assert still.status == OK
     assert abs(still.angle - 0.3) <= still.truncation  # what differences cut off, and no more than is said
     assert still.truncation < np.deg2rad(0.6)
     for std in (0.0, 0.01):
-        told = ss.side_angle_from_gradients(
+        told = ss.estimate.side_angle_from_gradients(
             tip, frames, position=0.05 + std * rng.normal(size=count), position_std=std, most_std=1.0
         )
         assert (told.status == OK).all()
@@ -98,8 +98,12 @@ def test_changes_with_position_and_width_are_what_they_say():
     assert told.per_half_width == pytest.approx(np.diff(ends[::-1]).item() / (2 * h), rel=1e-4)
     rows = two_rows(noise=1e-6)
     reading = rows.read(ss.Hertz(1.0, 0.3, 0.1, half_width=0.7))
-    told = ss.side_angle_from_gradients(rows, reading, position=0.1, position_std=1.0, most_std=np.inf)
-    ends = ss.side_angle_from_gradients(rows, reading, position=[0.1 + h, 0.1 - h], most_std=np.inf).angle
+    told = ss.estimate.side_angle_from_gradients(
+        rows, reading, position=0.1, position_std=1.0, most_std=np.inf
+    )
+    ends = ss.estimate.side_angle_from_gradients(
+        rows, reading, position=[0.1 + h, 0.1 - h], most_std=np.inf
+    ).angle
     assert told.per_position == pytest.approx(np.diff(ends[::-1]).item() / (2 * h), rel=1e-4)
 
 
@@ -107,18 +111,18 @@ def test_changes_from_a_slope_are_what_they_say():
     skin, touch, h = SKINS["soft"], ss.Strip(1.0, 0.5, half_width=0.5), 1e-4
     at = np.array([0.0, h, -h])
     measured = slope(lambda y: skin.strain(touch, 1.0, at + y).xx, 0.02), skin.strain(touch, 1.0, at).xx
-    told = ss.side_angle_from_slope(*measured, skin, "strip", depth=1.0, half_width=0.5, **EXACT)
+    told = ss.estimate.side_angle_from_slope(*measured, skin, "strip", depth=1.0, half_width=0.5, **EXACT)
     assert told.per_position[0] == pytest.approx((told.angle[1] - told.angle[2]) / (2 * h), rel=1e-4)
     widths = 0.5 + at
     there = measured[0][0], measured[1][0]
-    told = ss.side_angle_from_slope(*there, skin, "strip", depth=1.0, half_width=widths, **EXACT)
+    told = ss.estimate.side_angle_from_slope(*there, skin, "strip", depth=1.0, half_width=widths, **EXACT)
     assert told.per_half_width[0] == pytest.approx((told.angle[1] - told.angle[2]) / (2 * h), rel=1e-4)
 
 
 def test_at_the_blind_depth_nothing_is_told():
     skin = SKINS["half plane"]
-    blind = float(ss.blind_depth(skin, 1.0))
-    told = ss.side_angle_from_slope(1e-9, -0.4, skin, depth=blind, half_width=1.0, **EXACT)
+    blind = float(ss.estimate.blind_depth(skin, 1.0))
+    told = ss.estimate.side_angle_from_slope(1e-9, -0.4, skin, depth=blind, half_width=1.0, **EXACT)
     assert told.status == AMBIGUOUS
     assert np.isnan(told.angle)
     assert told.std == np.inf
@@ -127,7 +131,7 @@ def test_at_the_blind_depth_nothing_is_told():
     touch = ss.Hertz(1.0, 0.3, half_width=1.0)
     strain = skin.strain(touch, x, 0.0).xx
     rise = slope(lambda y: skin.strain(touch, x, y).xx, 0.02)
-    told = ss.side_angle_from_slope(
+    told = ss.estimate.side_angle_from_slope(
         rise, strain, skin, depth=x, half_width=1.0, slope_std=5e-3, strain_std=0.0
     )
     per_drag = [integrals("hertz", d, 0.5, "strain")[1] for d in x]
@@ -149,7 +153,7 @@ def test_no_plausible_angle_near_the_blind_depth(rule):
         blind, allowed = 1 / 0.786, 0.0
     else:
         tip = two_rows()
-        told = ss.side_angle_from_gradients(tip, tip.read(touch, rng), position=0.07)
+        told = ss.estimate.side_angle_from_gradients(tip, tip.read(touch, rng), position=0.07)
         blind, allowed = 0.875 / 0.786, told.truncation
     given = told.status == OK
     assert (np.abs(told.angle - 0.4) < 5.5 * told.std + allowed)[given].all()
@@ -175,9 +179,9 @@ def test_readings_of_something_else_are_unexplained():
         assert ss.side_angle(tip, reading, position=0.1, half_width=0.6).status == UNEXPLAINED
         rows = two_rows(noise=1e-3)
         reading = rows.read(ss.Hertz(1.0, steep, 0.1, half_width=0.6))
-        assert ss.side_angle_from_gradients(rows, reading, position=0.1).status == UNEXPLAINED
+        assert ss.estimate.side_angle_from_gradients(rows, reading, position=0.1).status == UNEXPLAINED
     pulled = rows.read(ss.Hertz(1.0, np.pi - 0.3, 0.1, half_width=0.6))
-    assert ss.side_angle_from_gradients(rows, pulled, position=0.1).status == UNEXPLAINED
+    assert ss.estimate.side_angle_from_gradients(rows, pulled, position=0.1).status == UNEXPLAINED
 
 
 @pytest.mark.parametrize(("half_width", "mu", "degrees"), [(0.5, 0.5, 14.8), (1.0, 0.5, -4.3)])
@@ -195,7 +199,7 @@ def test_a_contact_that_sticks_misleads(half_width, mu, degrees):
     expected = np.arctan(np.tan(0.3) * sticking / per_drag(half_width))
     skin = SKINS["half plane"]
     rise = slope(lambda y: skin.strain(touch, 1.0, y).xx, 0.02)
-    told = ss.side_angle_from_slope(
+    told = ss.estimate.side_angle_from_slope(
         rise, skin.strain(touch, 1.0, 0.0).xx, skin, depth=1.0, half_width=half_width, **EXACT
     )
     assert told.angle == pytest.approx(expected, abs=1e-6)
@@ -204,7 +208,7 @@ def test_a_contact_that_sticks_misleads(half_width, mu, degrees):
     assert told.status == OK
     assert np.rad2deg(told.angle) == pytest.approx(degrees, abs=0.1)
     pair = two_rows(depths=(0.9, 1.1))
-    told = ss.side_angle_from_gradients(pair, pair.read(touch), position=0.0)
+    told = ss.estimate.side_angle_from_gradients(pair, pair.read(touch), position=0.0)
     assert told.status == OK
     assert abs(np.rad2deg(told.angle) - 17.2) > 4
     close = row(noise=1e-4)

@@ -394,7 +394,7 @@ def test_influence_on_layers_is_the_integral_of_their_waves(name):
 def test_a_surface_point_of_infinite_stress_is_blanked():
     punch = ss.FlatPunch(40.0, half_width=A)
     for skin in (SKINS["layer-0.5"], SKINS["round-0.5"]):
-        with pytest.warns(ss.SingularPointWarning):
+        with pytest.warns(ss.errors.SingularPointWarning):
             s = skin.stress(punch, 0.0, [A, 0.0])
         assert np.isnan(s.xx[0])
         assert np.isfinite(s.xx[1])

@@ -168,9 +168,9 @@ def test_friction_learned_from_slips_and_holds_is_as_sure_as_it_says():
 
 
 BODIES = {
-    "hertz": (ss.Cylinder(8e-3), 3e-3),
-    "wedge": (ss.RoundedWedge(0.1), 4e-3),
-    "punch": (ss.RoundedFlat(1e-3), 3e-3),
+    "hertz": (ss.pressing.Cylinder(8e-3), 3e-3),
+    "wedge": (ss.pressing.RoundedWedge(0.1), 4e-3),
+    "punch": (ss.pressing.RoundedFlat(1e-3), 3e-3),
 }
 
 
@@ -192,7 +192,7 @@ class TestStick:
 
     def test_slip_asks_the_solver(self):
         tip = finger(8, noise=1e-6)
-        wedge = ss.RoundedWedge(0.1, tip_radius=4e-3)
+        wedge = ss.pressing.RoundedWedge(0.1, tip_radius=4e-3)
         touches = ss.LineLoad(np.hypot(30.0, [4.0, 9.0]), np.arctan2([4.0, 9.0], 30.0), 0.2e-3)
         frames = np.vstack([tip.read(touches), np.zeros((1, 8))])
         found = tip.locate(frames)
@@ -209,7 +209,11 @@ class TestStick:
 
     def test_on_a_thin_layer_the_zone_is_another(self):
         """No closed form: pressing slips by itself there, and the order of press and drag matters."""
-        layer, body, load = ss.Layered(ss.Layer(RUBBER, 1e-3)), ss.Cylinder(8e-3), {"force": self.FORCE}
+        layer, body, load = (
+            ss.Layered(ss.Layer(RUBBER, 1e-3)),
+            ss.pressing.Cylinder(8e-3),
+            {"force": self.FORCE},
+        )
         drags = np.array([2.0, 6.0, 10.0, 14.0])
         solved = stick_zone(layer, body, self.FORCE, drags, self.MU, nodes=256)
         assert (np.diff(solved) < 0).all()

@@ -10,7 +10,7 @@ from scipy.stats import norm
 
 import subskin as ss
 from subskin.design import Touches, two_point_limen
-from subskin.memo.three_sensor import three_sensor
+from subskin.memo.three_sensors import three_sensor
 
 UNIT = ss.HalfPlane(ss.Material(young=1.5 / np.pi))  # strain right beneath a unit point at unit depth is -1
 AT_ONE = {"test": "best", "power": float(norm.cdf(1)), "false_alarm": 0.5}  # told where the distance is 1

@@ -83,7 +83,7 @@ class BlindModel:
     names : sequence of str
         Any of `TERMS`.
     errors : mapping of str to array_like
-        Standard deviation of each: gain (a share), offset, depth, depths, place, thickness [m], poisson.
+        Standard deviation of each: gain (a share), offset, depth, depths, position, thickness [m], poisson.
     loads : int
         2 for a normal and a tangential force, 1 for a normal one.
     """

@@ -55,7 +55,7 @@ def calibrate_blind(
     readings : array_like, shape (m, n)
         One touch a row, tared; NaN where a sensor gave none.
     fit : sequence of str, optional
-        Any of "gain" (each sensor's), "depth" (one shift of all), "depths" (each sensor's), "place" (each sensor's
+        Any of "gain" (each sensor's), "depth" (one shift of all), "depths" (each sensor's), "position" (each sensor's
         along the row), "poisson" (of a skin of one material), "thickness" (of a skin of one layer), "offset" (each
         sensor's).
     gain_error, depth_error, position_error, poisson_error, thickness_error, offset_error : float, optional

@@ -50,8 +50,9 @@ def calibrate(
     positions : array_like, shape (m,)
         Where each touch was, on the motor's axis [m].
     fit : sequence of str, optional
-        Any of "gain", "offset" (each sensor), "depth" (one shift of all), "depths" (each sensor's), "origin", "place"
-        (each sensor's along the row), "poisson", "width" (one for all), "thickness" (of a skin of one layer).
+        Any of "gain", "offset" (each sensor), "depth" (one shift of all), "depths" (each sensor's), "origin",
+        "position" (each sensor's along the row), "poisson", "width" (one for all),
+        "thickness" (of a skin of one layer).
     force, angle : array_like, optional
         Load of each touch [N/m, rad]. Without `force` every touch carries the same load and the gain is the reading per
         measured unit *at that load*, taken as 1 N/m: forces found with it are multiples of the calibration's.

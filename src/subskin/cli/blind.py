@@ -73,7 +73,7 @@ def run_blind(options: argparse.Namespace) -> int:
     file = load_finger(options.finger)
     table = read_table(options.touches)
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
-    fit = tuple(part.strip() for part in (options.fit or "gain,depth,place").split(",") if part.strip())
+    fit = tuple(part.strip() for part in (options.fit or "gain,depth,position").split(",") if part.strip())
     errors = _errors(options, file, fit)
     friction = {k: v for k, v in (file.options or {}).items() if k == "friction"}
     silent = np.asarray(file.finger.array.noise) == 0

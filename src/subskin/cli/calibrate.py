@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from .blind import add_blind, refuse_blind_options, run_blind
-from .common import add_command, add_rows, chosen_rows, number, say, show, write_json
+from .common import add_rows, chosen_rows, describe, number, say, show, write_json
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
-  subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,place,poisson
+  subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,position,poisson
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --figure learnt.png
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --position-error "0.1 mm"
@@ -25,7 +25,7 @@ _EXAMPLES = """\
 _NOTES = """\
 Fits the finger to touches at known places, one a row, and writes the finger file with the fitted numbers in it;
 comments stay. Rows that --every or --rows leaves out are held out, and scored. What can be fitted: gain, offset
-(each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), place
+(each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
 
 With --blind, nothing is known of the touches but the readings, which are tared; what is fitted is known from the
@@ -33,25 +33,18 @@ drawing to within the errors given. What touches cannot tell, and how many would
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "calibrate",
-        run,
-        "fit a finger to touches at known places, or --blind to any touches",
-        _EXAMPLES,
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
     parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")
     parser.add_argument(
         "--fit",
         metavar="LIST",
-        help="what to fit (gain,offset,depth,origin; gain,depth,place with --blind)",
+        help="what to fit (gain,offset,depth,origin; gain,depth,position with --blind)",
     )
     parser.add_argument(
-        "--position-column", metavar="NAME", default="position", help="column of places [m] (position)"
+        "--position-column", metavar="NAME", default="position", help="column of positions [m] (position)"
     )
     parser.add_argument(
         "--force-column", metavar="NAME", help="column of loads [N/m]; without it all are alike"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, check_figure, number, progress_bar, say, show, write_json
+from .common import check_figure, describe, number, progress_bar, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..design import HalfPlaneError, LocatingError
+    from ..design.half_plane import HalfPlaneError, LocatingError
     from ..finger import Finger
     from ..material import Material
 
@@ -34,10 +34,9 @@ _ROUNDING = 1e-4
 """Errors below this, in the unit shown, are those of receptive fields tabulated to 1e-9."""
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(commands, "check", run, "say how wrong the half plane is for a finger", _EXAMPLES)
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
     parser.add_argument(
         "--thickness", metavar="LENGTH", help="thickness of the skin, bonded to a rigid base or core"
@@ -121,7 +120,8 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
 def _draw(path: str, finger: Finger, half_width: float) -> None:
     import numpy as np
 
-    from ..design import MAP_RADIUS, MAP_THICKNESS, half_plane_map
+    from ..design import half_plane_map
+    from ..design.half_plane import MAP_RADIUS, MAP_THICKNESS
     from ..plot import half_plane_map_figure, save
     from ..skin import Round
 

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 __all__ = [
-    "add_command",
     "add_rows",
     "add_shared",
     "check_figure",
     "chosen_rows",
+    "describe",
     "number",
     "progress_bar",
     "quantity_range",
@@ -30,17 +30,11 @@ __all__ = [
 ]
 
 
-def add_command(commands: Any, name: str, run: Any, help: str, examples: str) -> argparse.ArgumentParser:
-    """A sub-parser with its description and examples."""
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        help=help,
-        description=help[:1].upper() + help[1:] + ".",
-        epilog=f"examples:\n{examples}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def describe(parser: argparse.ArgumentParser, run: Any, examples: str, notes: str = "") -> None:
+    """What the help says after the first line, and what runs."""
+    parser.description = f"{parser.description}\n\n{notes}" if notes else parser.description
+    parser.epilog = f"examples:\n{examples}"
     parser.set_defaults(run=run)
-    return parser
 
 
 def add_shared(parser: argparse.ArgumentParser, what: str) -> None:

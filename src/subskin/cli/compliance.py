@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
+from .common import check_figure, describe, number, progress_bar, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
     from .._check import FloatArray
-    from ..design import SkinCompliance
+    from ..design.compliance import SkinCompliance
 
 _EXAMPLES = """\
   subskin compliance finger.toml --width "0.8 mm" --height "30 um" --force "10..100 N/m"
@@ -23,12 +23,9 @@ height, its place and the force are unknown. Errors are the sensors' noise and a
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "compliance", run, "say how soft a skin should be to tell a particle on a flat", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
     parser.add_argument("--width", metavar="LENGTH", required=True, help="width of the particle")
     parser.add_argument("--height", metavar="LENGTH", required=True, help="how far it stands out of the flat")
@@ -130,7 +127,7 @@ def _positive(text: str, unit: str, name: str) -> tuple[float, float]:
 
 
 def _as_json(found: SkinCompliance) -> dict[str, Any]:
-    from ..design import Regime
+    from ..design.compliance import Regime
 
     names = ("thickness", "young", "force", "half_width", "load_share", "reading_share", "seen", "width_std")
     return {
@@ -174,7 +171,7 @@ def _show(options: argparse.Namespace, found: SkinCompliance) -> None:
 
 def _told(found: SkinCompliance, t: int, m: int, f: int) -> str:
     """The width's deviation where it is told, or why it is not."""
-    from ..design import Regime
+    from ..design.compliance import Regime
 
     regime = Regime(int(found.regime[t, m, f]))
     words = {

@@ -6,7 +6,7 @@ import argparse
 import re
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, number, quantity_range, say, show, write_json
+from .common import describe, number, quantity_range, say, show, write_json
 from .frames import (
     MEANING,
     add_frames,
@@ -47,12 +47,9 @@ _HERE = {
 }
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "decide", run, "tell what kind of contact made each frame of readings", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument(
         "--kind",
         action="append",

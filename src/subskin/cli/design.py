@@ -8,10 +8,10 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, progress_bar, say, show, write_json
+from .common import describe, progress_bar, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..design import DesignedFinger, DesignStudy
+    from ..design.search import DesignedFinger, DesignStudy
     from ..io.goals_file import GoalsFile
 
 _EXAMPLES = """\
@@ -26,12 +26,9 @@ DIR/search.
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "design", run, "find the fingers that do what is wanted, with a report", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("goals", nargs="?", help="goals.toml")
     parser.add_argument("-o", "--out", metavar="DIR", default="design", help="folder of the result (design)")
     parser.add_argument("--seed", type=int, metavar="N", help="of the touches, instead of that in the file")
@@ -127,7 +124,7 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
 
 
 def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) -> None:
-    from ..design import finger_table
+    from ..design.search import finger_table
 
     out = say(options)
     columns, rows, left = finger_table(study)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
-from .common import add_command, write_json
+from .common import describe, write_json
 
 _EXAMPLES = """\
   subskin figures -o figures
@@ -13,11 +12,9 @@ _EXAMPLES = """\
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "figures", run, "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19", _EXAMPLES
-    )
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES)
     parser.add_argument(
         "-o", "--out", metavar="FOLDER", required=True, help="folder for the figures; made if missing"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, number, quantity_range, say, show, write_json
+from .common import describe, number, quantity_range, say, show, write_json
 from .frames import (
     MEANING,
     add_frames,
@@ -45,16 +45,9 @@ at 0.
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands,
-        "fit",
-        run,
-        "find a contact of one family, and its width, in each frame of readings",
-        _EXAMPLES,
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("--family", choices=_FAMILIES, default="hertz", help="what presses (hertz)")
     parser.add_argument("--width", metavar="RANGE", help='half widths to look at (default: "0..1.5" depths)')
     add_frames(parser, "fit", "table of contacts", "draw the contacts along the skin, frame by frame")

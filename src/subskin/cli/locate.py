@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, number, say, show, write_json
+from .common import describe, number, say, show, write_json
 from .frames import (
     MEANING,
     add_frames,
@@ -44,10 +44,9 @@ are a stream that begins with the skin free: offsets are followed while nothing 
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(commands, "locate", run, "find the load in each frame of readings", _EXAMPLES)
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
     parser.add_argument(
         "--tare",

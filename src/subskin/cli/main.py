@@ -1,4 +1,4 @@
-"""The parser, the exit codes, and nothing else: each command is a module of its own."""
+"""The parser, the exit codes, and nothing else: each command is a module, imported when it is the one to run."""
 
 from __future__ import annotations
 
@@ -7,24 +7,28 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
 
 from ..errors import ConvergenceError, SubskinError
-from . import (
-    calibrate,
-    check,
-    compliance,
-    decide,
-    design,
-    figures,
-    fit,
-    locate,
-    pressure,
-    segment,
-    simulate,
-    tolerances,
-)
 
 __all__ = ["main"]
+
+_COMMANDS = {
+    "simulate": "compute the readings of a finger under random loads, or a raw recording of an indenter",
+    "segment": "cut a raw recording into presses",
+    "calibrate": "fit a finger to touches at known places, or --blind to any touches",
+    "locate": "find the load in each frame of readings",
+    "fit": "find a contact of one family, and its width, in each frame of readings",
+    "decide": "tell what kind of contact made each frame of readings",
+    "pressure": "find the pressure along the surface in each frame of readings",
+    "check": "say how wrong the half plane is for a finger",
+    "compliance": "say how soft a skin should be to tell a particle on a flat",
+    "tolerances": "say what each tolerance of a finger costs in locating",
+    "design": "find the fingers that do what is wanted, with a report",
+    "figures": "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19",
+}
+"""What each command does. Its module, of its name, has `add`, which says what it takes, and `run`."""
 
 _EPILOG = """\
 a recording of your own, from raw pressures to places:
@@ -50,23 +54,24 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and stop")
-    commands = parser.add_subparsers(title="commands", metavar="command", required=True)
-    for module in (
-        simulate,
-        segment,
-        calibrate,
-        locate,
-        fit,
-        decide,
-        pressure,
-        check,
-        compliance,
-        tolerances,
-        design,
-        figures,
-    ):
-        module.add(commands)
+    commands = parser.add_subparsers(
+        title="commands", metavar="command", required=True, parser_class=_Command
+    )
+    for name, does in _COMMANDS.items():
+        commands.add_parser(name, module=name, help=does, description=f"{does[:1].upper()}{does[1:]}.")
     return parser
+
+
+class _Command(argparse.ArgumentParser):
+    """A command's own parser, which its module fills in when the command is chosen."""
+
+    def __init__(self, module: str, **options: Any) -> None:
+        super().__init__(**options, formatter_class=argparse.RawDescriptionHelpFormatter)
+        self._module = module
+
+    def parse_known_args(self, *given: Any, **named: Any) -> Any:
+        import_module(f".{self._module}", __package__).add(self)
+        return super().parse_known_args(*given, **named)
 
 
 class _Version(argparse.Action):

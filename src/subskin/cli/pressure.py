@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, number, say, show, write_json
+from .common import describe, number, say, show, write_json
 from .frames import (
     add_frames,
     check_targets,
@@ -46,12 +46,9 @@ _MEANING = {
 _SHOWN = ("normal_force", "normal_std", "centre", "angle", "resolution", "residual")
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "pressure", run, "find the pressure along the surface in each frame of readings", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument(
         "--rule",
         choices=("evidence", "discrepancy", "gcv"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, add_shared, number, say, show, write_json
+from .common import add_shared, describe, number, say, show, write_json
 
 if TYPE_CHECKING:
     from ..io.tables import Table
@@ -22,10 +22,9 @@ indenter leaves its rest. Where no depth is recorded, contact is found from the 
 """
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(commands, "segment", run, "cut a raw recording into presses", _EXAMPLES)
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml with a table [recording]")
     parser.add_argument("recording", help="the recording, CSV or Parquet; - for standard input")
     parser.add_argument(

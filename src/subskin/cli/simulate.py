@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, add_shared, number, quantity_range, say, show, write_json
+from .common import add_shared, describe, number, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,10 +20,9 @@ _EXAMPLES = """\
 _MOST = 100_000_000  # readings: more would not fit into memory
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    what = "compute the readings of a finger under random loads, or a raw recording of an indenter"
-    parser = add_command(commands, "simulate", run, what, _EXAMPLES)
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES)
     parser.add_argument("finger", help="finger.toml")
     loads = parser.add_argument_group("loads", 'each a value or a range, "40 N/m" or "10..60 N/m"')
     loads.add_argument(

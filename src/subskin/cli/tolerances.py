@@ -6,17 +6,18 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from .common import add_command, check_figure, number, progress_bar, quantity_range, say, show, write_json
+from .common import check_figure, describe, number, progress_bar, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
-    from ..design import Cost, Needed, ToleranceBudget, Touches
+    from ..design import Touches
+    from ..design.tolerance import Cost, Needed, ToleranceBudget
     from ..io.finger_file import FingerFile
 
 _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m"
   subskin tolerances finger.toml --force "20 N/m" --friction 0.8 --depth "0.05 mm" --gains "3 %" --poisson 0.05
   subskin tolerances finger.toml --force "20 N/m" --wanted-position "0.1 mm" --wanted-angle "2 deg"
-  subskin tolerances finger.toml --force "20 N/m" --only place,gains --calibrate blind --figure tolerances.png
+  subskin tolerances finger.toml --force "20 N/m" --only position,gains --calibrate blind --figure tolerances.png
 """
 _NOTES = """\
 The finger as drawn locates readings of fingers that are off by one source each. An amount is a standard deviation, but
@@ -42,12 +43,9 @@ _HELP = {
 _NAMES = {"total": "root sum of squares", "together": "all at once"}
 
 
-def add(commands: Any) -> None:
-    """Add the command."""
-    parser = add_command(
-        commands, "tolerances", run, "say what each tolerance of a finger costs in locating", _EXAMPLES
-    )
-    parser.description = f"{parser.description}\n\n{_NOTES}"
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
     parser.add_argument("--force", metavar="F", required=True, help='of the touches, "20 N/m"')
     parser.add_argument("--friction", type=float, metavar="MU", help="of touches and search ([locate], or 1)")
@@ -55,7 +53,7 @@ def add(commands: Any) -> None:
     group = parser.add_argument_group("tolerances")
     for name, text in _HELP.items():
         group.add_argument(f"--{name}", metavar="X", help=text)
-    group.add_argument("--only", metavar="LIST", help="these sources alone: place,gains")
+    group.add_argument("--only", metavar="LIST", help="these sources alone: position,gains")
     parser.add_argument(
         "--wanted-position", metavar="LENGTH", help="wanted rms error: say how tight each has to be"
     )

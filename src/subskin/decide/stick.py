@@ -77,7 +77,7 @@ def stick_zone(
 
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> share = ss.decide.stick_zone(skin, ss.Cylinder(radius=8e-3), 40.0, 10.0, friction=0.5)
+    >>> share = ss.decide.stick_zone(skin, ss.pressing.Cylinder(radius=8e-3), 40.0, 10.0, friction=0.5)
     >>> round(float(share), 2), round(float(0.5**0.5), 2)
     (0.71, 0.71)
     """

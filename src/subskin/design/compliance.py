@@ -145,9 +145,9 @@ def skin_compliance(
     >>> import subskin as ss
     >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)
     >>> finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.5e-3, depth=0.8e-3, noise=2e-5))
-    >>> particle = ss.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
+    >>> particle = ss.pressing.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
     >>> found = ss.design.skin_compliance(finger, particle, force=40.0, young=[0.05e6, 0.2e6, 2e6])
-    >>> [ss.design.Regime(r).name for r in found.regime[0, :, 0]]
+    >>> [ss.design.compliance.Regime(r).name for r in found.regime[0, :, 0]]
     ['BLURRED', 'TOLD', 'TIP']
     """
     forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..design import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice, Touches
+from ..design import Goals, Touches
+from ..design.search import Accuracy, Effort, Room, Row, SensorKind, SkinChoice
 from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError, SubskinError
 from ._skin import Misplaced, build_skin, key_of

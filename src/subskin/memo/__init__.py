@@ -46,19 +46,26 @@ from .section5 import (
     eq22_corrected,
 )
 from .section6 import eq23, eq24, eq25, eq25_corrected, eq26, eq26_corrected
+from .three_sensors import Degeneracy, Note, Root, Sensitivity, ThreeSensorSolution, Verdict, three_sensor
 
 __all__ = [
     "ERRATA",
     "FIGURE_6",
     "SYMBOLS",
+    "Degeneracy",
     "Erratum",
     "Figure6",
+    "Note",
     "PlaneStrain",
     "PlaneStress",
     "PolarStress",
     "Resistance",
+    "Root",
+    "Sensitivity",
     "Strains",
     "Symbol",
+    "ThreeSensorSolution",
+    "Verdict",
     "eq1",
     "eq2",
     "eq3",
@@ -97,4 +104,5 @@ __all__ = [
     "eq26",
     "eq26_corrected",
     "markdown",
+    "three_sensor",
 ]

@@ -14,7 +14,7 @@ from .section3 import FIGURE_6, eq12, eq13
 from .section4 import eq14, eq15, eq15_constant, eq16, eq17, eq17_corrected
 from .section5 import eq18, eq20, eq20_corrected, eq21, eq21_corrected, eq22, eq22_corrected
 from .section6 import eq24, eq25, eq26, eq26_corrected
-from .three_sensor import ThreeSensorSolution, Verdict, three_sensor
+from .three_sensors import ThreeSensorSolution, Verdict, three_sensor
 
 Numbers: TypeAlias = Mapping[str, float | str]
 

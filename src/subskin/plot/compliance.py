@@ -13,7 +13,8 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from .._check import FloatArray
 from ..array import SensorArray
-from ..design import Regime, SkinCompliance, skin_compliance
+from ..design import skin_compliance
+from ..design.compliance import Regime, SkinCompliance
 from ..errors import GeometryError
 from ..finger import Finger
 from ..material import Material

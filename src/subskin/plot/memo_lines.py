@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from ..contact.line import LineLoad
 from ..material import Material
 from ..memo import FIGURE_6, eq13
-from ..memo.three_sensor import Root, Verdict, three_sensor
+from ..memo.three_sensors import Root, Verdict, three_sensor
 from ..skin.half_plane import HalfPlane
 from .style import (
     BLACK,

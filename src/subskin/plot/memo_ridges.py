@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from .._check import FloatArray
 from ..array import SensorArray
 from ..contact.hertz import Hertz
-from ..design import RidgeGain, Ridges, best_ridge_pitch, read_ridged, ridge_gain
+from ..design import Ridges, best_ridge_pitch, ridge_gain
+from ..design.ridges import RidgeGain, read_ridged
 from ..finger import Finger
 from .memo_lines import UNIT_SKIN
 from .style import BLACK, BLUE, DOUBLE, GREY, VERMILLION, new_figure, zero_line

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from .._check import FloatArray
-from ..design import PlacementQuality, PlacementStudy
+from ..design.placement import PlacementQuality, PlacementStudy
 from ..errors import GeometryError, InvalidValueError
 from .style import (
     BLACK,

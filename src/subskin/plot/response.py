@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from ..design import AliasingError, SensorDensity, SpatialResponse
+from ..design.response import SpatialResponse
+from ..design.sampling import AliasingError, SensorDensity
 from ..errors import GeometryError
 from ..skin import Round
 from .style import (

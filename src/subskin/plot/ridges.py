@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from .._check import FloatArray
-from ..design import PressedRidges, RidgeGain
+from ..design.ridges import PressedRidges, RidgeGain
 from ..errors import GeometryError
 from .style import (
     BLACK,

@@ -8,7 +8,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
-from ..design import DesignedFinger, DesignStudy
+from ..design.search import DesignedFinger, DesignStudy
 from .style import (
     BLACK,
     BLUE,

@@ -11,8 +11,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from .. import _check
 from .._check import FloatArray
-from ..design import Cost, ToleranceBudget
-from ..design.tolerance import SOURCES
+from ..design.tolerance import SOURCES, Cost, ToleranceBudget
 from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["tolerance_figure"]

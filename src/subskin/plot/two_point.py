@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 
 from .._check import FloatArray
-from ..design import TwoPointLimen, TwoPointStudy
+from ..design.two_point import TwoPointLimen, TwoPointStudy
 from ..errors import GeometryError
 from .style import (
     BLACK,

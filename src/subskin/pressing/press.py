@@ -109,7 +109,7 @@ def press(
 
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
-    >>> pressed = ss.press(skin, ss.Cylinder(radius=8e-3), force=40.0)
+    >>> pressed = ss.press(skin, ss.pressing.Cylinder(radius=8e-3), force=40.0)
     >>> pressed.status.name, round(pressed.half_width * 1e3, 3)
     ('OK', 0.874)
     >>> finger = ss.Finger(skin, ss.SensorArray.line(4, pitch=2e-3, depth=2e-3))

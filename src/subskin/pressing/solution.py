@@ -176,7 +176,7 @@ class ContactSolution:
         --------
         >>> import subskin as ss
         >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-        >>> pressed = ss.press(skin, ss.Cylinder(radius=8e-3), force=40.0)
+        >>> pressed = ss.press(skin, ss.pressing.Cylinder(radius=8e-3), force=40.0)
         >>> pressed.certificate.penetration < 1e-8 < pressed.refined().penetration < 1e-4
         True
         """

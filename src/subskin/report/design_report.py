@@ -6,18 +6,9 @@ import numpy as np
 
 from .. import __version__
 from ..contact import LineLoad
-from ..design import (
-    Cost,
-    DesignedFinger,
-    DesignStudy,
-    ToleranceBudget,
-    finger_table,
-    in_words,
-    sensor_density,
-    spatial_response,
-)
-from ..design.search import limen
-from ..design.tolerance import SOURCES
+from ..design import sensor_density, spatial_response
+from ..design.search import DesignedFinger, DesignStudy, finger_table, in_words, limen
+from ..design.tolerance import SOURCES, Cost, ToleranceBudget
 from ..plot import (
     design_map_figure,
     finger_section,

@@ -108,7 +108,7 @@ def study_row(
     --------
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> found = ss.design.study_row(
+    >>> found = ss.design.placement.study_row(
     ...     skin, ss.NormalStrain(), 2e-3, [1e-3, 2e-3], [4], ss.design.Touches(force=40.0), noise=5e-5, samples=2000
     ... )
     >>> (found["position_worst"] * 1e6).round(0).ravel().tolist()

@@ -70,7 +70,7 @@ def tolerance_budget(
         "known": calibrate each finger by presses straight down at known places along the span, their force being
         known, before it is located. "blind": by touches like these of which nothing is known, the tolerances being what
         is known beforehand. Each fits all that has a tolerance and can be fitted; a mapping says otherwise, as
-        {"blind": ("gain", "depth", "place")}.
+        {"blind": ("gain", "depth", "position")}.
     calibration_draws, calibration_touches, calibration_presses : int, optional
         Fingers calibrated for each source; touches of each blind calibration, and presses of each at known places.
     progress : callable, optional

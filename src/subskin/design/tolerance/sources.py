@@ -50,9 +50,9 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
     Amounts are standard deviations, but for `width` and `resolution`: by how much the sensors are wider than the model
     takes them, and the step of a reading. In the finger's own terms, with d the mean depth: `position` 2 % of d,
     `depth` 5 % of d, `gains` 5 %, as `calibrate_blind` takes them; `depths` 2 % of d, `young` 10 %, `poisson` 0.02
-    where the skin has a material that can be changed, `gain` 5 %, `offset` as much as the noise, `width` a fifth of d,
-    `thickness` 5 % of itself, `radius` 2 % of itself, `resolution` and `noise` those of the
-    array. What a finger has not is left out.
+    where the skin has a material that can be changed, `gain` 5 %, `offset` as much as the noise, `width` a fifth
+    of d, `thickness` 5 % of itself, `radius` 2 % of itself, `resolution` and `noise` those of the array.
+    What a finger has not is left out.
 
     Examples
     --------

@@ -135,7 +135,7 @@ def two_point_limen(
     """How far apart two points have to be for the sensors to tell them from one contact.
 
     The readings of two points, free of noise, are fitted with one contact: its forces are eliminated exactly, its
-    place, and width, searched globally (`Locator`, `Fitter`). What is left, D in standard deviations of the noise, is
+    place, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
     what any test has to go by. "fit" is the test that `Finger.locate` and `Finger.fit` make: the residual of noisy
     readings against chi-square, non-central with D^2 under two points. It asks nothing about what else it might be.
     "best" is the Neyman-Pearson test between just these two points and just that contact: no test of any kind needs

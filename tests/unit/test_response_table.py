@@ -22,7 +22,7 @@ def test_the_table_keeps_its_tolerance_everywhere(finger):
     y = np.linspace(-8e-3, 8e-3, 4001)
     exact = finger.receptive_field(y)
     for tolerance in (1e-4, 1e-7, 1e-10):
-        table = ss.ReceptiveField.from_function(
+        table = ss.response.Response.from_function(
             finger.receptive_field, -8e-3, 8e-3, step=2e-3, tolerance=tolerance
         )
         error = np.abs(table(y) - exact).max() / np.abs(exact).max()
@@ -35,7 +35,7 @@ def test_its_error_falls_with_the_fifth_power_of_the_step(finger):
     exact = finger.receptive_field(y)
     errors = []
     for cells in (32, 64, 128):
-        table = ss.ReceptiveField.from_function(
+        table = ss.response.Response.from_function(
             finger.receptive_field, -8e-3, 8e-3, step=16e-3 / cells, tolerance=np.inf
         )
         errors.append(np.abs(table(y) - exact).max())
@@ -59,7 +59,7 @@ def test_a_table_of_measured_fields_is_as_good_as_its_points(finger, even):
     if not even:
         y = y + 0.03e-3 * np.sin(2e3 * y)
     values = finger.receptive_field(y)
-    table = ss.ReceptiveField.from_table(y, values[..., 0], values[..., 1])
+    table = ss.response.Response.from_table(y, values[..., 0], values[..., 1])
     between = np.linspace(-7.9e-3, 7.9e-3, 999)
     exact = finger.receptive_field(between)
     assert np.abs(table(between) - exact).max() < 1e-5 * np.abs(exact).max()
@@ -80,15 +80,15 @@ def test_select_keeps_the_chosen_sensors(finger):
     ],
 )
 def test_bad_tables_are_refused(positions, normal, seen):
-    with pytest.raises(ss.GeometryError, match=seen):
-        ss.ReceptiveField.from_table(positions, normal, normal)
+    with pytest.raises(ss.errors.GeometryError, match=seen):
+        ss.response.Response.from_table(positions, normal, normal)
 
 
 def test_a_field_that_is_not_smooth_is_refused():
     def jump(y):
         return np.where(np.asarray(y)[..., None, None] > 0.1234, 1.0, 0.0) * np.ones((1, 2))
 
-    with pytest.raises(ss.ConvergenceError, match="smooth"):
-        ss.ReceptiveField.from_function(jump, 0.0, 1.0, step=0.1)
-    with pytest.raises(ss.GeometryError, match="start has to be < stop"):
-        ss.ReceptiveField.from_function(jump, 1.0, 0.0, step=0.1)
+    with pytest.raises(ss.errors.ConvergenceError, match="smooth"):
+        ss.response.Response.from_function(jump, 0.0, 1.0, step=0.1)
+    with pytest.raises(ss.errors.GeometryError, match="start has to be < stop"):
+        ss.response.Response.from_function(jump, 1.0, 0.0, step=0.1)

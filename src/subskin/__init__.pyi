@@ -1,0 +1,99 @@
+from . import array as array
+from . import calibration as calibration
+from . import contact as contact
+from . import decide, design
+from . import errors as errors
+from . import estimate as estimate
+from . import finger as finger
+from . import io as io
+from . import load as load
+from . import material as material
+from . import memo as memo
+from . import plot as plot
+from . import pressing as pressing
+from . import report as report
+from . import response as response
+from . import skin as skin
+from . import stream as stream
+from . import synthetic as synthetic
+from . import tensor as tensor
+from . import transducer as transducer
+from .array import SensorArray
+from .calibration import calibrate, calibrate_blind
+from .contact import (
+    Contact,
+    FlatPunch,
+    Hertz,
+    LineLoad,
+    PartialSlip,
+    PressureProfile,
+    Strip,
+    Wedge,
+)
+from .errors import SubskinError
+from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
+from .finger import Finger
+from .load import Load
+from .material import Material
+from .pressing import press
+from .response import tabulate
+from .skin import HalfPlane, Layer, Layered, Round, Skin
+from .stream import Relaxation, Tare
+from .transducer import (
+    EnergyDensity,
+    LateralStrain,
+    MaxCompressiveStrain,
+    MeanPressure,
+    NormalStrain,
+    NormalStress,
+    ShearStrain,
+    Transducer,
+    VolumeResistance,
+)
+
+__version__: str
+
+__all__ = [
+    "Contact",
+    "EnergyDensity",
+    "Estimate",
+    "Finger",
+    "FlatPunch",
+    "HalfPlane",
+    "Hertz",
+    "LateralStrain",
+    "Layer",
+    "Layered",
+    "LineLoad",
+    "Load",
+    "Material",
+    "MaxCompressiveStrain",
+    "MeanPressure",
+    "NormalStrain",
+    "NormalStress",
+    "PartialSlip",
+    "PressureProfile",
+    "Relaxation",
+    "Round",
+    "SensorArray",
+    "ShearStrain",
+    "Skin",
+    "Status",
+    "Strip",
+    "SubskinError",
+    "Tare",
+    "Transducer",
+    "VolumeResistance",
+    "Wedge",
+    "calibrate",
+    "calibrate_blind",
+    "decide",
+    "design",
+    "fit",
+    "locate",
+    "locator",
+    "press",
+    "pressure_map",
+    "side_angle",
+    "tabulate",
+]

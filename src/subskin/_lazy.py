@@ -1,0 +1,72 @@
+"""Names that load when they are first used (PEP 562): `__init__.pyi` says which, for people, checkers and Python."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+__all__ = ["attach"]
+
+
+def attach(package: str, path: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+    """What a package needs so that its names load when used.
+
+    Parameters
+    ----------
+    package : str
+        Its `__name__`.
+    path : str
+        Its `__file__`; the stub lies beside it.
+
+    Returns
+    -------
+    tuple
+        Its `__getattr__`, `__dir__` and `__all__`. What the stub imports can be reached and is listed by `dir`;
+        what the stub's `__all__` holds is public.
+    """
+    stub = _parsed(Path(path).with_suffix(".pyi"))
+    origin = {
+        alias.name: node.module
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+
+    def load(name: str) -> object:
+        if name not in origin:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}{_hint(package, path, name)}")
+        if origin[name] is None:
+            return import_module(f"{package}.{name}")
+        value = getattr(import_module(f"{package}.{origin[name]}"), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return load, lambda: sorted(origin), _public(stub)
+
+
+def _hint(package: str, path: str, name: str) -> str:
+    """In which room of the package the name is public; nothing is imported for it."""
+    folder = Path(path).parent
+    files = [file for file in folder.rglob("*.py*") if file.suffix in {".py", ".pyi"}]
+    rooms = {file: file.relative_to(folder).with_suffix("").parts for file in files}
+    rooms = {file: parts[:-1] if parts[-1] == "__init__" else parts for file, parts in rooms.items()}
+    for file in sorted(files, key=lambda file: (len(rooms[file]), file)):
+        hidden = any(part.startswith("_") for part in rooms[file])
+        if not hidden and f'"{name}"' in file.read_text("utf-8") and name in _public(_parsed(file)):
+            return f": it is public in another room. Fix: {'.'.join((package, *rooms[file], name))}"
+    return ""
+
+
+def _parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text("utf-8"))
+
+
+def _public(tree: ast.Module) -> list[str]:
+    """What `__all__` holds, where it is written out."""
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return list(ast.literal_eval(node.value)) if isinstance(node.value, ast.List) else []
+    return []
