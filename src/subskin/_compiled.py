@@ -45,6 +45,8 @@ def compiled(
     """
 
     def wrap(function: Any) -> Any:
+        if nb.config.DISABLE_JIT:
+            return function
         fast, how = False if exact else _FAST, "always" if inline else "never"
         loop: Any = nb.njit(cache=True, nogil=True, fastmath=fast, error_model="numpy", inline=how)(function)
         changed = max((Path(str(m.__file__)).stat().st_mtime_ns for m in built_on), default=0)

@@ -44,7 +44,7 @@ def attach(package: str, path: str) -> tuple[Callable[[str], object], Callable[[
         setattr(sys.modules[package], name, value)
         return value
 
-    return load, lambda: sorted(origin), _public(stub)
+    return load, lambda: sorted(_public(stub)), _public(stub)
 
 
 def _hint(package: str, path: str, name: str) -> str:

@@ -2,8 +2,9 @@
 
 At each trial the forces are eliminated exactly, within compression and the friction cone (`eliminate`). In position the
 climb is a safeguarded Newton iteration with exact first and second derivatives; in position y and q = a^2, the square
-of the half width, in which readings are smooth down to no width at all, it is Levenberg and Marquardt's method on the
-projected residual (Golub and Pereyra 1973, Kaufman 1975, without the cone). docs/locating.md, docs/fitting.md.
+of the half width, in which readings are smooth down to no width at all, it is Newton's with the exact curvature where
+that is a maximum's, and Levenberg and Marquardt's on the projected residual elsewhere (Golub and Pereyra 1973, Kaufman
+1975, without the cone). docs/locating.md, docs/fitting.md.
 """
 
 from __future__ import annotations
@@ -138,34 +139,47 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
     """The best admissible forces at (y, q): fit = N, T, S and the inverse of what the cone leaves free (3).
 
     table (cells, widths, 10 n): in each cell the powers of t, for N and T each, as Chebyshev sums in 2 q / square - 1.
-    a (3, 2 n): A_N and A_T, their slopes in y, and in q; c (2, 10 n): scratch.
+    a (6, 2 n): A_N and A_T, then their derivatives in y, q, yy, yq, qq; c (3, 10 n + widths + 3): scratch.
     """
     cells, widths, size = table.shape
     two_n = size // 5
     place = (y - start) / step
     cell = min(max(int(place), 0), cells - 1)
     t = place - cell - 0.5
-    x = 2.0 * q / square - 1.0
-    rise_of = 2.0 / square
+    x, slope = 2.0 * q / square - 1.0, 2.0 / square
+    v0, v1, v2 = c[0], c[1], c[2]  # the sums, and their first and second derivatives in x
     for j in range(size):
-        c[0, j] = table[cell, 0, j]
-        c[1, j] = 0.0
-    before, now, slope_before, slope = 1.0, x, 0.0, 1.0
-    for k in range(1, widths):
-        if k > 1:
-            value, rise = 2 * x * now - before, 2 * now + 2 * x * slope - slope_before
-            before, now, slope_before, slope = now, value, slope, rise
-        rise = rise_of * slope
+        v0[j] = v1[j] = v2[j] = 0.0
+    h0, h1, h2 = v0[size:], v1[size:], v2[size:]  # Chebyshev polynomials, and their derivatives
+    h0[0], h1[0], h2[0], h0[1], h1[1], h2[1] = 1.0, 0.0, 0.0, x, 1.0, 0.0
+    for k in range(2, widths):
+        h0[k] = 2 * x * h0[k - 1] - h0[k - 2]
+        h1[k] = 2 * h0[k - 1] + 2 * x * h1[k - 1] - h1[k - 2]
+        h2[k] = 4 * h1[k - 1] + 2 * x * h2[k - 1] - h2[k - 2]
+    for k in range(widths, widths + 3):
+        h0[k] = h1[k] = h2[k] = 0.0
+    for k in range(0, widths, 4):  # four at once: the sums go through memory less often
+        r0, r1 = table[cell, k], table[cell, min(k + 1, widths - 1)]
+        r2, r3 = table[cell, min(k + 2, widths - 1)], table[cell, min(k + 3, widths - 1)]
+        p0, p1, p2, p3 = h0[k], h0[k + 1], h0[k + 2], h0[k + 3]
+        q0, q1, q2, q3 = h1[k], h1[k + 1], h1[k + 2], h1[k + 3]
+        s0, s1, s2, s3 = h2[k], h2[k + 1], h2[k + 2], h2[k + 3]
         for j in range(size):
-            c[0, j] += now * table[cell, k, j]
-            c[1, j] += rise * table[cell, k, j]
-    d = 1.0 / step
+            t0, t1, t2, t3 = r0[j], r1[j], r2[j], r3[j]
+            v0[j] += (p0 * t0 + p1 * t1) + (p2 * t2 + p3 * t3)
+            v1[j] += (q0 * t0 + q1 * t1) + (q2 * t2 + q3 * t3)
+            v2[j] += (s0 * t0 + s1 * t1) + (s2 * t2 + s3 * t3)
+    d1, d2 = 1.0 / step, 1.0 / (step * step)
     for i in range(two_n):
         c1, c2, c3, c4 = c[0, two_n + i], c[0, 2 * two_n + i], c[0, 3 * two_n + i], c[0, 4 * two_n + i]
         a[0, i] = c[0, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
-        a[1, i] = d * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
+        a[1, i] = d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
+        a[3, i] = d2 * (2 * c2 + t * (6 * c3 + t * (12 * c4)))
         c1, c2, c3, c4 = c[1, two_n + i], c[1, 2 * two_n + i], c[1, 3 * two_n + i], c[1, 4 * two_n + i]
-        a[2, i] = c[1, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
+        a[2, i] = slope * (c[1, i] + t * (c1 + t * (c2 + t * (c3 + t * c4))))
+        a[4, i] = slope * d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
+        c1, c2, c3, c4 = c[2, two_n + i], c[2, 2 * two_n + i], c[2, 3 * two_n + i], c[2, 4 * two_n + i]
+        a[5, i] = slope * slope * (c[2, i] + t * (c1 + t * (c2 + t * (c3 + t * c4))))
     n = w.size
     g11 = g12 = g22 = b1 = b2 = 0.0
     for i in range(n):
@@ -181,11 +195,14 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
 
 @compiled()
 def slopes(w, a, fit):
-    """Gradient of S/2 in (y, q) and the projected information matrix: g_y, g_q, m_yy, m_yq, m_qq."""
+    """Gradient of S/2 in (y, q) and its curvature there, with the sign of a maximum's taken as positive.
+
+    g_y, g_q; the projected information m_yy, m_yq, m_qq; and what the misfit adds to these for the curvature.
+    """
     n = w.size
     normal, tangential, i11, i12, i22 = fit[0], fit[1], fit[3], fit[4], fit[5]
-    gy = gq = yy = yq = qq = 0.0
-    p1 = p2 = r1 = r2 = 0.0
+    gy = gq = yy = yq = qq = byy = byq = bqq = 0.0
+    p1 = p2 = r1 = r2 = e1 = e2 = f1 = f2 = 0.0
     for i in range(n):
         an, at = a[0, i], a[0, n + i]
         u = a[1, i] * normal + a[1, n + i] * tangential
@@ -196,35 +213,52 @@ def slopes(w, a, fit):
         yy += u * u
         yq += u * v
         qq += v * v
+        byy += rho * (a[3, i] * normal + a[3, n + i] * tangential)
+        byq += rho * (a[4, i] * normal + a[4, n + i] * tangential)
+        bqq += rho * (a[5, i] * normal + a[5, n + i] * tangential)
         p1 += an * u
         p2 += at * u
         r1 += an * v
         r2 += at * v
+        e1 += a[1, i] * rho
+        e2 += a[1, n + i] * rho
+        f1 += a[2, i] * rho
+        f2 += a[2, n + i] * rho
     yy -= p1 * (i11 * p1 + i12 * p2) + p2 * (i12 * p1 + i22 * p2)
     yq -= r1 * (i11 * p1 + i12 * p2) + r2 * (i12 * p1 + i22 * p2)
     qq -= r1 * (i11 * r1 + i12 * r2) + r2 * (i12 * r1 + i22 * r2)
-    return gy, gq, yy, yq, qq
+    # (e - p)^T I (e - p) less p^T I p, which the projected information has already
+    byy += e1 * (i11 * (e1 - 2 * p1) + i12 * (e2 - 2 * p2)) + e2 * (i12 * (e1 - 2 * p1) + i22 * (e2 - 2 * p2))
+    bqq += f1 * (i11 * (f1 - 2 * r1) + i12 * (f2 - 2 * r2)) + f2 * (i12 * (f1 - 2 * r1) + i22 * (f2 - 2 * r2))
+    byq += e1 * (i11 * (f1 - r1) + i12 * (f2 - r2)) + e2 * (i12 * (f1 - r1) + i22 * (f2 - r2))
+    byq -= p1 * (i11 * f1 + i12 * f2) + p2 * (i12 * f1 + i22 * f2)
+    return gy, gq, yy, yq, qq, -byy, -byq, -bqq
 
 
 @compiled()
 def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit):
     """Climb S from (y, q) within ends = (y low, y high, q low, q high); returns y and q, the rest in fit.
 
-    Ends with a step that raises S by less than 1e-7, which is still made where it does.
+    Steps are Newton's where S is curved downwards, and those of the projected information elsewhere, shortened until S
+    rises. Ends with a step that raises S by less than 1e-7, which is still made where it does. a (2, 6, 2 n).
     """
     project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit)
     here, damping = 0, 1e-4
     normal, tangential, top, i11, i12, i22 = fit[0], fit[1], fit[2], fit[3], fit[4], fit[5]
     for _ in range(_STEPS):
-        gy, gq, yy, yq, qq = slopes(w, a[here], fit)
+        gy, gq, yy, yq, qq, byy, byq, bqq = slopes(w, a[here], fit)
         # what stands at an end and would go on beyond stays
         fixed_y = (y <= ends[0] and gy < 0.0) or (y >= ends[1] and gy > 0.0)
         fixed_q = ends[2] == ends[3] or (q <= ends[2] and gq < 0.0) or (q >= ends[3] and gq > 0.0)
+        if fixed_y and fixed_q:
+            break
+        cyy, cyq, cqq = yy + byy, yq + byq, qq + bqq
+        if (fixed_y or cyy > 1e-3 * yy) and (fixed_q or cqq > 1e-3 * qq):
+            if fixed_y or fixed_q or cyy * cqq - cyq * cyq > 1e-3 * cyy * cqq:
+                yy, yq, qq = cyy, cyq, cqq
         done = True
         while damping < 1e12:
             hy, hq = yy * (1.0 + damping), qq * (1.0 + damping)
-            if fixed_y and fixed_q:
-                break
             if fixed_q:
                 dy, dq = gy / hy, 0.0
             elif fixed_y:
@@ -233,7 +267,11 @@ def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit):
                 det = hy * hq - yq * yq
                 dy, dq = (hq * gy - yq * gq) / det, (hy * gq - yq * gy) / det
             new_y = min(max(y + dy, ends[0]), ends[1])
+            if new_y != y + dy and not fixed_q:  # cut short: the best q for what is left of it
+                dq = (gq - yq * (new_y - y)) / hq
             new_q = min(max(q + dq, ends[2]), ends[3])
+            if new_q != q + dq and not fixed_y:
+                new_y = min(max(y + (gy - yq * (new_q - q)) / hy, ends[0]), ends[1])
             dy, dq = new_y - y, new_q - q
             small = not abs(gy * dy) + abs(gq * dq) > 1e-7
             project_wide(w, table, start, step, square, mu, new_y, new_q, c, a[1 - here], fit)

@@ -185,7 +185,7 @@ class Estimate(_Found):
 
     @property
     def covariance(self) -> FloatArray:
-        """Inverse Fisher information of (position [m], force [N/m], angle [rad][, half width [m]]), shape (..., k, k)."""
+        """Of (position [m], force [N/m], angle [rad][, half width [m]]): inverse Fisher information, (..., k, k)."""
         return polar_covariance(self.components, self.table[..., self.layout.square])
 
     @property

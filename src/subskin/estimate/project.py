@@ -146,7 +146,7 @@ def _climbed(w, s, squares, table, options, total, score, at, fits):
     largest, apart, square, ends = options[6], options[8], options[10], options[11:15]
     rows, m = s.shape
     n = w.size
-    a, c = np.empty((2, 3, 2 * n)), np.empty((2, 10 * n))
+    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     best = second = -1
     for p in range(highest(s, scan_start, scan_step, squares, score, at)):
         if second >= 0 and score[p] < 0.8 * fits[second, 2]:
@@ -261,7 +261,7 @@ def _uncertainty(w, table, options, at, fit, row):
     """Covariance of (position, N, T, half width), and the 95 % interval of the half width."""
     n = w.size
     mu, q, least, most = options[4], at[1], options[13], options[14]
-    a, c = np.empty((3, 2 * n)), np.empty((2, 10 * n))
+    a, c = np.empty((6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     project_wide(w, table, options[0], options[1], options[10], mu, at[0], q, c, a, fit)
     normal, tangential = fit[0], fit[1]
     wide = most > least

@@ -85,8 +85,8 @@ def highest(s, first, step, squares, score, at):
     for j in range(rows):
         for k in range(m):
             here = s[j, k]
-            if not here > 0.0:
-                continue
+            if not here > 0.0 or (k > 0 and s[j, k - 1] >= here) or (k + 1 < m and s[j, k + 1] > here):
+                continue  # most nodes
             top = True
             for dj in range(-1, 2):
                 for dk in range(-1, 2):

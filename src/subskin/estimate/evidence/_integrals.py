@@ -123,7 +123,7 @@ def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
     """
     y, q = at[0], at[1]
     project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit)
-    _, gq, yy, yq, qq = slopes(w, a, fit)
+    _, gq, yy, yq, qq, _, _, _ = slopes(w, a, fit)
     if not yy * (0.57 * step) ** 2 < 1.0:
         return False
     if not ends[3] > ends[2]:

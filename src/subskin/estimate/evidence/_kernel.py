@@ -78,7 +78,7 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
     for p in range(count):
         y, q = at[p, 0], at[p, 1]
         project_wide(w, table, start, step, square, mu, y, q, c, a[0], fits[p])
-        _, gq, yy, yq, qq = slopes(w, a[0], fits[p])
+        _, gq, yy, yq, qq, _, _, _ = slopes(w, a[0], fits[p])
         spans[p, 0] = spans[p, 1] = q
         if high > low:
             curvature = max(qq - yq * yq / max(yy, 1e-300), 1e-300)
@@ -153,7 +153,10 @@ def weigh_frames(
     mu, detection, largest = options[0], options[3], options[4]
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    a, c = np.empty((2, 3, 2 * n)), np.empty((2, 10 * n))
+    wides = 1
+    for k in range(kinds):
+        wides = max(wides, tables[k].shape[1])
+    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + wides + 3))
     fits, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6)
     at, score = np.empty((kinds, _PEAKS, 2)), np.empty(_PEAKS)
     spans, hold, ends = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4))), np.empty(4)

@@ -14,7 +14,7 @@ from ..._compiled import compiled
 from . import _solver, _weight
 from ._solver import forward, settle, turn
 from ._weight import HIGHEST, LOWEST, weigh
-from .map import (
+from .columns import (
     ANGLE,
     ANGLE_STD,
     CENTRE,

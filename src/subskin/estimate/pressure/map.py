@@ -3,21 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray, read_only
-
-if TYPE_CHECKING:
-    from .mapper import PressureMapper
+from ._operator import Factors
+from .columns import (
+    ANGLE,
+    ANGLE_STD,
+    CENTRE,
+    CENTRE_STD,
+    FORCE_STD,
+    FORCES,
+    LEAN,
+    OPTIMALITY,
+    RESIDUAL,
+    STATUS,
+    WEIGHT,
+    WIDTH,
+)
 
 __all__ = ["PressureMap"]
 
-# Columns of the packed table that the compiled loop fills, one row a frame; those along the surface follow.
-ANGLE, ANGLE_STD, CENTRE, CENTRE_STD, FORCES, FORCE_STD = 0, 1, 2, 3, 4, 6
-WEIGHT, RESIDUAL, OPTIMALITY, LEAN, STATUS, WIDTH = 8, 9, 10, 11, 12, 13
+
+class _Mapper(Protocol):
+    """What a map asks of the `PressureMapper` that made it."""
+
+    y: FloatArray
+    shear: str
+
+    def factors(self, used: npt.NDArray[np.bool_]) -> list[Factors]: ...
 
 
 def _column(index: int, text: str) -> property:
@@ -45,7 +62,7 @@ class PressureMap:
 
     table: FloatArray
     used: npt.NDArray[np.bool_]
-    mapper: PressureMapper
+    mapper: _Mapper
 
     normal_force = _column(FORCES, "Normal force [N/m], the pressure's integral.")
     tangential_force = _column(FORCES + 1, "Tangential force [N/m], the shear's integral.")

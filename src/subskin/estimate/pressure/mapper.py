@@ -14,7 +14,8 @@ from ...finger import Finger
 from ...prepared import prepared
 from ..frames import Framewise, sensor_rows
 from ._operator import COARSE, Factors, Surface, shear_seen
-from .map import STATUS, WIDTH, PressureMap
+from .columns import STATUS, WIDTH
+from .map import PressureMap
 
 __all__ = ["RULES", "SHEARS", "PressureMapper", "pressure_map"]
 

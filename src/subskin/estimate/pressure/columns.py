@@ -1,0 +1,4 @@
+"""Columns of the table that the compiled loop fills, one row a frame; those along the surface follow from `WIDTH`."""
+
+ANGLE, ANGLE_STD, CENTRE, CENTRE_STD, FORCES, FORCE_STD = 0, 1, 2, 3, 4, 6
+WEIGHT, RESIDUAL, OPTIMALITY, LEAN, STATUS, WIDTH = 8, 9, 10, 11, 12, 13
