@@ -253,9 +253,9 @@ def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit):
         if fixed_y and fixed_q:
             break
         cyy, cyq, cqq = yy + byy, yq + byq, qq + bqq
-        if (fixed_y or cyy > 1e-3 * yy) and (fixed_q or cqq > 1e-3 * qq):
-            if fixed_y or fixed_q or cyy * cqq - cyq * cyq > 1e-3 * cyy * cqq:
-                yy, yq, qq = cyy, cyq, cqq
+        curved = (fixed_y or cyy > 1e-3 * yy) and (fixed_q or cqq > 1e-3 * qq)
+        if curved and (fixed_y or fixed_q or cyy * cqq - cyq * cyq > 1e-3 * cyy * cqq):
+            yy, yq, qq = cyy, cyq, cqq
         done = True
         while damping < 1e12:
             hy, hq = yy * (1.0 + damping), qq * (1.0 + damping)
