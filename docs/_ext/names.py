@@ -11,7 +11,7 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.ext import autosummary
 
-PUBLIC = re.compile(r"(?:subskin\.)?(?:[A-Z]\w+|[a-z_]+\.[\w.]+)(?:\.\w+)*")
+PUBLIC = re.compile(r"(?:subskin\.)?(?:[A-Z]\w*[a-z]\w*|[a-z_]+\.[\w.]+)(?:\.\w+)*")
 
 
 def name_role(
@@ -43,6 +43,8 @@ def drop_links_of_words(app: Sphinx, tree: nodes.document) -> None:
 
 def keep_bars(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Let |x| mean an absolute value, not a substitution; doctests stay as they are."""
+    if what == "data" and lines[:1] == (type(obj).__doc__ or "").splitlines()[:1]:
+        lines.clear()  # a constant says nothing of its own, and what its type says is not about it
     example = False
     for i, line in enumerate(lines):
         example = line.strip().startswith(">>>") or (example and bool(line.strip()))

@@ -10,6 +10,7 @@ from . import load as load
 from . import material as material
 from . import memo as memo
 from . import plot as plot
+from . import prepared as prepared
 from . import pressing as pressing
 from . import report as report
 from . import response as response

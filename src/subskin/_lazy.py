@@ -24,8 +24,8 @@ def attach(package: str, path: str) -> tuple[Callable[[str], object], Callable[[
     Returns
     -------
     tuple
-        Its `__getattr__`, `__dir__` and `__all__`. What the stub imports can be reached and is listed by `dir`;
-        what the stub's `__all__` holds is public.
+        Its `__getattr__`, `__dir__` and `__all__`. What the stub imports can be reached; what its `__all__` holds
+        is public, and listed by `dir`.
     """
     stub = _parsed(Path(path).with_suffix(".pyi"))
     origin = {

@@ -226,7 +226,7 @@ class TestOptions:
         refused("locate", "--figure", "x.bmp")
         refused("calibrate", "--fit", "gain,depht")
         refused("calibrate", "--fit", ",")
-        refused("calibrate", "--position-column", "position")
+        refused("calibrate", "--position-column", "place")
         refused("segment", "--early", "2")
         refused("segment", "--hold", "1 kg")
 

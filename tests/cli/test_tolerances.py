@@ -52,7 +52,7 @@ def test_tables_of_costs_of_needed_amounts_and_of_what_is_won_back(strain, subsk
 def test_json_is_the_budget(strain, subskin):
     done = subskin(
         "tolerances", "strain.toml", *FORCE, "--depth", "0.05 mm", "--poisson", "0.01", "--span", "4 mm", "--seed", "3",
-        "--only", "depth,poisson,place,noise", "--wanted-position", "0.1 mm", "--json",
+        "--only", "depth,poisson,position,noise", "--wanted-position", "0.1 mm", "--json",
     )  # fmt: skip
     assert done.code == 0, done.err
     found = json.loads(done.out)
