@@ -41,10 +41,10 @@ noise = 2e-4
 name = "silicone"
 young = "0.4 MPa"
 [tolerances]
-place = "0.02 mm"
+position = "0.02 mm"
 [search]
 depths = 3
-spacings = 4
+pitches = 4
 touches = 1000
 keep = 1
 """

@@ -365,7 +365,7 @@ def test_touches_keep_only_what_is_in_the_budget():
     budget = tolerance_budget(
         finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4
     )
-    with pytest.raises(InvalidValueError, match="the budget has place"):
+    with pytest.raises(InvalidValueError, match="the budget has position"):
         budget.kept(0.95, ["noise"])
     with pytest.raises(InvalidValueError, match="share = 0"):
         budget.kept(0.0)
