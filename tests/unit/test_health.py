@@ -140,7 +140,7 @@ def test_what_is_off_now_and_then_does_not_count_for_what_it_is_off():
     tip = finger(8)
     readings, _ = used(changed(tip, {2: 0.8}), 400)
     readings[np.random.default_rng(0).random(len(readings)) < 0.3, 5] += 40e-4
-    found = ss.sensor_health(tip, readings)
+    found = ss.calibration.sensor_health(tip, readings)
     assert np.abs(found.shift).max() < 1e-4
     assert found.gain_ratio == pytest.approx([1, 1, 0.8, 1, 1, 1, 1, 1], abs=0.02)
     assert found.explained_now > 0.65

@@ -385,7 +385,7 @@ class TestCertificate:
     @pytest.mark.parametrize("drag", [1.0, -1.0])
     def test_slip_along_the_friction_is_wrong_where_it_slips_and_a_creep_where_it_sticks(self, drag):
         """The drag takes the skin along, which lags behind: slip is against the shear, or nothing."""
-        found = ss.press(HALF, ss.Cylinder(4e-3), force=5.0, friction=0.4, tangential=drag)
+        found = ss.press(HALF, ss.pressing.Cylinder(4e-3), force=5.0, friction=0.4, tangential=drag)
         state, case, scale = found.state, found.case, found.certificate.scale
         pressed = np.flatnonzero(state.pressure)
         sticks = (found.y[pressed] > found.stick[0, 0]) & (found.y[pressed] < found.stick[0, 1])

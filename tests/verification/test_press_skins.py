@@ -197,7 +197,7 @@ class TestRoundFinger:
     def test_beside_the_contact_the_gap_is_that_of_a_circle_and_a_line(self):
         """y is an arc: the surface is R (1 - cos(y / R)) beneath its tangent, and R at a quarter of the way round."""
         skin = ss.Round(SOFT, self.RADIUS, 4 * A)
-        found = ss.press(skin, ss.Flat(), force=1e-3, window=26 * A, nodes=2**14)
+        found = ss.press(skin, ss.pressing.Flat(), force=1e-3, window=26 * A, nodes=2**14)
         wanted = self.RADIUS * (1 - np.cos(found.y / self.RADIUS)) - found.depth
         assert wanted.max() > self.RADIUS
         beside = np.abs(found.y) > A
