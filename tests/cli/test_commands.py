@@ -5,7 +5,6 @@ import math
 import signal
 import subprocess
 import sys
-import time
 from functools import partial
 
 import numpy as np
@@ -272,6 +271,25 @@ class TestLocate:
         np.testing.assert_array_equal(position, found.position)
         np.testing.assert_array_equal(table.numbers("second_chi2"), found.second.chi2)
 
+    def test_what_is_said_of_the_errors_is_so(self, subskin, folder):
+        subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 400, "--force", "5..60 N/m")
+        ran = subskin("locate", "finger.toml", "r.csv", "--truth", "position", "--json")
+        data = json.loads(ran.out)
+        error = np.array([np.nan if e is None else e for e in data["columns"]["error"]])
+        ok = np.array(data["columns"]["status"]) == "ok"
+        for name, frames in (("ok", ok), ("placed", np.isfinite(error))):
+            said, size = data["against_truth"][name], np.abs(error[frames])
+            assert said["count"] == size.size > 300
+            for share, key in ((0.5, "median"), (0.95, "percentile_95")):
+                assert np.mean(size <= said[key]) == pytest.approx(share, abs=1.5 / size.size), key
+            assert said["mean"] * size.size == pytest.approx(error[frames].sum(), rel=1e-9)
+            assert size.max() == said["worst"] > said["percentile_95"] > said["median"] > 0
+        shown = subskin("locate", "finger.toml", "r.csv", "--truth", "position").out
+        row = next(line.split() for line in shown.splitlines() if line.strip().startswith("status ok"))
+        said = data["against_truth"]["ok"]
+        names = ("median", "percentile_95", "mean", "worst")
+        assert [float(cell) for cell in row[-4:]] == pytest.approx([said[k] * 1e3 for k in names], rel=5e-3)
+
     def test_positions_are_on_the_axis_of_the_calibration(self, subskin, folder):
         leaning = (
             (folder / "finger.toml").read_text().replace("friction = 0", "friction = 1")
@@ -366,16 +384,18 @@ class TestProcess:
         assert ran.returncode == 141
 
     def test_stopped_with_ctrl_c(self, folder):
-        """A command that waits for its input is stopped; nothing is written."""
+        """A command that waits for more of its input is stopped; nothing is written."""
         command = [sys.executable, "-m", "subskin", "locate", "finger.toml", "-", "-o", "l.csv"]
         pipe = subprocess.PIPE
         # where the tests themselves run in the background, the signal is ignored, and a child inherits that
         listen = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-        options = {"stdin": pipe, "stderr": pipe, "text": True, "preexec_fn": listen}
+        options = {"stdin": pipe, "stderr": pipe, "preexec_fn": listen}
         with subprocess.Popen(command, **options) as running:
-            time.sleep(1.5)
+            # a pipe holds a small part of it: when all is written, the command has begun to read
+            running.stdin.write(b"p0,p1,p2,p3\n".ljust(2**20))
+            running.stdin.flush()
             running.send_signal(signal.SIGINT)
-            _, error = running.communicate(timeout=30)
+            _, error = running.communicate(timeout=60)
         assert running.returncode == 130
-        assert error.strip() == "subskin: stopped"
+        assert error.decode().strip() == "subskin: stopped"
         assert sorted(p.name for p in folder.iterdir()) == ["finger.toml"]

@@ -12,7 +12,11 @@ import sys
 import time
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+
+import subskin as ss
+from subskin.io.finger_file import load_finger
 
 GOALS = """\
 title = "A <finger> & more"
@@ -93,6 +97,14 @@ def test_fingers_table_and_report(goals, subskin):
         rows = list(csv.DictReader(file))
     assert len(rows) == 3 * (4 + 3)  # the widest pitch, 8/3 mm, has room for four sensors only
     assert {row["skin"] for row in rows} == {"silicone"}
+    # its sentence on the first finger, beside the standard errors that locate itself gives for such touches
+    numbers = r"For finger 1 it is (\S+) mm and (\S+)° on average, (\S+) mm and (\S+)° at its worst"
+    said = [float(number) for number in re.search(numbers, text.replace("\xa0", " ")).groups()]
+    position, angle = np.meshgrid(np.linspace(-3e-3, 3e-3, 101), np.arctan(0.5) * np.linspace(-1, 1, 41))
+    finger = load_finger(out / "finger_1.toml").finger
+    found = finger.locate(finger.read(ss.LineLoad(20.0, angle, position)), friction=0.5)
+    std = found.std[..., [0, 2]] * [1e3, 180 / np.pi]
+    assert said == pytest.approx([*std.mean(axis=(0, 1)), *std.max(axis=(0, 1))], rel=0.02)
 
 
 def test_the_fingers_are_files_like_any_other(goals, subskin):

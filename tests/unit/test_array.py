@@ -158,6 +158,14 @@ def test_a_saturated_reading_is_the_end_of_the_range_whatever_the_resolution():
     assert array.usable(readings).tolist() == [[False, True], [False, False], [False, False], [True, True]]
 
 
+def test_what_lies_beyond_the_range_does_not_come_back_into_it_by_rounding():
+    """In steps of 8, 99.5 and 99 are nearest to 96, which a range of 99 has; a sensor at its end still says so."""
+    array = ss.SensorArray(y=0.0, depth=1.0, low=-99.0, high=99.0, resolution=8.0)
+    readings = array.digitise(np.array([[99.5], [-99.5], [99.0], [98.5], [-98.5]]))
+    assert readings[:, 0].tolist() == [99.0, -99.0, 99.0, 96.0, -96.0]
+    assert array.usable(readings)[:, 0].tolist() == [False, False, False, True, True]
+
+
 def test_arrays_and_fingers_are_compared_by_identity():
     array = ss.SensorArray(y=[0.0, 1.0], depth=1.0)
     finger = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), array)

@@ -8,9 +8,22 @@ import pytest
 import subskin as ss
 from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
 from subskin.design.placement.row import GRID
-from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice, finger_table, in_words
+from subskin.design.search import (
+    Accuracy,
+    Check,
+    Criterion,
+    DesignGrid,
+    Effort,
+    Room,
+    Row,
+    SensorKind,
+    SkinChoice,
+    finger_table,
+    in_words,
+)
 from subskin.design.search import grid as grid_module
 from subskin.design.search import rank as rank_module
+from subskin.design.search.reasons import reasons_of
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
@@ -243,6 +256,49 @@ def test_reasons_are_about_what_was_tried(study, grid):
     assert in_words(finger.row.depth, "m") in depth
     other = GOALS.sensors[1 - finger.row.sensor].name
     assert any(f'sensor "{other}"' in reason for reason in finger.reasons)
+
+
+@pytest.mark.parametrize(
+    ("errors", "said"),
+    [  # errors of the position [mm] at depths of 1, 1.5, ... 4 mm, where 0.1 mm is wanted; 2.5 mm was chosen
+        (
+            [0.30, 0.12, 0.08, 0.05, 0.10, 0.13, 0.40],
+            (
+                "anything from 2 mm to 3 mm would do, with a pitch that suits it; "
+                "shallower, error 0.12 mm; deeper, error 0.13 mm."
+            ),
+        ),
+        (
+            [0.08, 0.08, 0.11, 0.05, 0.11, 0.08, 0.08],
+            (
+                "none of its neighbours on the grid would do, with a pitch that suits it; "
+                "shallower, error 0.11 mm; deeper, error 0.11 mm."
+            ),
+        ),
+        (
+            [0.30, 0.165, 0.155, 0.15, 0.153, 0.14, 0.16],
+            (
+                "anything from 2.5 mm to 3.5 mm would be within 10 % of the best, with a pitch that suits it; "
+                "shallower, error 0.155 mm; deeper, error 0.16 mm."
+            ),
+        ),
+    ],
+)
+def test_how_far_a_depth_may_be_changed(errors, said):
+    """All depths beside the chosen one that keep the goals, or within 10 % of the best where none does; and no more."""
+    wanted = Criterion("position_95", "error", "m", 0.1e-3)
+    values = 1e-3 * np.array(errors).reshape(1, 1, 7, 1, 1)
+    grid = DesignGrid(
+        goals=replace(GOALS, sensors=GOALS.sensors[:1]),
+        depths=1e-3 * np.arange(1.0, 4.5, 0.5)[None],
+        pitches=np.array([1e-3]),
+        counts=np.array([4]),
+        values={"position_95": values, "log_det": np.zeros_like(values)},
+        criteria=(wanted,),
+    )
+    row = Row(0, 0, 4, 2.5e-3, 1e-3)
+    reasons = reasons_of(grid, row, {(0, 0, 0): (Check(wanted, 1e-3 * errors[3]),)})
+    assert f"Depth 2.5 mm: for noise alone {said}" in reasons
 
 
 def test_table_and_columns(study, grid):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -83,14 +84,17 @@ def test_a_measured_table_serves_as_well_as_the_closed_form():
     np.testing.assert_allclose(a.covariance, b.covariance, rtol=1e-3)
 
 
-def chi2_of(finger, frame, y, friction):
-    """Chi-square at each y with the best forces in the cone, by scipy.optimize.nnls on the cone's two edges."""
+def chi2_of(finger, frames, y, friction):
+    """Chi-square at each y with the best forces in the cone, by scipy.optimize.nnls on the cone's two edges.
+
+    `frames` is one frame for all y, or one for each.
+    """
     from scipy.optimize import nnls
 
     a = finger.receptive_field(y) / finger.array.noise[:, None]
-    w = (frame - finger.array.offset) / finger.array.noise
+    w = np.broadcast_to((frames - finger.array.offset) / finger.array.noise, (len(y), len(finger.array)))
     edges = a @ np.array([[1.0, 1.0], [-friction, friction]])
-    return np.array([nnls(edge, w)[1] ** 2 for edge in edges])
+    return np.array([nnls(edge, one)[1] ** 2 for edge, one in zip(edges, w, strict=True)])
 
 
 @pytest.mark.parametrize("friction", [0.3, 1.0])
@@ -117,6 +121,33 @@ def test_best_and_rival_are_the_two_lowest_minima_of_chi_square(friction):
             excess = min(chi2[others]) - chi2[best]
             assert found.second.chi2[k] <= excess * 1.01 + 0.5
     assert rivals >= 3
+
+
+def test_a_sure_position_has_no_other_as_good_beside_it():
+    """Chi-square has risen by 13.8 at six standard deviations from it, or at a tenth of a depth where that is more."""
+    depth, most = 2e-3, 13.8
+    finger = row(6, pitch=3e-3, noise=2e-4)
+    frames = finger.read(
+        ss.LineLoad(40.0, *np.random.default_rng(1).uniform([[-0.7], [-8e-3]], [[0.7], [8e-3]], (2, 3000))),
+        np.random.default_rng(2),
+    )
+    found = finger.locate(frames)
+    reach = np.maximum(6 * found.std[:, 0], 0.1 * depth)
+    step = depth / 32  # of the search, by which "beside it" may be farther
+    within = np.abs(found.position) + reach + step < 10e-3
+    alone = ~(found.second.chi2 < most) & (found.std[:, 2] < 1)  # no rival, and an angle
+
+    def risen(chosen, distance):
+        y, away = found.position[chosen], distance[chosen]
+        sides = [chi2_of(finger, frames[chosen], y + side * away, 1.0) for side in (-1, 1)]
+        return np.min(sides, axis=0) - found.residual[chosen]
+
+    sure = within & (found.status == ss.Status.OK)
+    assert sure.sum() > 2000
+    assert risen(sure, reach + step).min() > most
+    unsure = within & alone & (found.status == ss.Status.AMBIGUOUS)
+    assert unsure.sum() > 100
+    assert risen(unsure, reach).max() < most
 
 
 def test_covariance_is_the_inverse_fisher_information():
@@ -291,7 +322,7 @@ def test_the_first_process_says_that_it_compiles_and_the_second_does_not(tmp_pat
         "f = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), ss.SensorArray.line(4, 1.0, 1.0, noise=1e-3));"
         "print(float(f.locate(f.read(ss.LineLoad(1.0, 0.1, 0.2))).position))"
     )
-    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     runs = [
         subprocess.run(
             [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True

@@ -113,6 +113,18 @@ def test_the_worst_touch_is_that_of_the_quantile():
     assert two[0][1].angle_rms == two[1][1].angle_rms
 
 
+@pytest.mark.parametrize(("quantile", "of_two"), [(0.6, max), (0.5, min)])
+def test_a_share_of_the_draws_is_no_less_than_that_share(quantile, of_two):
+    """Of two draws 60 % are both, 50 % the better one; of one touch, at whose errors a and b the rms is known."""
+    (row,) = tolerance_budget(
+        finger(), TOUCHES, {"gains": 0.05}, positions=1, angles=1, draws=2, quantile=quantile
+    ).rows
+    for name in ("position", "angle", "force"):
+        worst, rms = getattr(row, f"{name}_worst"), getattr(row, f"{name}_rms")
+        other = np.sqrt(2 * rms**2 - worst**2)
+        assert worst == of_two(worst, other) != other, name
+
+
 def test_poissons_ratio_goes_the_one_way_that_there_is():
     at_half, below = (
         tolerance_budget(
@@ -353,7 +365,7 @@ def test_touches_keep_only_what_is_in_the_budget():
     budget = tolerance_budget(
         finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4
     )
-    with pytest.raises(InvalidValueError, match="the budget has place"):
+    with pytest.raises(InvalidValueError, match="the budget has position"):
         budget.kept(0.95, ["noise"])
     with pytest.raises(InvalidValueError, match="share = 0"):
         budget.kept(0.0)

@@ -372,6 +372,33 @@ class TestCertificate:
             1e-3 / (1 - 1e-3), rel=1e-6
         )
 
+    @pytest.mark.parametrize("way", [1.0, -1.0])
+    def test_pressure_across_a_gap_counts_whichever_sign_the_gap_has(self, rubbed, way):
+        """Sum of p |gap| over P scale: d / scale for a body moved by d, and for one turned by d / (mean arm of p)."""
+        state, scale = rubbed.state, rubbed.certificate.scale
+        moved = self.again(rubbed, depth=state.depth + way * 1e-2 * scale)
+        assert moved.complementarity == pytest.approx(1e-2, rel=1e-6)
+        arm = (state.pressure * np.abs(rubbed.case.y)).sum() / state.pressure.sum()
+        turned = self.again(rubbed, tilt=state.tilt + way * 1e-2 * scale / arm)
+        assert turned.complementarity == pytest.approx(1e-2, rel=1e-6)
+
+    @pytest.mark.parametrize("drag", [1.0, -1.0])
+    def test_slip_along_the_friction_is_wrong_where_it_slips_and_a_creep_where_it_sticks(self, drag):
+        """The drag takes the skin along, which lags behind: slip is against the shear, or nothing."""
+        found = ss.press(HALF, ss.pressing.Cylinder(4e-3), force=5.0, friction=0.4, tangential=drag)
+        state, case, scale = found.state, found.case, found.certificate.scale
+        pressed = np.flatnonzero(state.pressure)
+        sticks = (found.y[pressed] > found.stick[0, 0]) & (found.y[pressed] < found.stick[0, 1])
+        held, slides = pressed[sticks][5], pressed[~sticks][5]
+        moved = displaced(case.influence, case, state, case.height, case.shift)
+        for node, along, creep, wrong in (
+            (held, 1, 0.1, 0), (held, -1, 0.1, 0), (slides, 1, 0, 0.1), (slides, -1, 0, 0),
+        ):  # fmt: skip
+            slip = np.zeros_like(moved.slip)
+            slip[node] = 0.1 * along * np.sign(drag) * scale
+            seen = certify(case, state, dataclasses.replace(moved, slip=slip))
+            assert (seen.creep, seen.wrong_way) == pytest.approx((creep, wrong), rel=1e-9)
+
     def test_refined_shrinks(self):
         """Beneath a smooth body as s^1.5 nearly; on the grid itself the rules hold to the tolerance."""
         sizes, worst = (64, 256, 1024), []

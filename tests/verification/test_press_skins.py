@@ -194,6 +194,15 @@ class TestRoundFinger:
         a = np.sqrt(4 * 1.0 * both / (np.pi * SOFT.plane_strain_modulus))
         assert one.half_width == pytest.approx(a, rel=5e-3)
 
+    def test_beside_the_contact_the_gap_is_that_of_a_circle_and_a_line(self):
+        """y is an arc: the surface is R (1 - cos(y / R)) beneath its tangent, and R at a quarter of the way round."""
+        skin = ss.Round(SOFT, self.RADIUS, 4 * A)
+        found = ss.press(skin, ss.pressing.Flat(), force=1e-3, window=26 * A, nodes=2**14)
+        wanted = self.RADIUS * (1 - np.cos(found.y / self.RADIUS)) - found.depth
+        assert wanted.max() > self.RADIUS
+        beside = np.abs(found.y) > A
+        assert np.abs(found.gap - wanted)[beside].max() < 1e-6 * A
+
     @pytest.mark.parametrize("share", [0.0, 0.5, -1.5])
     def test_edge(self, share):
         """Half on a table's edge: a parabola that ends at e, contact of half width c about e - c.

@@ -216,6 +216,29 @@ def test_the_rule_is_met(rule):
                 assert here < score(w / (1 + step), b)
 
 
+def test_cross_validation_goes_no_further_than_a_quarter_of_the_freedom():
+    """From the smooth side in steps of e^(-1/2): to its first minimum, or the first step that leaves less than 1/4."""
+    finger, count = row(count=17, pitch=0.35, noise=3e-3), 17
+    frames = finger.read(rollers(40), np.random.default_rng(4))
+    found = ss.pressure_map(finger, frames, rule="gcv", shear="none")
+    dense = Dense(finger, found.y)
+    gram = dense.p @ np.linalg.inv(dense.k) @ dense.p.T
+
+    def left(w: float) -> np.ndarray:
+        return w * np.linalg.inv(gram + w * np.eye(count))
+
+    def score(w: float, b: np.ndarray) -> float:
+        return ((left(w) @ b) ** 2).sum() / np.trace(left(w)) ** 2
+
+    stopped = np.array([np.trace(left(w)) < count / 4 for w in found.weight])
+    assert 10 < stopped.sum() < 30
+    for w, b, stop in zip(found.weight, frames / finger.array.noise, stopped, strict=True):
+        if stop:
+            assert np.trace(left(w * np.exp(0.5))) >= count / 4
+        else:
+            assert score(w, b) < min(score(w * 1.01, b), score(w / 1.01, b))
+
+
 def test_deviations_are_those_of_the_quadratic():
     finger = row()
     frame = finger.read(rollers(1), np.random.default_rng(5))[0]
