@@ -13,6 +13,7 @@ BIN    := $(VENV)/bin
 JOBS   ?= 2
 BASE   := $(VENV)/.installed
 DEV    := $(VENV)/.installed-dev
+STUDY  := $(VENV)/.installed-study
 
 .PHONY: help demo test lint types check docs bench study figures clean
 
@@ -41,7 +42,7 @@ docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warni
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
-study: $(DEV) ## heavier than a test: finite elements, blind calibration, faults of real skins, placement
+study: $(STUDY) ## heavier than a test: finite elements, blind calibration, faults of real skins, placement, mutants
 	@shopt -s nullglob; for program in benchmarks/study_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
 figures: $(DEV) ## the memo's figures into out/figures, and the drawings of the README and the docs
@@ -69,3 +70,7 @@ $(BASE): pyproject.toml | $(BIN)/python
 $(DEV): pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --editable ".[docs,test]"
 	@touch $(BASE) $@
+
+$(STUDY): pyproject.toml $(DEV)
+	$(BIN)/python -m pip install --quiet --editable ".[study]"
+	@touch $@

@@ -118,10 +118,10 @@ def show(title: str, columns: list[str], rows: list[list[str]], target: Path | N
         )
 
 
-def arguments(about: str | None, **numbers: int) -> argparse.Namespace:
-    """`--json FILE` and the whole numbers of a benchmark, with their defaults."""
+def arguments(about: str | None, **options: int | Path) -> argparse.Namespace:
+    """`--json FILE` and the whole numbers and folders of a benchmark, with their defaults."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--json", type=Path, help="append the tables to this file")
-    for name, default in numbers.items():
-        parser.add_argument(f"--{name}", type=int, default=default, help=f"({default})")
+    for name, default in options.items():
+        parser.add_argument(f"--{name}", type=type(default), default=default, help=f"({default})")
     return parser.parse_args()
