@@ -44,6 +44,11 @@ class Material:
         poisson = _check.scalar("poisson", self.poisson, at_least=0.0, at_most=0.5, fix=fix)
         object.__setattr__(self, "poisson", poisson)
 
+    def __str__(self) -> str:
+        e = self.young
+        size, unit = (1e9, "GPa") if e >= 1e9 else (1e6, "MPa") if e >= 1e5 else (1e3, "kPa")
+        return f"{e / size:.4g} {unit}, nu {self.poisson:.4g}"
+
     @property
     def shear(self) -> float:
         """Shear modulus G = E / (2 (1 + nu)) [Pa]."""

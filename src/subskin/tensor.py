@@ -8,7 +8,7 @@ import numpy as np
 
 from ._check import FloatArray
 
-__all__ = ["State", "Strain", "Stress", "SurfaceGradient"]
+__all__ = ["State", "Strain", "Stress", "SurfaceGradient", "Wave"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +102,33 @@ class State:
         """
         s, e = self.stress, self.strain
         return 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
+
+
+@dataclass(frozen=True, eq=False)
+class Wave(State):
+    """Amplitudes under a wave of traction, cos(k y) of pressure or sin(k y) of drag; components have any one shape.
+
+    What is even in y goes with cos(k y): `ux`, all strains and stresses but xy. `uy` and xy are odd and go with
+    sin(k y).
+
+    Parameters
+    ----------
+    stress, strain : Stress, Strain
+        Per Pa of traction [-], [1/Pa].
+    ux, uy : ndarray
+        Displacement along the depth and along the surface [m/Pa].
+    """
+
+    ux: FloatArray
+    uy: FloatArray
+
+    @property
+    def halves(self) -> tuple[State, State]:
+        """The state that goes with cos(k y), and that which goes with sin(k y)."""
+        zero = np.zeros(self.stress.shape)
+        s, e = self.stress, self.strain
+        even = State(Stress(s.xx, s.yy, s.zz, zero), Strain(e.xx, e.yy, e.zz, zero))
+        return even, State(Stress(zero, zero, zero, s.xy), Strain(zero, zero, zero, e.xy))
 
 
 @dataclass(frozen=True, eq=False)

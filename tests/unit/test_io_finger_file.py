@@ -200,7 +200,13 @@ class TestSkins:
     @pytest.mark.parametrize(
         ("text", "old", "new", "line", "said"),
         [
-            (LAYERS, 'kind = "layers"', 'kind = "layer"', 2, "'half_plane', 'layers' or 'round'"),
+            (
+                LAYERS,
+                'kind = "layers"',
+                'kind = "layer"',
+                2,
+                'kind = "layer": no such kind of skin is known. Fix: did you mean "layers"',
+            ),
             (LAYERS, 'kind = "layers"', "", 1, 'layers beside kind = "half_plane"'),
             (
                 LAYERS,

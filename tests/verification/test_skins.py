@@ -352,6 +352,27 @@ def test_compliance_is_what_the_strain_integrates_to():
             assert -total == pytest.approx(expected[0], abs=1e-12 * abs(expected).max())
 
 
+@pytest.mark.parametrize("skin", [ss.HalfPlane(FIRM), ss.HalfPlane(FIRM, "stress"), *SKINS.values()])
+def test_a_wave_strains_as_it_displaces(skin):
+    """Its strains are derivatives of its displacements, by differences along x; along y they are known."""
+    k = np.array([1.0, 4.0, 13.0]) * (skin.curvature or 0.1 / A)
+    x = A * np.array([0.2, 0.7, 1.1, 2.2, 3.0])
+    h, x = 1e-3 * A, x[x < 0.95 * skin.thickness]
+    around = skin.wave(k, (x[:, None] + h * STEPS).reshape(-1))
+    ux, uy = (u.reshape(k.size, x.size, 9, 2) for u in (around.ux, around.uy))
+    bend, arc = curvature(skin, x)
+    turns = (k[:, None] / arc)[..., None]
+    wave = skin.wave(k, x)
+    strains = {
+        "xx": np.einsum("kxsl,s->kxl", ux, FIRST) / h,
+        "yy": turns * wave.uy - bend[:, None] * wave.ux,
+        "xy": 0.5 * (np.einsum("kxsl,s->kxl", uy, FIRST) / h + bend[:, None] * wave.uy - turns * wave.ux),
+    }
+    for name, expected in strains.items():
+        seen = getattr(wave.strain, name)
+        assert np.abs(seen - expected).max() < 1e-8 * np.abs(wave.strain.yy).max(), name
+
+
 @pytest.mark.parametrize("name", ["round-0.5", "round-0.3", "thin round"])
 def test_influence_on_a_round_finger_is_the_sum_of_its_waves(name):
     skin, step, count = SKINS[name], 0.05 * A, 400

@@ -52,7 +52,7 @@ class Forward:
                 raise InvalidValueError(
                     f"fit = {name}",
                     f"a {type(finger.skin).__name__} like this has no single {name}",
-                    "a Layered skin of one layer, or a Round one, has both; a HalfPlane has poisson",
+                    "one layer on a rigid base and a round finger have both; a half plane has poisson",
                 )
         counts = {"depths": n, "position": n - 1 if self.tied else n}
         self.slices: dict[str, slice] = {}
@@ -144,11 +144,13 @@ class Forward:
         if "width" in self.names:
             changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
         if "poisson" in self.names:
-            skin = skin.changed(poisson=float(p[self.slices["poisson"]][0]))
+            (material,) = skin.materials
+            poisson = float(p[self.slices["poisson"]][0])
+            skin = skin.with_(materials=[replace(material, poisson=poisson)])
         if "thickness" in self.names:
             deepest = float(np.max(changes.get("depth", self._depths())))
             thickness = min(deepest + float(p[self.slices["thickness"]][0]), _THICKEST * self._radius)
-            skin = skin.changed(thickness=thickness)
+            skin = skin.with_(thickness=thickness)
         return Finger(skin, replace(array, **changes))
 
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:

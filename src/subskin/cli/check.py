@@ -10,7 +10,6 @@ from .common import check_figure, describe, number, progress_bar, say, show, wri
 if TYPE_CHECKING:
     from ..design.half_plane import HalfPlaneError, LocatingError
     from ..finger import Finger
-    from ..material import Material
 
 _EXAMPLES = """\
   subskin check finger.toml
@@ -92,14 +91,15 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
         for k in ("thickness", "radius")
         if (v := getattr(options, k)) is not None
     }
-    if not isinstance(finger.skin, HalfPlane):
+    if not finger.skin.endless:
         if given:
             seen = f"--{next(iter(given))} beside a skin that is no half plane"
             raise InvalidValueError(
                 seen, "the file says already what the skin is", "change the file, or leave it out"
             )
         return finger
-    if given and finger.skin.plane == "stress":
+    (material,) = finger.skin.materials
+    if given and finger.skin != HalfPlane(material):
         raise InvalidValueError(
             'plane = "stress"', "layers and round fingers are long: plane strain", "leave out plane"
         )
@@ -109,7 +109,6 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
             "there is nothing to compare it with",
             '--thickness "6 mm", --radius "8 mm" or both, or kind = "layers" or "round" in the file',
         )
-    material = finger.skin.material
     if "radius" not in given:
         return replace(finger, skin=Layered(Layer(material, given["thickness"])))
     radius = given["radius"]
@@ -123,7 +122,6 @@ def _draw(path: str, finger: Finger, half_width: float) -> None:
     from ..design import half_plane_map
     from ..design.half_plane import MAP_RADIUS, MAP_THICKNESS
     from ..plot import half_plane_map_figure, save
-    from ..skin import Round
 
     depth = float(np.asarray(finger.array.depth).mean())
     material = finger.skin.single_material
@@ -133,7 +131,7 @@ def _draw(path: str, finger: Finger, half_width: float) -> None:
             half_width=half_width / depth,
             progress=advance,
         )
-    radius = finger.skin.radius if isinstance(finger.skin, Round) else np.inf
+    radius = finger.skin.period / (2 * np.pi)
     # a stack of several materials is none of the map's skins
     here = None if material is None else (finger.skin.thickness / depth, radius / depth)
     save(half_plane_map_figure(values, here), path)
@@ -144,7 +142,7 @@ def _as_json(found: HalfPlaneError) -> dict[str, Any]:
         return {**error.summary(), "unanswered": error.unanswered, "status": error.status}
 
     return {
-        "skin": _described(found.finger),
+        "skin": str(found.finger.skin),
         "half_width": found.half_width,
         "touches": found.positions.size * found.angles.size,
         "beneath": found.beneath,
@@ -154,35 +152,12 @@ def _as_json(found: HalfPlaneError) -> dict[str, Any]:
     }
 
 
-def _described(finger: Finger) -> str:
-    """The finger's own skin, in words."""
-    from ..skin import Layered, Round
-
-    def material(of: Material) -> str:
-        young = of.young
-        size, unit = (1e9, "GPa") if young >= 1e9 else (1e6, "MPa") if young >= 1e5 else (1e3, "kPa")
-        return f"{number(young / size)} {unit}, nu {number(of.poisson)}"
-
-    skin = finger.skin
-    if isinstance(skin, Round):
-        core = f"a rigid core of {number(1e3 * skin.core_radius, 6)} mm"
-        return f"a radius of {number(1e3 * skin.radius, 6)} mm ({material(skin.material)}) on {core}"
-    if not isinstance(skin, Layered):
-        return type(skin).__name__
-    loose = {"bonded": "", "frictionless": ", sliding"}
-    layers = [
-        f"{number(1e3 * e.thickness, 6)} mm ({material(e.material)}{loose[e.bond]})" for e in skin.stack
-    ]
-    base = "a rigid base" if skin.base is None else f"a half plane ({material(skin.base)})"
-    return f"{' and '.join(layers)} on {base}"
-
-
 def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
     import numpy as np
 
     out = say(options)
     array = found.finger.array
-    print(f"{_described(found.finger)}, read as a half plane\n", file=out)
+    print(f"{found.finger.skin}, read as a half plane\n", file=out)
     rows = [
         [f"{i}", number(1e3 * float(np.asarray(array.depth)[i]), 4), _factor(found.beneath[i])]
         for i in range(len(array))

@@ -16,7 +16,6 @@ from ..contact import LineLoad, PressureProfile
 from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
 from ..finger import Finger
 from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
-from ..skin import HalfPlane, Layered, Round, Skin
 
 __all__ = ["Regime", "SkinCompliance", "skin_compliance"]
 
@@ -163,7 +162,7 @@ def skin_compliance(
     shape = (len(heights), moduli.size, forces.size)
     values = {name: np.full(shape, np.nan) for name in _CELL}
     for t, height in enumerate(heights):
-        skin = finger.skin if height is None else finger.skin.changed(thickness=float(height))
+        skin = finger.skin if height is None else finger.skin.with_(thickness=float(height))
         study = _Study(replace(finger, skin=skin), particle, share)
         for m, f in np.ndindex(shape[1:]):
             cell = study.cell(float(moduli[m]), float(forces[f]))
@@ -196,10 +195,6 @@ _CELL = ("half_width", "load_share", "reading_share", "seen", "width_std", "satu
 
 
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
-    if not isinstance(finger.skin, (HalfPlane, Layered, Round)):
-        raise InvalidValueError(
-            f"a skin of kind {type(finger.skin).__name__}", "its moduli cannot be changed here"
-        )
     if len(finger.array) < 4:
         raise InvalidValueError(
             f"{len(finger.array)} sensors",
@@ -218,29 +213,13 @@ def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
         raise GeometryError(
             f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",
-            "flat_half_width= of the particle's flat, or a Round skin",
+            "flat_half_width= of the particle's flat, or a round skin",
         )  # fmt: skip
-
-
-def _stiffened(skin: Skin, factor: float) -> Skin:
-    """The same skin with all its moduli times a factor."""
-    if isinstance(skin, Layered):
-        layers = tuple(
-            replace(e, material=replace(e.material, young=factor * e.material.young)) for e in skin.stack
-        )
-        base = None if skin.base is None else replace(skin.base, young=factor * skin.base.young)
-        return replace(skin, layers=layers, base=base)
-    assert isinstance(skin, (HalfPlane, Round))
-    return replace(skin, material=replace(skin.material, young=factor * skin.material.young))
 
 
 def _own_modulus(finger: Finger) -> float:
     """Young's modulus where the sensors lie [Pa]."""
-    skin = finger.skin
-    if isinstance(skin, Layered):
-        return skin.material_at(float(np.asarray(finger.array.depth).mean())).young
-    assert isinstance(skin, (HalfPlane, Round))
-    return skin.material.young
+    return finger.skin.material_at(float(np.asarray(finger.array.depth).mean())).young
 
 
 class _Study:
@@ -270,7 +249,9 @@ class _Study:
         found = self._known[key]
         if not found:
             return {}
-        stiffer = replace(self.finger, skin=_stiffened(self.finger.skin, scale))
+        skin = self.finger.skin
+        stiff = [replace(m, young=scale * m.young) for m in skin.materials]
+        stiffer = replace(self.finger, skin=skin.with_(materials=stiff))
         # a strain is the same at the same force over modulus; a stress is `scale` times as large
         probed = self._signal(self._probe, stiffer)
         ratio = scale * float(probed @ self._probed) / float(self._probed @ self._probed)

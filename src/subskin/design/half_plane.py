@@ -10,14 +10,16 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from ..array import SensorArray
 from ..calibration import calibrate
 from ..contact import Hertz, LineLoad
 from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate import Estimate, Locator, Status
 from ..finger import Finger
+from ..material import Material
 from ..response import tabulate
-from ..skin import HalfPlane, Layered, Round, Skin
+from ..skin import HalfPlane, Layer, Layered, Round, Skin
 
 __all__ = [
     "MAP_RADIUS",
@@ -152,7 +154,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     >>> found.beneath.round(3).tolist()[0], round(float(np.rad2deg(np.abs(found.as_drawn.angle).max())), 1)
     (1.073, 9.3)
     """
-    if isinstance(finger.skin, HalfPlane):
+    if finger.skin.endless:
         raise InvalidValueError(
             "a finger whose skin is a half plane",
             "its error against itself is 0",
@@ -211,12 +213,7 @@ def _readings(
 
 def half_plane_of(finger: Finger) -> HalfPlane:
     """The half plane of the material in which the sensors of a finger lie: what one would take the skin for."""
-    skin = finger.skin
-    if isinstance(skin, Layered):
-        return HalfPlane(skin.material_at(float(np.asarray(finger.array.depth).mean())))
-    if isinstance(skin, Round):
-        return HalfPlane(skin.material)
-    raise InvalidValueError(f"a skin of kind {type(skin).__name__}", "Layered or Round is needed")
+    return HalfPlane(finger.skin.material_at(float(np.asarray(finger.array.depth).mean())))
 
 
 def half_plane_map(
@@ -254,10 +251,6 @@ def half_plane_map(
         with the half plane as drawn. NaN where there is no such finger: a core thinner than a twentieth of its radius,
         or touches that reach round it.
     """
-    from ..array import SensorArray
-    from ..material import Material
-    from ..skin import Layer
-
     heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
     radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))
     array = SensorArray.line(count, pitch=1.0, depth=1.0)

@@ -10,8 +10,6 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..finger import Finger
-from ..skin import Round
-from ..skin._waves import wave_state
 
 __all__ = ["SpatialResponse", "spatial_response"]
 
@@ -115,14 +113,14 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
         kind.linearise(np.zeros(0))  # refuses what cannot be made linear
     flat = k.reshape(-1)
     depths, which = np.unique(np.asarray(array.depth), return_inverse=True)
-    state = wave_state(finger.skin, flat, depths)
+    halves = finger.skin.wave(flat, depths).halves
     kinds = [kind.linear_part for kind in array.transducers]
     out = np.empty((flat.size, len(array), 2), dtype=np.complex128)
     for kind in dict.fromkeys(kinds):
-        measured = np.broadcast_to(kind.measure(state), (flat.size, depths.size, 2, 2))
         chosen = np.array([i for i, own in enumerate(kinds) if own == kind], dtype=np.intp)
-        parts = measured[:, which[chosen]]
-        out[:, chosen] = parts[..., 0] + 1j * parts[..., 1]
+        even, odd = (kind.measure(half)[:, which[chosen]] for half in halves)
+        # under exp(i k y) of pressure what goes with sin(k y) lags a quarter of a wave; of a drag the rest leads by one
+        out[:, chosen] = np.stack([even[..., 0] - 1j * odd[..., 0], odd[..., 1] + 1j * even[..., 1]], axis=-1)
     seen = np.asarray(array.gain) * np.sinc(flat[:, None] * np.asarray(array.width) / (2 * np.pi))
     out *= (seen * np.exp(1j * flat[:, None] * np.asarray(array.y)))[..., None]
     amplitude = out.reshape(*k.shape, len(array), 2)
@@ -133,6 +131,6 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
 def _drawn(finger: Finger) -> FloatArray:
     """Wavenumbers from long waves to those that the shallowest sensor no longer feels."""
     last = _SHORT / float(np.asarray(finger.array.depth).min())
-    if isinstance(finger.skin, Round):
-        return np.arange(np.ceil(last * finger.skin.radius) + 1) / finger.skin.radius
+    if turn := finger.skin.curvature:
+        return turn * np.arange(np.ceil(last / turn * (1 - 1e-12)) + 1)
     return last * np.arange(1, _WAVES + 1) / _WAVES

@@ -114,7 +114,7 @@ class LayerTable(MaterialTable):
 class SkinTable(StrictTable):
     """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
 
-    kind: Literal["half_plane", "layers", "round"] = "half_plane"
+    kind: StrictStr = "half_plane"
     young: Pressure | None = None
     poisson: Number | None = None
     plane: Literal["strain", "stress"] | None = None

@@ -1,27 +1,21 @@
-"""[skin] of a finger.toml: from its table to a skin."""
+"""[skin] of a finger.toml: from its table to a skin, and the numbers of a skin as such a table has them."""
 
 from __future__ import annotations
 
+import difflib
 import re
-from typing import TYPE_CHECKING
-
-import numpy as np
+from dataclasses import MISSING, fields
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidValueError, SubskinError
 from ..material import Material
-from ..skin import HalfPlane, Layer, Layered, Round, Skin
+from ..skin import KINDS, Layer, Skin
 
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["Misplaced", "build_skin", "key_of"]
+__all__ = ["Misplaced", "build_skin", "key_of", "numbers"]
 
-_KEYS = {
-    "half_plane": ("young", "poisson", "plane"),
-    "layers": ("layers", "base"),
-    "round": ("young", "poisson", "radius", "core_radius"),
-}
-_NEEDED = {"half_plane": ("young",), "layers": ("layers",), "round": ("young", "radius", "core_radius")}
 _EXAMPLE = {
     "young": 'young = "0.4 MPa"',
     "radius": 'radius = "8 mm"',
@@ -38,60 +32,74 @@ class Misplaced(Exception):
 
 
 def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
-    """The skin that the table at `at` describes.
+    """The skin that the table at `at` describes: a key for each field of its class, a material being two.
 
     Raises
     ------
     Misplaced
-        A key that the kind does not have or lacks, a value out of range.
+        A kind that is not known, a key that it does not have or lacks, a value out of range.
     """
-    kind, known = table.kind, _KEYS[table.kind]
-    mechanics = {key for keys in _KEYS.values() for key in keys}
-    given = [key for key in type(table).model_fields if key in table.model_fields_set & mechanics]
-    for key in given:
-        if key in known:
-            continue
-        fix = ", ".join(f'"{k}"' for k in _KEYS if key in _KEYS[k])
-        seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(known)}"
-        raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), *at, key)
-    for key in _NEEDED[kind]:
-        if not getattr(table, key):
+    kind = table.kind
+    if kind not in KINDS:
+        close = difflib.get_close_matches(kind, KINDS, n=1)
+        fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(KINDS)}"
+        wrong = InvalidValueError(f'kind = "{kind}"', "no such kind of skin is known", fix)
+        raise Misplaced(wrong, *at, "kind")
+    keys = {name: _keys(of) for name, of in KINDS.items()}
+    mechanics = {key for of in keys.values() for key in of}
+    for key in type(table).model_fields:
+        if key in mechanics - keys[kind].keys() and key in table.model_fields_set:
+            fix = ", ".join(f'"{k}"' for k in KINDS if key in keys[k])
+            seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(keys[kind])}"
+            raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), *at, key)
+    for key, needed in keys[kind].items():
+        if needed and not getattr(table, key):
             seen, rule = f'"{key}" is missing', f'kind = "{kind}" needs it'
-            raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE[key]), *at, "")
-    if kind == "layers":
-        return _layered(table, at)
-    material = _material(table, *at)
-    if kind == "half_plane":
-        return HalfPlane(material, table.plane or "strain")
+            raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE.get(key, f"{key} = ...")), *at, "")
+    skin: Skin = _made(KINDS[kind], table, at)
+    return skin
+
+
+def _keys(kind: type[Skin]) -> dict[str, bool]:
+    """The keys of a kind of skin, and whether each has to be there."""
+    out: dict[str, bool] = {}
+    for field in fields(kind):  # type: ignore[arg-type]  # those of KINDS are dataclasses
+        needed = field.default is MISSING
+        out |= {"young": needed, "poisson": False} if field.name == "material" else {field.name: needed}
+    return out
+
+
+def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
+    """A skin, a layer or a material from its table."""
+    values: dict[str, Any] = {}
+    for field in fields(kind):
+        name = field.name
+        value = _made(Material, table, path) if name == "material" else getattr(table, name)
+        if isinstance(value, list):
+            value = [_made(Layer, row, (*path, name, str(i))) for i, row in enumerate(value)]
+        elif hasattr(type(value), "model_fields"):
+            value = _made(Material, value, (*path, name))
+        if value is not None:
+            values[name] = value
     try:
-        return Round(material, _given(table.radius), _given(table.core_radius))
-    except SubskinError as error:
-        raise Misplaced(error, *at, key_of(error)) from None
-
-
-def _layered(table: _schema.SkinTable, at: tuple[str, ...]) -> Skin:
-    layers = []
-    for i, row in enumerate(table.layers or ()):
-        path = (*at, "layers", str(i))
-        material = _material(row, *path)
-        try:
-            layers.append(Layer(material, row.thickness, row.bond))
-        except SubskinError as error:
-            raise Misplaced(error, *path, key_of(error)) from None
-    base = None if table.base is None else _material(table.base, *at, "base")
-    return Layered(layers, base)
-
-
-def _material(table: _schema.MaterialTable | _schema.SkinTable, *path: str) -> Material:
-    try:
-        return Material(_given(table.young), 0.5 if table.poisson is None else table.poisson)
+        return kind(**values)
     except SubskinError as error:
         raise Misplaced(error, *path, key_of(error)) from None
 
 
-def _given(value: float | None) -> float:
-    """What has been seen to be there."""
-    return np.nan if value is None else value
+def numbers(skin: Any, *path: str | int) -> dict[tuple[str | int, ...], Any]:
+    """What the table of a skin says, in SI: each value by its path in the table."""
+    out: dict[tuple[str | int, ...], Any] = {}
+    for field in fields(skin):
+        name, value = field.name, getattr(skin, field.name)
+        if isinstance(value, tuple):
+            for i, row in enumerate(value):
+                out |= numbers(row, *path, name, i)
+        elif isinstance(value, Material):
+            out |= numbers(value, *path, *(() if name == "material" else (name,)))
+        elif value is not None:
+            out[(*path, name)] = value
+    return out
 
 
 def key_of(error: SubskinError) -> str:

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from .._check import FloatArray
+from ..errors import InvalidValueError
 from ..finger import Finger
-from ..skin import Layered, Round, Skin
+from ..skin import KINDS, Skin
+from ._skin import numbers
 from .units import format_quantity
 
 __all__ = ["edited"]
@@ -53,20 +55,20 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
 
 
 def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
-    """What `calibrate` can change of a skin: Poisson's ratio and the thickness of a single material."""
-    before, after = old.single_material, new.single_material
-    if before is None or after is None:
-        return
-    position = table["layers"][0] if isinstance(new, Layered) else table
-    if after.poisson != before.poisson:
-        _set(position, "poisson", _number(after.poisson))
-    if after.young != before.young:
-        _set(position, "young", format_quantity(after.young, "Pa"))
-    if new.thickness != old.thickness:
-        name, value = (
-            ("core_radius", new.core_radius) if isinstance(new, Round) else ("thickness", new.thickness)
-        )
-        _set(position, name, format_quantity(value, "m"))
+    """The numbers that differ; a skin of another kind, or with other layers, would be another file."""
+    before, after = (numbers(skin) if type(skin) in KINDS.values() else {} for skin in (old, new))
+    if type(old) is not type(new) or not after.keys() == before.keys() != set():
+        raise InvalidValueError(
+            f"a finger whose skin is {new}", f"the file describes {old}, of which only numbers can change",
+            f"files know {', '.join(KINDS)}; start from a file with this kind of skin",
+        )  # fmt: skip
+    for path, value in after.items():
+        if value != before[path]:
+            inner = table
+            for part in path[:-1]:
+                inner = inner[part]
+            unit = {"young": "Pa", "poisson": ""}.get(str(path[-1]), "m")
+            _set(inner, str(path[-1]), format_quantity(value, unit) if unit else _number(value))
 
 
 def _set(table: Any, name: str, value: Any) -> None:

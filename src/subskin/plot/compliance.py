@@ -88,7 +88,7 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
     """The skin on the flat and its particle, upside down as on a table; and the pressure below it."""
     particle, skin = found.particle, found.finger.skin
     if np.isfinite(skin.thickness):
-        skin = skin.changed(thickness=float(found.thickness[t]))
+        skin = skin.with_(thickness=float(found.thickness[t]))
     scale = _modulus_ratio(found, m)
     reach = 1.15 * float(np.nanmax(found.half_width[t, :, f]))
     pressed = press(

@@ -12,7 +12,6 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from ..design.response import SpatialResponse
 from ..design.sampling import AliasingError, SensorDensity
 from ..errors import GeometryError
-from ..skin import Round
 from .style import (
     BLACK,
     BLUE,
@@ -78,7 +77,7 @@ def response_figure(found: SpatialResponse) -> Figure:
     magnitude, phase = found.magnitude[order] * 1e3, np.degrees(found.phase[order])
     phase = np.where(phase < -170, phase + 360, phase)  # half a turn is drawn as +180
     top = float(magnitude.max())
-    dots = isinstance(found.finger.skin, Round)
+    dots = found.finger.skin.curvature > 0
     with house_style():
         figure = new_figure(DOUBLE, 92.0)
         panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 2))
@@ -194,13 +193,9 @@ def density_figure(found: SensorDensity) -> Figure:
     wanted = np.atleast_1d(found.attenuation)
     pitch = found.pitch.reshape(wanted.size, 2)
     last = 1.25 * np.pi / float(np.nanmin(pitch))
-    skin = found.finger.skin
-    dots = isinstance(skin, Round)
-    k = (
-        np.arange(np.ceil(last * skin.radius) + 1) / skin.radius
-        if isinstance(skin, Round)
-        else np.linspace(last / 1200, last, 1200)
-    )
+    turn = found.finger.skin.curvature
+    dots = turn > 0
+    k = turn * np.arange(np.ceil(last / turn) + 1) if dots else np.linspace(last / 1200, last, 1200)
     sizes = found.relative(k)
     lowest = 0.1 / float(wanted.max())
     with house_style():

@@ -22,7 +22,6 @@ from ..contact.base import Contact, ContactSum
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..finger import Finger
-from ..skin import Layered, Round
 from ..tensor import State
 from .measured import draw_readings
 from .style import BLACK, DOUBLE, GREY, NORMAL_95, VERMILLION, house_style, settled, stacked
@@ -153,7 +152,7 @@ def finger_section(
             _found(panels[0], estimate, scale, "\n" if width < _NARROW else " ")
         if frame is not None:
             draw_readings(panels[1], finger, contact, estimate, frame)
-        arc = ", unrolled" if isinstance(finger.skin, Round) else ""
+        arc = ", unrolled" if finger.skin.curvature else ""
         panels[-1].set_xlabel(f"place along the skin y [mm]{arc}")
         _legend(figure, panels[0], columns=1 if width < _NARROW else 2)
         if title:
@@ -257,9 +256,8 @@ def _inside(axes: Axes, finger: Finger, foot: float) -> None:
         }
         axes.axhspan(_MM * skin.thickness, foot, linewidth=0, **grey)
         axes.axhline(_MM * skin.thickness, color=BLACK, linewidth=0.9)
-    if isinstance(skin, Layered):
-        for depth in skin.modes.tops[1 : len(skin.stack) + (skin.base is not None)]:
-            axes.axhline(_MM * depth, color=BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
+    for depth in skin.interfaces:
+        axes.axhline(_MM * depth, color=BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
 
 
 def _colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> None:

@@ -12,7 +12,7 @@ from .._check import ComplexArray, FloatArray
 from ..contact.base import Contact
 from ..errors import GeometryError, SingularPointWarning
 
-__all__ = ["blank_singular", "complex_points", "points"]
+__all__ = ["blank_singular", "complex_points", "points", "wave_points"]
 
 
 def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tuple[FloatArray, FloatArray]:
@@ -34,6 +34,19 @@ def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tup
         )
     shape = _check.broadcast(x=xs, y=ys)
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
+
+
+def wave_points(
+    k: npt.ArrayLike, x: npt.ArrayLike, thickness: float = np.inf
+) -> tuple[FloatArray, FloatArray]:
+    """Wavenumbers k >= 0, shape (m,), and depths, shape (d,); raises as `points`, and where there are more axes."""
+    both = _check.real("k", k, unit="rad/m", at_least=0.0), points(x, 0.0, thickness)[0]
+    for name, values in zip("kx", both, strict=True):
+        if values.ndim > 1:
+            raise GeometryError(
+                f"{name} of shape {values.shape}", "a row of them is needed", f"{name}.ravel()"
+            )
+    return np.atleast_1d(both[0]), np.atleast_1d(both[1])
 
 
 def complex_points(x: FloatArray, y: FloatArray) -> ComplexArray:

@@ -51,45 +51,30 @@ class Ring:
     def _eps(self) -> float:
         return self.core / self.radius
 
-    def stresses(self, n: FloatArray, depth: FloatArray) -> FloatArray:
-        """sigma_x, tau_xy and 2G eps_y at depths x = R - r, less the full disk's (`disk`), shape (x, n, 3, 2).
+    def amplitudes(self, n: FloatArray, depth: FloatArray, remainder: bool = False) -> FloatArray:
+        """sigma_x, tau_xy, 2G eps_y, 2G u_x and 2G u_y at depths x = R - r, shape (x, n, 5, 2); last axis p = 1, q = 1.
 
-        The last axis is p = 1, q = 1; x points inwards, so tau_xy = -srt.
+        x points inwards, so tau_xy = -srt. With `remainder` less the full disk's (`_disk`).
         """
         thin = self._thin(n)
-        out = np.empty((depth.size, n.size, 3, 2))
+        out = np.empty((depth.size, n.size, 5, 2))
         for i, r in enumerate(self.radius - depth):
+            disk = self._shown(self._disk(n, r))
             if thin.any():
-                y = self._propagated(n[thin], r)
-                along = (y[:, 0] + n[thin, None] * y[:, 1]) / r
-                whole = np.stack([y[:, 2], -y[:, 3], along], axis=1)
-                out[i, thin] = whole - self._shown(self._disk(n[thin], r))
+                out[i, thin] = self._carried(n[thin], r) - remainder * disk[thin]
             if (~thin).any():
-                out[i, ~thin] = self._shown(self._echo(n[~thin], r))
-        return out
-
-    def displacements(self, n: FloatArray) -> FloatArray:
-        """2G u_x (inwards) and 2G u_y of the surface under p = 1 and q = 1, shape (n, 2, 2)."""
-        thin = self._thin(n)
-        out = np.empty((n.size, 2, 2))
-        if thin.any():
-            y = self._propagated(n[thin], self.radius)
-            out[thin] = np.stack([-y[:, 0], y[:, 1]], axis=1)
-        if (~thin).any():
-            m = n[~thin]
-            echo, disk = self._echo(m, self.radius), self._disk(m, self.radius)
-            out[~thin] = np.stack([-(echo.radial + disk.radial), echo.along + disk.along], axis=1)
+                out[i, ~thin] = self._shown(self._echo(n[~thin], r)) + (not remainder) * disk[~thin]
         return out
 
     def _thin(self, n: FloatArray) -> npt.NDArray[np.bool_]:
         return np.asarray((n + 1) * np.log(1 / self._eps) < _THIN)
 
     def _shown(self, parts: _Parts) -> FloatArray:
-        """sigma_x, tau_xy, 2G eps_y: Hooke's law in plane strain."""
+        """sigma_x, tau_xy, 2G eps_y, 2G u_x and 2G u_y, by Hooke's law in plane strain: shape (n, 5, 2)."""
         difference = parts.x + parts.y
         radial = 0.5 * parts.sum - difference
         along = 0.5 * (1 - 2 * self.poisson) * parts.sum + difference
-        return np.stack([radial, parts.y - parts.x, along], axis=1)
+        return np.stack([radial, parts.y - parts.x, along, -parts.radial, parts.along], axis=1)
 
     def _disk(self, n: FloatArray, r: float) -> _Parts:
         """The part of a full disk: where it has a closed form in real space, it is taken from there.
@@ -178,6 +163,12 @@ class Ring:
             -q * self.radius**2 * (1 / r - r / core**2),
         )
         return _Parts(*(np.atleast_2d(part) for part in parts))
+
+    def _carried(self, n: FloatArray, r: float) -> FloatArray:
+        """What `_shown` has, of waves carried out from the core."""
+        y = self._propagated(n, r)
+        along = (y[:, 0] + n[:, None] * y[:, 1]) / r
+        return np.stack([y[:, 2], -y[:, 3], along, -y[:, 0], y[:, 1]], axis=1)
 
     def _propagated(self, n: FloatArray, r: float) -> FloatArray:
         """2G u_r, 2G u_t, srr and srt at r, shape (n, 4, 2), carried out from the core."""

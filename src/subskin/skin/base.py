@@ -1,8 +1,11 @@
-"""What every skin answers: the stress and strain beneath a contact."""
+"""What every skin answers: all that is known of a skin outside this folder."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from bisect import bisect_left
+from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -12,42 +15,208 @@ from .._check import FloatArray
 from ..contact.base import Contact
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import State, Strain, Stress
+from ..tensor import State, Strain, Stress, Wave
 
-__all__ = ["Skin"]
+__all__ = ["Materials", "Skin"]
+
+Materials = Sequence[Material] | None
 
 
 class Skin(ABC):
-    """An elastic medium with a surface at depth x = 0."""
+    """An elastic medium with a surface at depth x = 0.
+
+    Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
+    writes `materials`, `state`, `wave` and `surface_influence`, and overrides `interfaces`, `thickness`, `curvature`,
+    `with_` and `__str__`, a description for people, where those of a flat skin without end are not its own
+    (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen dataclass.
+    """
+
+    @property
+    @abstractmethod
+    def materials(self) -> tuple[Material, ...]:
+        """The materials from the surface down; that of a half plane beneath the layers is the last."""
 
     @abstractmethod
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
-        """Stress and strain beneath `contact` (broadcast) at depth x >= 0 [m] and place y [m]."""
+        """Stress [Pa] and strain [-] beneath `contact`; at an interface those of the layer above it.
+
+        Parameters
+        ----------
+        contact : Contact
+            What presses; a batch of any shape, which broadcasts against the points.
+        x, y : array_like
+            Depth, from 0 to the `thickness` [m], and position along the surface [m], of shapes that broadcast.
+
+        Raises
+        ------
+        GeometryError
+            A point outside the skin, a contact that reaches round a finger, or shapes that do not broadcast.
+
+        Warns
+        -----
+        SingularPointWarning
+            A point of the surface where the stress is infinite; every component in the plane is NaN there.
+        """
 
     def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
-        """Stress [Pa] beneath `contact` at depth x >= 0 [m] and place y [m]."""
+        """Stress [Pa] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""
         return self.state(contact, x, y).stress
 
     def strain(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Strain:
-        """Strain [-] beneath `contact` at depth x >= 0 [m] and place y [m]."""
+        """Strain [-] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""
         return self.state(contact, x, y).strain
 
     @abstractmethod
-    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
-        """Displacement of the surface per traction at the wavenumbers k > 0 [1/m], shape (..., 2, 2) [m/Pa].
+    def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:
+        """Amplitudes at the depths x under a traction that waves along the surface for ever.
 
-        p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x = C[0, 1] cos(k y),
-        u_y = C[1, 1] sin(k y). u_x points into the skin.
+        The last axis is the load: a pressure p = cos(k y) of 1 Pa, and a drag q = sin(k y) of 1 Pa towards +y.
+        Under either, what is even goes with cos(k y) and what is odd with sin(k y) (`Wave`). A layer of a
+        three-dimensional skin answers the drag along k and the pressure in the same way.
+
+        Parameters
+        ----------
+        k : array_like, shape (m,)
+            Wavenumbers [rad/m], >= 0; whole numbers times the `curvature` on a round finger. k = 0 is the limit of long
+            waves, in which a half plane's displacement is infinite.
+        x : array_like, shape (d,)
+            Depths, from 0 to the `thickness` [m].
+
+        Returns
+        -------
+        Wave
+            Components of shape (m, d, 2): per Pa of traction, stress [-], strain [1/Pa] and displacement [m/Pa].
+
+        Raises
+        ------
+        InvalidValueError
+            k < 0; waves that do not close round a finger; k = 0 where a layer slides, for a drag without end then
+            stretches it without bound.
+        GeometryError
+            A depth outside the skin.
+
+        Examples
+        --------
+        The strain of normal strain sensors at nu = 1/2: -(3/2E) k x exp(-k x), memo eq. (25).
+
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=1.5))
+        >>> wave = skin.wave(k=[0.0, 500.0], x=[2e-3])
+        >>> wave.strain.xx[:, 0, 0].round(6).tolist(), round(float(np.exp(-1)), 6)
+        ([0.0, -0.367879], 0.367879)
         """
 
     @abstractmethod
     def surface_influence(self, step: float, count: int) -> FloatArray:
-        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+        """Displacement of the surface at the distances j * step from the centre of a unit hat.
 
-        A hat is a traction that falls linearly from 1 Pa to 0 within one step on either side. First index: u_x, u_y;
-        second: of pressure, of shear; j = 0 ... count - 1 towards +y. Where the skin is not `grounded`, u_x of pressure
-        and u_y of shear lack a constant.
+        A hat is a traction that falls linearly from 1 Pa to 0 within one step on either side. Where the skin is not
+        `grounded`, u_x of a pressure and u_y of a drag lack a constant.
+
+        Parameters
+        ----------
+        step : float
+            Half the width of the hat, and the step of the distances [m].
+        count : int
+            Number of distances: j = 0 ... count - 1 towards +y.
+
+        Returns
+        -------
+        ndarray, shape (2, 2, count)
+            Displacement [m/Pa]: first index u_x (into the skin), u_y; second of a pressure, of a drag.
+
+        Raises
+        ------
+        GeometryError
+            Distances that go nearly round a finger.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=1e6, poisson=0.5))
+        >>> influence = skin.surface_influence(step=1e-4, count=3)
+        >>> (influence[0, 0] * 1e10).round(4).tolist()
+        [5.1138, 4.4519, 4.0772]
         """
+
+    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
+        """Displacement of the surface per traction: that of `wave` at x = 0.
+
+        Parameters
+        ----------
+        k : array_like, shape (...)
+            Wavenumbers [rad/m], > 0; on a round finger, whose `curvature` they are multiples of, also 0.
+
+        Returns
+        -------
+        ndarray, shape (..., 2, 2)
+            C [m/Pa]. p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x =
+            C[0, 1] cos(k y), u_y = C[1, 1] sin(k y). u_x points into the skin.
+
+        Raises
+        ------
+        InvalidValueError
+            As `wave`; k = 0 on a flat skin.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=1e6, poisson=0.0))
+        >>> skin.surface_compliance(1e3).round(11).tolist()
+        [[2e-09, -1e-09], [-1e-09, 2e-09]]
+        """
+        waves = _check.real("k", k, unit="rad/m", at_least=0.0, above=None if self.curvature else 0.0)
+        wave = self.wave(waves.reshape(-1), np.zeros(1))
+        return np.stack([wave.ux[:, 0], wave.uy[:, 0]], axis=-2).reshape(*waves.shape, 2, 2)
+
+    def with_(
+        self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
+    ) -> Self:
+        """The same skin with other numbers, as calibrations, tolerances and searches for a modulus ask for it.
+
+        Parameters
+        ----------
+        materials : sequence of Material, optional
+            In the place of `materials`, as many.
+        thickness : float, optional
+            Another thickness [m], of one material on a rigid base or core.
+        radius : float, optional
+            Another radius of a round finger [m]; the thickness stays.
+
+        Raises
+        ------
+        InvalidValueError
+            A number that the skin has not, or not as a single one.
+        GeometryError
+            A thickness or a radius with which there is no such finger.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.Layered(ss.Layer(ss.Material(young=0.4e6), thickness=4e-3))
+        >>> str(skin.with_(materials=[ss.Material(0.6e6, 0.45)], thickness=5e-3))
+        '5 mm (0.6 MPa, nu 0.45) on a rigid base'
+        """
+        given = {"materials": materials, "thickness": thickness, "radius": radius}
+        for name, value in given.items():
+            if value is not None:
+                raise InvalidValueError(
+                    f"{name} of a {type(self).__name__}", f"it has no single {name} that can be changed"
+                )
+        return self
+
+    def _one_each(self, materials: Materials) -> tuple[Material, ...]:
+        """The materials that `with_` is given, as many as there are; its own where it is given none."""
+        new = self.materials if materials is None else tuple(materials)
+        if len(new) != len(self.materials):
+            seen = f"{len(new)} materials for a {type(self).__name__}"
+            raise InvalidValueError(seen, f"it has {len(self.materials)}", "one for each of skin.materials")
+        return new
+
+    @property
+    def interfaces(self) -> tuple[float, ...]:
+        """Depth at which each of the `materials` but the last ends [m]."""
+        return ()
 
     @property
     def thickness(self) -> float:
@@ -55,33 +224,38 @@ class Skin(ABC):
         return np.inf
 
     @property
-    def grounded(self) -> bool:
-        """Whether displacements are absolute; on a half plane they are known up to a constant."""
-        return False
+    def curvature(self) -> float:
+        """1 over the radius of the surface [1/m]; 0 for a flat skin."""
+        return 0.0
 
-    @property
-    def period(self) -> float:
-        """Distance along the surface after which it repeats [m]; infinite for a flat skin."""
-        return np.inf
-
-    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
-        """The same skin with another Poisson's ratio or thickness [m]: what `calibrate` can fit of it.
-
-        Raises
-        ------
-        InvalidValueError
-            Where the skin has no one number of that name.
-        """
-        name, value = ("poisson", poisson) if poisson is not None else ("thickness", thickness)
-        raise InvalidValueError(
-            f"{name} = {value:.6g}", f"a {type(self).__name__} has no single {name} to change"
-        )
+    def __str__(self) -> str:
+        return f"{type(self).__name__} ({'; '.join(map(str, self.materials))})"
 
     @property
     def single_material(self) -> Material | None:
         """The one material of which the skin is made; None where there are several."""
-        return None
+        return self.materials[0] if len(self.materials) == 1 else None
+
+    def material_at(self, depth: float) -> Material:
+        """The material at a depth [m]; at an interface that of the layer above."""
+        return self.materials[bisect_left(self.interfaces, depth)]
+
+    @property
+    def endless(self) -> bool:
+        """Whether it is a half plane: one material, flat, with no base."""
+        return len(self.materials) == 1 and not self.curvature and not np.isfinite(self.thickness)
+
+    @property
+    def grounded(self) -> bool:
+        """Whether displacements are absolute, for there is a rigid base; else they are known up to a constant."""
+        return bool(np.isfinite(self.thickness))
+
+    @property
+    def period(self) -> float:
+        """Distance along the surface after which it repeats [m]; infinite for a flat skin."""
+        return 2 * np.pi / self.curvature if self.curvature else np.inf
 
     def surface_drop(self, y: npt.ArrayLike) -> FloatArray:
-        """How far the undeformed surface lies beneath its tangent at y = 0 [m]; 0 for a flat skin."""
-        return np.zeros_like(_check.real("y", y, unit="m"))
+        """How far the undeformed surface lies beneath its tangent at y = 0 [m], at y [m]; 0 for a flat skin."""
+        ys, c = _check.real("y", y, unit="m"), self.curvature
+        return np.asarray(2 / c * np.sin(0.5 * c * ys) ** 2) if c else np.zeros_like(ys)

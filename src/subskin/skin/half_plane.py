@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,9 @@ from .._check import FloatArray
 from ..contact.base import Contact, times_depth
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import State, Strain, Stress, SurfaceGradient
-from ._points import blank_singular, complex_points, points
-from .base import Skin
+from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
+from ._points import blank_singular, complex_points, points, wave_points
+from .base import Materials, Skin
 
 __all__ = ["HalfPlane"]
 
@@ -64,41 +64,46 @@ class HalfPlane(Skin):
         if self.plane not in ("strain", "stress"):
             raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"')
 
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
-        """Stress [Pa] and strain [-] beneath `contact`.
+    @property
+    def materials(self) -> tuple[Material, ...]:  # noqa: D102
+        return (self.material,)
 
-        Parameters
-        ----------
-        contact : Contact
-            What presses; a batch broadcasts against the points.
-        x, y : array_like
-            Depth >= 0 [m] and place along the surface [m].
+    def with_(  # noqa: D102
+        self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
+    ) -> Self:
+        super().with_(thickness=thickness, radius=radius)
+        return replace(self, material=self._one_each(materials)[0])
 
-        Raises
-        ------
-        GeometryError
-            A point above the surface (x < 0), or shapes that do not broadcast.
+    def __str__(self) -> str:
+        return f"a half plane ({self.material})" + (", plane stress" if self.plane == "stress" else "")
 
-        Warns
-        -----
-        SingularPointWarning
-            A point of the surface where the stress is infinite; every component in the plane is NaN there.
-        """
+    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
         fields = _in_blocks(contact, *points(x, y))
         return State(self._stress(*fields), self._strain(*fields))
 
-    def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
-        """Stress [Pa] beneath `contact`; see `state` for shapes, errors and warnings."""
+    def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:  # noqa: D102
         return self._stress(*_in_blocks(contact, *points(x, y)))
 
-    @property
-    def single_material(self) -> Material:  # noqa: D102
-        return self.material
+    def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:
+        """Amplitudes under a wave of traction, shape (m, d, 2), as `Skin.wave`.
 
-    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:  # noqa: D102
-        if poisson is None or thickness is not None:
-            return super().changed(thickness=thickness)
-        return replace(self, material=replace(self.material, poisson=poisson))
+        The Cauchy transform of cos(k t) at z = y + i x is i pi exp(i k z): docs/theory.md, kappa and the surface
+        gradient.
+        """
+        waves, depths = wave_points(k, x)
+        kx = (waves[:, None] * depths)[..., None]
+        fall = np.exp(-kx)
+        mean, half = fall * np.array([-1.0, 1.0]), fall * np.concatenate([kx, 1 - kx], axis=-1)
+        fields = mean, half, fall * np.concatenate([-kx, kx - 1], axis=-1)
+        straight, across = self._softness
+        deep = kx / (2 * self.material.shear)
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # no end to the displacement of waves without end
+            share = fall / waves[:, None, None]
+            ux = share * np.concatenate([straight + deep, -across - deep], axis=-1)
+            uy = share * np.concatenate([deep - across, straight - deep], axis=-1)
+        return Wave(self._stress(*fields), self._strain(*fields), ux, uy)
 
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
@@ -130,45 +135,12 @@ class HalfPlane(Skin):
         blank_singular(contact, zeros, ys, ux, uy)
         return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
 
-    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
-        """Displacement of the surface per traction at the wavenumbers k > 0 [1/m], shape (..., 2, 2) [m/Pa].
-
-        p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x = C[0, 1] cos(k y),
-        u_y = C[1, 1] sin(k y). Source: docs/theory.md, kappa and the surface gradient.
-
-        Raises
-        ------
-        InvalidValueError
-            k <= 0.
-
-        Examples
-        --------
-        >>> import subskin as ss
-        >>> skin = ss.HalfPlane(ss.Material(young=1e6, poisson=0.0))
-        >>> skin.surface_compliance(1e3).round(11).tolist()
-        [[2e-09, -1e-09], [-1e-09, 2e-09]]
-        """
-        waves = _check.real("k", k, unit="1/m", above=0.0)
-        straight, across = self._softness
-        return np.asarray(np.array([[straight, -across], [-across, straight]]) / waves[..., None, None])
-
     def surface_influence(self, step: float, count: int) -> FloatArray:
-        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+        """Displacement of the surface [m/Pa] about a unit hat, shape (2, 2, count), as `Skin.surface_influence`.
 
-        A hat is a traction that falls linearly from 1 Pa to 0 within one step on either side. First index: u_x, u_y;
-        second: of pressure, of shear; j = 0 ... count - 1 towards +y. u_x of pressure and u_y of shear lack a constant,
-        as all displacements of a half plane do: they are those relative to a line load's at a distance of 1 m.
-
-        A hat is the second difference of y |y| / 2 over the step, so u is that of the twice integrated kernel:
-        y^2 log|y| / 2 - 3 y^2 / 4 for log|y| (Johnson, Contact Mechanics (1985), section 2.6).
-
-        Examples
-        --------
-        >>> import subskin as ss
-        >>> skin = ss.HalfPlane(ss.Material(young=1e6, poisson=0.5))
-        >>> influence = skin.surface_influence(step=1e-4, count=3)
-        >>> (influence[0, 0] * 1e10).round(4).tolist()
-        [5.1138, 4.4519, 4.0772]
+        u_x of a pressure and u_y of a drag are those relative to a line load's at a distance of 1 m. A hat is the
+        second difference of y |y| / 2 over the step, so u is that of the twice integrated kernel: y^2 log|y| / 2 -
+        3 y^2 / 4 for log|y| (Johnson, Contact Mechanics (1985), section 2.6).
         """
         h = _check.scalar("step", step, unit="m", above=0.0)
         straight, across = self._softness

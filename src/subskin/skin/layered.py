@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -15,18 +15,21 @@ from .._check import FloatArray
 from ..contact.base import Contact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
-from ..tensor import State, Strain, Stress
+from ..tensor import State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
-from ._points import points
+from ._points import points, wave_points
 from ._synthesis import hooke, panels, reach, synthesise
-from .base import Skin
+from .base import Materials, Skin
 from .half_plane import HalfPlane
 
 __all__ = ["Layer", "Layered"]
 
 _DECAY = 42.0
 """exp(-42) is far below rounding, also with the polynomials of k that stand before it."""
+
+_LONG = 1e-9
+"""Waves so many times as long as a stack is thick stand for those without end."""
 
 _SPAN = 1e4
 """Most by which the thicknesses of a stack's layers may differ."""
@@ -125,33 +128,33 @@ class Layered(Skin):
         """The layers as a tuple."""
         return (self.layers,) if isinstance(self.layers, Layer) else tuple(self.layers)
 
-    def material_at(self, depth: float) -> Material:
-        """The material at a depth [m]; at an interface that of the layer above."""
-        materials = [layer.material for layer in self.stack] + [self.base or self.stack[-1].material]
-        return materials[int(self.modes.positions(np.array([depth]))[0])]
+    @property
+    def materials(self) -> tuple[Material, ...]:  # noqa: D102
+        return tuple(layer.material for layer in self.stack) + (() if self.base is None else (self.base,))
+
+    @property
+    def interfaces(self) -> tuple[float, ...]:  # noqa: D102
+        return tuple(self.modes.tops[1 : len(self.materials)].tolist())
 
     @property
     def thickness(self) -> float:
         """Depth of the rigid base [m]; infinite on a half plane."""
         return self._total if self.base is None else np.inf
 
-    @property
-    def grounded(self) -> bool:
-        """Whether displacements are absolute: the base is rigid."""
-        return self.base is None
+    def with_(  # noqa: D102
+        self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
+    ) -> Self:
+        super().with_(thickness=None if self.single_material else thickness, radius=radius)
+        new = self._one_each(materials)
+        layers = [replace(layer, material=m) for layer, m in zip(self.stack, new, strict=False)]
+        if thickness is not None:
+            layers[0] = replace(layers[0], thickness=thickness)
+        return replace(self, layers=layers, base=None if self.base is None else new[-1])
 
-    @property
-    def single_material(self) -> Material | None:  # noqa: D102
-        return self.stack[0].material if len(self.stack) == 1 and self.base is None else None
-
-    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
-        """A single layer with another Poisson's ratio or thickness [m]."""
-        if self.single_material is None:
-            return super().changed(poisson=poisson, thickness=thickness)
-        layer = self.stack[0]
-        if poisson is not None:
-            layer = replace(layer, material=replace(layer.material, poisson=poisson))
-        return replace(self, layers=layer if thickness is None else replace(layer, thickness=thickness))
+    def __str__(self) -> str:
+        loose = {"bonded": "", "frictionless": ", sliding"}
+        layers = [f"{1e3 * e.thickness:.6g} mm ({e.material}{loose[e.bond]})" for e in self.stack]
+        return f"{' and '.join(layers)} on a {'rigid base' if self.base is None else HalfPlane(self.base)}"
 
     @cached_property
     def modes(self) -> _modes.Stack:
@@ -166,26 +169,7 @@ class Layered(Skin):
     def _total(self) -> float:
         return float(self.modes.tops[-1])
 
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
-        """Stress [Pa] and strain [-] beneath `contact`; an interface belongs to the layer above it.
-
-        Parameters
-        ----------
-        contact : Contact
-            What presses; a batch broadcasts against the points.
-        x, y : array_like
-            Depth, from 0 to the base [m], and place along the surface [m].
-
-        Raises
-        ------
-        GeometryError
-            A point above the surface or within a rigid base, or shapes that do not broadcast.
-
-        Warns
-        -----
-        SingularPointWarning
-            A point of the surface where the stress is infinite; every component in the plane is NaN there.
-        """
+    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
         xs, ys = points(x, y, self.thickness)
         shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
         if not np.prod(shape):
@@ -212,9 +196,8 @@ class Layered(Skin):
 
     def _state(self, fields: FloatArray, x: FloatArray) -> State:
         """Hooke's law of the layer in which each point lies."""
-        materials = [layer.material for layer in self.stack] + ([] if self.base is None else [self.base])
         positions = self.modes.positions(x)
-        states = [hooke(fields, m) for m in materials]
+        states = [hooke(fields, m) for m in self.materials]
 
         def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
             components = ("xx", "yy", "zz", "xy")
@@ -224,20 +207,23 @@ class Layered(Skin):
 
         return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))
 
-    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
-        """Displacement of the surface per traction at the wavenumbers k > 0 [1/m], shape (..., 2, 2) [m/Pa].
-
-        p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x = C[0, 1] cos(k y),
-        u_y = C[1, 1] sin(k y).
-        """
-        waves = _check.real("k", k, unit="1/m", above=0.0)
-        y = self.modes.amplitudes(waves.reshape(-1), np.zeros(1))[0, :, :2]
-        return np.asarray(y / (2 * self.stack[0].material.shear)).reshape(*waves.shape, 2, 2)
+    def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
+        waves, depths = wave_points(k, x, self.thickness)
+        if not waves.all() and any(layer.bond == "frictionless" for layer in self.stack):
+            raise InvalidValueError(
+                "a wave without end, k = 0", "under a layer that slides its drag has no limit", "k > 0"
+            )
+        waves = np.where(waves > 0, waves, _LONG / self._total)
+        y = self.modes.amplitudes(waves, depths).transpose(1, 0, 2, 3)
+        double = 2 * self.stack[0].material.shear
+        fields = np.stack([y[:, :, 2], y[:, :, 3], waves[:, None, None] * y[:, :, 1] / double])
+        state = self._state(fields, np.broadcast_to(depths[:, None], fields.shape[1:]))
+        return Wave(state.stress, state.strain, y[:, :, 0] / double, y[:, :, 1] / double)
 
     def surface_influence(self, step: float, count: int) -> FloatArray:
-        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
+        """Displacement of the surface [m/Pa] about a unit hat, shape (2, 2, count), as `Skin.surface_influence`.
 
-        As `Skin.surface_influence`. On a half plane, u_x lacks a constant; so does u_y there, and where a layer slides.
+        On a half plane, u_x lacks a constant; so does u_y there, and where a layer slides.
         """
         h = _check.scalar("step", step, unit="m", above=0.0)
         return _influence(self, h, int(count))

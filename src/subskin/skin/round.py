@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +14,13 @@ from .._check import FloatArray
 from ..contact.base import Contact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
-from ..tensor import State
+from ..tensor import State, Wave
 from ._around import DEEPEST, periodic_transforms
 from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
-from ._points import blank_singular, complex_points, points
+from ._points import blank_singular, complex_points, points, wave_points
 from ._ring_modes import Ring
 from ._synthesis import hooke, synthesise
-from .base import Skin
+from .base import Materials, Skin
 from .half_plane import HalfPlane
 
 __all__ = ["Round"]
@@ -88,32 +89,27 @@ class Round(Skin):
         return self.radius - self.core_radius
 
     @property
-    def period(self) -> float:
-        """The circumference [m]."""
-        return 2 * np.pi * self.radius
+    def curvature(self) -> float:  # noqa: D102
+        return 1 / self.radius
 
     @property
-    def single_material(self) -> Material:  # noqa: D102
-        return self.material
+    def materials(self) -> tuple[Material, ...]:  # noqa: D102
+        return (self.material,)
 
-    def changed(self, *, poisson: float | None = None, thickness: float | None = None) -> Skin:
-        """The same outer radius, on a core that leaves another thickness [m], or another Poisson's ratio."""
-        material = self.material if poisson is None else replace(self.material, poisson=poisson)
-        if thickness is not None and not 0 < thickness < self.radius:
+    def with_(  # noqa: D102
+        self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
+    ) -> Self:
+        outer = self.radius if radius is None else _check.scalar("radius", radius, unit="m", above=0.0)
+        if thickness is not None and not 0 < thickness < outer:
             raise GeometryError(
-                f"thickness = {thickness:.6g} m", f"has to be > 0 and < the radius, {self.radius:.6g} m"
+                f"thickness = {thickness:.6g} m", f"has to be > 0 and < the radius, {outer:.6g} m"
             )
-        core = self.core_radius if thickness is None else self.radius - thickness
-        return replace(self, material=material, core_radius=core)
+        core = self.core_radius + (outer - self.radius) if thickness is None else outer - thickness
+        return replace(self, material=self._one_each(materials)[0], radius=outer, core_radius=core)
 
-    @property
-    def grounded(self) -> bool:
-        """Displacements are absolute: the core is rigid."""
-        return True
-
-    def surface_drop(self, y: npt.ArrayLike) -> FloatArray:
-        """How far the undeformed surface lies beneath its tangent at y = 0 [m]."""
-        return np.asarray(2 * self.radius * np.sin(0.5 * _check.real("y", y, unit="m") / self.radius) ** 2)
+    def __str__(self) -> str:
+        core = f"on a rigid core of {1e3 * self.core_radius:.6g} mm"
+        return f"a radius of {1e3 * self.radius:.6g} mm ({self.material}) {core}"
 
     @cached_property
     def _ring(self) -> Ring:
@@ -124,26 +120,7 @@ class Round(Skin):
         """The harmonics that the core sends back: what is left out is less than exp(-42) of them."""
         return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
 
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
-        """Stress [Pa] and strain [-] beneath `contact`.
-
-        Parameters
-        ----------
-        contact : Contact
-            What presses, not wider than half the circumference; a batch broadcasts against the points.
-        x, y : array_like
-            Depth, from 0 to the core [m], and place along the surface [m], which repeats every 2 pi R.
-
-        Raises
-        ------
-        GeometryError
-            A point outside the skin, a contact that reaches round the finger, or shapes that do not broadcast.
-
-        Warns
-        -----
-        SingularPointWarning
-            A point of the surface where the stress is infinite; every component in the plane is NaN there.
-        """
+    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
         xs, ys = points(x, y, self.thickness)
         shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
         if not np.prod(shape):
@@ -152,7 +129,7 @@ class Round(Skin):
         weights = np.where(n == 0, 0.5, 1.0) / self.radius
 
         def response(depths: FloatArray) -> FloatArray:
-            answer = self._ring.stresses(n, depths)
+            answer = self._ring.amplitudes(n, depths, remainder=True)[:, :, :3]
             answer[:, :, 2] /= 2 * self.material.shear
             return answer
 
@@ -189,18 +166,8 @@ class Round(Skin):
         along = (1 + nu) / young * ((1 - 2 * nu) * mean + difference)
         return np.stack([mean - difference, shear, along])
 
-    def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
-        """Displacement of the surface per traction at k = n / radius, n = 0, 1, 2 ..., shape (..., 2, 2) [m/Pa].
-
-        u_x points inwards. p = cos(k y) gives u_x = C[0, 0] cos(k y), u_y = C[1, 0] sin(k y); q = sin(k y) gives u_x =
-        C[0, 1] cos(k y), u_y = C[1, 1] sin(k y).
-
-        Raises
-        ------
-        InvalidValueError
-            A wavenumber that does not fit round the finger.
-        """
-        waves = _check.real("k", k, unit="1/m", at_least=0.0)
+    def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
+        waves, depths = wave_points(k, x, self.thickness)
         n = np.round(waves * self.radius)
         if (np.abs(waves * self.radius - n) > 1e-9 * np.maximum(n, 1)).any():
             raise InvalidValueError(
@@ -208,19 +175,12 @@ class Round(Skin):
                 "waves on a round finger close: k has to be a whole number over the radius",
                 "k = n / skin.radius",
             )
-        compliance = self._ring.displacements(n.reshape(-1)) / (2 * self.material.shear)
-        return np.asarray(compliance).reshape(*waves.shape, 2, 2)
+        parts = self._ring.amplitudes(n, depths).transpose(2, 1, 0, 3)
+        along, ux, uy = parts[2:] / (2 * self.material.shear)
+        state = hooke(np.stack([*parts[:2], along]), self.material)
+        return Wave(state.stress, state.strain, ux, uy)
 
-    def surface_influence(self, step: float, count: int) -> FloatArray:
-        """Displacement [m/Pa] at the distances j * step from the centre of a unit hat, shape (2, 2, count).
-
-        As `Skin.surface_influence`; u_x points inwards.
-
-        Raises
-        ------
-        GeometryError
-            Distances that go nearly round the finger.
-        """
+    def surface_influence(self, step: float, count: int) -> FloatArray:  # noqa: D102
         h = _check.scalar("step", step, unit="m", above=0.0)
         if h * count > _FARTHEST * self.period:
             raise GeometryError(

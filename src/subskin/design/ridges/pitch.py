@@ -61,8 +61,7 @@ def best_ridge_pitch(finger: Finger) -> RidgePitch:
     """
     depth = np.asarray(finger.array.depth)
     shortest = _MOST / float(depth.min())
-    if np.isfinite(finger.skin.period):
-        turn = 2 * np.pi / finger.skin.period
+    if turn := finger.skin.curvature:
         k = turn * np.arange(max(int(shortest / turn), 4))
         sizes = spatial_response(finger, k).magnitude
         at = _finest(sizes[..., 0])

@@ -43,9 +43,8 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
     wide = _check.real("pitch", pitch, unit="m", above=0.0)
     high = _check.real("amplitude", amplitude, unit="m", at_least=0.0)
     k = 2 * np.pi / wide
-    if np.isfinite(skin.period):
-        radius = skin.period / (2 * np.pi)
-        k = np.maximum(np.round(k * radius), 2) / radius
+    if turn := skin.curvature:
+        k = np.maximum(np.round(k / turn), 2) * turn
     return _check.read_only(high / skin.surface_compliance(k)[..., 0, 0])
 
 

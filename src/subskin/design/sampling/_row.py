@@ -11,7 +11,6 @@ from ...array import SensorArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...skin import Round
 from ..response import spatial_response
 
 __all__ = ["Row"]
@@ -78,10 +77,9 @@ class Row:
             A contact too wide, in depths, for its lobes to be followed.
         """
         last = max((np.log(attenuation) + _TAIL) / self.depth, 2 * start)
-        skin = self.finger.skin
-        if isinstance(skin, Round):
-            first = np.ceil(start * skin.radius * (1 - 1e-12))
-            return np.arange(first, np.ceil(last * skin.radius) + 1) / skin.radius
+        if turn := self.finger.skin.curvature:
+            first, end = (np.ceil(k / turn * (1 - 1e-12)) for k in (start, last))
+            return turn * np.arange(first, end + 1)
         scale = self.depth + self.half_width + float(np.asarray(self.finger.array.width)[0])
         step = _FINE / scale
         if last / step > _MOST:
@@ -122,8 +120,8 @@ class Row:
 
     def beyond(self, k: FloatArray, spectrum: FloatArray) -> FloatArray:
         """Largest error if the waves from each k on are taken for others: 2 / pi times the integral from there."""
-        if isinstance(self.finger.skin, Round):
-            parts = 2 / (np.pi * self.finger.skin.radius) * spectrum
+        if turn := self.finger.skin.curvature:
+            parts = 2 / np.pi * turn * spectrum
             return np.asarray(np.cumsum(parts[::-1])[::-1])
         parts = 1 / np.pi * (spectrum[1:] + spectrum[:-1]) * np.diff(k)
         return np.concatenate([np.cumsum(parts[::-1])[::-1], [0.0]])

@@ -11,7 +11,6 @@ from ..._check import FloatArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...skin import Round
 from ._row import Row
 
 __all__ = ["AliasingError", "aliasing_error"]
@@ -143,7 +142,7 @@ def aliasing_error(
     if isinstance(shifts, bool) or int(shifts) != shifts or shifts < 2:
         raise InvalidValueError(f"shifts = {shifts!r}", "a whole number >= 2 is needed", "shifts=16")
     skin, around = row.finger.skin, 0
-    if isinstance(skin, Round):
+    if skin.curvature:
         around = max(int(np.ceil(skin.period / step * (1 - 1e-12))), 1)
         step = skin.period / around
     window = row.half_width + _WINDOW * row.depth + step

@@ -12,7 +12,6 @@ from ..._check import ComplexArray, FloatArray
 from ...contact import Contact
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ...skin import Round
 from ._row import Row
 
 __all__ = ["SensorDensity", "sensor_density"]
@@ -176,8 +175,8 @@ def _full_scale(row: Row, k: FloatArray, waves: ComplexArray) -> FloatArray:
     """Largest reading along the skin under the pressure alone and under the shear alone, shape (2,)."""
     reach = row.half_width + _WINDOW * row.depth
     positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_PLACES * reach / row.depth)) + 1)
-    if isinstance(row.finger.skin, Round):
-        weights = np.where(k == 0, 0.5, 1.0) / (np.pi * row.finger.skin.radius)
+    if turn := row.finger.skin.curvature:
+        weights = np.where(k == 0, 0.5, 1.0) * turn / np.pi
     else:
         steps = np.diff(k, prepend=0.0)
         weights = 0.5 * (steps + np.append(steps[1:], 0.0)) / np.pi
@@ -197,7 +196,7 @@ def _summit(row: Row, k: FloatArray, sizes: FloatArray, load: int) -> tuple[floa
     from scipy.optimize import minimize_scalar
 
     at = int(np.argmax(sizes))
-    if isinstance(row.finger.skin, Round):
+    if row.finger.skin.curvature:
         return float(k[at]), float(sizes[at])
     if at == 0:
         unbounded = sizes[0] > _GROWS * _size(row, 10 * k[0], load)
@@ -216,8 +215,8 @@ def _crossing(row: Row, k: FloatArray, sizes: FloatArray, level: float, load: in
     if np.isnan(level):
         return np.nan
     at = _last(sizes, level)
-    if isinstance(row.finger.skin, Round):
-        return _between(row.finger.skin, k[at])
+    if turn := row.finger.skin.curvature:
+        return _between(turn, k[at])
     root = brentq(lambda wave: _size(row, wave, load) - level, k[at], k[at + 1], xtol=1e-13 * k[at + 1])
     return float(root)
 
@@ -225,12 +224,12 @@ def _crossing(row: Row, k: FloatArray, sizes: FloatArray, level: float, load: in
 def _fallen(row: Row, k: FloatArray, errors: FloatArray, level: float) -> float:
     """The Nyquist wavenumber at which the falling `errors` reach `level`."""
     at = _last(errors, level)
-    if isinstance(row.finger.skin, Round):
-        return _between(row.finger.skin, k[at])
+    if turn := row.finger.skin.curvature:
+        return _between(turn, k[at])
     share = np.log(errors[at] / level) / np.log(errors[at] / errors[at + 1])
     return float(k[at] + share * (k[at + 1] - k[at]))
 
 
-def _between(skin: Round, k: float) -> float:
+def _between(turn: float, k: float) -> float:
     """The Nyquist wavenumber of 2 n + 1 sensors round a finger: these tell n waves and fewer apart."""
-    return float((np.round(k * skin.radius) + 0.5) / skin.radius)
+    return float((np.round(k / turn) + 0.5) * turn)

@@ -12,8 +12,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ...material import Material
-from ...skin import HalfPlane, Layered, Round, Skin
+from ...skin import Skin
 
 __all__ = ["SOURCES", "Source", "as_made", "checked_tolerances", "of_each_sensor", "usual_tolerances"]
 
@@ -49,10 +48,9 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
 
     Amounts are standard deviations, but for `width` and `resolution`: by how much the sensors are wider than the model
     takes them, and the step of a reading. In the finger's own terms, with d the mean depth: `position` 2 % of d,
-    `depth` 5 % of d, `gains` 5 %, as `calibrate_blind` takes them; `depths` 2 % of d, `young` 10 %, `poisson` 0.02
-    where the skin has a material that can be changed, `gain` 5 %, `offset` as much as the noise, `width` a fifth
-    of d, `thickness` 5 % of itself, `radius` 2 % of itself, `resolution` and `noise` those of the array.
-    What a finger has not is left out.
+    `depth` 5 % of d, `gains` 5 %, as `calibrate_blind` takes them; `depths` 2 % of d, `young` 10 %, `poisson` 0.02,
+    `gain` 5 %, `offset` as much as the noise, `width` a fifth of d, `thickness` 5 % of itself, `radius` 2 % of itself,
+    `resolution` and `noise` those of the array. What a finger has not is left out.
 
     Examples
     --------
@@ -69,12 +67,10 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
         "gain": 0.05, "gains": 0.05, "offset": noise, "width": 0.2 * depth,
         "resolution": _typical(array.resolution, array.live), "noise": noise,
     }  # fmt: skip
-    if not isinstance(skin, (HalfPlane, Layered, Round)):
-        del usual["young"], usual["poisson"]
     if np.isfinite(skin.thickness) and skin.single_material is not None:
         usual["thickness"] = 0.05 * skin.thickness
-    if isinstance(skin, Round):
-        usual["radius"] = 0.02 * skin.radius
+    if skin.curvature:
+        usual["radius"] = 0.02 / skin.curvature
     return {name: usual[name] for name in SOURCES if usual.get(name, 0.0) > 0}
 
 
@@ -127,39 +123,16 @@ def as_made(finger: Finger, off: Mapping[str, Any]) -> Finger:
 
 
 def _skin_off(skin: Skin, off: Mapping[str, Any]) -> Skin:
-    """The skin with other moduli, thickness or radius; the radius changes that of the core as much."""
+    """The skin with all moduli off by a share, all of Poisson's ratios, its thickness or its radius by an amount."""
     if "young" in off or "poisson" in off:
-        skin = _other_material(skin, 1 + float(off.get("young", 0.0)), float(off.get("poisson", 0.0)))
+        factor, more = 1 + float(off.get("young", 0.0)), float(off.get("poisson", 0.0))
+        new = [replace(m, young=factor * m.young, poisson=m.poisson + more) for m in skin.materials]
+        skin = skin.with_(materials=new)
     if "radius" in off:
-        if not isinstance(skin, Round):
-            raise InvalidValueError(f"radius of a {type(skin).__name__}", "a Round skin has one")
-        more = float(off["radius"])
-        skin = replace(skin, radius=skin.radius + more, core_radius=skin.core_radius + more)
+        skin = skin.with_(radius=skin.period / (2 * np.pi) + float(off["radius"]))
     if "thickness" in off:
-        if not np.isfinite(skin.thickness):
-            raise InvalidValueError(
-                f"thickness of a {type(skin).__name__} without a rigid base", "it has none"
-            )
-        skin = skin.changed(thickness=skin.thickness + float(off["thickness"]))
+        skin = skin.with_(thickness=skin.thickness + float(off["thickness"]))
     return skin
-
-
-def _other_material(skin: Skin, factor: float, more: float) -> Skin:
-    """All moduli times a factor, and all of Poisson's ratios off by as much."""
-    if isinstance(skin, HalfPlane):
-        return replace(skin, material=_changed(skin.material, factor, more))
-    if isinstance(skin, Round):
-        return replace(skin, material=_changed(skin.material, factor, more))
-    if isinstance(skin, Layered):
-        layers = tuple(replace(e, material=_changed(e.material, factor, more)) for e in skin.stack)
-        return replace(
-            skin, layers=layers, base=None if skin.base is None else _changed(skin.base, factor, more)
-        )
-    raise InvalidValueError(f"material of a {type(skin).__name__}", "it cannot be changed here")
-
-
-def _changed(material: Material, factor: float, more: float) -> Material:
-    return replace(material, young=factor * material.young, poisson=material.poisson + more)
 
 
 def of_each_sensor(values: Any, amount: float) -> FloatArray:

@@ -12,7 +12,7 @@ from ..._check import FloatArray
 from ...contact import Hertz, LineLoad
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...skin import HalfPlane
+from ...skin import Skin
 from ...transducer import MeanPressure, NormalStrain, NormalStress, VolumeResistance
 from ._row import LEAST, Frames, count_of, stencil, unit_readings
 from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds
@@ -80,7 +80,7 @@ def side_angle_from_gradients(
     (0.29, 0.004, 0.024)
     """
     skin, array = finger.skin, finger.array
-    if not isinstance(skin, HalfPlane):
+    if not skin.endless:
         raise InvalidValueError(
             f"a {type(skin).__name__} skin",
             "the gradient rule holds on a half plane alone",
@@ -150,13 +150,13 @@ def side_angle_from_gradients(
 
 
 @lru_cache(maxsize=16)
-def _blind_depth(skin: HalfPlane) -> float:
+def _blind_depth(skin: Skin) -> float:
     """Of a Hertz contact of half width 1."""
     return float(blind_depth(skin, 1.0))
 
 
 def _truncation(
-    finger: Finger, skin: HalfPlane, position: FloatArray, rule: FloatArray, angle: FloatArray
+    finger: Finger, skin: Skin, position: FloatArray, rule: FloatArray, angle: FloatArray
 ) -> FloatArray:
     """Largest error of `rule` over the contacts of which it says this angle, the blind widths left out."""
     depth = float(np.asarray(finger.array.depth).mean())

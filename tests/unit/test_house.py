@@ -1,0 +1,125 @@
+"""Walls of the house that an import alone does not show (test_imports.py has the arrows)."""
+
+from __future__ import annotations
+
+import ast
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import subskin
+from subskin import skin as media
+
+ROOT = Path(subskin.__file__).parent
+MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
+SKINS = {
+    name for name in media.__all__ if isinstance(of := getattr(media, name), type) and of is not media.Skin
+}
+
+
+def names_in(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)} | {
+        n.attr for n in ast.walk(node) if isinstance(n, ast.Attribute)
+    }
+
+
+def type_switches(source: str, classes: set[str]) -> list[int]:
+    """Lines that ask which of the `classes` something is: isinstance, issubclass, match, type(...) is or ==."""
+    lines = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and names_in(node.func) & {"isinstance", "issubclass"}:
+            asked = names_in(node.args[1])
+        elif isinstance(node, ast.MatchClass):
+            asked = names_in(node.cls)
+        elif isinstance(node, ast.Compare) and "type" in names_in(node):
+            asked = names_in(node)
+        else:
+            continue
+        if asked & classes:
+            lines.append(node.lineno)
+    return lines
+
+
+def test_nothing_outside_asks_which_skin_it_is():
+    assert {"HalfPlane", "Layered", "Round"} <= SKINS
+    asking = [
+        f"{path}:{line}"
+        for path in MODULES
+        if path.parts[0] != "skin"
+        for line in type_switches((ROOT / path).read_text(), SKINS)
+    ]
+    assert asking == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "isinstance(skin, HalfPlane)",
+        "isinstance(finger.skin, (skins.HalfPlane, Round))",
+        "assert isinstance(skin, HalfPlane | Round)",
+        "issubclass(kind, Layered)",
+        "type(skin) is Round",
+        "Round == type(finger.skin)",
+        "match skin:\n    case ss.Layered(layers=one):\n        pass",
+    ],
+)
+def test_the_walk_sees_a_question_for_the_class(source):
+    assert len(type_switches(source, SKINS)) == 1
+
+
+@pytest.mark.parametrize(
+    "source", ["isinstance(skin, Skin)", "HalfPlane(material)", "skin == HalfPlane(material)"]
+)
+def test_the_walk_passes_what_is_allowed(source):
+    assert type_switches(source, SKINS) == []
+
+
+def imported(path: Path) -> set[Path]:
+    """Files of subskin that the one at `path` imports by relative imports, under any condition."""
+    found = set()
+    for node in ast.walk(ast.parse((ROOT / path).read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            tried = [base, *(base / alias.name for alias in node.names)]
+            files = {Path(f"{t}.py") for t in tried if (ROOT / f"{t}.py").is_file()}
+            found |= files or {base / "__init__.py"}
+    return found
+
+
+def circle(graph: dict[Path, set[Path]]) -> list[str]:
+    """The files of a circle, or none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return [str(path) for path in error.args[1]]
+    return []
+
+
+ROOMS_WITHOUT_CIRCLES = ("skin",)
+
+
+@pytest.mark.parametrize("room", ROOMS_WITHOUT_CIRCLES)
+def test_no_circle_between_the_files_of_a_room(room):
+    graph = {path: imported(path) for path in MODULES if path.parts[0] == room}
+    assert sum(len(files) for files in graph.values()) > len(graph)  # the walk sees imports
+    assert circle(graph) == []
+
+
+def test_the_walk_sees_a_circle():
+    a, b, c = Path("a.py"), Path("b.py"), Path("c.py")
+    assert circle({a: {b}, b: {c}, c: {a}})
+    assert circle({a: {b, c}, b: {c}}) == []
+
+
+@pytest.mark.parametrize("room", ROOMS_WITHOUT_CIRCLES)
+def test_its_private_files_are_its_own(room):
+    takers = {
+        f"{path} takes {file}"
+        for path in MODULES
+        if path.parts[0] != room
+        for file in imported(path)
+        if file.parts[0] == room
+        and any(part.startswith("_") and part != "__init__.py" for part in file.parts)
+    }
+    assert takers == set()
