@@ -17,6 +17,7 @@ ORDER = (
     "_lazy",
     "errors",
     "_check",
+    "_registry",
     "material",
     "tensor",
     "contact",

@@ -11,13 +11,14 @@ import copy
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._registry import Named
 
 __all__ = ["Contact", "ContactSum", "ProportionalContact", "Spectrum", "Transforms"]
 
@@ -65,7 +66,7 @@ def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
         return _check.read_only(np.where(force == 0, 0.0, force * unit))
 
 
-class Contact(ABC):
+class Contact(Named, ABC):
     """Traction on the skin's surface. Pressure presses in (+x), shear drags the surface towards +y.
 
     Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a
@@ -228,6 +229,9 @@ class ProportionalContact(Contact):
     InvalidValueError, GeometryError
         A value out of range; shapes that do not broadcast.
     """
+
+    GROWTH: ClassVar[float | None] = None
+    """Power of the normal force with which a pressed body's half width grows; None where no body is meant."""
 
     force: npt.ArrayLike
     angle: npt.ArrayLike = 0.0
