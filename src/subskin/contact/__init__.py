@@ -7,7 +7,7 @@ decisions, simulations and commands take (`families`).
 from importlib import import_module
 from pkgutil import iter_modules
 
-from .base import Contact, ContactSum, ProportionalContact, Transforms
+from .base import Contact, ContactSum, ProportionalContact, Spectrum, Transforms, transforms_of
 from .families import Family, contact_of, families, family_of
 from .hertz import Hertz
 from .line import LineLoad
@@ -28,6 +28,7 @@ __all__ = [
     "PartialSlip",
     "PressureProfile",
     "ProportionalContact",
+    "Spectrum",
     "SpreadContact",
     "Strip",
     "Transforms",
@@ -35,6 +36,7 @@ __all__ = [
     "contact_of",
     "families",
     "family_of",
+    "transforms_of",
 ]
 
 for _module in iter_modules(__path__):  # a contact is registered when its file is imported

@@ -13,7 +13,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
 from ..material import Material
-from ._functions import jinc, root
+from .functions import jinc, root
 from .spread import SpreadContact, pressing
 
 __all__ = ["Hertz"]

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
-from ._functions import jinc, root
 from .base import Spectrum, Transforms, scaled
+from .functions import jinc, root
 from .spread import SpreadContact
 
 __all__ = ["FlatPunch"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
-from ._functions import gap, log_ratio
+from .functions import gap, log_ratio
 from .spread import SpreadContact
 
 __all__ = ["Strip"]

@@ -13,7 +13,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError, ValidityWarning
 from ..material import Material
-from ._functions import root
+from .functions import root
 from .spread import SpreadContact, pressing
 
 __all__ = ["Wedge"]

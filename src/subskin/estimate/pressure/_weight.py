@@ -12,9 +12,9 @@ each written as a root in ln w, and found from the smooth side.
 
 from __future__ import annotations
 
-import math
-
 from ..._compiled import compiled
+
+import math
 
 EVIDENCE, DISCREPANCY, GCV = 0, 1, 2
 LOWEST, HIGHEST = -28.0, 6.0
