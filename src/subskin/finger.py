@@ -12,8 +12,7 @@ import numpy.typing as npt
 from . import _check
 from ._check import FloatArray
 from .array import SensorArray
-from .contact.base import Contact
-from .contact.line import LineLoad
+from .contact import Contact, LineLoad
 from .errors import GeometryError, InvalidValueError
 from .skin.base import Skin
 from .transducer import Transducer
@@ -175,5 +174,5 @@ class Finger:
         for kind in self.array.transducers:
             kind.linearise(np.zeros(0))  # refuses what cannot be made linear
         y = _check.real("position", position, unit="m")
-        fields = [self.measure(LineLoad(1.0, angle, y), linear=True) for angle in (0.0, np.pi / 2)]
-        return np.asarray(self.array.gain)[:, None] * np.stack(fields, axis=-1)
+        fields = self.measure(LineLoad.of_components(np.eye(2), y[..., None]), linear=True)
+        return np.asarray(self.array.gain)[:, None] * np.swapaxes(fields, -1, -2)

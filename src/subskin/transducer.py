@@ -1,14 +1,20 @@
-"""What a sensor reports of the stress and strain at its place."""
+"""What a sensor reports of the stress and strain at its position."""
 
 from __future__ import annotations
 
+import difflib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from importlib import import_module
+from inspect import isabstract
+from operator import attrgetter
+from typing import ClassVar
 
 import numpy as np
 
 from ._check import FloatArray
-from .errors import NotLinearError
+from ._registry import Named
+from .errors import InvalidValueError, NotLinearError
 from .tensor import State
 
 __all__ = [
@@ -21,12 +27,37 @@ __all__ = [
     "ShearStrain",
     "Transducer",
     "VolumeResistance",
+    "kind_of",
+    "kinds",
+    "transducer_of",
 ]
 
 
 @dataclass(frozen=True)
-class Transducer(ABC):
-    """What is measured at a point. `linear` tells whether it is proportional to the load; `unit` is its unit."""
+class Transducer(Named, ABC):
+    """What is measured at a point of the skin.
+
+    One of your own gives `unit` and `measure`; defined with a name, `class Tilt(Transducer, name="tilt")`, it is found
+    by it in files. One that is not proportional to the load sets `linear = False`.
+
+    Attributes
+    ----------
+    component : str
+        The component of the field that a picture of the skin shows beside it, such as "strain.xx".
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> class Stretch(ss.Transducer):
+    ...     unit = ""
+    ...     def measure(self, state):
+    ...         return state.strain.yy
+    >>> skin, load = ss.HalfPlane(ss.Material(young=0.4e6)), ss.LineLoad(force=40.0)
+    >>> round(float(Stretch().measure(skin.state(load, x=2e-3, y=0.0))), 6)
+    0.023873
+    """
+
+    component: ClassVar[str] = "strain.xx"
 
     @property
     @abstractmethod
@@ -40,10 +71,25 @@ class Transducer(ABC):
 
     @abstractmethod
     def measure(self, state: State) -> FloatArray:
-        """The quantity at each point of `state`."""
+        """The quantity, in `unit`, at each point of `state`.
+
+        Parameters
+        ----------
+        state : State
+            Stress [Pa] and strain [-] at points of shape (...).
+
+        Returns
+        -------
+        ndarray, shape (...)
+        """
 
     def linearise(self, measured: FloatArray) -> FloatArray:
         """A quantity proportional to the load, from a measured one.
+
+        Parameters
+        ----------
+        measured : ndarray, shape (...)
+            What `measure` returns, in `unit`.
 
         Raises
         ------
@@ -65,67 +111,57 @@ class Transducer(ABC):
 
 
 @dataclass(frozen=True)
-class NormalStrain(Transducer):
+class NormalStrain(Transducer, name="normal_strain"):
     """Strain along the depth, eps_x [-] (memo eq. 8): a strain gauge standing in the skin."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return ""
+    unit = ""
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return state.strain.xx
 
 
 @dataclass(frozen=True)
-class LateralStrain(Transducer):
+class LateralStrain(Transducer, name="lateral_strain"):
     """Strain along the surface, eps_y [-]: a gauge lying in the skin. At nu = 1/2 in plane strain it is -eps_x."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return ""
+    unit, component = "", "strain.yy"
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return state.strain.yy
 
 
 @dataclass(frozen=True)
-class ShearStrain(Transducer):
+class ShearStrain(Transducer, name="shear_strain"):
     """Engineering shear strain gamma_xy = 2 eps_xy [-]."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return ""
+    unit, component = "", "strain.xy"
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return state.strain.gamma_xy
 
 
 @dataclass(frozen=True)
-class NormalStress(Transducer):
+class NormalStress(Transducer, name="normal_stress"):
     """Stress along the depth, sigma_x [Pa], negative under a press."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return "Pa"
+    unit, component = "Pa", "stress.xx"
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return state.stress.xx
 
 
 @dataclass(frozen=True)
-class MeanPressure(Transducer):
+class MeanPressure(Transducer, name="mean_pressure"):
     """Hydrostatic pressure -(sigma_x + sigma_y + sigma_z)/3 [Pa]: a barometer cast in rubber."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return "Pa"
+    unit, component = "Pa", "mean_pressure"
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return state.stress.mean_pressure
 
 
 @dataclass(frozen=True)
-class VolumeResistance(Transducer):
+class VolumeResistance(Transducer, name="volume_resistance"):
     """Relative change of resistance, R/R0 - 1 [-], of a conductive block with electrodes above and below (memo Fig. 4).
 
     R = rho L / A = rho L^2 / V, so with the block's length L0 (1 + eps_x) and volume V0 (1 + tr eps)
@@ -153,9 +189,7 @@ class VolumeResistance(Transducer):
 
     exact: bool = False
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return ""
+    unit = ""
 
     @property
     def linear(self) -> bool:  # noqa: D102
@@ -168,7 +202,13 @@ class VolumeResistance(Transducer):
         return e.xx - e.yy - e.zz
 
     def linearise(self, measured: FloatArray) -> FloatArray:
-        """2 eps_x = 2 (sqrt(R/R0) - 1), exact where the volume is kept (nu = 1/2); NaN where R < 0."""
+        """2 eps_x = 2 (sqrt(R/R0) - 1), exact where the volume is kept (nu = 1/2); NaN where R < 0.
+
+        Parameters
+        ----------
+        measured : ndarray, shape (...)
+            R/R0 - 1 [-].
+        """
         if self.linear:
             return measured
         with np.errstate(invalid="ignore"):
@@ -180,32 +220,94 @@ class VolumeResistance(Transducer):
 
 
 @dataclass(frozen=True)
-class EnergyDensity(Transducer):
+class EnergyDensity(Transducer, name="energy_density"):
     """Strain energy density [J/m^3], one of the quantities fitted to slowly adapting receptors. Not linear."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return "J/m^3"
-
-    @property
-    def linear(self) -> bool:  # noqa: D102
-        return False
+    unit, linear = "J/m^3", False
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return state.energy_density
 
 
 @dataclass(frozen=True)
-class MaxCompressiveStrain(Transducer):
+class MaxCompressiveStrain(Transducer, name="max_compressive_strain"):
     """Largest compressive principal strain [-], >= 0 (after Phillips and Johnson 1981). Not linear."""
 
-    @property
-    def unit(self) -> str:  # noqa: D102
-        return ""
-
-    @property
-    def linear(self) -> bool:  # noqa: D102
-        return False
+    unit, linear = "", False
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
         return np.maximum(-state.strain.principal[..., -1], 0.0)
+
+
+def kinds() -> dict[str, type[Transducer]]:
+    """The transducers by the names that files use, one's own among them.
+
+    Examples
+    --------
+    >>> kinds()["mean_pressure"].__name__
+    'MeanPressure'
+    """
+    return dict(Transducer._by_name)
+
+
+def kind_of(transducer: Transducer) -> str:
+    """The name by which `transducer_of` finds a transducer's class: that of `kinds`, else "module:Class".
+
+    Examples
+    --------
+    >>> kind_of(MeanPressure())
+    'mean_pressure'
+    """
+    own = type(transducer)
+    named = (name for name, kind in kinds().items() if kind is own)
+    return next(named, f"{own.__module__}:{own.__qualname__}")
+
+
+def transducer_of(kind: str) -> Transducer:
+    """The transducer of a name of `kinds`, or of a class of one's own by its dotted name.
+
+    Parameters
+    ----------
+    kind : str
+        "mean_pressure", or "mypackage.mymodule:MyGauge" or "mypackage.mymodule.MyGauge", whose module is imported.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown name; a module that cannot be imported; something that is no Transducer, or needs arguments.
+
+    Examples
+    --------
+    >>> transducer_of("mean_pressure"), transducer_of("subskin.transducer:MeanPressure")
+    (MeanPressure(), MeanPressure())
+    """
+    known, seen = kinds(), f'kind = "{kind}"'
+    if kind in known:
+        return known[kind]()
+    module, _, name = kind.partition(":") if ":" in kind else kind.rpartition(".")
+    if not (module and name):
+        close = difflib.get_close_matches(kind, list(known), n=1)
+        fix = (
+            f'did you mean "{close[0]}"'
+            if close
+            else f"known: {', '.join(known)}, or mypackage.mymodule:MyGauge"
+        )
+        raise InvalidValueError(seen, "no such kind of sensor is known", fix)
+    try:
+        place = import_module(module)
+    except Exception as error:  # what a module of one's own does when it is imported is not ours to foresee
+        fix = "install it, or put its folder on PYTHONPATH"
+        raise InvalidValueError(seen, f"{module} cannot be imported ({error})", fix) from error
+    try:
+        found = attrgetter(name)(place)
+    except AttributeError:
+        raise InvalidValueError(seen, f"{module} has no {name}", "mypackage.mymodule:MyGauge") from None
+    if not (isinstance(found, type) and issubclass(found, Transducer)):
+        raise InvalidValueError(seen, "it is no Transducer", f"class {name}(subskin.Transducer)")
+    if isabstract(found):
+        raise InvalidValueError(seen, f"it lacks {', '.join(sorted(found.__abstractmethods__))}")
+    try:
+        return found()
+    except TypeError as error:
+        rule = f"it needs arguments ({error})"
+        raise InvalidValueError(seen, rule, "a subclass or defaults that give them") from None

@@ -197,7 +197,6 @@ class TestOptions:
             ("--position", "a..b"),
             ("--position", "1..2..3 mm"),
             ("--contact", "hertz"),
-            ("--contact", "finger", "--half-width", "1 mm"),
             ("--dead", "4"),
             ("--dead", "a"),
             ("--spread", "1"),
@@ -238,6 +237,7 @@ class TestOptions:
         for arguments in (
             (),
             ("locat",),
+            ("simulate", "finger.toml", "--contact", "finger", "--half-width", "1 mm"),
             ("locate",),
             ("locate", "a", "b", "--every", "x"),
             ("simulate", "f", "--json", "-o", "-"),

@@ -26,6 +26,7 @@ BUILD = {
         force, angle, position, half_width=A, friction=0.6
     ),
 }
+SLIPS = {"half_width": A, "friction": 0.6}
 WIDE = {name: build for name, build in BUILD.items() if name != "line"}
 X, Y = np.array([0.5e-3, 1e-3, 4e-3, 90e-3]), np.array([0.0, -1.3e-3, 2e-3, 10e-3])
 
@@ -277,12 +278,25 @@ class TestForces:
         np.testing.assert_allclose(contact.normal_force, [10 * np.cos(0.2), 20 * np.cos(0.4)])
         np.testing.assert_allclose(contact.tangential_force, [10 * np.sin(0.2), -20 * np.sin(0.4)])
 
-    def test_a_right_angle_is_one(self):
+    def test_given_components_are_kept_exactly(self):
         """np.cos(np.pi / 2) is 6e-17: beneath a pure drag that would be all the stress there is."""
-        drag, pull = ss.LineLoad(40.0, np.pi / 2), ss.LineLoad(40.0, -np.pi)
-        assert (drag.normal_force, drag.tangential_force) == (0.0, 40.0)
-        assert (pull.normal_force, pull.tangential_force) == (-40.0, 0.0)
+        for kind, more in ((ss.LineLoad, {}), (ss.Hertz, {"half_width": A}), (ss.PartialSlip, SLIPS)):
+            loads = kind.of_components([[0.3, 0.0], [0.0, 0.0], [3.7, 1.1]], [0.0, 1e-3, 2e-3], **more)
+            for contact in (loads, loads.expand(2), pickle.loads(pickle.dumps(loads))):
+                np.testing.assert_array_equal(contact.normal_force.ravel(), [0.3, 0.0, 3.7])
+                np.testing.assert_array_equal(contact.tangential_force.ravel(), [0.0, 0.0, 1.1])
+            np.testing.assert_allclose(loads.force, [0.3, 0.0, np.hypot(3.7, 1.1)])
+            np.testing.assert_allclose(loads.angle, [0.0, 0.0, np.arctan2(1.1, 3.7)])
+        pull, drag = ss.LineLoad.of_components([-40.0, 0.0]), ss.LineLoad.of_components([0.0, 40.0])
+        assert (float(pull.normal_force), float(pull.angle)) == (-40.0, np.pi)
         assert not components(SKIN.stress(drag, 1e-3, 0.0)).any()
+        both = (drag + ss.Hertz.of_components([[5.0, 1.0], [6.0, -2.0]], half_width=A)).components
+        np.testing.assert_array_equal(both, [[5.0, 41.0], [6.0, 38.0]])
+
+    @pytest.mark.parametrize("bad", [40.0, [1.0, 2.0, 3.0], [1.0, np.nan], "both"])
+    def test_components_that_are_not_two_numbers(self, bad):
+        with pytest.raises((ss.InvalidValueError, ss.GeometryError), match="components"):
+            ss.LineLoad.of_components(bad)
 
     def test_no_force_makes_nothing(self, build):
         nothing = build(force=0.0)

@@ -18,6 +18,7 @@ ORDER = (
     "errors",
     "_check",
     "_compiled",
+    "_registry",
     "material",
     "tensor",
     "load",

@@ -7,7 +7,8 @@ import pytest
 
 import subskin as ss
 from subskin.errors import FileError
-from subskin.io.finger_file import KINDS, load_finger, parse_finger, save_finger
+from subskin.io.finger_file import load_finger, parse_finger, save_finger
+from subskin.transducer import kinds
 
 GOOD = """\
 # my finger
@@ -73,7 +74,7 @@ def test_positions_kinds_and_plane():
     np.testing.assert_array_equal(file.finger.array.y, [-2e-3, 1e-3])
     np.testing.assert_array_equal(file.finger.array.depth, [2e-3, 3e-3])
     assert file.finger.array.transducers == (ss.VolumeResistance(exact=True), ss.MeanPressure())
-    for name, kind in KINDS.items():
+    for name, kind in kinds().items():
         text = f'[skin]\nyoung = 1\n[sensors]\ncount = 1\npitch = 1\ndepth = 1\nkind = "{name}"\n'
         assert parse_finger(text).finger.array.transducers == (kind(),)
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.contact import contact_of, families
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.stream.presses import segment
-from subskin.synthetic import contact_of, simulate_recording
+from subskin.synthetic import simulate_recording
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
 GAIN, OFFSET = [-1e5, -2e5, -1.5e5, -1e5], [1e5, 2e5, 3e5, 4e5]
@@ -169,7 +170,7 @@ class TestSimulatedRecording:
         again = simulate_recording(finger, [0.0, 6e-3], force=40.0, drift=30.0, rng=np.random.default_rng(0))
         np.testing.assert_array_equal(raw.readings, again.readings)
 
-    @pytest.mark.parametrize("kind", ["line", "strip", "hertz", "punch", "wedge"])
+    @pytest.mark.parametrize("kind", families())
     def test_contacts(self, kind):
         contact = contact_of(kind, None if kind == "line" else 1e-3)
         raw = simulate_recording(FINGER, [0.0], force=40.0, contact=contact, relaxation=0.1)

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.contact import contact_of, families
 
 A = 1.25e-3
 CONTACTS = {
-    "strip": ss.Strip(40.0, 0.4, 0.2e-3, half_width=A),
+    **{name: contact_of(name, A)(40.0, 0.4, 0.2e-3) for name in families() if name != "line"},
     "punch": ss.FlatPunch(40.0, -0.3, 0.2e-3, half_width=A, moment=0.4 * 20 * A),
-    "wedge": ss.Wedge(40.0, 0.4, 0.2e-3, half_width=A),
-    "hertz": ss.Hertz(40.0, 0.4, 0.2e-3, half_width=A),
     "slip": ss.PartialSlip(40.0, 0.4, 0.2e-3, half_width=A, friction=0.6),
     "almost sticks": ss.PartialSlip(40.0, 1e-6, 0.2e-3, half_width=A, friction=0.6),
     "profile": ss.PressureProfile(

@@ -6,11 +6,12 @@ import numpy as np
 from scipy.integrate import quad
 
 import subskin as ss
+from subskin.contact import families
 
 OK, AMBIGUOUS, UNEXPLAINED = ss.Status.OK, ss.Status.AMBIGUOUS, ss.Status.UNEXPLAINED
 RUBBER = ss.Material(1.0, 0.5)
 FULL_SCALE = 3 / (2 * np.pi)  # strain beneath a unit line load at unit depth, E = 1
-FAMILIES = {"hertz": ss.Hertz, "strip": ss.Strip, "punch": ss.FlatPunch, "wedge": ss.Wedge}
+FAMILIES = {name: family for name, family in families().items() if name != "line"}
 SKINS = {
     "half plane": ss.HalfPlane(RUBBER),
     "soft": ss.HalfPlane(ss.Material(1.0, 0.4)),

@@ -10,6 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import subskin as ss
+from subskin.contact import contact_of, families
 
 A = 1.25e-3  # half width [m], the length scale of every test
 MU = 0.6
@@ -19,11 +20,10 @@ SKINS = {
     for nu in (0.0, 0.3, 0.5)
 }
 SYMMETRIC = {
-    "line": lambda angle, position=0.0, a=A: ss.LineLoad(40.0, angle, position),
-    "strip": lambda angle, position=0.0, a=A: ss.Strip(40.0, angle, position, half_width=a),
-    "punch": lambda angle, position=0.0, a=A: ss.FlatPunch(40.0, angle, position, half_width=a),
-    "wedge": lambda angle, position=0.0, a=A: ss.Wedge(40.0, angle, position, half_width=a),
-    "hertz": lambda angle, position=0.0, a=A: ss.Hertz(40.0, angle, position, half_width=a),
+    name: lambda angle, position=0.0, a=A, name=name: contact_of(name, None if name == "line" else a)(
+        40.0, angle, position
+    )
+    for name in families()
 }
 SHAPE = A * np.array([-1.0, -0.4, 0.1, 1.0]), np.array([2e3, 9e3, 4e3, 0.0]), np.array([0.0, 1e3, -4e3, 0.0])
 CONTACTS = {

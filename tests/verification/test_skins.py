@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.contact import contact_of, families
 
 A = 1.25e-3  # half width [m], the length scale of every test
 SOFT, FIRM = ss.Material(0.4e6, 0.5), ss.Material(3e6, 0.3)
@@ -25,11 +26,8 @@ SKINS = {
     "thin round": ss.Round(SOFT, 8 * A, 7 * A),
 }
 CONTACTS = {
-    "line": ss.LineLoad(40.0, 0.4, 0.2e-3),
-    "strip": ss.Strip(40.0, 0.4, 0.2e-3, half_width=A),
+    **{name: contact_of(name, None if name == "line" else A)(40.0, 0.4, 0.2e-3) for name in families()},
     "punch": ss.FlatPunch(40.0, -0.3, 0.2e-3, half_width=A, moment=0.4 * 20 * A),
-    "wedge": ss.Wedge(40.0, 0.4, 0.2e-3, half_width=A),
-    "hertz": ss.Hertz(40.0, 0.4, 0.2e-3, half_width=A),
     "slip": ss.PartialSlip(40.0, 0.4, 0.2e-3, half_width=A, friction=0.6),
     "profile": ss.PressureProfile(
         A * np.array([-1.0, -0.4, 0.1, 1.0]), [2e3, 9e3, 4e3, 0.0], [0, 1e3, -4e3, 0]

@@ -155,12 +155,7 @@ class Forward:
 
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read, shape (m, n): touches at `positions` (m,) with loads (N, T) (m, 2)."""
-        finger = self.apply(p)
-        out = np.zeros((len(positions), len(finger.array)))
-        for part, angle in zip(load.T, (0.0, 0.5 * np.pi), strict=True):
-            if part.any():
-                out += finger.measure(LineLoad(1.0, angle, positions), linear=True) * part[:, None]
-        return out
+        return self.apply(p).measure(LineLoad.of_components(load, positions), linear=True)
 
     def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Readings with the finger's own gains and offsets, shape (m, n)."""

@@ -54,7 +54,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--kind",
         action="append",
         metavar="NAME=FAMILY[:WIDTH][*PRIOR]",
-        help="a kind to weigh: line, wedge, hertz, strip or punch, its half widths, how likely beforehand (1); repeat",
+        help="a kind to weigh: its family (as of fit), its half widths, how likely beforehand (1); repeat",
     )
     parser.add_argument(
         "--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from ..contact import families
 from .common import describe, number, quantity_range, say, show, write_json
 from .frames import (
     MEANING,
@@ -32,7 +33,6 @@ _HERE = {
     "ambiguous": "another explains them nearly as well, or it is at an end of place, width or angle",
     "unexplained": "no contact of the family, within the friction cone, explains the readings",
 }
-_FAMILIES = ("line", "wedge", "hertz", "strip", "punch")
 _EXAMPLES = """\
   subskin fit finger.toml readings.csv --family hertz -o fitted.csv
   subskin fit finger.toml readings.csv --family wedge --width "0.1..1 mm" --figure contacts.png
@@ -48,7 +48,7 @@ at 0.
 def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("--family", choices=_FAMILIES, default="hertz", help="what presses (hertz)")
+    parser.add_argument("--family", choices=tuple(families()), default="hertz", help="what presses (hertz)")
     parser.add_argument("--width", metavar="RANGE", help='half widths to look at (default: "0..1.5" depths)')
     add_frames(parser, "fit", "table of contacts", "draw the contacts along the skin, frame by frame")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from ..contact import contact_of, families
 from .common import add_shared, describe, number, quantity_range, say, show, write_json
 
 if TYPE_CHECKING:
@@ -34,9 +35,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='how large they are ("40 N/m")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='how they lean ("0 deg")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
-    loads.add_argument(
-        "--contact", default="line", metavar="KIND", help="line, strip, hertz, punch or wedge (line)"
-    )
+    loads.add_argument("--contact", choices=tuple(families()), default="line", help="what presses (line)")
     loads.add_argument("--half-width", metavar="LENGTH", help="half the width of such a contact")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
     parser.add_argument(
@@ -118,7 +117,6 @@ def _worn(options: argparse.Namespace, file: FingerFile, rng: np.random.Generato
 
 def _contact(options: argparse.Namespace) -> Any:
     from ..io.units import quantity
-    from ..synthetic import contact_of
 
     width = None if options.half_width is None else quantity(options.half_width, "m", "--half-width")
     return contact_of(options.contact, width)

@@ -1,6 +1,14 @@
-"""What presses on a skin: one small module a contact, each two formulas long."""
+"""What presses on a skin: one small file a contact, found by itself.
 
-from .base import Contact, ContactSum, ProportionalContact, Transforms
+A contact is its spectrum, its traction and its support (`Contact`); a class with a name is a family that fits,
+decisions, simulations and commands take (`families`).
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from .base import Contact, ContactSum, ProportionalContact, Spectrum, Transforms, transforms_of
+from .families import Family, contact_of, families, family_of
 from .hertz import Hertz
 from .line import LineLoad
 from .partial_slip import PartialSlip
@@ -13,14 +21,24 @@ from .wedge import Wedge
 __all__ = [
     "Contact",
     "ContactSum",
+    "Family",
     "FlatPunch",
     "Hertz",
     "LineLoad",
     "PartialSlip",
     "PressureProfile",
     "ProportionalContact",
+    "Spectrum",
     "SpreadContact",
     "Strip",
     "Transforms",
     "Wedge",
+    "contact_of",
+    "families",
+    "family_of",
+    "transforms_of",
 ]
+
+for _module in iter_modules(__path__):  # a contact is registered when its file is imported
+    if not _module.name.startswith("_"):
+        import_module(f"{__name__}.{_module.name}")

@@ -1,8 +1,9 @@
-"""What every contact has to say: its pressure and shear, their Cauchy transforms and their spectra.
+"""What every contact has to say: its traction, where it acts, and its spectrum.
 
-With z = y + i x the transform of a pressure p is F(z) = integral of p(t) / (t - z) dt; it alone, with its
-derivative, gives the whole field in a half plane (docs/theory.md). Other skins answer wavenumber by
-wavenumber, and ask for the spectrum, the integral of p(t) exp(-i k t) dt (docs/skins.md).
+All fields follow from these. A layered or a round skin answers wavenumber by wavenumber, and asks for the spectrum, the
+integral of p(t) exp(-i k t) dt (docs/skins.md). In a half plane the Cauchy transform of a pressure, F(z) = integral of
+p(t) / (t - z) dt with z = y + i x, gives the whole field (docs/theory.md): from a closed form where a contact has one,
+and otherwise from its traction.
 """
 
 from __future__ import annotations
@@ -10,16 +11,19 @@ from __future__ import annotations
 import copy
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from functools import cached_property
-from typing import NamedTuple, Self
+from functools import cached_property, reduce
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._registry import Named
+from ..errors import GeometryError, InvalidValueError
+from .quadrature import cauchy
 
-__all__ = ["Contact", "ContactSum", "ProportionalContact", "Spectrum", "Transforms"]
+__all__ = ["Contact", "ContactSum", "ProportionalContact", "Spectrum", "Transforms", "transforms_of"]
 
 
 class Transforms(NamedTuple):
@@ -51,12 +55,13 @@ def times_depth(z: ComplexArray, derivative: ComplexArray) -> ComplexArray:
     return np.where(surface, 0.0, product) if surface.any() else product
 
 
-def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """N = P cos(angle) and T = P sin(angle); np.pi / 2 stands for the right angle that it rounds, np.pi likewise."""
+def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> FloatArray:
+    """N = P cos(angle) and T = P sin(angle), shape (..., 2)."""
     p, alpha = np.asarray(force, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-    size = np.abs(alpha)
-    normal = p * np.where(size == np.pi / 2, 0.0, np.cos(alpha))
-    return _check.read_only(normal), _check.read_only(p * np.where(size == np.pi, 0.0, np.sin(alpha)))
+    both = np.empty((*np.broadcast_shapes(p.shape, alpha.shape), 2))
+    np.multiply(p, np.cos(alpha), out=both[..., 0])
+    np.multiply(p, np.sin(alpha), out=both[..., 1])
+    return _check.read_only(both)
 
 
 def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
@@ -65,31 +70,37 @@ def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
         return _check.read_only(np.where(force == 0, 0.0, force * unit))
 
 
-class Contact(ABC):
+class Contact(Named, ABC):
     """Traction on the skin's surface. Pressure presses in (+x), shear drags the surface towards +y.
 
-    Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a
-    field.
+    Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a field. One
+    that has a closed form in a half plane gives it as a method `transforms`, as `ProportionalContact` does.
+
+    Examples
+    --------
+    A contact of one's own: a ridge whose pressure rises and falls like a cosine, without drag.
+
+    >>> import numpy as np, subskin as ss
+    >>> class Cosine(ss.Contact):
+    ...     components, support = np.array([2.0, 0.0]), (np.array(-1e-3), np.array(1e-3))  # N/m, m
+    ...     def pressure(self, y):
+    ...         return np.where(np.abs(y) <= 1e-3, 1e3 * (1 + np.cos(1e3 * np.pi * np.asarray(y))), 0.0)
+    ...     def shear(self, y):
+    ...         return np.zeros(np.shape(y))
+    ...     def spectrum(self, k):
+    ...         s = np.asarray(1e-3 * k / np.pi)
+    ...         near = np.isclose(s, 1)
+    ...         p = np.where(near, 0.5, np.sinc(s) / np.where(near, 1, 1 - s**2))
+    ...         return ss.contact.Spectrum(2 * p + 0j, 0j * p)
+    >>> skin = ss.Layered(ss.Layer(ss.Material(young=0.4e6), thickness=6e-3))
+    >>> round(float(skin.strain(Cosine(), x=2e-3, y=0.0).xx), 6)
+    -0.001176
     """
 
     @property
     @abstractmethod
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the batch; () for a single contact."""
-
-    @property
-    @abstractmethod
-    def normal_force(self) -> FloatArray:
-        """Integral of the pressure, N [N/m]."""
-
-    @property
-    @abstractmethod
-    def tangential_force(self) -> FloatArray:
-        """Integral of the shear, T [N/m], positive towards +y."""
-
-    @abstractmethod
-    def transforms(self, z: ComplexArray) -> Transforms:
-        """Cauchy transforms at z = y + i x (x >= 0), broadcast against the batch."""
+    def components(self) -> FloatArray:
+        """Integrals of the pressure, N, and of the shear, T, positive towards +y [N/m], shape (..., 2)."""
 
     @abstractmethod
     def spectrum(self, k: FloatArray) -> Spectrum:
@@ -98,7 +109,7 @@ class Contact(ABC):
     @property
     @abstractmethod
     def support(self) -> tuple[FloatArray, FloatArray]:
-        """Places y [m] between which the contact lies, each of the batch's shape."""
+        """Positions y [m] between which the contact lies, each of the batch's shape."""
 
     @abstractmethod
     def pressure(self, y: npt.ArrayLike) -> FloatArray:
@@ -108,15 +119,43 @@ class Contact(ABC):
     def shear(self, y: npt.ArrayLike) -> FloatArray:
         """Shear on the surface [Pa] at y [m], positive where it drags the skin towards +y."""
 
-    @abstractmethod
-    def singular_points(self) -> tuple[FloatArray, ...]:
-        """Places y [m] on the surface where the stress is infinite, each of the batch's shape."""
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch; () for a single contact."""
+        return self.components.shape[:-1]
 
-    @abstractmethod
+    @property
+    def normal_force(self) -> FloatArray:
+        """Integral of the pressure, N [N/m]."""
+        return self.components[..., 0]
+
+    @property
+    def tangential_force(self) -> FloatArray:
+        """Integral of the shear, T [N/m], positive towards +y."""
+        return self.components[..., 1]
+
+    def singular_points(self) -> tuple[FloatArray, ...]:
+        """Positions y [m] on the surface where the stress is infinite, each of the batch's shape; NaN where none is."""
+        return ()
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Positions y [m], ascending, between which the traction is smooth, shape (..., k): its ends at least."""
+        low, high = self.support
+        inner = [np.where(np.isnan(y), low, y) for y in self.singular_points()]
+        return np.sort(np.stack(np.broadcast_arrays(low, high, *inner), axis=-1), axis=-1)
+
     def expand(self, axes: int = 1) -> Self:
-        """The same contact, its batch lengthened by `axes` axes of length one, to broadcast against
-        points.
+        """The same contact, its batch lengthened by `axes` axes of length one, to broadcast against points.
+
+        Raises
+        ------
+        InvalidValueError
+            A batch whose class does not say how.
         """
+        if self.shape:
+            raise InvalidValueError(f"a batch of {type(self).__name__}", "its class has to define `expand`")
+        return self
 
     @classmethod
     def joined(cls, parts: list[Contact]) -> list[Contact]:
@@ -133,8 +172,25 @@ class Contact(ABC):
         return self if isinstance(other, int) and other == 0 else NotImplemented
 
 
+def sum_of(parts: list[Transforms]) -> Transforms:
+    """Transforms of several contacts at once."""
+    p, dp, q, dq, hq = (np.asarray(reduce(np.add, same)) for same in zip(*parts, strict=True))
+    return Transforms(p, dp, q, dq, hq)
+
+
 def _parts(contact: Contact) -> tuple[Contact, ...]:
     return contact.parts if isinstance(contact, ContactSum) else (contact,)
+
+
+def transforms_of(contact: Contact, z: ComplexArray) -> Transforms:
+    """Cauchy transforms at z = y + i x (x >= 0), broadcast against the batch: a closed form, else by quadrature."""
+    if hasattr(contact, "transforms"):
+        closed: Transforms = contact.transforms(z)
+        return closed
+    (p, dp, _), (q, dq, hq) = (
+        cauchy(traction, contact.breaks, z) for traction in (contact.pressure, contact.shear)
+    )
+    return Transforms(p, dp, q, dq, hq)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +212,8 @@ class ContactSum(Contact):
         return np.broadcast_shapes(*(part.shape for part in self.parts))
 
     @property
-    def normal_force(self) -> FloatArray:  # noqa: D102
-        return _check.read_only(sum(part.normal_force for part in self.parts))
-
-    @property
-    def tangential_force(self) -> FloatArray:  # noqa: D102
-        return _check.read_only(sum(part.tangential_force for part in self.parts))
+    def components(self) -> FloatArray:  # noqa: D102
+        return _check.read_only(sum(part.components for part in self.parts))
 
     @cached_property
     def _terms(self) -> tuple[Contact, ...]:
@@ -172,13 +224,7 @@ class ContactSum(Contact):
         return tuple(term for kind, group in kinds.items() for term in kind.joined(group))
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
-        first, *rest = self._terms
-        total = first.transforms(z)
-        for part in rest:
-            more = part.transforms(z)
-            p, dp, q, dq = (np.asarray(a + b) for a, b in zip(total[:4], more[:4], strict=True))
-            total = Transforms(p, dp, q, dq, np.asarray(total.hq + more.hq))
-        return total
+        return sum_of([transforms_of(part, z) for part in self._terms])
 
     def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
         parts = [part.spectrum(k) for part in self.parts]
@@ -209,9 +255,9 @@ class ContactSum(Contact):
 class ProportionalContact(Contact):
     """A contact whose shear is everywhere the same multiple of its pressure: q = p tan(angle).
 
-    A subclass gives `unit_transform` (two formulas), `unit_pressure` and `unit_spectrum`, for N = 1 N/m at position 0.
-    One with a part that is not proportional (a punch's moment, a zone that sticks) adds it in `transforms`,
-    `spectrum`, `pressure` and `shear`.
+    A subclass gives `unit_pressure` and `unit_spectrum`, for N = 1 N/m at position 0, and `unit_transform` where it has
+    a closed form. One with a part that is not proportional (a punch's moment, a zone that sticks) adds it in
+    `transforms`, `spectrum`, `pressure` and `shear`.
 
     Parameters
     ----------
@@ -219,7 +265,7 @@ class ProportionalContact(Contact):
         Magnitude P of the resultant [N/m], >= 0.
     angle : array_like, optional
         Angle of the resultant from the inward normal [rad], in [-pi, pi]: N = P cos(angle), T = P sin(angle)
-        towards +y. Beyond pi/2 the load pulls.
+        towards +y. Beyond pi/2 the load pulls. A right angle is rounded; `of_components` is exact.
     position : array_like, optional
         Centre of the contact y [m].
 
@@ -229,20 +275,59 @@ class ProportionalContact(Contact):
         A value out of range; shapes that do not broadcast.
     """
 
+    GROWTH: ClassVar[float | None] = None
+    """Power of the normal force with which a pressed body's half width grows; None where no body is meant."""
+
     force: npt.ArrayLike
     angle: npt.ArrayLike = 0.0
     position: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        self._set(
-            "force", _check.real("force", self.force, unit="N/m", at_least=0.0, fix="turn the angle instead")
-        )
+        fix = "turn the angle instead"
+        self._set("force", _check.real("force", self.force, unit="N/m", at_least=0.0, fix=fix))
         fix = "angles are in radians: np.deg2rad(30)"
-        self._set(
-            "angle", _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix)
-        )
+        angle = _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix)
+        self._set("angle", angle)
         self._set("position", _check.real("position", self.position, unit="m"))
         _check.broadcast(**self._parameters())
+        self._set("_components", resolve(self.force, self.angle))
+
+    @classmethod
+    def of_components(
+        cls, components: npt.ArrayLike, position: npt.ArrayLike = 0.0, **parameters: npt.ArrayLike
+    ) -> Self:
+        """Contacts of given normal and tangential force, which are kept exactly.
+
+        Parameters
+        ----------
+        components : array_like, shape (..., 2)
+            Normal force N and tangential force T [N/m].
+        position : array_like, optional
+            Centre of the contact y [m].
+        **parameters
+            The subclass's own, such as `half_width`.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            A value out of range; shapes that do not broadcast, components that are not two.
+
+        Examples
+        --------
+        >>> from subskin.contact import LineLoad
+        >>> drag = LineLoad.of_components([0.0, 40.0])
+        >>> float(drag.normal_force), float(drag.force), round(float(drag.angle), 4)
+        (0.0, 40.0, 1.5708)
+        """
+        both = _check.real("components", components, unit="N/m")
+        if both.shape[-1:] != (2,):
+            raise GeometryError(
+                f"components of shape {both.shape}", "(..., 2) is needed, N and T", "[40.0, 0.0]"
+            )
+        n, t = both[..., 0], both[..., 1]
+        made = cls(np.hypot(n, t), np.arctan2(t, n), position, **parameters)
+        made._set("_components", both)
+        return made
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
@@ -255,16 +340,9 @@ class ProportionalContact(Contact):
         return np.broadcast_shapes(*(a.shape for a in self._parameters().values()))
 
     @property
-    def normal_force(self) -> FloatArray:  # noqa: D102
-        return resolve(self.force, self.angle)[0]
-
-    @property
-    def tangential_force(self) -> FloatArray:  # noqa: D102
-        return resolve(self.force, self.angle)[1]
-
-    @abstractmethod
-    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """F and dF/dz of the pressure with unit resultant, centred at 0."""
+    def components(self) -> FloatArray:  # noqa: D102
+        both: FloatArray = self.__dict__["_components"]
+        return both
 
     @abstractmethod
     def unit_pressure(self, y: FloatArray) -> FloatArray:
@@ -274,14 +352,23 @@ class ProportionalContact(Contact):
     def unit_spectrum(self, k: FloatArray) -> FloatArray:
         """Fourier transform of the pressure with unit resultant, centred at 0: real, for it is symmetric."""
 
+    def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray] | None:
+        """F and dF/dz of the pressure with unit resultant, centred at 0; None without a closed form."""
+        return None
+
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
         """Im(F + i x F') of `unit_transform`; a subclass replaces it where the two parts cancel."""
         return np.asarray(f.imag + times_depth(z, df).real, dtype=np.float64)
 
-    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
+    def transforms(self, z: ComplexArray) -> Transforms:
+        """Cauchy transforms at z = y + i x (x >= 0), broadcast against the batch."""
         z = self._centred(z)
-        f, df = self.unit_transform(z)
-        h = self.unit_shear_field(z, f, df)
+        closed = self.unit_transform(z)
+        if closed is None:
+            f, df, h = cauchy(self.unit_pressure, self.breaks - np.asarray(self.position)[..., None], z)
+        else:
+            f, df = closed
+            h = self.unit_shear_field(z, f, df)
         normal, tangential = self.normal_force, self.tangential_force
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 
@@ -290,7 +377,7 @@ class ProportionalContact(Contact):
         return Spectrum(np.asarray(self.normal_force * unit), np.asarray(self.tangential_force * unit))
 
     def _shifted(self, k: FloatArray) -> ComplexArray:
-        """The factor by which a contact's place changes its spectrum."""
+        """The factor by which a contact's position changes its spectrum."""
         return np.asarray(np.exp(-1j * k * np.asarray(self.position, dtype=np.float64)))
 
     @property
@@ -311,11 +398,12 @@ class ProportionalContact(Contact):
         return np.asarray(_check.real("y", y, unit="m") - np.asarray(self.position, dtype=np.float64))
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
-        shape = self.shape
-        tail = (1,) * axes
+        shape, tail = self.shape, (1,) * axes
         wide = copy.copy(
             self
         )  # not `replace`: what has been checked, and warned of, once is not checked again
         for name, value in self._parameters().items():
             wide._set(name, _check.read_only(np.broadcast_to(value, shape).reshape(shape + tail)))
+        both = np.broadcast_to(self.components, (*shape, 2)).reshape((*shape, *tail, 2))
+        wide._set("_components", _check.read_only(both))
         return wide

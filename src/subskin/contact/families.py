@@ -1,41 +1,103 @@
-"""Families of contacts by name: those of one half width, or none, that fits and simulations choose among."""
+"""Families of contacts by name, and what makes a contact of one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from typing import TypeAlias
+
+import numpy.typing as npt
+
+from .. import _check
 from ..errors import InvalidValueError
-from .hertz import Hertz
+from .base import Contact, ProportionalContact
 from .line import LineLoad
-from .punch import FlatPunch
 from .spread import SpreadContact
-from .strip import Strip
-from .wedge import Wedge
 
-__all__ = ["FAMILIES", "Family", "family_of"]
+__all__ = ["Family", "contact_of", "families", "family_of"]
 
-Family = type[SpreadContact] | type[LineLoad]
+Family: TypeAlias = type[SpreadContact] | type[LineLoad]
+"""A class of contacts that force, angle, position and, but for a line, a half width describe."""
 
-FAMILIES: dict[str, Family] = {
-    "line": LineLoad, "wedge": Wedge, "hertz": Hertz, "strip": Strip, "punch": FlatPunch,
-}  # fmt: skip
-"""Contact families by name, from the narrowest."""
+
+def families() -> dict[str, Family]:
+    """The families by name, one's own among them: what `fit`, `decide` and `simulate` take.
+
+    A class joins by its definition, `class Mine(SpreadContact, name="mine")`.
+
+    Examples
+    --------
+    >>> sorted(families())[:3]
+    ['hertz', 'line', 'punch']
+    """
+    known = sorted(Contact._by_name.items())
+    return {name: kind for name, kind in known if issubclass(kind, SpreadContact | LineLoad)}
 
 
 def family_of(family: str | Family) -> Family:
     """The class of a named family, or one's own.
 
+    Parameters
+    ----------
+    family : str or subclass of SpreadContact
+        A name of `families`, or the class itself.
+
     Raises
     ------
     InvalidValueError
         An unknown name, something that is no contact of one width.
+
+    Examples
+    --------
+    >>> family_of("line").__name__
+    'LineLoad'
     """
+    known = families()
     if isinstance(family, str):
-        if family not in FAMILIES:
-            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(FAMILIES)}")
-        return FAMILIES[family]
+        if family not in known:
+            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(known)}")
+        return known[family]
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family
     raise InvalidValueError(
         f"family = {family!r}",
         "a name or a subclass of SpreadContact is needed",
-        f"one of {', '.join(FAMILIES)}",
+        f"one of {', '.join(known)}",
     )
+
+
+def contact_of(
+    family: str | Family, half_width: npt.ArrayLike | None = None
+) -> Callable[..., ProportionalContact]:
+    """What makes contacts of a family from force, angle and position.
+
+    Parameters
+    ----------
+    family : str or subclass of SpreadContact
+        As of `family_of`.
+    half_width : array_like, optional
+        Half the width of the contacts [m]; a line has none.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown family, a width that is missing or that a line has not.
+
+    Examples
+    --------
+    >>> touch = contact_of("hertz", 0.6e-3)(force=40.0, position=0.8e-3)
+    >>> round(float(touch.pressure(0.8e-3)), 1)
+    42441.3
+    """
+    kind = family_of(family)
+    if issubclass(kind, LineLoad):
+        if half_width is not None:
+            raise InvalidValueError(
+                "a half width of a line", "a line load has none", 'a contact such as "hertz"'
+            )
+        return kind
+    if half_width is None:
+        raise InvalidValueError(
+            f"a {kind.__name__} without a width", "it needs a half width", "half_width=1e-3"
+        )
+    return partial(kind, half_width=_check.real("half_width", half_width, unit="m", above=0.0))

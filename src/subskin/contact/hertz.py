@@ -13,7 +13,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
 from ..material import Material
-from ._functions import jinc, root
+from .functions import jinc, root
 from .spread import SpreadContact, pressing
 
 __all__ = ["Hertz"]
@@ -24,7 +24,7 @@ then already 2 % off at the edge of the contact, and the surface slopes by 0.3."
 
 
 @dataclass(frozen=True, eq=False)
-class Hertz(SpreadContact):
+class Hertz(SpreadContact, name="hertz"):
     """A cylinder on the skin: pressure 2N/(pi a^2) sqrt(a^2 - y^2), F(z) = -2/(z + s), s = sqrt(z^2 - a^2).
 
     Source: memo eq. (16); docs/theory.md; Johnson, Contact Mechanics (1985), section 4.2. The
@@ -53,6 +53,7 @@ class Hertz(SpreadContact):
     (40545.7, 0.0)
     """
 
+    GROWTH = 0.5
     SERIES = (1.0, 1 / 4, 1 / 8, 5 / 64, 7 / 128)
 
     @classmethod

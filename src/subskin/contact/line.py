@@ -17,7 +17,7 @@ _MANY_LOADS, _MANY_POINTS = 8, 4096
 
 
 @dataclass(frozen=True, eq=False)
-class LineLoad(ProportionalContact):
+class LineLoad(ProportionalContact, name="line"):
     """A load on a line of no width, F(z) = -1/z (Flamant 1892; memo eqs. 1 to 4).
 
     Parameters
@@ -35,6 +35,8 @@ class LineLoad(ProportionalContact):
     >>> round(float(knife.normal_force), 3), round(float(knife.tangential_force), 3)
     (38.213, 11.821)
     """
+
+    GROWTH = np.nan  # it has no width
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
         r = 1 / z

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from ._functions import jinc, root
 from .base import Spectrum, Transforms
+from .functions import jinc, root
 from .hertz import Hertz
 
 __all__ = ["PartialSlip"]
@@ -129,6 +129,12 @@ class PartialSlip(Hertz):
         slips = 2 / (np.pi * a**2 * np.where(self._slip > 0, self._slip, 1.0)) * outer
         sticks = 2 / (np.pi * np.where(inner > 0, outer + inner, 1.0))
         return _check.read_only(self.tangential_force * np.where(inner > 0, sticks, slips))
+
+    @property
+    def breaks(self) -> FloatArray:
+        """The ends of the contact and of the zone that sticks."""
+        y, a, c = np.broadcast_arrays(np.asarray(self.position), self._a, self.stick_half_width)
+        return np.stack([y - a, y - c, y + c, y + a], axis=-1)
 
     def singular_points(self) -> tuple[FloatArray, ...]:
         """None: pressure and shear are continuous."""

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
-from ._functions import FAR, far_shear_field, gap, log_ratio
 from .base import Contact, Spectrum, Transforms, times_depth
+from .functions import FAR, far_shear_field, gap, log_ratio
 
 __all__ = ["PressureProfile"]
 
@@ -91,12 +91,13 @@ class PressureProfile(Contact):
         return self.nodes.shape[:-1]
 
     @property
-    def normal_force(self) -> FloatArray:  # noqa: D102
-        return _check.read_only(np.trapezoid(self.node_pressure, self.nodes, axis=-1))
+    def components(self) -> FloatArray:  # noqa: D102
+        each = (np.trapezoid(v, self.nodes, axis=-1) for v in (self.node_pressure, self.node_shear))
+        return _check.read_only(np.stack(tuple(each), axis=-1))
 
     @property
-    def tangential_force(self) -> FloatArray:  # noqa: D102
-        return _check.read_only(np.trapezoid(self.node_shear, self.nodes, axis=-1))
+    def breaks(self) -> FloatArray:  # noqa: D102
+        return self.nodes
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         shape = np.broadcast_shapes(self.shape, z.shape)

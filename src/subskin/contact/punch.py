@@ -11,15 +11,15 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
-from ._functions import jinc, root
 from .base import Spectrum, Transforms, scaled
+from .functions import jinc, root
 from .spread import SpreadContact
 
 __all__ = ["FlatPunch"]
 
 
 @dataclass(frozen=True, eq=False)
-class FlatPunch(SpreadContact):
+class FlatPunch(SpreadContact, name="punch"):
     """A rigid flat punch: pressure (N + 2 M y / a^2) / (pi sqrt(a^2 - y^2)), y from its centre.
 
     F(z) = -1/s for a unit force, -2/(s (z + s)) for a unit moment, s = sqrt(z^2 - a^2). Source: memo eq.
@@ -59,6 +59,7 @@ class FlatPunch(SpreadContact):
 
     moment: npt.ArrayLike = 0.0
 
+    GROWTH = 0.0
     SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16, 35 / 128)
 
     def __post_init__(self) -> None:

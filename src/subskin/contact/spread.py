@@ -11,8 +11,9 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from ._functions import FAR, far_shear_field
-from .base import ProportionalContact, resolve
+from .base import ProportionalContact
+from .functions import FAR, far_shear_field
+from .quadrature import cauchy
 
 __all__ = ["SpreadContact"]
 
@@ -21,9 +22,10 @@ __all__ = ["SpreadContact"]
 class SpreadContact(ProportionalContact):
     """A symmetric contact on |y - position| <= half_width.
 
-    Besides the formulas of a `ProportionalContact` a subclass gives `SERIES`, the even moments of its
-    pressure for unit resultant and unit half width: F = -(1/z) sum of SERIES[k] (a/z)^(2k). Far away they
-    take the place of the formulas where these would cancel.
+    A subclass gives `unit_pressure` and `unit_spectrum`. One with a closed form adds `unit_transform`, and `SERIES`,
+    the even moments of its pressure for unit resultant and unit half width: F = -(1/z) sum of SERIES[k] (a/z)^(2k). Far
+    away they take the place of the closed form where that would cancel. One with a name, `class Mine(SpreadContact,
+    name="mine")`, is a family that fits, decisions and simulations know.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ class SpreadContact(ProportionalContact):
 
     half_width: npt.ArrayLike = np.nan  # required: NaN is refused below, and the order of arguments kept
 
-    SERIES: ClassVar[tuple[float, ...]]
+    SERIES: ClassVar[tuple[float, ...]] = ()
 
     def __post_init__(self) -> None:
         fix = "give half of the contact's width in metres; one of no width is a LineLoad"
@@ -59,7 +61,9 @@ class SpreadContact(ProportionalContact):
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
         h = np.array(super().unit_shear_field(z, f, df))
         far = np.broadcast_to(z.real**2 + z.imag**2 > (FAR * self._a) ** 2, h.shape)
-        if far.any():
+        if far.any() and not self.SERIES:
+            h[far] = cauchy(self.unit_pressure, self.breaks - np.asarray(self.position)[..., None], z)[2][far]
+        elif far.any():
             moments = [np.broadcast_to(m, h.shape)[far] for m in self._unit_moments(self._a)]
             h[far] = far_shear_field(np.broadcast_to(z, h.shape)[far], moments)
         return h
@@ -76,7 +80,8 @@ class SpreadContact(ProportionalContact):
 
 def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArray:
     """N = P cos(angle), refused unless it presses: only then do load and body decide on the width."""
-    normal, _ = resolve(_check.real("force", force, unit="N/m"), _check.real("angle", angle, unit="rad"))
+    alpha = _check.real("angle", angle, unit="rad")
+    normal = np.where(np.abs(alpha) < np.pi / 2, _check.real("force", force, unit="N/m") * np.cos(alpha), 0.0)
     if not (normal > 0).all():
         raise InvalidValueError(
             f"normal force = {float(np.min(normal)):.6g} N/m",

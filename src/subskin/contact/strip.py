@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
-from ._functions import gap, log_ratio
+from .functions import gap, log_ratio
 from .spread import SpreadContact
 
 __all__ = ["Strip"]
 
 
 @dataclass(frozen=True, eq=False)
-class Strip(SpreadContact):
+class Strip(SpreadContact, name="strip"):
     """Uniform pressure and shear over |y - position| <= half_width, F(z) = log((z - a) / (z + a)) / (2 a).
 
     Source: docs/theory.md; Johnson, Contact Mechanics (1985), section 2.5. For a pressure

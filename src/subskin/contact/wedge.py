@@ -13,7 +13,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError, ValidityWarning
 from ..material import Material
-from ._functions import root
+from .functions import root
 from .spread import SpreadContact, pressing
 
 __all__ = ["Wedge"]
@@ -23,7 +23,7 @@ _STEEPEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Wedge(SpreadContact):
+class Wedge(SpreadContact, name="wedge"):
     """A blunt rigid wedge: pressure N/(pi a) arccosh(a/|y|), F(z) = -arcsin(a/z) / a.
 
     Source: memo eq. (15); docs/theory.md; Johnson, Contact Mechanics (1985), section 5.2.
@@ -51,6 +51,7 @@ class Wedge(SpreadContact):
     [38110.9, 16768.0, 0.0]
     """
 
+    GROWTH = 1.0
     SERIES = (1.0, 1 / 6, 3 / 40, 5 / 112, 35 / 1152)
 
     @classmethod

@@ -18,7 +18,7 @@ from ..pressing import Indenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, falling_root, forces_of, of_frames, picked
 from .friction import Friction, density_of, friction_of
-from .stick import STICK, checked_contact, stick_zone
+from .stick import checked_contact, stick_share, stick_zone
 
 __all__ = ["Slip", "SlipVerdict", "slip"]
 
@@ -133,7 +133,7 @@ class Slip:
 
     def _stick(self, ratio: FloatArray) -> FloatArray:
         if self.bodies is None:
-            return _check.read_only(np.where(np.isnan(ratio), np.nan, STICK[self.contact](ratio)))
+            return _check.read_only(stick_share(self.contact, ratio))
         mean = np.maximum(self.friction.mean, 1e-12)
         share = np.minimum(ratio, 1.0)
         return stick_zone(*self.bodies, self.normal, share * mean * self.normal, mean)

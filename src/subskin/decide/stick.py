@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,31 +9,35 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from ..contact import families, family_of
 from ..errors import InvalidValueError
 from ..pressing import Indenter, PressStatus, press
 from ..skin import Skin
 
-__all__ = ["STICK", "checked_contact", "stick_zone"]
-
-STICK: dict[str, Callable[[FloatArray], FloatArray]] = {
-    "hertz": lambda share: np.sqrt(np.maximum(1 - share, 0.0)),
-    "wedge": lambda share: np.maximum(1 - share, 0.0),
-    "punch": lambda share: np.where(share < 1, 1.0, 0.0),
-    "line": lambda share: np.full_like(share, np.nan),
-}
-"""Stick zone c/a by |T| / (mu N): the contact zone of the normal force N - |T|/mu (Ciavarella 1998, Jaeger 1998); for a
-round body the one of Cattaneo (1938) and Mindlin (1949). A line has no zone to speak of."""
+__all__ = ["checked_contact", "stick_share", "stick_zone"]
 
 
 def checked_contact(contact: str) -> str:
     """The name of a contact whose stick zone is known in closed form."""
-    if contact not in STICK:
+    laws = [name for name, family in families().items() if family.GROWTH is not None]
+    if contact not in laws:
         raise InvalidValueError(
             f"contact = {contact!r}",
-            f"has to be one of {', '.join(STICK)}",
+            f"has to be one of {', '.join(laws)}",
             "for other bodies give skin= and indenter=, and the solver finds the zone",
         )
     return contact
+
+
+def stick_share(contact: str, ratio: FloatArray) -> FloatArray:
+    """Stick zone c/a by |T| / (mu N): the contact zone of the normal force N - |T|/mu (Ciavarella 1998, Jaeger 1998).
+
+    For a round body that of Cattaneo (1938) and Mindlin (1949). NaN for a line, which has no zone to speak of.
+    """
+    growth = family_of(checked_contact(contact)).GROWTH
+    if growth is None or np.isnan(growth):
+        return np.full_like(ratio, np.nan)
+    return np.where(ratio < 1, np.maximum(1 - ratio, 0.0) ** growth, np.where(ratio >= 1, 0.0, np.nan))
 
 
 def stick_zone(

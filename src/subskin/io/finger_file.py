@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import transducer as kinds
 from ..array import SensorArray
 from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
-from ..transducer import Transducer
+from ..transducer import Transducer, VolumeResistance, transducer_of
 from ._skin import Misplaced, build_skin, key_of
 from ._toml_errors import misplaced, read_text, short, validated
 from .files import write_bytes
@@ -24,19 +22,7 @@ from .units import quantity, si_unit, unit_scale
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["KINDS", "FingerFile", "load_finger", "parse_finger", "save_finger"]
-
-KINDS: Mapping[str, type[Transducer]] = {
-    "normal_strain": kinds.NormalStrain,
-    "lateral_strain": kinds.LateralStrain,
-    "shear_strain": kinds.ShearStrain,
-    "normal_stress": kinds.NormalStress,
-    "mean_pressure": kinds.MeanPressure,
-    "volume_resistance": kinds.VolumeResistance,
-    "energy_density": kinds.EnergyDensity,
-    "max_compressive_strain": kinds.MaxCompressiveStrain,
-}
-"""Names of the transducers in a file."""
+__all__ = ["FingerFile", "load_finger", "parse_finger", "save_finger"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
 _MOST_SENSORS = 10_000
@@ -213,11 +199,10 @@ def _positions(table: _schema.SensorsTable) -> list[float]:
 
 def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Transducer, ...]:
     def one(name: object) -> Transducer:
-        if not isinstance(name, str) or name not in KINDS:
-            close = difflib.get_close_matches(str(name), list(KINDS), n=1)
-            fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(KINDS)}"
-            raise InvalidValueError(f"kind = {short(name)}", "no such kind of sensor is known", fix)
-        return kinds.VolumeResistance(exact=exact) if name == "volume_resistance" else KINDS[name]()
+        if not isinstance(name, str):
+            rule = "the name of a kind of sensor is needed"
+            raise InvalidValueError(f"kind = {short(name)}", rule, 'kind = "normal_strain"')
+        return VolumeResistance(exact=exact) if name == "volume_resistance" else transducer_of(name)
 
     if isinstance(kind, list):
         if len(kind) != count:

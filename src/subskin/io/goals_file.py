@@ -15,9 +15,9 @@ from ..design import Goals, Touches
 from ..design.search import Accuracy, Effort, Room, Row, SensorKind, SkinChoice
 from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError, SubskinError
+from ..transducer import kind_of, transducer_of
 from ._skin import Misplaced, build_skin, key_of
 from ._toml_errors import misplaced, read_text, validated
-from .finger_file import KINDS
 from .units import format_quantity, quantity
 
 if TYPE_CHECKING:
@@ -158,13 +158,8 @@ class _in:
 
 def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:
     path = ("sensor", str(i))
-    if table.kind not in KINDS:
-        close = difflib.get_close_matches(table.kind, list(KINDS), n=1)
-        fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(KINDS)}"
-        wrong = InvalidValueError(f'kind = "{table.kind}"', "no such kind of sensor is known", fix)
-        raise Misplaced(wrong, *path, "kind")
-    transducer = KINDS[table.kind]()
     with _in(*path):
+        transducer = transducer_of(table.kind)
         values = {
             key: quantity(getattr(table, key), transducer.unit, key)
             for key in ("noise", "largest", "resolution")
@@ -186,7 +181,7 @@ def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks:
         "count": row.count,
         "pitch": format_quantity(row.pitch, "m"),
         "depth": format_quantity(row.depth, "m"),
-        "kind": next(name for name, one in KINDS.items() if one is type(kind.transducer)),
+        "kind": kind_of(kind.transducer),
         "noise": _nine(kind.noise),
     }
     if kind.width:

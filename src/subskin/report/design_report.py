@@ -18,7 +18,6 @@ from ..plot import (
     two_point_figure,
 )
 from ..plot.style import Figure
-from ..transducer import LateralStrain, MeanPressure, NormalStress, ShearStrain
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 
 __all__ = ["design_report"]
@@ -113,14 +112,7 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Figure:
     found = finger.finger.locate(
         readings, search=finger.quality.search, friction=study.goals.touches.friction
     )
-    shown = {
-        LateralStrain: "strain.yy",
-        ShearStrain: "strain.xy",
-        NormalStress: "stress.xx",
-        MeanPressure: "mean_pressure",
-    }
-    kind = type(study.goals.sensors[finger.row.sensor].transducer)
-    component = shown.get(kind, "strain.xx")
+    component = study.goals.sensors[finger.row.sensor].transducer.component
     return finger_section(finger.finger, touch, readings=readings, estimate=found, component=component)
 
 

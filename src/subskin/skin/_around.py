@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
-from ..contact.base import Contact, Transforms
+from ..contact.base import Contact, Transforms, sum_of, transforms_of
 
 __all__ = ["DEEPEST", "periodic_transforms"]
 
@@ -25,12 +25,8 @@ _FREQUENCIES = 0.125 * np.arange(1, 17)
 
 def periodic_transforms(contact: Contact, z: ComplexArray, radius: float) -> Transforms:
     """Transforms of the contact repeated round the circle, at z = y + i R log(R / r), |y - contact| <= pi R."""
-    total = contact.transforms(z)
-    for m in range(1, _IMAGES + 1):
-        for side in (-1, 1):
-            more = contact.transforms(z + side * m * 2 * np.pi * radius)
-            p, dp, q, dq = (np.asarray(a + b) for a, b in zip(total[:4], more[:4], strict=True))
-            total = Transforms(p, dp, q, dq, np.asarray(total.hq + more.hq))
+    images = (0, *(side * m for m in range(1, _IMAGES + 1) for side in (-1, 1)))
+    total = sum_of([transforms_of(contact, z + m * 2 * np.pi * radius) for m in images])
     sums = [np.zeros(np.broadcast_shapes(contact.shape, z.shape), dtype=np.complex128) for _ in range(4)]
     for wave, share in zip(_FREQUENCIES / radius, _shares() / radius, strict=True):
         spectrum = contact.spectrum(np.asarray(wave))

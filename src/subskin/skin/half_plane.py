@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..contact.base import Contact, times_depth
+from ..contact.base import Contact, times_depth, transforms_of
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
@@ -125,7 +125,7 @@ class HalfPlane(Skin):
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
         with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below
-            t = contact.transforms(complex_points(zeros, ys))
+            t = transforms_of(contact, complex_points(zeros, ys))
             big_t = t.q / np.pi
             big_f = big_t + 1j * t.p / np.pi
             nu = self.material.poisson
@@ -217,7 +217,7 @@ def _fields(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray,
     """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
         z = complex_points(x, y)
-        t = contact.transforms(z)
+        t = transforms_of(contact, z)
         gp, gq = times_depth(z, t.dp), times_depth(z, t.dq)
         mean = np.asarray((t.q.real - t.p.imag) / np.pi)
         half = np.asarray((t.q.real - gq.imag - gp.real) / np.pi)

@@ -1,5 +1,5 @@
 """Recordings simulated with their faults: noise, drift, relaxation, dead sensors."""
 
-from .recording import Recording, contact_of, simulate_recording
+from .recording import Recording, simulate_recording
 
-__all__ = ["Recording", "contact_of", "simulate_recording"]
+__all__ = ["Recording", "simulate_recording"]

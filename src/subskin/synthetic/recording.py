@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,39 +11,13 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..contact import FlatPunch, Hertz, LineLoad, Strip, Wedge
-from ..contact.base import Contact
-from ..errors import InvalidValueError
+from ..contact import Contact, LineLoad
 from ..finger import Finger
 
-__all__ = ["CONTACTS", "Recording", "contact_of", "simulate_recording"]
-
-CONTACTS = {"line": LineLoad, "strip": Strip, "hertz": Hertz, "punch": FlatPunch, "wedge": Wedge}
-"""Contacts by the names that the command line uses; all but "line" have a half width."""
+__all__ = ["Recording", "simulate_recording"]
 
 _TOUCH = 0.3  # share of the stroke at which the indenter meets the skin
 _PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
-
-
-def contact_of(kind: str, half_width: float | None) -> Callable[..., Contact]:
-    """What makes a contact of `kind` from force, angle and position.
-
-    Raises
-    ------
-    InvalidValueError
-        An unknown kind, a width that is missing or that a line has not.
-    """
-    if kind not in CONTACTS:
-        raise InvalidValueError(f'contact = "{kind}"', f"has to be one of {', '.join(CONTACTS)}")
-    if kind == "line":
-        if half_width is not None:
-            raise InvalidValueError("a half width of a line", "a line load has none", 'contact="hertz"')
-        return LineLoad
-    if half_width is None:
-        raise InvalidValueError(f'contact = "{kind}"', "it needs a half width", 'half_width="1 mm"')
-    _check.scalar("half_width", half_width, unit="m", above=0.0)
-    made: Callable[..., Contact] = partial(CONTACTS[kind], half_width=half_width)
-    return made
 
 
 @dataclass(frozen=True)
@@ -89,7 +62,7 @@ def simulate_recording(
     force : float
         Load at the full stroke, before it relaxes [N/m].
     contact : callable, optional
-        Makes the contact from force, angle and position; see `contact_of`.
+        Makes the contact from force, angle and position; see `subskin.contact.contact_of`.
     angle : float, optional
         Angle of the load [rad].
     origin : float, optional

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._check import FloatArray
-from ...contact import Contact, ContactSum, LineLoad, PartialSlip, PressureProfile
+from ...contact import Contact, ContactSum, LineLoad, PressureProfile
 from ...errors import ConvergenceError
 
 __all__ = ["LineLoads", "line_loads"]
@@ -102,9 +102,6 @@ def _of_one(contact: Contact, breaks: FloatArray, depth: float) -> LineLoads:
 def _corners(contact: Contact, shape: tuple[int, ...], depth: float) -> list[FloatArray]:
     """Places within the contact where its traction is not smooth, and others close to them, each (..., k)."""
     if isinstance(contact, PressureProfile):
-        return [np.broadcast_to(contact.nodes, (*shape, contact.nodes.shape[-1]))]
-    points = [*contact.support, *contact.singular_points()]
-    if isinstance(contact, PartialSlip):
-        points += [np.asarray(contact.position) + side * contact.stick_half_width for side in (-1, 1)]
+        return [np.broadcast_to(contact.breaks, (*shape, contact.breaks.shape[-1]))]
     around = depth * np.concatenate([-_NEAR, [0.0], _NEAR])
-    return [np.broadcast_to(point, shape)[..., None] + around for point in points]
+    return [np.broadcast_to(at, shape)[..., None] + around for at in np.moveaxis(contact.breaks, -1, 0)]

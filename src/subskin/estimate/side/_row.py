@@ -16,7 +16,7 @@ from ...contact.families import Family
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 
-__all__ = ["LEAST", "Frames", "Response", "contact_of", "count_of", "stencil"]
+__all__ = ["LEAST", "Frames", "Response", "count_of", "stencil", "unit_loads"]
 
 LEAST = 3
 """Sensors that a slope takes."""
@@ -155,13 +155,11 @@ def stencil(array: SensorArray, usable: Mask, position: FloatArray, count: int) 
     return np.swapaxes(out, -1, -2)
 
 
-def contact_of(
-    family: Family, angle: npt.ArrayLike, position: npt.ArrayLike, half_width: FloatArray | None
-) -> ProportionalContact:
-    """Contacts of a family with a force of 1 N/m; lines have no half width."""
+def unit_loads(family: Family, position: npt.ArrayLike, half_width: FloatArray | None) -> ProportionalContact:
+    """A normal and a tangential load of 1 N/m, the last axis of the batch; lines have no half width."""
     if half_width is None or issubclass(family, LineLoad):
-        return LineLoad(1.0, angle, position)
-    return family(1.0, angle, position, half_width=half_width)
+        return LineLoad.of_components(np.eye(2), position)
+    return family.of_components(np.eye(2), position, half_width=half_width)
 
 
 class Response(NamedTuple):
@@ -193,7 +191,6 @@ def unit_readings(
     finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None
 ) -> FloatArray:
     """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain."""
-    angle = np.array([0.0, np.pi / 2])
     width = None if half_width is None else half_width[..., None]
-    fields = finger.measure(contact_of(family, angle, position[..., None], width), linear=True)
+    fields = finger.measure(unit_loads(family, position[..., None], width), linear=True)
     return np.swapaxes(fields, -1, -2)

@@ -13,7 +13,7 @@ from ...contact import LineLoad
 from ...contact.families import Family, family_of
 from ...errors import InvalidValueError
 from ...skin import Skin
-from ._row import Mask, contact_of
+from ._row import Mask, unit_loads
 from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds, checked_width
 
 __all__ = ["blind_depth", "side_angle_from_slope"]
@@ -60,12 +60,11 @@ class _Beneath(NamedTuple):
     @classmethod
     def of(cls, skin: Skin, family: Family, depth: FloatArray, half_width: FloatArray | None) -> _Beneath:
         x, a = np.broadcast_arrays(depth, 0.0 if half_width is None else half_width)
-        width = None if half_width is None else a[..., None]
-        y = x[..., None] * _NODES
-        press, drag = (
-            skin.strain(contact_of(family, angle, 0.0, width), x[..., None], y).xx
-            for angle in (0.0, np.pi / 2)
+        width = None if half_width is None else a[..., None, None]
+        strain = skin.strain(
+            unit_loads(family, 0.0, width), x[..., None, None], (x[..., None] * _NODES)[..., None]
         )
+        press, drag = np.moveaxis(strain.xx, -1, 0)
         return cls(press @ _DERIVATIVES[0], drag @ _DERIVATIVES[1], press @ _DERIVATIVES[2])
 
     @property

@@ -1,4 +1,7 @@
-"""The analytic functions that the contacts share, each free of cancellation wherever it is evaluated."""
+"""The analytic functions that closed forms are made of, each free of cancellation wherever it is evaluated.
+
+Points are z = y + i x [m] about the contact's centre, x >= 0 being the depth.
+"""
 
 from __future__ import annotations
 
