@@ -172,7 +172,7 @@ def test_a_skin_that_does_not_relax_has_no_share():
 @pytest.mark.parametrize(
     ("call", "error", "seen"),
     [
-        (lambda: ss.Relaxation([0.6, 0.5], [1, 2]), ss.errors.InvalidValueError, "sum of share"),
+        (lambda: ss.Relaxation([0.6, 0.5], [1, 2]), ss.errors.InvalidValueError, "share in all"),
         (lambda: ss.Relaxation([-0.1], [1]), ss.errors.InvalidValueError, "share"),
         (lambda: ss.Relaxation([0.1], [0]), ss.errors.InvalidValueError, "time"),
         (lambda: ss.Relaxation([0.1], [1, 2]), ss.errors.GeometryError, "one of each"),

@@ -196,7 +196,6 @@ def test_an_estimate_can_go_on_to_a_stage():
 def test_where_no_stage_needs_it_there_is_no_time():
     same(STAGES["locate"](RAW[:9])["found"], FINGER.locate(RAW[:9]))
 
-
     def step(self, state, readings, time):
         return state, readings
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
+from .. import _check
 from .. import transducer as kinds
 from ..array import SensorArray
 from ..errors import InvalidValueError, SubskinError
@@ -22,6 +25,8 @@ from .files import write_bytes
 from .units import quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:
+    from ..stream.pipeline import Pipeline
+    from ..stream.relaxation import Relaxation
     from . import _schema
 
 __all__ = ["KINDS", "FingerFile", "load_finger", "parse_finger", "save_finger"]
@@ -58,6 +63,10 @@ class FingerFile:
         Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
     recording : RecordingFormat or None
         How to read a raw recording; None where the file has no [recording].
+    relaxation : Relaxation or None
+        What the skin forgets of a touch that is held; None where the file has no [relaxation].
+    drift : float, tuple of float or None
+        Fastest drift of [tare], of all sensors or of each [reading/s]; None for the default of `Tare`.
     origin : float
         Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
     text : str
@@ -69,6 +78,8 @@ class FingerFile:
     search: tuple[float, float] | None = None
     options: Mapping[str, float] | None = None
     recording: RecordingFormat | None = None
+    relaxation: Relaxation | None = None
+    drift: float | tuple[float, ...] | None = None
     origin: float = 0.0
     text: str = ""
 
@@ -82,6 +93,63 @@ class FingerFile:
         """
         options = {**(self.options or {}), **changes}
         return self.finger.locator(**{"search": self.search, **options})
+
+    def pipeline(
+        self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None
+    ) -> Pipeline:
+        """From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
+
+        Readings in SI units ("units"), relaxation undone where the file has [relaxation] ("relaxation"), drift taken
+        off ("tare"), and the answer ("found").
+
+        Parameters
+        ----------
+        answer : callable, optional
+            What is made of readings: a locator, for one; without it the pipeline ends with readings that are tared.
+        drift : array_like, shape () or (n,), optional
+            In place of the file's [reading/s].
+
+        Returns
+        -------
+        Pipeline
+            Times are in s.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            As `Tare`: a sensor without noise, a drift below 0.
+
+        Examples
+        --------
+        >>> text = '''
+        ... [skin]
+        ... young = "0.4 MPa"
+        ... [sensors]
+        ... count = 4
+        ... pitch = "6 mm"
+        ... depth = "5 mm"
+        ... gain = "-1 MPa"
+        ... noise = "5 Pa"
+        ... [recording]
+        ... sensors = ["p0", "p1", "p2", "p3"]
+        ... unit = "hPa"
+        ... [tare]
+        ... drift = "2 Pa/s"
+        ... '''
+        >>> file = parse_finger(text)
+        >>> pipeline = file.pipeline(file.locator())
+        >>> list(pipeline.stages), pipeline.stages["tare"].drift.tolist()
+        (['units', 'tare', 'found'], [2.0, 2.0, 2.0, 2.0])
+        """
+        from ..stream import Pipeline, Tare
+
+        stages: dict[str, Any] = {}
+        if self.recording is not None:
+            stages["units"] = partial(np.multiply, self.recording.scale)
+        if self.relaxation is not None:
+            stages["relaxation"] = self.relaxation.undo
+        stages["tare"] = Tare(self.finger, drift=self.drift if drift is None else drift)
+        return Pipeline(stages if answer is None else {**stages, "found": answer})
 
     def with_finger(
         self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None
@@ -176,6 +244,8 @@ def _build(document: _schema.Document, text: str) -> FingerFile:
         search=given.search,
         options=options,
         recording=_recording(recording),
+        relaxation=_relaxation(document.relaxation),
+        drift=_drift(document),
         origin=document.calibration.origin,
         text=text,
     )
@@ -281,3 +351,29 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
         )  # fmt: skip
     except SubskinError as error:
         raise Misplaced(error, "recording", key_of(error)) from None
+
+
+def _relaxation(table: _schema.RelaxationTable | None) -> Relaxation | None:
+    if table is None:
+        return None
+    from ..stream.relaxation import Relaxation
+
+    try:
+        return Relaxation(table.share, table.time)
+    except SubskinError as error:
+        raise Misplaced(error, "relaxation", key_of(error)) from None
+
+
+def _drift(document: _schema.Document) -> float | tuple[float, ...] | None:
+    from ._schema import reading_unit
+
+    value, unit = document.tare.drift, f"{reading_unit(document.recording) or 1}/s"
+    if value is None:
+        return None
+    try:
+        if isinstance(value, list):
+            each = [quantity(v, unit, f"drift[{i}]") for i, v in enumerate(value)]
+            return tuple(_check.real("drift", each, at_least=0.0).tolist())
+        return _check.scalar("drift", quantity(value, unit, "drift"), at_least=0.0)
+    except SubskinError as error:
+        raise Misplaced(error, "tare", "drift") from None

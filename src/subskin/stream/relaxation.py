@@ -76,9 +76,7 @@ class Relaxation:
             raise GeometryError(
                 f"share of shape {share.shape}, time of shape {time.shape}", "one of each a term is needed"
             )
-        _check.real(
-            "the sum of share", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress"
-        )
+        _check.real("share in all", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "share", share)
         if self.rest is not None:
@@ -121,7 +119,7 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         n = data.shape[-1]
         share, constants = np.asarray(self.relaxation.share), np.asarray(self.relaxation.time)
         wide, rest = share[:, None] if share.ndim == 1 else share, self.relaxation.rest
-        for name, size in (("share", wide.shape[1]), ("rest", np.size(rest))):
+        for name, size in (("share", wide.shape[1]), ("rest", np.asarray(rest).size)):
             if size not in (1, n):
                 raise GeometryError(f"{name} of {size} sensors", f"the readings have {n}")
         if state is None:

@@ -126,7 +126,9 @@ def join(parts: Sequence[Any]) -> Any:
     if not hasattr(type(first), "join"):  # SEAM: until estimates join themselves
         from dataclasses import replace
 
-        return replace(first, **{k: np.concatenate([getattr(p, k) for p in parts]) for k in ("table", "used")})
+        return replace(
+            first, **{k: np.concatenate([getattr(p, k) for p in parts]) for k in ("table", "used")}
+        )
     return type(first).join(parts)
 
 

@@ -18,7 +18,7 @@ from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
 from . import _tare_kernel as kernel
-from .stage import Stage, in_order
+from .stage import Stage, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -80,11 +80,11 @@ class Tared:
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:
         """Successive parts of one stream as one."""
-        names = ("readings", "offset", "free", "frozen")
-        joined = [np.concatenate([getattr(part, name) for part in parts]) for name in names]
-        for part in joined:
-            part.flags.writeable = False
-        return cls(*joined, parts[0].own, parts[0].noise)
+        joined = {
+            name: join([getattr(part, name) for part in parts])
+            for name in ("readings", "offset", "free", "frozen")
+        }
+        return replace(parts[0], **joined)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -249,15 +249,15 @@ class Tare(Stage[TareState, Tared]):
         given = np.where(array.live, frames - offset[seen:] + own, frames)
         given[frozen[seen:]] = np.nan
         memory = (rows, numbers, smooth[head:].copy(), clocks[head:].copy())
-        shape = data.shape[:-1]
-        parts = [
-            part.reshape(shape + part.shape[1:])
-            for part in (given, offset[seen:], free[seen:], frozen[seen:])
-        ]
-        for part in (*parts, *memory):
+        for part in (given, offset, free, frozen, *memory):
             part.flags.writeable = False
         left = TareState(rows[kernel.OFFSET], rows[kernel.SPREAD], bool(numbers[kernel.FREE]), memory)
-        return left, Tared(*parts, own, np.asarray(self.noise))
+        each, shape = data.shape, data.shape[:-1]
+        out = Tared(
+            given.reshape(each), offset[seen:].reshape(each), free[seen:].reshape(shape),
+            frozen[seen:].reshape(each), own, np.asarray(self.noise),
+        )  # fmt: skip
+        return left, out
 
     def _memory(self, state: TareState | None) -> tuple[FloatArray, ...]:
         """Copies of the state's arrays, or those of a beginning."""
