@@ -183,7 +183,11 @@ def test_a_skin_that_does_not_relax_has_no_share():
         ),
         (lambda: RUBBER.undo(np.zeros((2, 3)), [1, 0]), ss.errors.InvalidValueError, "go back"),
         (lambda: RUBBER.undo(np.zeros((2, 3)), [1]), ss.errors.GeometryError, "time of shape"),
-        (lambda: replace(RUBBER, rest=[1, 2]).undo(np.zeros((2, 3)), [0, 1]), ss.errors.GeometryError, "rest"),
+        (
+            lambda: replace(RUBBER, rest=[1, 2]).undo(np.zeros((2, 3)), [0, 1]),
+            ss.errors.GeometryError,
+            "rest",
+        ),
         (
             lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [(0, 8)], terms=4),
             ss.errors.InvalidValueError,

@@ -1,6 +1,6 @@
-from .fit_relaxation import RelaxationFit, fit_relaxation
 from .pipeline import Pipeline
 from .relaxation import Relaxation, RelaxationState, Relaxing
+from .relaxation_fit import RelaxationFit, fit_relaxation
 from .stage import Stage
 from .tare import Tare, Tared, TareState
 
