@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .. import transducer as kinds
+from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
@@ -25,9 +26,11 @@ from .files import write_bytes
 from .units import quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:
+    from ..estimate.locate import Locator
     from ..stream.pipeline import Pipeline
     from ..stream.relaxation import Relaxation
     from . import _schema
+    from .tables import Table
 
 __all__ = ["KINDS", "FingerFile", "load_finger", "parse_finger", "save_finger"]
 
@@ -76,14 +79,14 @@ class FingerFile:
     finger: Finger
     names: tuple[str, ...]
     search: tuple[float, float] | None = None
-    options: Mapping[str, float] | None = None
+    options: Mapping[str, float] = field(default_factory=dict)
     recording: RecordingFormat | None = None
     relaxation: Relaxation | None = None
     drift: float | tuple[float, ...] | None = None
     origin: float = 0.0
     text: str = ""
 
-    def locator(self, **changes: Any) -> Any:
+    def locator(self, **changes: Any) -> Locator:
         """`Finger.locator` with the options of the file; `changes` take the place of some.
 
         Raises
@@ -91,8 +94,20 @@ class FingerFile:
         InvalidValueError
             An option out of range, a sensor without noise.
         """
-        options = {**(self.options or {}), **changes}
-        return self.finger.locator(**{"search": self.search, **options})
+        options: dict[str, Any] = {"search": self.search, **self.options, **changes}
+        return self.finger.locator(**options)
+
+    def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
+        """Raw readings of a table, shape (m, n), and the time of each frame [s], by the columns of [recording].
+
+        Raises
+        ------
+        FileError
+            A column that is missing, or a cell that is no number.
+        """
+        column = Column("time") if self.recording is None else self.recording.time
+        time = table.numbers(column.name, finite=True, why="the time of each frame")
+        return table.readings(self.names), time * column.scale
 
     def pipeline(
         self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None

@@ -123,12 +123,6 @@ def join(parts: Sequence[Any]) -> Any:
         return joined
     if isinstance(first, dict):
         return {name: join([part[name] for part in parts]) for name in first}
-    if not hasattr(type(first), "join"):  # SEAM: until estimates join themselves
-        from dataclasses import replace
-
-        return replace(
-            first, **{k: np.concatenate([getattr(p, k) for p in parts]) for k in ("table", "used")}
-        )
     return type(first).join(parts)
 
 
