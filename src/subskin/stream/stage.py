@@ -94,22 +94,24 @@ class Stage(ABC, Generic[State, Out]):
         GeometryError, InvalidValueError
             As `step`.
         """
-        frames = np.asarray(readings)
-        if frames.ndim < 2 or len(frames) <= CHUNK:
-            return self.step(None, frames, time)[1]
-        clock, state, parts = None if time is None else np.asarray(time), None, []
-        for first in range(0, len(frames), CHUNK):
+        frames, clock = np.asarray(readings), None if time is None else np.asarray(time)
+        if frames.ndim < 2:
+            return self.step(None, frames, clock)[1]
+        state, parts = None, []
+        for first in range(0, max(len(frames), 1), CHUNK):
             part = slice(first, first + CHUNK)
             state, out = self.step(state, frames[part], None if clock is None else clock[part])
             parts.append(out)
             if progress is not None:
                 progress(len(frames[part]))
-        joined: Out = join(parts)
+        joined: Out = join(parts) if len(parts) > 1 else parts[0]
         return joined
 
 
 def join(parts: Sequence[Any]) -> Any:
     """What came out of successive steps as if it were of one: arrays, what has a `join` of its own, and dicts of these.
+
+    The dicts are used up: what has been joined is let go, so that memory does not hold all of it twice.
 
     Examples
     --------
@@ -122,7 +124,7 @@ def join(parts: Sequence[Any]) -> Any:
         joined.flags.writeable = False
         return joined
     if isinstance(first, dict):
-        return {name: join([part[name] for part in parts]) for name in first}
+        return {name: join([part.pop(name) for part in parts]) for name in list(first)}
     return type(first).join(parts)
 
 
