@@ -68,8 +68,8 @@ class FingerFile:
         How to read a raw recording; None where the file has no [recording].
     relaxation : Relaxation or None
         What the skin forgets of a touch that is held; None where the file has no [relaxation].
-    drift : float, tuple of float or None
-        Fastest drift of [tare], of all sensors or of each [reading/s]; None for the default of `Tare`.
+    drift : ndarray, shape () or (n,), or None
+        Fastest drift of [tare] [reading/s]; None for the default of `Tare`.
     origin : float
         Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
     text : str
@@ -82,7 +82,7 @@ class FingerFile:
     options: Mapping[str, float] = field(default_factory=dict)
     recording: RecordingFormat | None = None
     relaxation: Relaxation | None = None
-    drift: float | tuple[float, ...] | None = None
+    drift: npt.ArrayLike | None = None
     origin: float = 0.0
     text: str = ""
 
@@ -112,7 +112,7 @@ class FingerFile:
     def pipeline(
         self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None
     ) -> Pipeline:
-        """From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
+        r"""From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
 
         Readings in SI units ("units"), relaxation undone where the file has [relaxation] ("relaxation"), drift taken
         off ("tare"), and the answer ("found").
@@ -136,25 +136,10 @@ class FingerFile:
 
         Examples
         --------
-        >>> text = '''
-        ... [skin]
-        ... young = "0.4 MPa"
-        ... [sensors]
-        ... count = 4
-        ... pitch = "6 mm"
-        ... depth = "5 mm"
-        ... gain = "-1 MPa"
-        ... noise = "5 Pa"
-        ... [recording]
-        ... sensors = ["p0", "p1", "p2", "p3"]
-        ... unit = "hPa"
-        ... [tare]
-        ... drift = "2 Pa/s"
-        ... '''
-        >>> file = parse_finger(text)
-        >>> pipeline = file.pipeline(file.locator())
-        >>> list(pipeline.stages), pipeline.stages["tare"].drift.tolist()
-        (['units', 'tare', 'found'], [2.0, 2.0, 2.0, 2.0])
+        >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 6e-3\ndepth = 5e-3\nnoise = 1e-4"
+        >>> file = parse_finger(f"{text}\n[tare]\ndrift = 1e-5")
+        >>> list(file.pipeline(file.locator()).stages)
+        ['tare', 'found']
         """
         from ..stream import Pipeline, Tare
 
@@ -325,23 +310,18 @@ def _in_readings(
     measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    values: dict[str, Any] = {}
-    for key in ("gain", *_IN_READINGS):
-        value = getattr(table, key)
-        if value is None:
-            continue
-        if isinstance(value, list):
-            values[key] = [_limit(v, units.get(key, unit), f"{key}[{i}]") for i, v in enumerate(value)]
-        else:
-            values[key] = _limit(value, units.get(key, unit), key)
-    return values
+    given = {
+        key: _readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)
+    }
+    return {key: value for key, value in given.items() if value is not None}
 
 
-def _limit(value: object, unit: str, name: str) -> float:
-    """A quantity; low and high may be infinite, as they are where they are not given."""
-    if name.startswith(("low", "high")) and isinstance(value, float) and abs(value) == np.inf:
-        return value
-    return quantity(value, unit, name)
+def _readings(value: Any, unit: str, name: str) -> Any:
+    """A quantity, or a list of them; low and high may be infinite, as they are where they are not given."""
+    if isinstance(value, list):
+        return [_readings(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
+    infinite = name.startswith(("low", "high")) and isinstance(value, float) and abs(value) == np.inf
+    return value if value is None or infinite else quantity(value, unit, name)
 
 
 def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
@@ -379,16 +359,11 @@ def _relaxation(table: _schema.RelaxationTable | None) -> Relaxation | None:
         raise Misplaced(error, "relaxation", key_of(error)) from None
 
 
-def _drift(document: _schema.Document) -> float | tuple[float, ...] | None:
+def _drift(document: _schema.Document) -> npt.ArrayLike | None:
     from ._schema import reading_unit
 
-    value, unit = document.tare.drift, f"{reading_unit(document.recording) or 1}/s"
-    if value is None:
-        return None
     try:
-        if isinstance(value, list):
-            each = [quantity(v, unit, f"drift[{i}]") for i, v in enumerate(value)]
-            return tuple(_check.real("drift", each, at_least=0.0).tolist())
-        return _check.scalar("drift", quantity(value, unit, "drift"), at_least=0.0)
+        drift = _readings(document.tare.drift, f"{reading_unit(document.recording) or 1}/s", "drift")
+        return None if drift is None else _check.real("drift", drift, at_least=0.0)
     except SubskinError as error:
         raise Misplaced(error, "tare", "drift") from None

@@ -68,27 +68,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
     def step(
         self, state: dict[str, Any] | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Take the next frames of a stream through all stages; see `Stage.step`.
-
-        Parameters
-        ----------
-        state : dict or None
-            What the frames before left, by the names of the stages; None where the stream begins.
-        readings : array_like, shape (m, n) or (n,)
-            The next frames, or one; NaN is a missing reading.
-        time : array_like, shape (m,) or (), or None
-            Time of each frame [s]; None where no stage asks for it.
-
-        Returns
-        -------
-        state, out : dict
-            What the next frames need, and what each stage made of these frames.
-
-        Raises
-        ------
-        InvalidValueError, GeometryError
-            A state of another pipeline, shapes that do not match, times that are not finite or go back.
-        """
+        """Take the next frames of a stream through all stages; as `Stage.step`, by the names of the stages."""
         if state is not None and set(state) != set(self.stages):
             raise InvalidValueError(
                 f"a state of {', '.join(state)}", f"this pipeline has {', '.join(self.stages)}"

@@ -114,7 +114,7 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
     def step(
         self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[RelaxationState, FloatArray]:
-        """Take the next frames of a stream; see `Stage.step`."""
+        """Take the next frames of a stream; as `Stage.step`."""
         data, clock = in_order(readings, time, np.nan if state is None else state.time)
         n = data.shape[-1]
         share, constants = np.asarray(self.relaxation.share), np.asarray(self.relaxation.time)

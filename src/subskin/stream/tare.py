@@ -37,18 +37,28 @@ class TareState:
 
     Parameters
     ----------
-    offset, std : ndarray, shape (n,)
-        The offsets and how surely they are known; infinite where none has been seen yet.
-    free : bool
-        Whether the skin was free of contact at the last frame.
-    memory : tuple of ndarray
-        The last frames, sums over them, and clocks.
+    rows : ndarray, shape (10, n)
+        What is known of each sensor: its offset, sums over the last frames, and its last readings.
+    numbers : ndarray, shape (4,)
+        Whether the skin is free, and clocks.
+    frames, time : ndarray, shape (k, n) and (k,)
+        The last `guard` seconds.
     """
 
-    offset: FloatArray
-    std: FloatArray
-    free: bool
-    memory: tuple[FloatArray, ...]
+    rows: FloatArray
+    numbers: FloatArray
+    frames: FloatArray
+    time: FloatArray
+
+    @property
+    def offset(self) -> FloatArray:
+        """The offsets, shape (n,)."""
+        return np.asarray(self.rows[kernel.OFFSET])
+
+    @property
+    def std(self) -> FloatArray:
+        """How surely they are known, shape (n,); infinite where none has been seen yet."""
+        return np.asarray(self.rows[kernel.SPREAD])
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,41 +213,23 @@ class Tare(Stage[TareState, Tared]):
     def step(
         self, state: TareState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[TareState, Tared]:
-        """Take the drift off the next frames of a stream; see `Stage.step`.
-
-        Parameters
-        ----------
-        state : TareState or None
-            What the frames before left; None where the stream begins.
-        readings : array_like, shape (m, n) or (n,)
-            Frames in the order of time, or one of them; NaN is a missing reading.
-        time : array_like, shape (m,) or ()
-            Time of each [s], not decreasing; steps may differ.
-
-        Returns
-        -------
-        state : TareState
-            For the next frames.
-        out : Tared
-            Fields of shape (m, n) and (m,), or (n,) and ().
-
-        Raises
-        ------
-        GeometryError, InvalidValueError
-            Shapes that do not match, times that are not finite or go back.
-        """
+        """Take the drift off the next frames of a stream; as `Stage.step`."""
         array = self.finger.array
         n = len(array)
-        rows, numbers, tail, tail_time = self._memory(state)
+        before = self._beginning() if state is None else state
+        if before.rows.shape[1] != n:
+            seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
+            raise GeometryError(seen, "they have to match")
+        rows, numbers = before.rows.copy(), before.numbers.copy()
         data, clock = in_order(readings, time, numbers[kernel.CLOCK], n)
-        frames, seen = data.reshape(-1, n), len(tail)
-        every = np.concatenate([np.empty_like(tail), frames])
-        smooth = np.concatenate([tail, np.empty_like(frames)])
-        clocks = np.concatenate([tail_time, clock])
+        frames, first = data.reshape(-1, n), len(before.time)
+        every = np.concatenate([np.empty_like(before.frames), frames])
+        smooth = np.concatenate([before.frames, np.empty_like(frames)])
+        clocks = np.concatenate([before.time, clock])
         offset, frozen = np.empty_like(every), np.zeros(every.shape, dtype=bool)
         free = np.zeros(len(every), dtype=bool)
         options = np.array([self.guard, self.settle, self.patience])
-        at, head, question = seen, 0, False
+        at, head, question = first, 0, False
         while at < len(every):
             at, head, question = kernel.follow(
                 every, clocks, at, head, self._sensors, options, self._limits, rows, numbers,
@@ -246,33 +238,25 @@ class Tare(Stage[TareState, Tared]):
             if question:
                 self._ask(rows, frozen[at - 1])
         own = np.asarray(array.offset)
-        given = np.where(array.live, frames - offset[seen:] + own, frames)
-        given[frozen[seen:]] = np.nan
-        memory = (rows, numbers, smooth[head:].copy(), clocks[head:].copy())
-        for part in (given, offset, free, frozen, *memory):
+        given = np.where(array.live, frames - offset[first:] + own, frames)
+        given[frozen[first:]] = np.nan
+        left = TareState(rows, numbers, smooth[head:].copy(), clocks[head:].copy())
+        for part in (given, offset, free, frozen, *vars(left).values()):
             part.flags.writeable = False
-        left = TareState(rows[kernel.OFFSET], rows[kernel.SPREAD], bool(numbers[kernel.FREE]), memory)
         each, shape = data.shape, data.shape[:-1]
         out = Tared(
-            given.reshape(each), offset[seen:].reshape(each), free[seen:].reshape(shape),
-            frozen[seen:].reshape(each), own, np.asarray(self.noise),
+            given.reshape(each), offset[first:].reshape(each), free[first:].reshape(shape),
+            frozen[first:].reshape(each), own, np.asarray(self.noise),
         )  # fmt: skip
         return left, out
 
-    def _memory(self, state: TareState | None) -> tuple[FloatArray, ...]:
-        """Copies of the state's arrays, or those of a beginning."""
+    def _beginning(self) -> TareState:
         n = len(self.finger.array)
-        if state is not None:
-            if state.offset.shape != (n,):
-                raise GeometryError(
-                    f"a state of {state.offset.size} sensors, a finger of {n}", "they have to match"
-                )
-            return tuple(part.copy() for part in state.memory)
         rows, numbers = np.zeros((kernel.ROWS, n)), np.zeros(kernel.NUMBERS)
         rows[kernel.OFFSET], rows[kernel.SPREAD] = self.finger.array.offset, self.known
         rows[[kernel.BASE, kernel.BEFORE, kernel.LAST, kernel.HELD]] = np.nan
         numbers[[kernel.FREE, kernel.QUIET, kernel.CLOCK]] = 1.0, np.inf, np.nan
-        return rows, numbers, np.empty((0, n)), np.empty(0)
+        return TareState(rows, numbers, np.empty((0, n)), np.empty(0))
 
     def _ask(self, rows: FloatArray, frozen: npt.NDArray[np.bool_]) -> None:
         """Is what has lasted a touch? If it cannot be, the offsets in `rows` are changed to what is read now."""
