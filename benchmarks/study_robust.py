@@ -62,7 +62,7 @@ def simulate(seconds: float, faults: set[str], seed: int = 0) -> Stream:
     gain[2] = 0.6 if "weak" in faults else 0.0 if "dead" in faults else 1.0
     clean = replace(tip, array=replace(tip.array, gain=gain)).read(load)
     if "relaxation" in faults:
-        clean = RUBBER.apply(clean, time, rest=tip.array.offset).readings
+        clean = replace(RUBBER, rest=tip.array.offset).apply(clean, time)
     if "drift" in faults:
         phase = rng.uniform(0, 2 * np.pi, SENSORS)
         slow = np.sin(2 * np.pi * time[:, None] / 150 + phase) - np.sin(phase)
@@ -90,7 +90,7 @@ def relaxed(stream: Stream) -> tuple[np.ndarray, str]:
     fit = ss.stream.fit_relaxation(own.readings, own.time, np.concatenate([held, free]), terms=2, rest=rest)
     found = fit.relaxation
     said = ", ".join(f"{100 * p:.1f} % in {t:.2f} s" for p, t in zip(found.share, found.time, strict=True))
-    return found.undo(stream.readings, stream.time, rest=rest).readings, said
+    return found.undo(stream.readings, stream.time), said
 
 
 def errors(stream: Stream, finger: ss.Finger, readings: np.ndarray, outliers: int = 0) -> list[str]:
@@ -226,9 +226,10 @@ def recorded() -> list[list[str]]:
     own = ss.Relaxation(
         np.concatenate([np.outer(k.share, np.eye(4)[i]) for i, k in enumerate(alone)]),
         np.concatenate([k.time for k in alone]),
+        rest=first,
     )
     for name, kernel in (("one kernel", fit.relaxation), ("own shares", fit.own), ("own series", own)):
-        undone = kernel.undo(b.pressure, b.time, rest=first).readings
+        undone = kernel.undo(b.pressure, b.time)
         clear = b.rests()
         # just before each press, as before, on the corrected stream
         before = np.searchsorted(b.time, np.concatenate([[b.time[0]], clear[:, 0]]))

@@ -39,7 +39,7 @@ from .material import Material
 from .pressing import press
 from .response import tabulate
 from .skin import HalfPlane, Layer, Layered, Round, Skin
-from .stream import Relaxation, Tare
+from .stream import Pipeline, Relaxation, Tare
 from .transducer import (
     EnergyDensity,
     LateralStrain,
@@ -73,6 +73,7 @@ __all__ = [
     "NormalStrain",
     "NormalStress",
     "PartialSlip",
+    "Pipeline",
     "PressureProfile",
     "Relaxation",
     "Round",

@@ -314,13 +314,13 @@ class TestLocate:
     def test_chunks_make_no_difference(self, subskin, folder, monkeypatch):
         subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 57)
         subskin("locate", "finger.toml", "r.csv", "-o", "one.csv")
-        monkeypatch.setattr("subskin.cli.frames._CHUNK", 10)
+        monkeypatch.setattr("subskin.stream.stage.CHUNK", 10)
         subskin("locate", "finger.toml", "r.csv", "-o", "many.csv")
         assert (folder / "one.csv").read_text() == (folder / "many.csv").read_text()
 
     def test_progress_is_shown_on_a_terminal(self, subskin, folder, monkeypatch):
         subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 57)
-        monkeypatch.setattr("subskin.cli.frames._CHUNK", 10)
+        monkeypatch.setattr("subskin.stream.stage.CHUNK", 10)
         assert subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err == ""
         monkeypatch.setattr("sys.stderr.isatty", lambda: True)
         assert "57/57" in subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err

@@ -58,6 +58,27 @@ def test_what_a_file_says():
     assert file.origin == 0.0
 
 
+def test_a_file_says_how_its_stream_is_read():
+    """Counts in Pa, relaxation undone, drift taken off, a load with the options of [locate]."""
+    text = GOOD.replace("noise = 12", 'noise = 12\ngain = "-100 kPa"')
+    text += '[relaxation]\nshare = [0.1, "5 %"]\ntime = ["500 ms", 6]\n[tare]\ndrift = "0.002 kPa/s"\n'
+    file = parse_finger(text)
+    pipeline = file.pipeline(file.locator())
+    assert list(pipeline.stages) == ["units", "relaxation", "tare", "found"]
+    np.testing.assert_array_equal(pipeline.stages["tare"].drift, 2.0)
+    np.testing.assert_array_equal(file.pipeline(drift=3.0).stages["tare"].drift, 3.0)
+    kernel = ss.Relaxation([0.1, 0.05], [0.5, 6.0])
+    time = np.arange(0.0, 8.0, 0.02)
+    pressed = np.clip(4 * (time - 3.0), 0, 1)
+    clean = file.finger.read(ss.LineLoad(40.0 * pressed, 0.0, 2e-3), np.random.default_rng(0))
+    out = pipeline(kernel.apply(clean, time) / 1000, time)
+    np.testing.assert_allclose(out["relaxation"], clean, rtol=1e-9)
+    held = pressed == 1
+    assert (out["found"].status[held] == ss.Status.OK).all()
+    assert out["found"].position[held].mean() == pytest.approx(2e-3, abs=5e-5)
+    assert (out["found"].angle[held] == 0).all()  # friction = 0, as [locate] says
+
+
 def test_positions_kinds_and_plane():
     file = parse_finger("""
         [skin]
@@ -134,6 +155,15 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ('column = "x"', 'colum = "x"', 22, 'key "colum": no such key is known. Fix: did you mean "column"'),
         ("early = 0.3", "early = 3", 24, "early = 3: has to be <= 1"),
         ("early = 0.3", 'hold = "0 s"', 24, 'hold = "0 s": has to be > 0'),
+        ("early = 0.3", "[tare]\ndrift = -1", 25, "drift = -1: has to be >= 0"),
+        ("early = 0.3", '[tare]\ndrift = ["1 Pa", 2]', 25, 'drift[0] = "1 Pa": a value in Pa/s is needed'),
+        (
+            "early = 0.3",
+            "[relaxation]\nshare = [0.6, 0.5]\ntime = [1, 2]",
+            25,
+            "share in all = 1.1: has to be <=",
+        ),
+        ("early = 0.3", "[relaxation]\nshare = [0.6]\ntime = [0]", 26, "time[0] = 0: has to be > 0"),
         (GOOD, "", None, "is empty"),
         (GOOD, "\x00", 1, "not TOML"),
         (GOOD, "a = " + "[" * 5000, None, "not TOML"),

@@ -76,41 +76,6 @@ def test_drift_taken_off_is_not_seen_by_locate(drifting):
     assert np.sqrt(np.nanmean(error**2)) < 0.02e-3
 
 
-@pytest.mark.parametrize("cuts", [1, 2, 7, 60])
-def test_results_do_not_depend_on_the_chunks(drifting, cuts):
-    tip, time, _, _, raw = drifting
-    raw, time = raw[:3000].copy(), time[:3000]
-    raw[1200:1210, 2] = np.nan
-    raw[2000:, 4] += 40 * NOISE  # a step, so that the question is asked
-    raw[2400:, 1] = raw[2400, 1]  # and one that freezes
-    tare = ss.Tare(tip, patience=1.0)
-    whole = tare(raw, time)
-    assert whole.frozen[-1].tolist() == [False, True, False, False, False, False]
-    ends = np.sort(np.random.default_rng(cuts).integers(0, 3000, cuts))
-    parts, state = [], None
-    for a, b in zip([0, *ends], [*ends, 3000]):  # some of them empty
-        parts.append(tare(raw[a:b], time[a:b], state=state))
-        state = parts[-1].state
-    for name in ("readings", "offset", "free", "frozen"):
-        joined = np.concatenate([getattr(part, name) for part in parts])
-        np.testing.assert_array_equal(joined, getattr(whole, name))
-    np.testing.assert_array_equal(state.offset, whole.state.offset)
-
-
-def test_one_frame_at_a_time_is_a_chunk_too(drifting):
-    tip, time, _, _, raw = drifting
-    tare = ss.Tare(tip)
-    whole = tare(raw[:600], time[:600])
-    state = None
-    for k in range(600):
-        one = tare(raw[k], time[k], state=state)
-        assert one.readings.shape == (6,)
-        assert one.free.shape == ()
-        np.testing.assert_array_equal(one.readings, whole.readings[k])
-        assert one.free == whole.free[k]
-        state = one.state
-
-
 def test_a_steady_touch_is_never_tared():
     """Ten minutes, no more than eight noises on the strongest sensor, while six of drift would be believed."""
     tip, time = finger(), clock(600, rate=20.0)
@@ -229,7 +194,7 @@ def test_missing_saturated_and_dead_sensors_cost_only_themselves():
     np.testing.assert_array_equal(found.readings[:, 3], 4.0)
     assert np.ptp(found.offset[550:900, 1]) == 0
     # and is known less and less, until it reads again
-    stds = [ss.Tare(tip)(spoilt[:k], time[:k]).state.std[1] for k in (501, 850)]
+    stds = [ss.Tare(tip).step(None, spoilt[:k], time[:k])[0].std[1] for k in (501, 850)]
     assert stds[1] - stds[0] == pytest.approx(0.3 * NOISE * 3.49, rel=0.3)
     settled = (force == 0) & (time > 11) & (time % 10 < 4) & (time % 10 > 1)
     others = np.ix_(settled, [0, 2, 4, 5])
@@ -265,6 +230,21 @@ def test_without_a_linear_transducer_there_is_still_drift_to_follow():
     assert not found.free[time > 10.2].any()
 
 
+@pytest.mark.parametrize("dead", [(), (2,)])
+def test_offsets_that_are_far_from_the_free_skin_s_are_said(dead):
+    """As those of a finger that was calibrated on differences; a sensor that is dead says nothing of it."""
+    tip, time = finger(gain=[0.0 if i in dead else 1.0 for i in range(6)]), clock(3)
+    raw = stream(tip, time, np.zeros(time.size))
+    assert ss.Tare(tip)(raw, time).doubts == ()
+    away = ss.Tare(replace(tip, array=replace(tip.array, offset=0.1)))
+    (said,) = away(raw, time).doubts
+    assert "reads 0.3" in said
+    assert "offset is 0.1" in said
+    assert away(raw[:0], time[:0]).doubts == ()
+    one = ss.Tare(replace(tip, array=replace(tip.array, offset=[0.3, *[0.1] * 5])))
+    assert one(raw, time).doubts == ()  # one that is right speaks for the rest
+
+
 @pytest.mark.parametrize(
     ("call", "error", "seen"),
     [
@@ -285,11 +265,11 @@ def test_what_cannot_be_done_is_said(call, error, seen):
 
 
 def test_a_state_of_another_finger_or_a_later_time_is_refused():
-    left = ss.Tare(finger())(np.zeros((2, 6)), [0.0, 1.0]).state
+    left, _ = ss.Tare(finger()).step(None, np.zeros((2, 6)), [0.0, 1.0])
     with pytest.raises(ss.errors.GeometryError, match="state"):
-        ss.Tare(finger(4))(np.zeros((1, 4)), [2.0], state=left)
+        ss.Tare(finger(4)).step(left, np.zeros((1, 4)), [2.0])
     with pytest.raises(ss.errors.InvalidValueError, match="go back"):
-        ss.Tare(finger())(np.zeros((1, 6)), [0.5], state=left)
+        ss.Tare(finger()).step(left, np.zeros((1, 6)), [0.5])
     with pytest.raises(ValueError, match="read-only"):
         left.offset[0] = 1.0
 

@@ -127,7 +127,7 @@ def test_these_sensors_do_not_share_a_kernel_and_the_fit_says_so(skin, held):
 def test_with_a_series_of_its_own_a_held_reading_stays(skin, held):
     """On the presses that the fit has not seen: the first sensor falls by 8 %, and then by less than 2."""
     found = ss.stream.fit_relaxation(skin.pressure[:, [0]], skin.time, held, terms=2, rest=skin.first[0])
-    undone = found.relaxation.undo(skin.pressure[:, [0]], skin.time, rest=skin.first[0]).readings
+    undone = found.relaxation.undo(skin.pressure[:, [0]], skin.time)
     strong = np.flatnonzero((skin.presses.reading[:, 0] > 5000) & (np.arange(60) % 2 == 1))
     assert strong.size >= 3
     fall = []

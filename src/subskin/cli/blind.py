@@ -75,7 +75,7 @@ def run_blind(options: argparse.Namespace) -> int:
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
     fit = tuple(part.strip() for part in (options.fit or "gain,depth,position").split(",") if part.strip())
     errors = _errors(options, file, fit)
-    friction = {k: v for k, v in (file.options or {}).items() if k == "friction"}
+    friction = {k: v for k, v in file.options.items() if k == "friction"}
     silent = np.asarray(file.finger.array.noise) == 0
     if (silent & file.finger.array.live).any():
         raise FileError(

@@ -136,10 +136,10 @@ def show(
 
 
 @contextmanager
-def progress_bar(what: str, total: int) -> Iterator[Callable[[], object]]:
-    """A bar on standard error where that is a terminal; yields what advances it by one."""
+def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
+    """A bar on standard error where that is a terminal; yields what advances it, by one or by a number."""
     if not sys.stderr.isatty():
-        yield lambda: None
+        yield lambda _=1: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -149,7 +149,7 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[[], object]]:
     )
     with bar:
         task = bar.add_task("", total=total)
-        yield lambda: bar.advance(task)
+        yield lambda count=1: bar.advance(task, count)
 
 
 def check_figure(path: str, option: str) -> None:

@@ -4,28 +4,16 @@ from __future__ import annotations
 
 import argparse
 import re
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import describe, number, quantity_range, say, show, write_json
-from .frames import (
-    MEANING,
-    add_frames,
-    check_targets,
-    in_chunks,
-    read_frames,
-    sensor_names,
-    show_statuses,
-    status_counts,
-    status_names,
-    told,
-)
+from .common import describe, number, quantity_range, show
+from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from ..decide import Kind, TypeDecision
     from ..io.finger_file import FingerFile
+    from .answers import Answers
 
 _EXAMPLES = """\
   subskin decide finger.toml readings.csv -o kinds.csv
@@ -64,13 +52,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
-    from ..decide import TypeDecision, contact_type
+    from ..decide import contact_type
     from ..errors import InvalidValueError
-    from ..io.tables import write_table
+    from .answers import answers_of, give, status_counts
 
-    check_targets(options)
     if not 0.5 < options.sure < 1:
         raise InvalidValueError(
             f"--sure {options.sure:g}", "a probability in (0.5, 1) is needed", "--sure 0.95"
@@ -78,34 +63,21 @@ def run(options: argparse.Namespace) -> int:
     kinds = None if options.kind is None else tuple(_kind(text) for text in options.kind)
     if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
-    file, _, rows, readings = read_frames(options)
-    given = {k: v for k, v in (file.options or {}).items() if k in ("friction", "false_alarm")}
-    with told(options.finger):
-        parts = in_chunks(
-            lambda frames: contact_type(
-                file.finger, frames, kinds, sure=options.sure, search=file.search, **given
-            ),
-            readings,
-        )
-    said = TypeDecision(
-        parts[0].kinds,
-        options.sure,
-        np.concatenate([p.table for p in parts]),
-        np.concatenate([p.used for p in parts]),
-    )
-    columns = _columns(file, said, rows)
-    if options.figure is not None:
-        from ..plot import probability_strip, save
 
-        save(probability_strip(said), options.figure)
-    if options.out is not None:
-        write_table(options.out, columns)
-    if options.json:
-        counts = {"status": status_counts(said.status), "kinds": _counts(said)}
-        write_json({"frames": len(rows), **counts, "columns": columns})
-    else:
-        _show(options, said, columns)
-    return 0
+    def prepare(file: FingerFile) -> Any:
+        given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("friction", "false_alarm")}
+        return partial(contact_type, file.finger, kinds=kinds, sure=options.sure, search=file.search, **given)
+
+    answers = answers_of(options, prepare)
+    said, columns = answers.found, _columns(answers)
+    counts = {"status": status_counts(said.status), "kinds": _counts(said)}
+    return give(
+        options,
+        {options.out: lambda: columns},
+        lambda: {"frames": len(answers.rows), **counts, "columns": columns},
+        lambda out: _show(out, said, columns, first=options.out is None),
+        lambda plot: plot.probability_strip(said),
+    )
 
 
 def _kind(text: str) -> Kind:
@@ -130,26 +102,30 @@ def _counts(said: TypeDecision) -> dict[str, int]:
     return {name: int((decision == i).sum()) for i, name in enumerate(said.names)}
 
 
-def _columns(file: FingerFile, said: TypeDecision, rows: npt.NDArray[np.intp]) -> dict[str, Any]:
+def _columns(answers: Answers) -> dict[str, Any]:
+    from .answers import status_names
+
+    said: TypeDecision = answers.found
     probability = said.probability
     each = {f"p {name}".replace(" ", "_"): probability[:, i] for i, name in enumerate(said.names)}
     return {
-        "row": rows,
+        "row": answers.rows,
         "kind": said.name,
         **each,
-        "position": said.position + file.origin,
+        "position": said.position + answers.file.origin,
         "force": said.force,
         "angle": said.angle,
         "half_width": said.half_width,
         "status": status_names(said.status),
         "residual": said.residual,
-        "used": sensor_names(file, said.used),
+        "used": answers.used,
     }
 
 
-def _show(options: argparse.Namespace, said: TypeDecision, columns: dict[str, Any]) -> None:
-    out = say(options)
-    show_statuses(options, said.status, _HERE)
+def _show(out: TextIO, said: TypeDecision, columns: dict[str, Any], *, first: bool) -> None:
+    from .answers import show_first, show_statuses
+
+    show_statuses(out, said.status, _HERE)
     kinds = [
         [
             kind.name,
@@ -164,20 +140,10 @@ def _show(options: argparse.Namespace, said: TypeDecision, columns: dict[str, An
     ]
     title = f"decided where the probability is {said.sure:g} or more"
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
-    if options.out is None:
-        names = [name for name in columns if name.startswith("p_")]
-        first = [
-            [
-                str(columns["row"][i]),
-                str(columns["kind"][i]),
-                *(f"{columns[n][i]:.3f}" if columns[n][i] >= 0 else "-" for n in names),
-                *(number(float(columns[n][i])) for n in ("position", "half_width")),
-            ]
-            for i in range(min(len(columns["row"]), 20))
-        ]
-        heads = ["row", "kind", *(n[2:].replace("_", " ") for n in names), "position", "half_width"]
-        show(out, "the first frames, in SI; -o writes them all", heads, first, left=2)
-    elif options.out != "-":
-        print(f"-> {options.out}", file=out)
-    if options.figure is not None:
-        print(f"-> {options.figure}", file=out)
+    if first:
+        shares = {
+            name: [f"{v:.3f}" if v >= 0 else "-" for v in columns[name][:20]]
+            for name in columns
+            if name[:2] == "p_"
+        }
+        show_first(out, {**columns, **shares}, ["row", "kind", *shares, "position", "half_width"], left=2)

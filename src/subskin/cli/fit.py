@@ -3,29 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TextIO
 
 from ..contact import families
-from .common import describe, number, quantity_range, say, show, write_json
-from .frames import (
-    MEANING,
-    add_frames,
-    check_targets,
-    in_chunks,
-    read_frames,
-    sensor_names,
-    show_statuses,
-    status_counts,
-    status_names,
-    told,
-)
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from ..estimate.estimate import Estimate
-    from ..io.finger_file import FingerFile
+from .common import describe, quantity_range
+from .frames import MEANING, add_frames
 
 _HERE = {
     **MEANING,
@@ -55,73 +37,26 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..io.tables import write_table
+    from .answers import answers_of, estimate_columns, give, show_first, show_statuses, status_counts
 
-    check_targets(options)
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
-    file, _, rows, readings = read_frames(options)
-    with told(options.finger):
-        parts = in_chunks(
-            lambda frames: file.finger.fit(
-                frames, options.family, search=file.search, half_width=width, **(file.options or {})
-            ),
-            readings,
-        )
-    found = type(parts[0]).join(parts)
-    columns = _columns(file, found, rows)
-    if options.figure is not None:
-        from ..plot import contact_strip, save
+    answers = answers_of(options, lambda file: file.locator(family=options.family, half_width=width))
+    found, columns = answers.found, estimate_columns(answers, width=True)
 
-        save(contact_strip(found, origin=file.origin), options.figure)
-    if options.out is not None:
-        write_table(options.out, columns)
-    if options.json:
-        counts = status_counts(found.status)
-        write_json({"frames": len(rows), "family": options.family, "status": counts, "columns": columns})
-    else:
-        _show(options, found, columns)
-    return 0
+    def people(out: TextIO) -> None:
+        show_statuses(out, found.status, _HERE)
+        if not found.spare.any():
+            what = "any family would explain these as well (subskin decide weighs them)"
+            print(f"no reading to spare: {what}", file=out)
+        if options.out is None:
+            widths = ("half_width", "half_width_low", "half_width_high")
+            show_first(out, columns, ["row", "position", "force", "angle", *widths, "status"])
 
-
-def _columns(file: FingerFile, found: Estimate, rows: npt.NDArray[np.intp]) -> dict[str, Any]:
-    std, interval = found.std, found.half_width_interval
-    return {
-        "row": rows,
-        "position": found.position + file.origin,
-        "force": found.force,
-        "angle": found.angle,
-        "half_width": found.half_width,
-        "position_std": std[:, 0],
-        "force_std": std[:, 1],
-        "angle_std": std[:, 2],
-        "half_width_low": interval[:, 0],
-        "half_width_high": interval[:, 1],
-        "status": status_names(found.status),
-        "residual": found.residual,
-        "spare": found.spare,
-        "second_position": found.second.position + file.origin,
-        "second_half_width": found.second.half_width,
-        "second_chi2": found.second.chi2,
-        "used": sensor_names(file, found.used),
-    }
-
-
-def _show(options: argparse.Namespace, found: Estimate, columns: dict[str, Any]) -> None:
-    out = say(options)
-    show_statuses(options, found.status, _HERE)
-    if not found.spare.any():
-        print(
-            "no reading to spare: any family would explain these as well (subskin decide weighs them)",
-            file=out,
-        )
-    if options.out is None:
-        names = ["position", "force", "angle", "half_width", "half_width_low", "half_width_high"]
-        first = [
-            [str(columns["row"][i]), *(number(float(columns[n][i])) for n in names), columns["status"][i]]
-            for i in range(min(len(columns["row"]), 20))
-        ]
-        show(out, "the first frames, in SI; -o writes them all", ["row", *names, "status"], first)
-    elif options.out != "-":
-        print(f"-> {options.out}", file=out)
-    if options.figure is not None:
-        print(f"-> {options.figure}", file=out)
+    data = {"frames": len(answers.rows), "family": options.family, "status": status_counts(found.status)}
+    return give(
+        options,
+        {options.out: lambda: columns},
+        lambda: {**data, "columns": columns},
+        people,
+        lambda plot: plot.contact_strip(found, origin=answers.file.origin),
+    )

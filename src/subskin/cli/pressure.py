@@ -3,27 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import describe, number, say, show, write_json
-from .frames import (
-    add_frames,
-    check_targets,
-    in_chunks,
-    read_frames,
-    sensor_names,
-    show_statuses,
-    status_counts,
-    status_names,
-    told,
-)
+from .common import describe
+from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from ..estimate.pressure.map import PressureMap
     from ..io.finger_file import FingerFile
+    from .answers import Answers
 
 _EXAMPLES = """\
   subskin pressure finger.toml readings.csv -o map.csv --figure map.png
@@ -36,14 +23,13 @@ The pressure is >= 0 and smooth; how smooth follows from each frame by a rule, a
 load then looks. -o writes a row for each frame and each node along the surface, --totals a row for each frame. The
 figure is of the first frame that has a contact.
 """
-_MEANING = {
+_HERE = {
+    **MEANING,
     "ok": "a pressure explains the readings",
     "ambiguous": "it reaches the edge of the search, or its angle may be any",
-    "no_contact": "nothing beyond noise",
     "unexplained": "no pressure >= 0 explains the readings",
-    "incomplete": "too few sensors could be used",
 }
-_SHOWN = ("normal_force", "normal_std", "centre", "angle", "resolution", "residual")
+_SHOWN = ("row", "normal_force", "normal_std", "centre", "angle", "resolution", "residual", "status")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -67,118 +53,93 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
-    from ..estimate.pressure.map import PressureMap
     from ..estimate.pressure.mapper import PressureMapper
-    from ..io.files import check_target
-    from ..io.tables import write_table
+    from .answers import answers_of, give, show_first, show_statuses, status_counts
 
-    check_targets(options)
-    if options.totals is not None:
-        check_target(options.totals)
-    file, _, rows, readings = read_frames(options)
-    given = {k: v for k, v in (file.options or {}).items() if k in ("false_alarm", "friction")}
-    shear = options.shear or ("none" if given.get("friction") == 0 else "proportional")
-    if shear == "none":
-        given.pop("friction", None)
-    with told(options.finger):
-        mapper = PressureMapper(file.finger, search=file.search, rule=options.rule, shear=shear, **given)
-    parts = in_chunks(mapper, readings)
-    found = PressureMap(
-        np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]), mapper
-    )
-    totals = _totals(file, found, rows)
-    if options.figure is not None:
-        _draw(options, found, file.origin)
-    if options.out is not None:
-        write_table(options.out, _map(file, found, rows))
-    if options.totals is not None:
-        write_table(options.totals, totals)
-    if options.json:
-        write_json(
-            {
-                "frames": len(rows),
-                "rule": options.rule,
-                "shear": shear,
-                "status": status_counts(found.status),
-                "totals": totals,
-                "y": found.y + file.origin,
-                "pressure": found.pressure,
-                "pressure_std": found.pressure_std,
-                "shear_stress": found.shear,
-                "resolution": found.resolution,
-            }
-        )
-    else:
-        _show(options, found, totals)
-    return 0
+    def prepare(file: FingerFile) -> PressureMapper:
+        given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("false_alarm", "friction")}
+        shear = options.shear or ("none" if given.get("friction") == 0 else "proportional")
+        if shear == "none":
+            given.pop("friction", None)
+        return PressureMapper(file.finger, search=file.search, rule=options.rule, shear=shear, **given)
+
+    answers = answers_of(options, prepare)
+    found, totals = answers.found, _totals(answers)
+
+    def data() -> dict[str, Any]:
+        return {
+            "frames": len(answers.rows),
+            "rule": options.rule,
+            "shear": found.mapper.shear,
+            "status": status_counts(found.status),
+            "totals": totals,
+            "y": found.y + answers.file.origin,
+            "pressure": found.pressure,
+            "pressure_std": found.pressure_std,
+            "shear_stress": found.shear,
+            "resolution": found.resolution,
+        }
+
+    def people(out: TextIO) -> None:
+        show_statuses(out, found.status, _HERE)
+        if options.out is None and options.totals is None:
+            show_first(
+                out, totals, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these"
+            )
+
+    tables = {options.out: lambda: _map(answers), options.totals: lambda: totals}
+    return give(options, tables, data, people, lambda plot: _drawn(plot, answers))
 
 
-def _totals(file: FingerFile, found: PressureMap, rows: npt.NDArray[np.intp]) -> dict[str, Any]:
+def _totals(answers: Answers) -> dict[str, Any]:
     import numpy as np
 
+    from .answers import status_names
+
+    found = answers.found
     at = [np.interp(c, found.y, r) for c, r in zip(found.centre, found.resolution, strict=True)]
     return {
-        "row": rows,
+        "row": answers.rows,
         "normal_force": found.normal_force,
         "tangential_force": found.tangential_force,
         "normal_std": found.normal_std,
         "tangential_std": found.tangential_std,
         "angle": found.angle,
         "angle_std": found.angle_std,
-        "centre": found.centre + file.origin,
+        "centre": found.centre + answers.file.origin,
         "centre_std": found.centre_std,
         "resolution": np.array(at),
         "status": status_names(found.status),
         "residual": found.residual,
-        "used": sensor_names(file, found.used),
+        "used": answers.used,
     }
 
 
-def _map(file: FingerFile, found: PressureMap, rows: npt.NDArray[np.intp]) -> dict[str, Any]:
+def _map(answers: Answers) -> dict[str, Any]:
     """A row for each node of each frame that has a contact."""
     import numpy as np
 
-    there = np.flatnonzero(np.isfinite(found.normal_force))
-    count = len(found.y)
-    band = found.pressure_interval[there]
+    there = np.flatnonzero(np.isfinite(answers.found.normal_force))
+    found = answers.found[there]
+    count, band = len(found.y), found.pressure_interval
     return {
-        "row": np.repeat(rows[there], count),
-        "y": np.tile(found.y + file.origin, len(there)),
-        "pressure": found.pressure[there].reshape(-1),
+        "row": np.repeat(answers.rows[there], count),
+        "y": np.tile(found.y + answers.file.origin, len(there)),
+        "pressure": found.pressure.reshape(-1),
         "pressure_low": band[..., 0].reshape(-1),
         "pressure_high": band[..., 1].reshape(-1),
-        "shear": found.shear[there].reshape(-1),
-        "shear_std": found.shear_std[there].reshape(-1),
-        "resolution": found.resolution[there].reshape(-1),
+        "shear": found.shear.reshape(-1),
+        "shear_std": found.shear_std.reshape(-1),
+        "resolution": found.resolution.reshape(-1),
     }
 
 
-def _draw(options: argparse.Namespace, found: PressureMap, origin: float) -> None:
+def _drawn(plot: Any, answers: Answers) -> Any:
     import numpy as np
 
     from ..errors import FileError
-    from ..estimate.pressure.map import PressureMap
-    from ..plot import pressure_figure, save
 
-    there = np.flatnonzero(np.isfinite(found.normal_force))
+    there = np.flatnonzero(np.isfinite(answers.found.normal_force))
     if not there.size:
-        raise FileError(options.readings, "no frame has a contact to draw", "leave out --figure")
-    one = PressureMap(found.table[there[0]], found.used[there[0]], found.mapper)
-    save(pressure_figure(one, origin=origin), options.figure)
-
-
-def _show(options: argparse.Namespace, found: PressureMap, totals: dict[str, Any]) -> None:
-    out = say(options)
-    show_statuses(options, found.status, _MEANING)
-    if options.out is None and options.totals is None:
-        first = [
-            [str(totals["row"][i]), *(number(float(totals[n][i])) for n in _SHOWN), totals["status"][i]]
-            for i in range(min(len(totals["row"]), 20))
-        ]
-        title = "the first frames, in SI; -o writes their pressures, --totals these"
-        show(out, title, ["row", *_SHOWN, "status"], first)
-    for target in (options.out, options.totals, options.figure):
-        if target not in (None, "-"):
-            print(f"-> {target}", file=out)
+        raise FileError(answers.table.name, "no frame has a contact to draw", "leave out --figure")
+    return plot.pressure_figure(answers.found[there[0]], origin=answers.file.origin)

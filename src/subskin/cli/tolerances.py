@@ -129,7 +129,7 @@ def _touches(options: argparse.Namespace, file: FingerFile) -> Touches:
 
     friction = options.friction
     if friction is None:
-        friction = (file.options or {}).get("friction", 1.0)
+        friction = file.options.get("friction", 1.0)
     span = None
     if options.span is not None:
         low, high = quantity_range(options.span, "m", "--span")

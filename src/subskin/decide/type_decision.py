@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ..estimate.estimate import Status
+from ..estimate.estimate import FrameTable, Status
 from ..estimate.evidence import Evidence, Kind, columns
 from ..finger import Finger
 from ..prepared import prepared
@@ -42,31 +42,24 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     return tuple(Kind(name, family, (a * depth, b * depth)) for name, family, (a, b) in _KINDS)
 
 
-@dataclass(frozen=True, eq=False)
-class TypeDecision:
+@dataclass(frozen=True, eq=False, repr=False)
+class TypeDecision(FrameTable):
     """What kind of contact pressed in each frame; every field has the batch's shape (...).
 
     Parameters
     ----------
-    kinds : tuple of Kind
-        Those that were weighed against each other.
-    sure : float
-        Probability from which on a kind is decided for.
     table : ndarray, shape (..., 1 + 6 kinds)
         The packed results; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on.
+    kinds : tuple of Kind
+        Those that were weighed against each other.
+    sure : float
+        Probability from which on a kind is decided for.
     """
 
     kinds: tuple[Kind, ...]
     sure: float
-    table: FloatArray
-    used: npt.NDArray[np.bool_]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the batch."""
-        return self.table.shape[:-1]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -226,4 +219,4 @@ def contact_type(
         return Evidence(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
 
     table, used = prepared(finger).get(("evidence", chosen, ends, mu, alarm), make)(readings)
-    return TypeDecision(chosen, float(sure), table, used)
+    return TypeDecision(table, used, chosen, float(sure))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +17,7 @@ from ..errors import GeometryError
 from ..load import Load, polar_covariance
 from .layout import LINE, Layout
 
-__all__ = ["Estimate", "Rival", "Status", "counted"]
+__all__ = ["Estimate", "FrameTable", "Rival", "Status"]
 
 
 class Status(IntEnum):
@@ -33,7 +35,7 @@ class Status(IntEnum):
     """Too few sensors could be used."""
 
 
-def counted(name: str, status: npt.NDArray[np.int8]) -> str:
+def _counted(name: str, status: npt.NDArray[np.int8]) -> str:
     """An answer in a line: of what, and how many frames of which status."""
     counts = np.bincount(np.atleast_1d(status).reshape(-1), minlength=len(Status))
     said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
@@ -95,11 +97,73 @@ class Rival(_Found):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Estimate(_Found):
+class FrameTable(ABC):
+    """Answers frame by frame: indexed as arrays are, and joined.
+
+    Parameters
+    ----------
+    table : ndarray, shape (..., columns)
+        The packed results; read them by name.
+    used : ndarray of bool, shape (..., n)
+        Which sensors each frame's answer rests on; the others were missing, saturated or dead.
+    """
+
+    table: FloatArray
+    used: npt.NDArray[np.bool_]
+
+    @classmethod
+    def join(cls, parts: Sequence[Self]) -> Self:
+        """Answers of one kind one after the other, along the first axis of the batch.
+
+        Raises
+        ------
+        GeometryError
+            No part, or parts of different layouts.
+        """
+        if len({part.table.shape[-1] for part in parts}) != 1:
+            raise GeometryError(f"{len(parts)} answers", "at least one is needed, all of one layout")
+        table = np.concatenate([p.table for p in parts])
+        used = np.concatenate([p.used for p in parts])
+        table.flags.writeable = used.flags.writeable = False
+        return replace(parts[0], table=table, used=used)
+
+    def __getitem__(self, index: object) -> Self:
+        """Some frames of the batch."""
+        at = np.arange(int(np.prod(self.shape))).reshape(self.shape)[index]  # type: ignore[call-overload]
+        table = self.table.reshape(-1, self.table.shape[-1])[at]
+        used = self.used.reshape(-1, self.used.shape[-1])[at]
+        table.flags.writeable = used.flags.writeable = False
+        return replace(self, table=table, used=used)
+
+    def __len__(self) -> int:
+        """Number of frames along the first axis of the batch."""
+        if not self.shape:
+            raise TypeError("an answer for a single frame has no length")
+        return len(self.table)
+
+    def __iter__(self) -> Iterator[Self]:
+        """The frames along the first axis of the batch."""
+        return (self[i] for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        return _counted(type(self).__name__, self.status)
+
+    @property
+    @abstractmethod
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame, as integers."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch."""
+        return self.table.shape[:-1]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Estimate(_Found, FrameTable):
     """The contact found in each frame; every field has the batch's shape (...).
 
-    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the contact: no number is given for nonsense. Estimates are
-    indexed as arrays are, and `Estimate.join` puts some of them together.
+    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the contact: no number is given for nonsense.
 
     Parameters
     ----------
@@ -115,55 +179,11 @@ class Estimate(_Found):
         What stands in which column.
     """
 
-    table: FloatArray
-    used: npt.NDArray[np.bool_]
     friction: float
     unknowns: int = 3
     layout: Layout = LINE
 
     _first = 0
-
-    @classmethod
-    def join(cls, parts: Sequence[Estimate]) -> Estimate:
-        """Estimates of one kind one after the other, along the first axis of the batch.
-
-        Raises
-        ------
-        GeometryError
-            No part, or parts of different layouts.
-        """
-        if not parts or any(p.layout != parts[0].layout for p in parts):
-            raise GeometryError(f"{len(parts)} estimates", "at least one is needed, all of one layout")
-        table = np.concatenate([p.table for p in parts])
-        used = np.concatenate([p.used for p in parts])
-        table.flags.writeable = used.flags.writeable = False
-        return replace(parts[0], table=table, used=used)
-
-    def __getitem__(self, index: object) -> Estimate:
-        """Some frames of the batch."""
-        at = np.arange(int(np.prod(self.shape))).reshape(self.shape)[index]  # type: ignore[call-overload]
-        table = self.table.reshape(-1, self.layout.columns)[at]
-        used = self.used.reshape(-1, self.used.shape[-1])[at]
-        table.flags.writeable = used.flags.writeable = False
-        return replace(self, table=table, used=used)
-
-    def __len__(self) -> int:
-        """Number of frames along the first axis of the batch."""
-        if not self.shape:
-            raise TypeError("an estimate of a single frame has no length")
-        return len(self.table)
-
-    def __iter__(self) -> Iterator[Estimate]:
-        """The frames along the first axis of the batch."""
-        return (self[i] for i in range(len(self)))
-
-    def __repr__(self) -> str:
-        return counted(type(self).__name__, self.status)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the batch."""
-        return self.table.shape[:-1]
 
     @property
     def status(self) -> npt.NDArray[np.int8]:

@@ -27,9 +27,11 @@ __all__ = [
     "LocateTable",
     "Number",
     "RecordingTable",
+    "RelaxationTable",
     "SensorsTable",
     "SkinTable",
     "StrictTable",
+    "TareTable",
     "one",
     "one_or_each",
 ]
@@ -172,6 +174,19 @@ class RecordingTable(StrictTable):
     hold: Time = 0.5
 
 
+class RelaxationTable(StrictTable):
+    """[relaxation]: what touches that are held lose, and how fast, as `fit_relaxation` finds it."""
+
+    share: list[Number]
+    time: list[Time]
+
+
+class TareTable(StrictTable):
+    """[tare]: how drift is taken off."""
+
+    drift: Readings = None
+
+
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
@@ -195,6 +210,8 @@ class Document(StrictTable):
     sensors: SensorsTable
     locate: LocateTable = LocateTable()
     recording: RecordingTable | None = None
+    relaxation: RelaxationTable | None = None
+    tare: TareTable = TareTable()
     calibration: CalibrationTable = CalibrationTable()
 
 

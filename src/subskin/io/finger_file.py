@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
+from .. import _check
+from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
@@ -20,7 +24,11 @@ from .files import write_bytes
 from .units import quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:
+    from ..estimate.locate import Locator
+    from ..stream.pipeline import Pipeline
+    from ..stream.relaxation import Relaxation
     from . import _schema
+    from .tables import Table
 
 __all__ = ["FingerFile", "load_finger", "parse_finger", "save_finger"]
 
@@ -44,6 +52,10 @@ class FingerFile:
         Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
     recording : RecordingFormat or None
         How to read a raw recording; None where the file has no [recording].
+    relaxation : Relaxation or None
+        What the skin forgets of a touch that is held; None where the file has no [relaxation].
+    drift : ndarray, shape () or (n,), or None
+        Fastest drift of [tare] [reading/s]; None for the default of `Tare`.
     origin : float
         Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
     text : str
@@ -53,12 +65,14 @@ class FingerFile:
     finger: Finger
     names: tuple[str, ...]
     search: tuple[float, float] | None = None
-    options: Mapping[str, float] | None = None
+    options: Mapping[str, float] = field(default_factory=dict)
     recording: RecordingFormat | None = None
+    relaxation: Relaxation | None = None
+    drift: npt.ArrayLike | None = None
     origin: float = 0.0
     text: str = ""
 
-    def locator(self, **changes: Any) -> Any:
+    def locator(self, **changes: Any) -> Locator:
         """`Finger.locator` with the options of the file; `changes` take the place of some.
 
         Raises
@@ -66,8 +80,62 @@ class FingerFile:
         InvalidValueError
             An option out of range, a sensor without noise.
         """
-        options = {**(self.options or {}), **changes}
-        return self.finger.locator(**{"search": self.search, **options})
+        options: dict[str, Any] = {"search": self.search, **self.options, **changes}
+        return self.finger.locator(**options)
+
+    def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
+        """Raw readings of a table, shape (m, n), and the time of each frame [s], by the columns of [recording].
+
+        Raises
+        ------
+        FileError
+            A column that is missing, or a cell that is no number.
+        """
+        column = Column("time") if self.recording is None else self.recording.time
+        time = table.numbers(column.name, finite=True, why="the time of each frame")
+        return table.readings(self.names), time * column.scale
+
+    def pipeline(
+        self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None
+    ) -> Pipeline:
+        r"""From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
+
+        Readings in SI units ("units"), relaxation undone where the file has [relaxation] ("relaxation"), drift taken
+        off ("tare"), and the answer ("found").
+
+        Parameters
+        ----------
+        answer : callable, optional
+            What is made of readings: a locator, for one; without it the pipeline ends with readings that are tared.
+        drift : array_like, shape () or (n,), optional
+            In place of the file's [reading/s].
+
+        Returns
+        -------
+        Pipeline
+            Times are in s.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            As `Tare`: a sensor without noise, a drift below 0.
+
+        Examples
+        --------
+        >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 6e-3\ndepth = 5e-3\nnoise = 1e-4"
+        >>> file = parse_finger(f"{text}\n[tare]\ndrift = 1e-5")
+        >>> list(file.pipeline(file.locator()).stages)
+        ['tare', 'found']
+        """
+        from ..stream import Pipeline, Tare
+
+        stages: dict[str, Any] = {}
+        if self.recording is not None:
+            stages["units"] = partial(np.multiply, self.recording.scale)
+        if self.relaxation is not None:
+            stages["relaxation"] = self.relaxation.undo
+        stages["tare"] = Tare(self.finger, drift=self.drift if drift is None else drift)
+        return Pipeline(stages if answer is None else {**stages, "found": answer})
 
     def with_finger(
         self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None
@@ -162,6 +230,8 @@ def _build(document: _schema.Document, text: str) -> FingerFile:
         search=given.search,
         options=options,
         recording=_recording(recording),
+        relaxation=_relaxation(document.relaxation),
+        drift=_drift(document),
         origin=document.calibration.origin,
         text=text,
     )
@@ -225,23 +295,18 @@ def _in_readings(
     measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    values: dict[str, Any] = {}
-    for key in ("gain", *_IN_READINGS):
-        value = getattr(table, key)
-        if value is None:
-            continue
-        if isinstance(value, list):
-            values[key] = [_limit(v, units.get(key, unit), f"{key}[{i}]") for i, v in enumerate(value)]
-        else:
-            values[key] = _limit(value, units.get(key, unit), key)
-    return values
+    given = {
+        key: _readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)
+    }
+    return {key: value for key, value in given.items() if value is not None}
 
 
-def _limit(value: object, unit: str, name: str) -> float:
-    """A quantity; low and high may be infinite, as they are where they are not given."""
-    if name.startswith(("low", "high")) and isinstance(value, float) and abs(value) == np.inf:
-        return value
-    return quantity(value, unit, name)
+def _readings(value: Any, unit: str, name: str) -> Any:
+    """A quantity, or a list of them; low and high may be infinite, as they are where they are not given."""
+    if isinstance(value, list):
+        return [_readings(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
+    infinite = name.startswith(("low", "high")) and isinstance(value, float) and abs(value) == np.inf
+    return value if value is None or infinite else quantity(value, unit, name)
 
 
 def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
@@ -266,3 +331,24 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
         )  # fmt: skip
     except SubskinError as error:
         raise Misplaced(error, "recording", key_of(error)) from None
+
+
+def _relaxation(table: _schema.RelaxationTable | None) -> Relaxation | None:
+    if table is None:
+        return None
+    from ..stream.relaxation import Relaxation
+
+    try:
+        return Relaxation(table.share, table.time)
+    except SubskinError as error:
+        raise Misplaced(error, "relaxation", key_of(error)) from None
+
+
+def _drift(document: _schema.Document) -> npt.ArrayLike | None:
+    from ._schema import reading_unit
+
+    try:
+        drift = _readings(document.tare.drift, f"{reading_unit(document.recording) or 1}/s", "drift")
+        return None if drift is None else _check.real("drift", drift, at_least=0.0)
+    except SubskinError as error:
+        raise Misplaced(error, "tare", "drift") from None

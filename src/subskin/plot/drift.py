@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -11,8 +13,10 @@ from matplotlib.patches import Patch
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..stream import Tared
 from .style import BLACK, BLUE, DOUBLE, VERMILLION, house_style, new_figure, settled
+
+if TYPE_CHECKING:
+    from ..stream import Tared
 
 __all__ = ["drift_figure"]
 

@@ -1,16 +1,5 @@
 """Frames in the order of time: what drifts is followed, what relaxes is undone."""
 
-from .fit_relaxation import RelaxationFit, fit_relaxation
-from .relaxation import Relaxation, RelaxationState, Relaxed
-from .tare import Tare, Tared, TareState
+from .. import _lazy
 
-__all__ = [
-    "Relaxation",
-    "RelaxationFit",
-    "RelaxationState",
-    "Relaxed",
-    "Tare",
-    "TareState",
-    "Tared",
-    "fit_relaxation",
-]
+__getattr__, __dir__, __all__ = _lazy.attach(__name__, __file__)

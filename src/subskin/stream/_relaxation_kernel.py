@@ -19,7 +19,8 @@ def relax(readings, time, share, constants, backwards, rows, out):
 
     readings (m, n); time (m,); share (k, n); constants (k,) [s]; rows (3 + k, n): the state, changed in place. Between
     two readings of a sensor the elastic one is taken to change linearly: the memory h of a term obeys h' = u' - h/tau.
-    A reading that is not finite gives NaN, and the next one goes on from the last good one.
+    A reading that is not finite gives NaN, and the next one goes on from the last good one. The first good reading of a
+    sensor whose rest is not known is its rest.
     """
     frames, n = readings.shape
     terms = constants.size
@@ -27,10 +28,12 @@ def relax(readings, time, share, constants, backwards, rows, out):
     before = math.nan
     for k in range(frames):
         for i in range(n):
-            value = readings[k, i] - rows[REST, i]
-            if not math.isfinite(value):
+            if not math.isfinite(readings[k, i]):
                 out[k, i] = math.nan
                 continue
+            if rows[REST, i] != rows[REST, i]:
+                rows[REST, i] = readings[k, i]
+            value = readings[k, i] - rows[REST, i]
             if rows[TIME, i] != rows[TIME, i]:  # from rest, at once
                 rows[ELASTIC, i] = value
                 for j in range(terms):

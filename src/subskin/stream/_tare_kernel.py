@@ -1,6 +1,6 @@
 """The compiled heart of `Tare`: one pass over the frames, which stops where a question has to be asked.
 
-Only arrays and numbers go in and out; `drift.py` prepares them and keeps the state.
+Only arrays and numbers go in and out; `tare.py` prepares them and keeps the state.
 """
 
 from __future__ import annotations

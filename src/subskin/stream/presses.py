@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
+from .stage import in_order
 
 __all__ = ["Column", "Presses", "RecordingFormat", "segment"]
 
@@ -152,12 +153,10 @@ def segment(
     >>> len(found), round(float(found.reading[0, 0]), 1), round(float(found.depth[0]) * 1e3, 3)
     (1, 6000.0, 2.0)
     """
-    data = _check.real("readings", readings, finite=False)
-    if data.ndim != 2 or not data.size:
-        raise GeometryError(f"readings of shape {data.shape}", "one frame a row, one sensor a column")
-    seconds = _check.real("time", time, unit="s")
-    tracks = {"time": seconds}
-    tracks |= {
+    if np.ndim(readings) != 2 or not np.size(readings):
+        raise GeometryError(f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column")
+    data, seconds = in_order(readings, time)
+    tracks = {
         name: _check.real(name, values, unit="m")
         for name, values in (("position", position), ("press", press))
         if values is not None
@@ -165,13 +164,6 @@ def segment(
     for name, values in tracks.items():
         if values.shape != data.shape[:1]:
             raise GeometryError(f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames")
-    back = np.flatnonzero(np.diff(seconds) < 0)
-    if back.size:
-        i = int(back[0]) + 1
-        seen = f"time[{i}] = {seconds[i]:.6g}"
-        raise InvalidValueError(
-            seen, f"time must not go back (it was {seconds[i - 1]:.6g})", "sort the recording"
-        )
     RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
     z = tracks.get("press")
     found = (

@@ -9,32 +9,27 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import GeometryError, InvalidValueError
+from ..errors import GeometryError
+from ._relaxation_kernel import relax
+from .stage import Stage, in_order
 
-__all__ = ["Relaxation", "RelaxationState", "Relaxed", "beginning", "relaxed", "stream"]
+__all__ = ["Relaxation", "RelaxationState", "Relaxing"]
 
 
 @dataclass(frozen=True, eq=False)
 class RelaxationState:
-    """What is carried from one chunk of a stream to the next; `rows` has shape (3 + terms, n)."""
-
-    rows: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Relaxed:
-    """A stream with relaxation put in or taken off.
+    """What is carried from one batch of a stream to the next.
 
     Parameters
     ----------
-    readings : ndarray, shape (m, n) or (n,)
-        NaN where the reading was not finite.
-    state : RelaxationState
-        For the next chunk.
+    rows : ndarray, shape (3 + terms, n)
+        Of each sensor its rest, the time of its last reading, and what it remembers.
+    time : float
+        Time of the last frame [s].
     """
 
-    readings: FloatArray
-    state: RelaxationState
+    rows: FloatArray
+    time: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +43,9 @@ class Relaxation:
         sensor.
     time : array_like, shape (k,)
         Time constant of each term [s], > 0.
+    rest : array_like, shape () or (n,), optional
+        Readings of the untouched skin: a finger's offsets. The first reading of each sensor if left out. An offset that
+        is wrong by d ends as d / (1 - sum of share): take drift off afterwards, not before (docs/robust.md).
 
     Raises
     ------
@@ -60,13 +58,14 @@ class Relaxation:
     >>> rubber = Relaxation(share=[0.1, 0.05], time=[0.5, 5.0])
     >>> t = np.linspace(0.0, 30.0, 301)
     >>> held = np.where(t < 1.0, 0.0, 2.0)[:, None]
-    >>> felt = rubber.apply(held, t).readings
-    >>> round(float(felt[-1, 0]), 3), bool(np.allclose(rubber.undo(felt, t).readings, held))
+    >>> felt = rubber.apply(held, t)
+    >>> round(float(felt[-1, 0]), 3), bool(np.allclose(rubber.undo(felt, t), held))
     (1.7, True)
     """
 
     share: npt.ArrayLike
     time: npt.ArrayLike
+    rest: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
         time = _check.real(
@@ -77,149 +76,62 @@ class Relaxation:
             raise GeometryError(
                 f"share of shape {share.shape}, time of shape {time.shape}", "one of each a term is needed"
             )
-        _check.real(
-            "the sum of share", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress"
-        )
+        _check.real("share in all", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "share", share)
+        if self.rest is not None:
+            object.__setattr__(self, "rest", _check.real("rest", self.rest))
 
-    def apply(
-        self,
-        readings: npt.ArrayLike,
-        time: npt.ArrayLike,
-        *,
-        rest: npt.ArrayLike | None = None,
-        state: RelaxationState | None = None,
-    ) -> Relaxed:
-        """Readings of an elastic skin as this one would have given them; arguments as those of `undo`."""
-        return self._run(readings, time, rest, state, backwards=False)
+    @property
+    def apply(self) -> Relaxing:
+        """The stage that makes of an elastic skin's readings what this one would have read."""
+        return Relaxing(self, backwards=False)
 
-    def undo(
-        self,
-        readings: npt.ArrayLike,
-        time: npt.ArrayLike,
-        *,
-        rest: npt.ArrayLike | None = None,
-        state: RelaxationState | None = None,
-    ) -> Relaxed:
-        """Readings as an elastic skin would have given them: a touch that is held reads constant.
+    @property
+    def undo(self) -> Relaxing:
+        """The stage that makes of the readings those of an elastic skin: of a touch that is held, constant ones."""
+        return Relaxing(self, backwards=True)
 
-        Causal, frame by frame, and exact where the elastic reading changes linearly from each frame to the next.
-        However a stream is cut into chunks, the results are the same.
 
-        Parameters
-        ----------
-        readings : array_like, shape (m, n) or (n,)
-            Frames in the order of time, or one; NaN is a missing reading.
-        time : array_like, shape (m,) or ()
-            Time of each [s], not decreasing; steps may differ.
-        rest : array_like, optional
-            Readings of the untouched skin: a finger's offsets. The first reading of each sensor if left out. An offset
-            that is wrong by d ends as d / (1 - sum of share): take drift off afterwards, not before (docs/robust.md).
-        state : RelaxationState, optional
-            What the frames before left; `rest` is in it.
+@dataclass(frozen=True, eq=False)
+class Relaxing(Stage[RelaxationState, FloatArray]):
+    """Relaxation put into a stream, or taken off it: `Relaxation.apply` and `Relaxation.undo`.
 
-        Raises
-        ------
-        GeometryError, InvalidValueError
-            Shapes that do not match, times that are not finite or go back.
-        """
-        return self._run(readings, time, rest, state, backwards=True)
+    Causal, frame by frame, and exact where the elastic reading changes linearly from each frame to the next. What comes
+    out are readings of the same shape, NaN where one was not finite.
 
-    def _run(
-        self,
-        readings: npt.ArrayLike,
-        time: npt.ArrayLike,
-        rest: npt.ArrayLike | None,
-        state: RelaxationState | None,
-        *,
-        backwards: bool,
-    ) -> Relaxed:
-        data, clock, frames = stream(readings, time)
-        n = frames.shape[1]
-        share, constants = self._arrays(n)
+    Parameters
+    ----------
+    relaxation : Relaxation
+        How much, and how fast.
+    backwards : bool
+        Whether it is taken off.
+    """
+
+    relaxation: Relaxation
+    backwards: bool
+
+    def step(
+        self, state: RelaxationState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
+    ) -> tuple[RelaxationState, FloatArray]:
+        """Take the next frames of a stream; as `Stage.step`."""
+        data, clock = in_order(readings, time, np.nan if state is None else state.time)
+        n = data.shape[-1]
+        share, constants = np.asarray(self.relaxation.share), np.asarray(self.relaxation.time)
+        wide, rest = share[:, None] if share.ndim == 1 else share, self.relaxation.rest
+        for name, size in (("share", wide.shape[1]), ("rest", np.asarray(rest).size)):
+            if size not in (1, n):
+                raise GeometryError(f"{name} of {size} sensors", f"the readings have {n}")
         if state is None:
-            rows = beginning(frames, rest, constants.size)
+            rows = np.full((3 + constants.size, n), np.nan)
+            rows[0] = np.nan if rest is None else rest
         else:
             rows = state.rows.copy()
-            if rows.shape != (3 + constants.size, n):
-                raise GeometryError(
-                    f"a state of shape {rows.shape}", f"({3 + constants.size}, {n}) is needed"
-                )
-            last = np.nanmax(rows[1]) if np.isfinite(rows[1]).any() else -np.inf
-            if clock.size and clock[0] < last:
-                raise InvalidValueError(
-                    f"time = {clock[0]:.6g} s", f"time must not go back (it was {last:.6g})"
-                )
-            # a sensor that has not been seen yet finds its rest in its first reading
-            fresh = beginning(frames, rest, constants.size)
-            rows[0] = np.where(np.isnan(rows[0]), fresh[0], rows[0])
-        out = relaxed(frames, clock, share, constants, backwards, rows)
-        rows.flags.writeable = False
-        return Relaxed(_check.read_only(out.reshape(data.shape)), RelaxationState(rows))
-
-    def _arrays(self, sensors: int) -> tuple[FloatArray, FloatArray]:
-        share, constants = np.asarray(self.share), np.asarray(self.time)
-        wide = share[:, None] if share.ndim == 1 else share
-        if wide.shape[1] not in (1, sensors):
-            raise GeometryError(
-                f"share of shape {share.shape}",
-                f"it belongs to {wide.shape[1]} sensors; the readings have {sensors}",
-            )
-        return np.ascontiguousarray(np.broadcast_to(wide, (len(wide), sensors))), constants
-
-
-def stream(readings: npt.ArrayLike, time: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Readings, times (m,) and frames (m, n), checked."""
-    data = _check.real("readings", readings, finite=False)
-    seconds = _check.real("time", time, unit="s")
-    if data.ndim not in (1, 2) or not data.shape[-1]:
-        raise GeometryError(f"readings of shape {data.shape}", "one frame a row, one sensor a column")
-    if seconds.shape != data.shape[:-1]:
-        raise GeometryError(
-            f"time of shape {seconds.shape}", f"one for each frame, {data.shape[:-1]}, is needed"
-        )
-    clock = seconds.reshape(-1)
-    back = np.flatnonzero(np.diff(clock) < 0)
-    if back.size:
-        raise InvalidValueError(
-            f"time[{back[0] + 1}] = {clock[back[0] + 1]:.6g} s",
-            "time must not go back",
-            "sort the frames by time",
-        )
-    return data, clock, data.reshape(-1, data.shape[-1])
-
-
-def beginning(frames: FloatArray, rest: npt.ArrayLike | None, terms: int) -> FloatArray:
-    """The state before the first frame, shape (3 + terms, n)."""
-    n = frames.shape[1]
-    rows = np.full((3 + terms, n), np.nan)
-    if rest is None:
-        seen = np.isfinite(frames)
-        first = seen.argmax(axis=0) if len(frames) else np.zeros(n, dtype=np.intp)
-        if len(frames):
-            rows[0] = np.where(seen.any(axis=0), frames[first, np.arange(n)], np.nan)
-    else:
-        level = _check.real("rest", rest)
-        if level.shape not in ((), (n,)):
-            raise GeometryError(
-                f"rest of shape {level.shape}", f"one value, or one for each of the {n} sensors, is needed"
-            )
-        rows[0] = level
-    return rows
-
-
-def relaxed(
-    frames: FloatArray,
-    clock: FloatArray,
-    share: FloatArray,
-    constants: FloatArray,
-    backwards: bool,
-    rows: FloatArray,
-) -> FloatArray:
-    """Frames (m, n) forwards or backwards through the series; `rows`, the state, changes in place."""
-    from ._relaxation_kernel import relax
-
-    out = np.empty(frames.shape)
-    relax(frames, clock, share, constants, backwards, rows, out)
-    return out
+        if rows.shape != (3 + constants.size, n):
+            raise GeometryError(f"a state of shape {rows.shape}", f"({3 + constants.size}, {n}) is needed")
+        out = np.empty(data.shape)
+        wide = np.ascontiguousarray(np.broadcast_to(wide, (constants.size, n)))
+        relax(data.reshape(-1, n), clock, wide, constants, self.backwards, rows, out.reshape(-1, n))
+        rows.flags.writeable = out.flags.writeable = False
+        last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
+        return RelaxationState(rows, last), out

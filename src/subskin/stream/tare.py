@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import chdtri
 
 from .. import _check
 from .._check import FloatArray
@@ -15,6 +17,8 @@ from ..estimate.estimate import Status
 from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
+from . import _tare_kernel as kernel
+from .stage import Stage, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
 
@@ -23,26 +27,38 @@ _STILL = 1e-2  # chance with which noise alone makes a step that stays look as i
 _WRONG = 0.03  # of the largest departure: by so much the finger's model may be wrong in each
 _REACH = 4.0  # depths beyond the row at which a touch is still thought of
 _TOUCHES = (Status.OK, Status.AMBIGUOUS)
+_FAR = 0.5  # of the free skin's reading, and
+_FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of the free skin
 
 
 @dataclass(frozen=True, eq=False)
 class TareState:
-    """All that is carried from one chunk of a stream to the next.
+    """All that is carried from one batch of a stream to the next.
 
     Parameters
     ----------
-    offset, std : ndarray, shape (n,)
-        The offsets and how surely they are known; infinite where none has been seen yet.
-    free : bool
-        Whether the skin was free of contact at the last frame.
-    memory : tuple of ndarray
-        The last frames, sums over them, and clocks.
+    rows : ndarray, shape (10, n)
+        What is known of each sensor: its offset, sums over the last frames, and its last readings.
+    numbers : ndarray, shape (4,)
+        Whether the skin is free, and clocks.
+    frames, time : ndarray, shape (k, n) and (k,)
+        The last `guard` seconds.
     """
 
-    offset: FloatArray
-    std: FloatArray
-    free: bool
-    memory: tuple[FloatArray, ...]
+    rows: FloatArray
+    numbers: FloatArray
+    frames: FloatArray
+    time: FloatArray
+
+    @property
+    def offset(self) -> FloatArray:
+        """The offsets, shape (n,)."""
+        return np.asarray(self.rows[kernel.OFFSET])
+
+    @property
+    def std(self) -> FloatArray:
+        """How surely they are known, shape (n,); infinite where none has been seen yet."""
+        return np.asarray(self.rows[kernel.SPREAD])
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,19 +76,44 @@ class Tared:
         Which frames are free of contact.
     frozen : ndarray of bool, shape (m, n)
         Which sensors have stopped to move at all.
-    state : TareState
-        For the next chunk.
+    own, noise : ndarray, shape (n,)
+        The finger's own offsets, and its noise.
     """
 
     readings: FloatArray
     offset: FloatArray
     free: npt.NDArray[np.bool_]
     frozen: npt.NDArray[np.bool_]
-    state: TareState
+    own: FloatArray
+    noise: FloatArray
+
+    @classmethod
+    def join(cls, parts: Sequence[Tared]) -> Tared:
+        """Successive parts of one stream as one."""
+        joined = {
+            name: join([getattr(part, name) for part in parts])
+            for name in ("readings", "offset", "free", "frozen")
+        }
+        return replace(parts[0], **joined)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What speaks against reading this stream with this finger, in words; nothing, usually."""
+        offset = self.offset.reshape(-1, self.own.size)
+        known = np.isfinite(offset).any(axis=0)
+        if not known.any():
+            return ()
+        free, own = np.nanmedian(offset[:, known], axis=0), self.own[known]
+        far = np.abs(free - own) > np.maximum(_FAR * np.abs(free), _FAR_NOISE * self.noise[known])
+        differs = (
+            f"the free skin reads {free[0]:.4g}, and the finger's offset is {own[0]:.4g}: a finger calibrated on "
+            "presses cut out by segment knows differences, and misreads a stream (docs/robust.md)"
+        )
+        return (differs,) if far.all() else ()
 
 
 @dataclass(frozen=True, eq=False)
-class Tare:
+class Tare(Stage[TareState, Tared]):
     """Follows each sensor's offset while the skin is free, frame by frame, and takes it off.
 
     A scalar Kalman filter a sensor: the standard deviation of its offset grows by `drift` a second, and each free frame
@@ -167,64 +208,28 @@ class Tare:
     @cached_property
     def _limits(self) -> FloatArray:
         """Chi-square that noise exceeds with the chance `false_alarm`, by the number of sensors from 0."""
-        from scipy.special import chdtri
-
         return np.array([np.inf, *chdtri(np.arange(1, len(self.finger.array) + 1), self.false_alarm)])
 
-    def __call__(
-        self, readings: npt.ArrayLike, time: npt.ArrayLike, *, state: TareState | None = None
-    ) -> Tared:
-        """Take the drift off the next frames of a stream.
-
-        However a stream is cut into chunks, the results are the same to the last bit.
-
-        Parameters
-        ----------
-        readings : array_like, shape (m, n) or (n,)
-            Frames in the order of time, or one of them; NaN is a missing reading.
-        time : array_like, shape (m,) or ()
-            Time of each [s], not decreasing; steps may differ.
-        state : TareState, optional
-            What the frames before left; without it the stream begins here.
-
-        Returns
-        -------
-        Tared
-            Fields of shape (m, n) and (m,), or (n,) and ().
-
-        Raises
-        ------
-        GeometryError, InvalidValueError
-            Shapes that do not match, times that are not finite or go back.
-        """
-        from . import _tare_kernel as kernel
-
-        n = len(self.finger.array)
-        data = _check.real("readings", readings, finite=False)
-        seconds = _check.real("time", time, unit="s")
-        if data.ndim not in (1, 2) or data.shape[-1] != n:
-            raise GeometryError(
-                f"readings of shape {data.shape}", f"frames of the {n} sensors, (m, {n}), are needed"
-            )
-        if seconds.shape != data.shape[:-1]:
-            raise GeometryError(
-                f"time of shape {seconds.shape}", f"one for each frame, {data.shape[:-1]}, is needed"
-            )
-        frames, clock = data.reshape(-1, n), seconds.reshape(-1)
-        rows, numbers, tail, tail_time = self._memory(state)
-        back = np.flatnonzero(np.diff(np.concatenate([numbers[kernel.CLOCK :], clock])) < 0)
-        if back.size:
-            raise InvalidValueError(
-                f"time = {clock[back[0]]:.6g} s", "time must not go back", "sort the frames by time"
-            )
-        seen = len(tail)
-        every = np.concatenate([np.empty_like(tail), frames])
-        smooth = np.concatenate([tail, np.empty_like(frames)])
-        clocks = np.concatenate([tail_time, clock])
+    def step(
+        self, state: TareState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
+    ) -> tuple[TareState, Tared]:
+        """Take the drift off the next frames of a stream; as `Stage.step`."""
+        array = self.finger.array
+        n = len(array)
+        before = self._beginning() if state is None else state
+        if before.rows.shape[1] != n:
+            seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
+            raise GeometryError(seen, "they have to match")
+        rows, numbers = before.rows.copy(), before.numbers.copy()
+        data, clock = in_order(readings, time, numbers[kernel.CLOCK], n)
+        frames, first = data.reshape(-1, n), len(before.time)
+        every = np.concatenate([np.empty_like(before.frames), frames])
+        smooth = np.concatenate([before.frames, np.empty_like(frames)])
+        clocks = np.concatenate([before.time, clock])
         offset, frozen = np.empty_like(every), np.zeros(every.shape, dtype=bool)
         free = np.zeros(len(every), dtype=bool)
         options = np.array([self.guard, self.settle, self.patience])
-        at, head, question = seen, 0, False
+        at, head, question = first, 0, False
         while at < len(every):
             at, head, question = kernel.follow(
                 every, clocks, at, head, self._sensors, options, self._limits, rows, numbers,
@@ -232,41 +237,29 @@ class Tare:
             )  # fmt: skip
             if question:
                 self._ask(rows, frozen[at - 1])
-        own = np.asarray(self.finger.array.offset)
-        alive = self.finger.array.live
-        given = np.where(alive, frames - offset[seen:] + own, frames)
-        given[frozen[seen:]] = np.nan
-        memory = (rows, numbers, smooth[head:].copy(), clocks[head:].copy())
-        given = given.reshape(data.shape)
-        parts = [part[seen:].reshape(seconds.shape + part.shape[1:]) for part in (offset, free, frozen)]
-        for part in (given, *parts, *memory):
+        own = np.asarray(array.offset)
+        given = np.where(array.live, frames - offset[first:] + own, frames)
+        given[frozen[first:]] = np.nan
+        left = TareState(rows, numbers, smooth[head:].copy(), clocks[head:].copy())
+        for part in (given, offset, free, frozen, *vars(left).values()):
             part.flags.writeable = False
-        left = TareState(rows[kernel.OFFSET], rows[kernel.SPREAD], bool(numbers[kernel.FREE]), memory)
-        return Tared(given, parts[0], parts[1], parts[2], left)
+        each, shape = data.shape, data.shape[:-1]
+        out = Tared(
+            given.reshape(each), offset[first:].reshape(each), free[first:].reshape(shape),
+            frozen[first:].reshape(each), own, np.asarray(self.noise),
+        )  # fmt: skip
+        return left, out
 
-    def _memory(self, state: TareState | None) -> tuple[FloatArray, ...]:
-        """Copies of the state's arrays, or those of a beginning."""
-        from . import _tare_kernel as kernel
-
+    def _beginning(self) -> TareState:
         n = len(self.finger.array)
-        if state is not None:
-            if state.offset.shape != (n,):
-                raise GeometryError(
-                    f"a state of {state.offset.size} sensors, a finger of {n}", "they have to match"
-                )
-            return tuple(part.copy() for part in state.memory)
         rows, numbers = np.zeros((kernel.ROWS, n)), np.zeros(kernel.NUMBERS)
         rows[kernel.OFFSET], rows[kernel.SPREAD] = self.finger.array.offset, self.known
         rows[[kernel.BASE, kernel.BEFORE, kernel.LAST, kernel.HELD]] = np.nan
         numbers[[kernel.FREE, kernel.QUIET, kernel.CLOCK]] = 1.0, np.inf, np.nan
-        return rows, numbers, np.empty((0, n)), np.empty(0)
+        return TareState(rows, numbers, np.empty((0, n)), np.empty(0))
 
     def _ask(self, rows: FloatArray, frozen: npt.NDArray[np.bool_]) -> None:
         """Is what has lasted a touch? If it cannot be, the offsets in `rows` are changed to what is read now."""
-        from scipy.special import chdtri
-
-        from . import _tare_kernel as kernel
-
         array = self.finger.array
         noise = np.where(array.live, np.asarray(self.noise), 1.0)
         spread, count = rows[kernel.SPREAD], np.maximum(rows[kernel.COUNT], 1)

@@ -13,6 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from ..contact import Contact, LineLoad
 from ..finger import Finger
+from ..stream.relaxation import Relaxation
 
 __all__ = ["Recording", "simulate_recording"]
 
@@ -120,7 +121,8 @@ def simulate_recording(
     which = np.minimum((time / corners[-1]).astype(int), y.size - 1)
     press = stroke * np.interp(time - which * corners[-1], [*corners, corners[-1] + rest], [0, 0, 1, 1, 0, 0])
     load = force * np.clip((press / stroke - _TOUCH) / (1 - _TOUCH), 0.0, None)
-    felt = _relaxed(load, share, relaxation_time * rate)
+    rubber = Relaxation([share], [relaxation_time], rest=0.0)
+    felt = rubber.apply(load[:, None], time)[:, 0]
     array = finger.array
     # drift adds before the range and the resolution do their part
     unbounded = replace(array, low=-np.inf, high=np.inf, resolution=0.0)
@@ -130,17 +132,6 @@ def simulate_recording(
     readings = unbounded.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, offset=0.0)
     return Recording(time, y[which], press, bounds.digitise(readings))
-
-
-def _relaxed(load: FloatArray, share: float, frames: float) -> FloatArray:
-    """The load as the skin passes it on: (1 - share) of it at once, `share` through a high pass of `frames`."""
-    from scipy.signal import lfilter
-
-    decay = np.exp(-1 / frames)
-    steps = np.diff(load, prepend=load[:1])
-    # exact for a load that changes linearly from frame to frame
-    fading = lfilter([(1 - decay) * frames], [1.0, -decay], steps)
-    return np.asarray((1 - share) * load + share * fading)
 
 
 def _measured(

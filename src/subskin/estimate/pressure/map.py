@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray, read_only
+from ..estimate import FrameTable
 from ._operator import Factors
 from .columns import (
     ANGLE,
@@ -44,8 +45,8 @@ def _column(index: int, text: str) -> property:
     return property(get, doc=text)
 
 
-@dataclass(frozen=True, eq=False)
-class PressureMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class PressureMap(FrameTable):
     """The pressure found along the surface in each frame: numbers of shape (...), curves of shape (..., m).
 
     Frames that are not `OK` or `AMBIGUOUS` carry NaN.
@@ -60,8 +61,6 @@ class PressureMap:
         What made it.
     """
 
-    table: FloatArray
-    used: npt.NDArray[np.bool_]
     mapper: _Mapper
 
     normal_force = _column(FORCES, "Normal force [N/m], the pressure's integral.")
@@ -77,11 +76,6 @@ class PressureMap:
     optimality = _column(
         OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
     )
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the batch."""
-        return self.table.shape[:-1]
 
     @property
     def y(self) -> FloatArray:

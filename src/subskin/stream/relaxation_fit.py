@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import ConvergenceError, GeometryError, InvalidValueError
-from .relaxation import Relaxation, beginning, relaxed, stream
+from .relaxation import Relaxation
+from .stage import in_order
 
 __all__ = ["RelaxationFit", "fit_relaxation"]
 
@@ -59,7 +60,7 @@ class RelaxationFit:
         """The same time constants, with each sensor's own shares; the common ones where its own are not known."""
         share = np.asarray(self.relaxation.share)[:, None]
         scale = np.where(np.isfinite(self.scale), self.scale, 1.0)
-        return Relaxation(share * np.clip(scale, 0.0, 0.99 / share.sum()), self.relaxation.time)
+        return replace(self.relaxation, share=share * np.clip(scale, 0.0, 0.99 / share.sum()))
 
 
 def fit_relaxation(
@@ -88,7 +89,7 @@ def fit_relaxation(
     terms : {1, 2, 3}, optional
         Terms of the series.
     rest : array_like, optional
-        As of `Relaxation.undo`.
+        As of `Relaxation`.
 
     Returns
     -------
@@ -106,7 +107,7 @@ def fit_relaxation(
     >>> import numpy as np
     >>> t = np.arange(0.0, 40.0, 0.02)
     >>> touch = 1.0 * ((t > 2.0) & (t < 12.0) | (t > 20.0) & (t < 30.0))
-    >>> felt = Relaxation([0.15], [1.5]).apply(touch[:, None] * [1.0, -0.4], t).readings
+    >>> felt = Relaxation([0.15], [1.5]).apply(touch[:, None] * [1.0, -0.4], t)
     >>> noise = 1e-3 * np.random.default_rng(0).standard_normal(felt.shape)
     >>> found = fit_relaxation(felt + noise, t, [(2.1, 11.9), (20.1, 29.9)], terms=1)
     >>> found.relaxation.share.round(3).tolist(), found.relaxation.time.round(2).tolist(), found.common
@@ -114,7 +115,7 @@ def fit_relaxation(
     """
     if isinstance(terms, bool) or terms not in _TERMS:
         raise InvalidValueError(f"terms = {terms!r}", "1, 2 or 3 terms can be fitted", "terms=2")
-    data, clock, frames = stream(readings, time)
+    data, clock = in_order(readings, time)
     ends = _check.real("held", held, unit="s")
     if data.ndim != 2 or ends.ndim != 2 or ends.shape[1] != 2 or not len(ends):
         raise GeometryError(
@@ -130,7 +131,7 @@ def fit_relaxation(
             f"at least {_FEWEST} frames have to lie in it",
             "leave it out",
         )
-    return _Fit(frames, clock, first, stop, terms, rest).result()
+    return _Fit(data, clock, first, stop, terms, rest).result()
 
 
 class _Fit:
@@ -146,13 +147,14 @@ class _Fit:
         rest: npt.ArrayLike | None,
     ) -> None:
         self.frames, self.clock, self.terms = frames, clock, terms
-        self.rows = beginning(frames, rest, terms)
+        at_rest = Relaxation(np.zeros(1), np.ones(1), rest).undo.step(None, frames, clock)[0].rows[0]
+        self.rest = None if rest is None else at_rest
         self.spans = [slice(a, b) for a, b in zip(first, stop, strict=True)]
         jumps = np.concatenate([np.diff(frames[s], axis=0) for s in self.spans])
         pairs = np.maximum(np.isfinite(jumps).sum(axis=0), 1)
         self.noise = np.sqrt(0.5 * np.nansum(jumps**2, axis=0) / pairs)
         # a sensor that rounds away its noise, or a recording without any
-        moved = np.abs(frames - self.rows[0])
+        moved = np.abs(frames - at_rest)
         largest = float(moved[np.isfinite(moved)].max(initial=0.0))
         if not largest > 0:
             raise ConvergenceError(
@@ -169,10 +171,8 @@ class _Fit:
 
     def left(self, share: FloatArray, constants: FloatArray, sensors: slice = slice(None)) -> FloatArray:
         """What is left of the change in each held stretch, in units of the noise, shape (held frames, sensors)."""
-        part = np.ascontiguousarray(self.frames[:, sensors])
-        rows = self.rows[:, sensors].copy()
-        wide = np.ascontiguousarray(np.broadcast_to(share[:, None], (share.size, part.shape[1])))
-        out = relaxed(part, self.clock, wide, constants, True, rows)
+        rest = None if self.rest is None else self.rest[sensors]
+        out = Relaxation(share, constants, rest).undo(self.frames[:, sensors], self.clock)
         away = []
         for span in self.spans:
             seen = np.isfinite(out[span])
@@ -210,7 +210,7 @@ class _Fit:
         scale, scale_std = (np.array(column) for column in zip(*scales, strict=True))
         before, after = (np.sqrt((self.left(s, constants) ** 2).mean(axis=0)) for s in (np.zeros(k), share))
         return RelaxationFit(
-            Relaxation(share, constants),
+            Relaxation(share, constants, self.rest),
             *(_check.read_only(v) for v in (share_std, time_std, scale, scale_std, before, after)),
         )
 

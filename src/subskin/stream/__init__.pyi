@@ -1,0 +1,18 @@
+from .pipeline import Pipeline
+from .relaxation import Relaxation, RelaxationState, Relaxing
+from .relaxation_fit import RelaxationFit, fit_relaxation
+from .stage import Stage
+from .tare import Tare, Tared, TareState
+
+__all__ = [
+    "Pipeline",
+    "Relaxation",
+    "RelaxationFit",
+    "RelaxationState",
+    "Relaxing",
+    "Stage",
+    "Tare",
+    "TareState",
+    "Tared",
+    "fit_relaxation",
+]
