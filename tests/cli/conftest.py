@@ -3,11 +3,10 @@
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
 
 import pytest
 
-from subskin.cli import main
+from .. import _commands
 
 FINGER = """\
 # a finger of four sensors
@@ -35,15 +34,6 @@ press = { column = "z", unit = "1/320 mm" }
 """
 
 
-@dataclass
-class Run:
-    """What a command did."""
-
-    code: int
-    out: str
-    err: str
-
-
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder with a finger.toml, which is the current one."""
@@ -53,18 +43,9 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def subskin(capsys):
+def subskin():
     """Runs the command line in this process."""
-
-    def run(*arguments):
-        try:
-            code = main([str(a) for a in arguments])
-        except SystemExit as leave:  # argparse
-            code = leave.code or 0
-        text = capsys.readouterr()
-        return Run(code, text.out, text.err)
-
-    return run
+    return _commands.subskin
 
 
 @pytest.fixture

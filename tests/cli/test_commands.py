@@ -322,8 +322,7 @@ class TestLocate:
         subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 57)
         monkeypatch.setattr("subskin.stream.stage.CHUNK", 10)
         assert subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err == ""
-        monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-        assert "57/57" in subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err
+        assert "57/57" in subskin("locate", "finger.toml", "r.csv", "-o", "l.csv", terminal=True).err
 
     def test_no_frames(self, subskin, folder):
         (folder / "r.csv").write_text("p0,p1,p2,p3\n")

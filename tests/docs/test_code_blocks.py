@@ -16,12 +16,15 @@ import doctest
 import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from .._commands import Run, subskin
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(
@@ -88,25 +91,29 @@ def commands(code: str) -> list[tuple[str, str]]:
 
 
 def run_console(block: Block, folder: Path, page: str) -> None:
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    env = {**os.environ, "PATH": path, "COLUMNS": "110", "NO_COLOR": "1", "TERM": "dumb"}
+    """A line that runs `subskin` alone does so in this process, which saves its start; any other in bash."""
     steps = commands(block.code)
     assert steps, f"{page}:{block.line}: a console block needs a line that starts with '$ '"
     for command, expected in steps:
-        done = subprocess.run(
-            ["bash", "-c", command],
-            cwd=folder,
-            env=env,
-            capture_output=True,
-            text=True,
-            timeout=300,
-            check=False,
-        )
+        words = shlex.split(command.replace("\\\n", " "))
+        if words[0] == "subskin" and not set(words) & set("|<>&;"):
+            done = subskin(*words[1:])
+        else:
+            done = in_bash(command, folder)
         where = f"{page}:{block.line}: {command}"
-        assert done.returncode == 0, f"{where}\nexit code {done.returncode}\n{done.stdout}\n{done.stderr}"
+        assert done.code == 0, f"{where}\nexit code {done.code}\n{done.out}\n{done.err}"
         if expected.strip():
-            same = doctest.OutputChecker().check_output(expected, done.stdout, FLAGS)
-            assert same, f"{where}\nexpected\n{expected}\nprinted\n{done.stdout}"
+            same = doctest.OutputChecker().check_output(expected, done.out, FLAGS)
+            assert same, f"{where}\nexpected\n{expected}\nprinted\n{done.out}"
+
+
+def in_bash(command: str, folder: Path) -> Run:
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=folder, env={**os.environ, "PATH": path},
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    return Run(done.returncode, done.stdout, done.stderr)
 
 
 def run_page(text: str, folder: Path, page: str) -> None:

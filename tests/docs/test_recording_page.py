@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from .._commands import subskin
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT.parent / "shared/data/barotact/test_full_20230706_175400.csv"
@@ -35,14 +35,12 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict]:
     lines = re.findall(r"^\$ (subskin (?:.*\\\n)*.*)$", "".join(consoles), re.MULTILINE)
     commands = [shlex.split(line.replace("\\\n", " ")) for line in lines]
     assert [c[1] for c in commands] == ["simulate", "segment", "calibrate", "locate", "calibrate", "locate"]
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     printed = {}
-    for command in commands[1:]:
-        done = subprocess.run(
-            [*command, "--json"], cwd=folder, env={**os.environ, "PATH": path},
-            capture_output=True, text=True, timeout=120, check=True,
-        )  # fmt: skip
-        printed[command[command.index("-o") + 1]] = json.loads(done.stdout)
+    with contextlib.chdir(folder):
+        for command in commands[1:]:
+            done = subskin(*command[1:], "--json")
+            assert done.code == 0, done.err
+            printed[command[command.index("-o") + 1]] = json.loads(done.out)
     return printed
 
 

@@ -1,0 +1,80 @@
+"""What the tests are tried on: every skin, every contact and every transducer, in one table of each.
+
+A new one is added by one line here, and every law of tests/verification/test_contract.py is then tried on it. A contact
+is built by its `side` (-1 mirrors it in y = 0), its half width `a` [m] and the size of its force `p` [N/m], which may
+be a batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+import subskin as ss
+
+A = 1.25e-3  # half width [m], the length scale of all that is built here
+FORCE = 40.0
+MU = 0.6
+SOFT, FIRM, PLAIN = ss.Material(0.4e6, 0.5), ss.Material(3e6, 0.3), ss.Material(0.4e6, 0.3)
+
+SKINS: dict[str, ss.Skin] = {
+    "half plane-0.5": ss.HalfPlane(SOFT),
+    "half plane-0.3": ss.HalfPlane(PLAIN),
+    "half plane-0.0": ss.HalfPlane(ss.Material(0.4e6, 0.0)),
+    "slice-0.5": ss.HalfPlane(SOFT, plane="stress"),
+    "slice-0.3": ss.HalfPlane(PLAIN, plane="stress"),
+    "layer-0.5": ss.Layered(ss.Layer(SOFT, 4 * A)),
+    "layer-0.3": ss.Layered(ss.Layer(PLAIN, 4 * A)),
+    "loose layer": ss.Layered(ss.Layer(SOFT, 4 * A, bond="frictionless")),
+    "epidermis": ss.Layered([ss.Layer(FIRM, 0.4 * A), ss.Layer(SOFT, 3 * A)]),
+    "sliding epidermis": ss.Layered([ss.Layer(FIRM, 0.4 * A, bond="frictionless"), ss.Layer(SOFT, 3 * A)]),
+    "on a half plane": ss.Layered(
+        [ss.Layer(FIRM, 0.4 * A), ss.Layer(SOFT, 2 * A), ss.Layer(ss.Material(1e6, 0.45), A)], base=FIRM
+    ),
+    "round-0.5": ss.Round(SOFT, 8 * A, 4 * A),
+    "round-0.3": ss.Round(PLAIN, 8 * A, 1.5 * A),
+    "thin round": ss.Round(SOFT, 8 * A, 7 * A),
+}
+
+
+def _profile(side: int, a: float, p: np.ndarray | float) -> ss.PressureProfile:
+    nodes, pressure, shear = np.array([[-1.0, -0.4, 0.1, 1.0], [2.0, 9.0, 4.0, 0.0], [0.0, 1.0, -4.0, 0.0]])
+    size = np.expand_dims(0.25 * np.asarray(p) / a, -1)
+    return ss.PressureProfile(a * side * nodes[::side], size * pressure[::side], size * side * shear[::side])
+
+
+CONTACTS: dict[str, Callable[..., ss.Contact]] = {
+    "line": lambda side=1, a=A, p=FORCE: ss.LineLoad(p, 0.4 * side, 0.2e-3 * side),
+    "strip": lambda side=1, a=A, p=FORCE: ss.Strip(p, 0.4 * side, 0.2e-3 * side, half_width=a),
+    "punch": lambda side=1, a=A, p=FORCE: ss.FlatPunch(p, 0.4 * side, 0.2e-3 * side, half_width=a),
+    "wedge": lambda side=1, a=A, p=FORCE: ss.Wedge(p, 0.4 * side, 0.2e-3 * side, half_width=a),
+    "hertz": lambda side=1, a=A, p=FORCE: ss.Hertz(p, 0.4 * side, 0.2e-3 * side, half_width=a),
+    "slip": lambda side=1, a=A, p=FORCE: ss.PartialSlip(
+        p, 0.4 * side, 0.2e-3 * side, half_width=a, friction=MU
+    ),
+    "almost sticks": lambda side=1, a=A, p=FORCE: ss.PartialSlip(
+        p, 1e-6 * side, 0.2e-3 * side, half_width=a, friction=MU
+    ),
+    "pull": lambda side=1, a=A, p=FORCE: ss.Hertz(p, 2.6 * side, 0.0, half_width=a),
+    "tilted": lambda side=1, a=A, p=FORCE: ss.FlatPunch(
+        p, -0.3 * side, 0.2e-3 * side, half_width=a, moment=0.2 * side * a * p
+    ),
+    "profile": lambda side=1, a=A, p=FORCE: _profile(side, a, p),
+    "sum": lambda side=1, a=A, p=FORCE: (
+        ss.Strip(p, 0.3 * side, -a * side, half_width=a)
+        + ss.Hertz(0.25 * np.asarray(p), -0.5 * side, a * side, half_width=0.5 * a)
+    ),
+}
+
+TRANSDUCERS: dict[str, ss.Transducer] = {
+    "normal strain": ss.NormalStrain(),
+    "lateral strain": ss.LateralStrain(),
+    "shear strain": ss.ShearStrain(),
+    "normal stress": ss.NormalStress(),
+    "mean pressure": ss.MeanPressure(),
+    "resistance": ss.VolumeResistance(),
+    "exact resistance": ss.VolumeResistance(exact=True),
+    "energy": ss.EnergyDensity(),
+    "compression": ss.MaxCompressiveStrain(),
+}
