@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import os
@@ -17,6 +18,8 @@ import pytest
 
 import subskin as ss
 from subskin.io.finger_file import load_finger
+
+from .. import _commands
 
 GOALS = """\
 title = "A <finger> & more"
@@ -50,10 +53,31 @@ keep = 1
 """
 
 
+QUICK = re.sub(r"\nfeature.*|\[tolerances\]\n.*\n", "", GOALS)
+"""Nothing that takes long to look at closely."""
+
+
 @pytest.fixture
 def goals(folder):
-    (folder / "goals.toml").write_text(GOALS)
+    (folder / "goals.toml").write_text(QUICK)
     return folder
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """A folder in which two searches ended, one after another program's."""
+    folder = tmp_path_factory.mktemp("design")
+    (folder / "goals.toml").write_text(GOALS)
+    (folder / "two").mkdir()
+    (folder / "two" / "finger_7.toml").write_text("old")
+    (folder / "two" / "finger_mine.toml").write_text("mine")
+    with contextlib.chdir(folder):
+        runs = (
+            _commands.subskin("design", "goals.toml", "-o", "one"),
+            _commands.subskin("design", "goals.toml", "-o", "two", "--workers", 1, "--json"),
+        )
+    assert [(done.code, done.err) for done in runs] == [(0, "")] * 2
+    return folder, *runs
 
 
 class Page(HTMLParser):
@@ -79,21 +103,21 @@ class Page(HTMLParser):
         self.words.append(data)
 
 
-def test_fingers_table_and_report(goals, subskin):
-    done = subskin("design", "goals.toml", "-o", "out")
-    assert (done.code, done.err) == (0, "")
-    out = goals / "out"
-    page = Page((out / "report.html").read_text())
+def test_fingers_table_and_report(searched):
+    folder, done, _ = searched
+    assert "Not met: distance of two touches" in done.out
+    page = Page((folder / "one" / "report.html").read_text())
     text = " ".join(page.words)
     assert page.open == []
     assert page.fetched == []
     assert page.pictures >= 6
     assert "A <finger> & more: a design" in text
     assert "Why these" in text
-    pdf = (out / "report.pdf").read_bytes()
+    assert "No finger within the limits meets every goal" in text
+    pdf = (folder / "one" / "report.pdf").read_bytes()
     assert pdf.startswith(b"%PDF")
     assert len(re.findall(rb"/Type /Page\b", pdf)) >= 4
-    with (out / "designs.csv").open() as file:
+    with (folder / "one" / "designs.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 3 * (4 + 3)  # the widest pitch, 8/3 mm, has room for four sensors only
     assert {row["skin"] for row in rows} == {"silicone"}
@@ -101,46 +125,38 @@ def test_fingers_table_and_report(goals, subskin):
     numbers = r"For finger 1 it is (\S+) mm and (\S+)° on average, (\S+) mm and (\S+)° at its worst"
     said = [float(number) for number in re.search(numbers, text.replace("\xa0", " ")).groups()]
     position, angle = np.meshgrid(np.linspace(-3e-3, 3e-3, 101), np.arctan(0.5) * np.linspace(-1, 1, 41))
-    finger = load_finger(out / "finger_1.toml").finger
+    finger = load_finger(folder / "one" / "finger_1.toml").finger
     found = finger.locate(finger.read(ss.LineLoad(20.0, angle, position)), friction=0.5)
     std = found.std[..., [0, 2]] * [1e3, 180 / np.pi]
     assert said == pytest.approx([*std.mean(axis=(0, 1)), *std.max(axis=(0, 1))], rel=0.02)
 
 
-def test_the_fingers_are_files_like_any_other(goals, subskin):
-    done = subskin("design", "goals.toml", "-o", "out", "--no-report", "--json")
+def test_the_fingers_are_files_like_any_other(searched, subskin, monkeypatch):
+    folder, _, done = searched
+    monkeypatch.chdir(folder)
     best = json.loads(done.out)["fingers"][0]
-    again = subskin("simulate", "out/finger_1.toml", "-o", "readings.csv", "--count", "20", "--seed", "1")
+    again = subskin("simulate", "two/finger_1.toml", "-o", "readings.csv", "--count", "20", "--seed", "1")
     assert again.code == 0, again.err
-    found = subskin("locate", "out/finger_1.toml", "readings.csv", "-o", "found.csv")
+    found = subskin("locate", "two/finger_1.toml", "readings.csv", "-o", "found.csv")
     assert found.code == 0, found.err
-    text = (goals / "out" / "finger_1.toml").read_text()
+    text = (folder / "two" / "finger_1.toml").read_text()
     assert f"count = {best['count']}" in text
     assert f'depth = "{best["depth"] * 1e3:.9g} mm"' in text
     assert best["reasons"][0] in text
-    assert not (goals / "out" / "report.html").exists()
 
 
-def test_the_same_goals_give_the_same_bytes(goals, subskin):
-    for name in ("one", "two"):
-        assert (
-            subskin("design", "goals.toml", "-o", name, "--workers", "1" if name == "one" else "3").code == 0
-        )
+def test_the_same_goals_give_the_same_bytes(searched):
     for file in ("finger_1.toml", "designs.csv", "report.html", "report.pdf"):
-        assert (goals / "one" / file).read_bytes() == (goals / "two" / file).read_bytes(), file
+        assert (searched[0] / "one" / file).read_bytes() == (searched[0] / "two" / file).read_bytes(), file
 
 
-def test_a_finger_of_an_earlier_search_does_not_stay(goals, subskin):
-    (goals / "out").mkdir()
-    (goals / "out" / "finger_7.toml").write_text("old")
-    (goals / "out" / "finger_mine.toml").write_text("mine")
-    assert subskin("design", "goals.toml", "-o", "out", "--no-report").code == 0
-    assert not (goals / "out" / "finger_7.toml").exists()
-    assert (goals / "out" / "finger_mine.toml").read_text() == "mine"
+def test_a_finger_of_an_earlier_search_does_not_stay(searched):
+    assert not (searched[0] / "two" / "finger_7.toml").exists()
+    assert (searched[0] / "two" / "finger_mine.toml").read_text() == "mine"
 
 
 def test_stopped_and_gone_on(goals, subskin):
-    (goals / "long.toml").write_text(GOALS.replace("depths = 3", "depths = 16").replace("= 1000", "= 30000"))
+    (goals / "long.toml").write_text(QUICK.replace("depths = 3", "depths = 16").replace("= 1000", "= 30000"))
     command = [sys.executable, "-m", "subskin", "design", "long.toml", "-o", "out", "--no-report"]
     run = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ}
@@ -176,13 +192,12 @@ def test_a_damaged_row_is_worked_out_again(goals, subskin):
 
 
 def test_goals_that_cannot_be_met_are_said_not_to_be(goals, subskin):
-    text = GOALS.replace('"0.1 mm"\nangle', '"0.1 um"\nangle').replace("feature", "# feature")
-    (goals / "goals.toml").write_text(text)
-    done = subskin("design", "goals.toml", "-o", "out")
+    (goals / "goals.toml").write_text(QUICK.replace('"0.1 mm"\nangle', '"0.1 um"\nangle'))
+    done = subskin("design", "goals.toml", "-o", "out", "--no-report")
     assert done.code == 0
     assert "Not met: error of the place" in done.out
     assert "met  " not in done.out.split("\n")[4]
-    assert "No finger within the limits meets every goal" in (goals / "out" / "report.html").read_text()
+    assert not (goals / "out" / "report.html").exists()
 
 
 def test_the_example_is_printed(subskin):
