@@ -200,7 +200,7 @@ class TestThickness:
     @pytest.mark.parametrize(("skin", "start"), [(LAYER, 20e-3), (ROUND, 6e-3)], ids=["layer", "round"])
     def test_it_is_recovered_with_depth_gain_and_origin(self, skin, start):
         truth = on(skin)
-        drawn_so = on(skin.changed(thickness=start), depth=5e-3, gain=1.0)
+        drawn_so = on(skin.with_(thickness=start), depth=5e-3, gain=1.0)
         found = ss.calibrate(drawn_so, touch(truth, FEW), FEW, fit=("gain", "depth", "origin", "thickness"))
         thickness, depth = value(found, "thickness"), value(found, "depth")
         assert abs(thickness.value - skin.thickness) < 4.5 * thickness.std
@@ -211,13 +211,13 @@ class TestThickness:
         assert found.doubts == ()
 
     def test_one_that_is_off_by_much_is_still_found(self):
-        shallow = on(LAYER.changed(thickness=5.6e-3))  # its base lies just beneath the sensors
+        shallow = on(LAYER.with_(thickness=5.6e-3))  # its base lies just beneath the sensors
         for start in (5.4e-3, 60e-3):
-            drawn_so = on(LAYER.changed(thickness=start))
+            drawn_so = on(LAYER.with_(thickness=start))
             found = ss.calibrate(drawn_so, touch(shallow, FEW), FEW, fit=("gain", "origin", "thickness"))
             assert value(found, "thickness").value == pytest.approx(5.6e-3, abs=2e-6)
 
-    @pytest.mark.parametrize("skin", [LAYER.changed(thickness=7e-3), ROUND], ids=["layer", "round"])
+    @pytest.mark.parametrize("skin", [LAYER.with_(thickness=7e-3), ROUND], ids=["layer", "round"])
     @pytest.mark.parametrize("name", ["depth", "depths"])
     def test_a_depth_is_found_without_leaving_a_thin_skin(self, skin, name):
         truth = on(skin)
@@ -261,7 +261,7 @@ class TestCovariance:
     @pytest.mark.parametrize("name", ["depth", "depths"])
     def test_it_is_the_inverse_fisher_information_of_what_is_reported(self, name):
         depth = [5.2e-3, 5.5e-3, 5.4e-3, 5.1e-3] if name == "depths" else 5.3e-3
-        truth = on(LAYER.changed(poisson=0.45), depth=depth, noise=1e-5)
+        truth = on(LAYER.with_(materials=[ss.Material(0.4e6, 0.45)]), depth=depth, noise=1e-5)
         fit = ("gain", name, "origin", "poisson", "thickness", "position")
         start = on(LAYER)
         found = ss.calibrate(start, touch(truth, FEW), FEW, fit=fit)
@@ -273,7 +273,7 @@ class TestCovariance:
             by = {}
             for p, v in zip(found.parameters, values, strict=True):
                 by.setdefault(p.name, []).append(v)
-            skin = LAYER.changed(poisson=by["poisson"][0]).changed(thickness=by["thickness"][0])
+            skin = LAYER.with_(materials=[ss.Material(0.4e6, by["poisson"][0])], thickness=by["thickness"][0])
             array = ss.SensorArray(y=by["y"], depth=by["depth"], gain=by["gain"])
             return ss.Finger(skin, array).receptive_field(FEW - by["origin"][0])[..., 0]
 
@@ -300,7 +300,7 @@ class TestCovariance:
 
 class TestDoubts:
     def test_a_base_too_deep_to_be_felt(self):
-        truth = on(LAYER.changed(thickness=0.3), noise=1e-3)
+        truth = on(LAYER.with_(thickness=0.3), noise=1e-3)
         found = ss.calibrate(truth, touch(truth, FEW), FEW, fit=("gain", "offset", "origin", "thickness"))
         thickness = value(found, "thickness")
         assert thickness.std > 0.1 * thickness.value
@@ -319,7 +319,7 @@ class TestDoubts:
 
     def test_what_can_hardly_be_told_apart(self):
         # the mean pressure of a thin layer is nearly the same at all depths
-        truth = on(LAYER.changed(thickness=5.6e-3), transducer=ss.MeanPressure(), noise=1e-3)
+        truth = on(LAYER.with_(thickness=5.6e-3), transducer=ss.MeanPressure(), noise=1e-3)
         readings = touch(truth, FEW)
         found = ss.calibrate(truth, readings, FEW, fit=("gain", "depth", "thickness", "origin"))
         names = [p.name for p in found.parameters]

@@ -97,14 +97,6 @@ def test_what_is_not_linear_is_made_so_or_refused():
         spatial_response(finger(ss.EnergyDensity()), 400.0)
 
 
-def test_a_skin_of_another_kind_is_refused():
-    class Other(ss.HalfPlane.__mro__[1]):
-        state = surface_compliance = surface_influence = None
-
-    with pytest.raises(ss.errors.InvalidValueError, match="Other"):
-        spatial_response(ss.Finger(Other(), FINGER.array), 1.0)
-
-
 def test_figure_draws_each_kind_of_sensor_once():
     array = ss.SensorArray(y=[0.0, 1e-3, 2e-3], depth=[2e-3, 2e-3, 1e-3])
     found = spatial_response(ss.Finger(SKIN, array))

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import subskin as ss
 from subskin import design
+from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.io.finger_file import parse_finger
 from subskin.plot import density_figure, finger_section, receptive_fields, response_figure
@@ -125,16 +126,16 @@ def blind(finger):
 
 
 def softer(finger):
-    bump = ss.ParticleOnFlat(half_width=0.4e-3, protrusion=20e-6, flat_half_width=3e-3)
+    bump = ss.pressing.ParticleOnFlat(half_width=0.4e-3, protrusion=20e-6, flat_half_width=3e-3)
     return design.skin_compliance(finger, bump, force=20.0, young=[0.2e6], thickness=[4e-3])
 
 
 def searched(finger):
     goals = design.Goals(
-        touches=TOUCHES, strongest=60.0, accuracy=design.Accuracy(position=0.2e-3), largest_strain=0.3,
-        sensors=(design.SensorKind("gauge", ss.NormalStrain(), noise=5e-5),),
-        skins=(design.SkinChoice("pad", finger.skin),), room=design.Room((4, 5), (1.5e-3, 2.5e-3), 1e-3, 8e-3),
-        effort=design.Effort(depths=2, pitches=2, touches=200),
+        touches=TOUCHES, strongest=60.0, accuracy=Accuracy(position=0.2e-3), largest_strain=0.3,
+        sensors=(SensorKind("gauge", ss.NormalStrain(), noise=5e-5),),
+        skins=(SkinChoice("pad", finger.skin),), room=Room((4, 5), (1.5e-3, 2.5e-3), 1e-3, 8e-3),
+        effort=Effort(depths=2, pitches=2, touches=200),
     )  # fmt: skip
     grid = design.search_grid(goals, workers=1)
     return grid.depths, grid.pitches, grid.values
@@ -146,9 +147,11 @@ TOOLS = {
     "fit": lambda f: f.fit(frames(f), "hertz"),
     "pressure": lambda f: ss.pressure_map(f, frames(f)[0]),
     "contact type": lambda f: ss.decide.contact_type(f, frames(f)[0]),
-    "slip": lambda f: ss.decide.slip(f.locate(frames(f)), 0.6, skin=f.skin, indenter=ss.Cylinder(5e-3)),
+    "slip": lambda f: ss.decide.slip(
+        f.locate(frames(f)), 0.6, skin=f.skin, indenter=ss.pressing.Cylinder(5e-3)
+    ),
     "side angle": lambda f: ss.side_angle(f, frames(f), position=[0.7e-3, -1e-3], half_width=0.8e-3),
-    "blind depth": lambda f: ss.blind_depth(f.skin, 1e-3),
+    "blind depth": lambda f: ss.estimate.blind_depth(f.skin, 1e-3),
     "calibrate": known,
     "calibrate blind": blind,
     "check": design.half_plane_error,
@@ -160,10 +163,10 @@ TOOLS = {
     "two points": lambda f: design.two_point_limen(f, TOUCHES, positions=3, shares=[0.5], angles=1),
     "ridge pitch": design.best_ridge_pitch,
     "ridges": lambda f: design.ridge_gain(f, TOUCH, design.Ridges(1e-3)),
-    "ridges closed": lambda f: design.closing_pressure(f.skin, [1e-3, 2e-3], 2e-5),
+    "ridges closed": lambda f: design.ridges.closing_pressure(f.skin, [1e-3, 2e-3], 2e-5),
     "compliance": softer,
     "search": searched,
-    "press": lambda f: ss.press(f.skin, ss.Cylinder(5e-3), force=30.0, friction=0.5, slide=1e-5),
+    "press": lambda f: ss.press(f.skin, ss.pressing.Cylinder(5e-3), force=30.0, friction=0.5, slide=1e-5),
     "section": lambda f: finger_section(f, TOUCH, f.locate(frames(f)[0])),
     "response drawn": lambda f: response_figure(design.spatial_response(f)),
     "density drawn": lambda f: density_figure(design.sensor_density(f)),
@@ -202,11 +205,11 @@ def test_a_budget_has_all_rows_that_it_has_of_the_skin():
 def test_what_holds_on_a_half_plane_alone_holds_on_its_like():
     y = np.tile(0.5e-3 * np.arange(-3, 4), 2)
     two_rows = ss.SensorArray(y=y, depth=np.repeat([1.6e-3, 2e-3], 7), noise=2e-5)
-    same(lambda f: ss.side_angle_from_gradients(f, f.read(TOUCH), position=0.7e-3), HALF, two_rows)
+    same(lambda f: ss.estimate.side_angle_from_gradients(f, f.read(TOUCH), position=0.7e-3), HALF, two_rows)
     with pytest.raises(InvalidValueError, match="a half plane"):
         design.half_plane_error(ss.Finger(Mine(HALF), ROW))
     with pytest.raises(InvalidValueError, match="a Mine skin"):
-        ss.side_angle_from_gradients(ss.Finger(Mine(LAYER), two_rows), np.zeros(14), position=0.0)
+        ss.estimate.side_angle_from_gradients(ss.Finger(Mine(LAYER), two_rows), np.zeros(14), position=0.0)
 
 
 def test_a_skin_without_with_is_told_which_number_cannot_be_changed():

@@ -183,7 +183,7 @@ class TestABondedLayer:
 
         def model(values, share):
             part = {name: [v for n, v in zip(names, values) if n == name] for name in names}
-            skin = found.finger.skin.changed(thickness=part["thickness"][0])
+            skin = found.finger.skin.with_(thickness=part["thickness"][0])
             load = ss.LineLoad(1.0, position=positions - part["origin"][0])
             fields = [
                 ss.Finger(skin, ss.SensorArray(part["y"], part["depth"], kind)).measure(load)
