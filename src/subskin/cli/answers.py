@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TextIO
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FileError, InvalidValueError, SubskinError
+from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..io.files import check_target
 from ..io.finger_file import FingerFile, load_finger
 from ..io.tables import Table, read_table, write_table
 from ..stream.pipeline import Pipeline
 from ..stream.stage import Stage
-from .common import check_figure, chosen_rows, number, progress_bar, say, show, write_json
+from .common import check_figure, chosen_rows, number, progress_bar, said_of, say, show, write_json
 
 __all__ = [
     "Answers",
@@ -80,32 +79,20 @@ def answers_of(options: argparse.Namespace, prepare: Callable[[FingerFile], Answ
     file, table = load_finger(options.finger), read_table(options.readings)
     rows = chosen_rows(options, len(table)) ^ getattr(options, "skip_used", False)
     readings, time = (table.readings(file.names), None) if options.tare is None else file.frames(table)
-    stages: Mapping[str, Any] = {}
-    with _said_of(options.finger):
+    drift = _drift(options.tare)
+    with said_of(options.finger):
         answer = prepare(file)
         answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows before the first frame
-        if options.tare is not None:
-            stages = file.pipeline(drift=_drift(options.tare)).stages
+        stages = {} if options.tare is None else file.pipeline(drift=drift).stages
     pipeline = Pipeline({**stages, "found": _Chosen(rows, answer)})
-    with _said_of(table.name), progress_bar("frames", len(table)) as advance:
+    with said_of(table.name), progress_bar("frames", len(table)) as advance:
         out = pipeline(readings, time, progress=advance)
     for doubt in out["tare"].doubts if "tare" in out else ():
         print(f"subskin: warning: {doubt}", file=sys.stderr)
     return Answers(file, table, np.flatnonzero(rows), out["found"])
 
 
-@contextmanager
-def _said_of(path: str) -> Iterator[None]:
-    """What is wrong is said with the name of the file that it is wrong with."""
-    try:
-        yield
-    except FileError:
-        raise
-    except SubskinError as error:
-        raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
-
-
-def _drift(text: str) -> float | None:
+def _drift(text: str | None) -> float | None:
     """The value of --tare, which may be left out."""
     try:
         return float(text) if text else None

@@ -24,6 +24,7 @@ __all__ = [
     "number",
     "progress_bar",
     "quantity_range",
+    "said_of",
     "say",
     "show",
     "write_json",
@@ -150,6 +151,19 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
     with bar:
         task = bar.add_task("", total=total)
         yield lambda count=1: bar.advance(task, count)
+
+
+@contextmanager
+def said_of(path: str) -> Iterator[None]:
+    """What is wrong is said with the name of the file that it is wrong with."""
+    from ..errors import FileError, SubskinError
+
+    try:
+        yield
+    except FileError:
+        raise
+    except SubskinError as error:
+        raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
 
 
 def check_figure(path: str, option: str) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .common import add_shared, describe, number, say, show, write_json
+from .common import add_shared, describe, number, said_of, say, show, write_json
 
 if TYPE_CHECKING:
+    from ..io.finger_file import FingerFile
     from ..io.tables import Table
-    from ..stream.presses import Presses, RecordingFormat
+    from ..stream.presses import Presses
 
 _EXAMPLES = """\
   subskin segment finger.toml raw.csv -o presses.csv
@@ -46,44 +47,43 @@ def run(options: argparse.Namespace) -> int:
         fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
         raise FileError(options.finger, "it has no table [recording] that says how to read one", fix)
     table = read_table(options.recording)
-    presses = _segment(options, file.recording, table)
-    columns = _columns(presses, file.recording.sensors)
+    presses = _segment(options, file, table)
+    columns = _columns(presses, file.names)
     if options.out is not None:
         write_table(options.out, columns)
     if options.json:
         write_json({"presses": len(presses), "skipped": presses.skipped, "columns": columns})
         return 0
     out = say(options)
-    print(f"{len(presses)} presses in {len(table)} frames" + _skipped(presses), file=out)
+    skipped = f" ({presses.skipped} left out: no free skin before them)" if presses.skipped else ""
+    print(f"{len(presses)} presses in {len(table)} frames{skipped}", file=out)
     if options.out is None:
-        _show(out, presses, file.recording.sensors)
+        _show(out, presses, file.names)
     return 0
 
 
-def _segment(options: argparse.Namespace, how: RecordingFormat, table: Table) -> Presses:
-    from ..errors import FileError, SubskinError
+def _segment(options: argparse.Namespace, file: FingerFile, table: Table) -> Presses:
+    from ..errors import FileError
     from ..io.units import quantity
     from ..stream.presses import segment
 
     if not len(table):
         raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
+    how: Any = file.recording
     changed = {name: getattr(how, name) for name in ("early", "before", "hold")}
     if options.early is not None:
         changed["early"] = options.early
     for name in ("before", "hold"):
         if getattr(options, name) is not None:
             changed[name] = quantity(getattr(options, name), "s", f"--{name}")
-    readings = table.readings(how.sensors) * how.scale
-    tracks = {}
-    for name in ("time", "position", "press"):
-        column = getattr(how, name)
-        if column is not None:
-            what = f"[recording] {name}"
-            tracks[name] = table.numbers(column.name, finite=True, why=what) * column.scale
-    try:
-        return segment(readings, **tracks, **changed)
-    except SubskinError as error:
-        raise FileError(f"{table.name}: {error.seen}", error.rule, error.fix) from None
+    readings, time = file.frames(table)
+    tracks = {
+        name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale
+        for name in ("position", "press")
+        if (column := getattr(how, name)) is not None
+    }
+    with said_of(table.name):
+        return segment(readings * how.scale, time, **tracks, **changed)
 
 
 def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
@@ -100,10 +100,6 @@ def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
         columns["depth"] = presses.depth
     columns |= {name: presses.reading[:, i] for i, name in enumerate(names)}
     return columns | {f"{name}_std": presses.std[:, i] for i, name in enumerate(names)}
-
-
-def _skipped(presses: Presses) -> str:
-    return f" ({presses.skipped} left out: no free skin before them)" if presses.skipped else ""
 
 
 def _show(out: Any, presses: Presses, names: tuple[str, ...]) -> None:
