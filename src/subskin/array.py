@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,17 @@ from .transducer import NormalStrain, Transducer
 
 __all__ = ["SensorArray"]
 
-_PER_SENSOR = ("depth", "gain", "offset", "noise", "width", "low", "high", "resolution")
+_PER_SENSOR: dict[str, dict[str, Any]] = {
+    "depth": {"unit": "m", "above": 0.0, "fix": "depth is measured into the skin"},
+    "gain": {},
+    "offset": {},
+    "noise": {"at_least": 0.0},
+    "width": {"unit": "m", "at_least": 0.0},
+    "low": {"finite": False},
+    "high": {"finite": False},
+    "resolution": {"at_least": 0.0},
+}
+"""Parameters of which each sensor has its own, and their limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +39,7 @@ class SensorArray:
     Parameters
     ----------
     y : array_like, shape (n,)
-        Places along the surface [m].
+        Positions along the surface [m].
     depth : array_like
         Depths [m], > 0.
     transducer : Transducer or sequence of Transducer, optional
@@ -74,22 +84,11 @@ class SensorArray:
         y = np.atleast_1d(_check.real("y", self.y, unit="m"))
         if y.ndim != 1 or not y.size:
             raise GeometryError(
-                f"y of shape {y.shape}", "one place a sensor is needed, shape (n,)", "y=[-1e-3, 1e-3]"
+                f"y of shape {y.shape}", "one position a sensor is needed, shape (n,)", "y=[-1e-3, 1e-3]"
             )
-        checked = {
-            "depth": _check.real(
-                "depth", self.depth, unit="m", above=0.0, fix="depth is measured into the skin"
-            ),
-            "gain": _check.real("gain", self.gain),
-            "offset": _check.real("offset", self.offset),
-            "noise": _check.real("noise", self.noise, at_least=0.0),
-            "width": _check.real("width", self.width, unit="m", at_least=0.0),
-            "low": _check.real("low", self.low, finite=False),
-            "high": _check.real("high", self.high, finite=False),
-            "resolution": _check.real("resolution", self.resolution, at_least=0.0),
-        }
         object.__setattr__(self, "y", _check.read_only(y))
-        for name, values in checked.items():
+        for name, limits in _PER_SENSOR.items():
+            values = _check.real(name, getattr(self, name), **limits)
             if values.shape not in ((), (1,), y.shape):
                 raise GeometryError(
                     f"{name} of shape {values.shape}",
@@ -107,6 +106,8 @@ class SensorArray:
                 f"one Transducer, or one for each of the {y.size} sensors, is needed",
             )
         object.__setattr__(self, "transducer", kinds)
+        ends = np.isfinite(np.array([self.low, self.high]))
+        object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
 
     @classmethod
     def line(
@@ -118,14 +119,32 @@ class SensorArray:
         transducer: Transducer | Sequence[Transducer] | None = None,
         **parameters: npt.ArrayLike,
     ) -> Self:
-        """`count` sensors at equal `pitch` [m], the row centred at y = `centre` [m].
+        """Sensors in a row at equal distances.
 
-        `depth`, `transducer` and the rest are those of the class.
+        Parameters
+        ----------
+        count : int
+            Number of sensors, >= 1.
+        pitch : float
+            Distance from one to the next [m], > 0.
+        depth : array_like
+            Depths [m], > 0.
+        centre : float, optional
+            Position y of the middle of the row [m].
+        transducer : Transducer or sequence of Transducer, optional
+            What each measures; `NormalStrain` if left out.
+        **parameters
+            The others of the class: `gain`, `offset`, `noise`, `width`, `low`, `high`, `resolution`.
 
         Raises
         ------
-        InvalidValueError
-            count < 1 or pitch <= 0.
+        InvalidValueError, GeometryError
+            count < 1 or pitch <= 0; a parameter out of range.
+
+        Examples
+        --------
+        >>> SensorArray.line(count=3, pitch=2e-3, depth=[1e-3, 2e-3, 1e-3])
+        SensorArray(3 sensors, NormalStrain(), y = -0.002 to 0.002 m, depth = 0.001 to 0.002 m)
         """
         if isinstance(count, bool) or int(count) != count or count < 1:
             raise InvalidValueError(f"count = {count!r}", "a whole number of sensors >= 1 is needed")
@@ -137,6 +156,12 @@ class SensorArray:
     def __len__(self) -> int:
         return len(np.asarray(self.y))
 
+    def __repr__(self) -> str:
+        y, depth = np.asarray(self.y), np.unique(np.asarray(self.depth))
+        kinds = ", ".join(dict.fromkeys(repr(kind) for kind in self.transducers))
+        deep = " to ".join(f"{x:.4g}" for x in dict.fromkeys((depth[0], depth[-1])))
+        return f"SensorArray({len(self)} sensors, {kinds}, y = {y.min():.4g} to {y.max():.4g} m, depth = {deep} m)"
+
     @property
     def transducers(self) -> tuple[Transducer, ...]:
         """The transducer of each sensor."""
@@ -144,31 +169,81 @@ class SensorArray:
 
     @property
     def live(self) -> npt.NDArray[np.bool_]:
-        """Which sensors have a gain; a dead one has gain 0."""
+        """Which sensors have a gain, shape (n,); a dead one has gain 0."""
         return np.asarray(np.asarray(self.gain) != 0)
 
     def select(self, sensors: npt.ArrayLike) -> SensorArray:
-        """The sensors of the given indices, or of a mask, as an array of their own."""
+        """Some of the sensors as an array of their own.
+
+        Parameters
+        ----------
+        sensors : array_like
+            Indices of the sensors, or a mask of shape (n,).
+
+        Examples
+        --------
+        >>> SensorArray.line(count=4, pitch=6e-3, depth=5e-3).select([0, 2]).y.tolist()
+        [-0.009000000000000001, 0.003]
+        """
         index = np.arange(len(self))[np.asarray(sensors)]
         chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
         return replace(self, transducer=tuple(self.transducers[i] for i in index), **chosen)
 
     def digitise(self, measured: FloatArray, rng: np.random.Generator | None = None) -> FloatArray:
-        """Readings (..., n) from the measured quantities: gain, offset, noise (with `rng`), range, resolution."""
-        readings = np.asarray(self.gain) * measured + np.asarray(self.offset)
+        """Readings from measured quantities: gain, offset, noise, range, resolution, in this order.
+
+        Parameters
+        ----------
+        measured : ndarray, shape (..., n)
+            What the transducers measure, in their units.
+        rng : numpy.random.Generator, optional
+            Adds each sensor's noise; without it there is none.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            In the unit of the readings.
+
+        Examples
+        --------
+        >>> array = SensorArray(y=[0.0, 1e-3], depth=2e-3, gain=10.0, offset=1.0, high=5.0, resolution=0.5)
+        >>> array.digitise([0.13, 0.6]).tolist()
+        [2.5, 5.0]
+        """
+        readings: FloatArray = np.asarray(self.gain) * measured + np.asarray(self.offset)
         if rng is not None:
             readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)
-        step = np.asarray(self.resolution)
+        if not self.__dict__["_limited"]:
+            return readings
+        step, low, high = (np.asarray(limit) for limit in (self.resolution, self.low, self.high))
         rounded = np.round(readings / np.where(step > 0, step, 1.0)) * step
         # what lies beyond the range reads as its end, be that a multiple of the resolution or not
-        inside = (readings > self.low) & (readings < self.high)
-        return np.asarray(np.clip(np.where(inside & (step > 0), rounded, readings), self.low, self.high))
+        within = (readings > low) & (readings < high)
+        return np.asarray(np.clip(np.where(within & (step > 0), rounded, readings), low, high))
 
     def usable(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
-        """Which readings, shape (..., n), can be used: finite, within the range, of a live sensor."""
+        """Which readings, shape (..., n), can be used: finite, within the range, of a live sensor.
+
+        Parameters
+        ----------
+        readings : ndarray, shape (..., n)
+            In the unit of the readings.
+
+        Examples
+        --------
+        >>> array = SensorArray(y=[0.0, 1e-3, 2e-3, 3e-3], depth=2e-3, gain=[0.0, 1.0, 1.0, 1.0], high=5.0)
+        >>> array.usable(np.array([1.0, 1.0, np.nan, 5.0])).tolist()
+        [False, True, False, False]
+        """
         return np.asarray(self.inside(readings) & self.live)
 
     def inside(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
-        """Which readings, shape (..., n), are finite and within the range."""
+        """Which readings, shape (..., n), are finite and within the range, be the sensor live or not.
+
+        Parameters
+        ----------
+        readings : ndarray, shape (..., n)
+            In the unit of the readings.
+        """
         within = (readings > np.asarray(self.low)) & (readings < np.asarray(self.high))
         return np.asarray(within & np.isfinite(readings))

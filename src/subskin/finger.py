@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,6 +17,7 @@ from .array import SensorArray
 from .contact import Contact, LineLoad
 from .errors import GeometryError, InvalidValueError
 from .skin.base import Skin
+from .tensor import State
 from .transducer import Transducer
 
 if TYPE_CHECKING:
@@ -30,9 +33,8 @@ class _Group(NamedTuple):
     """Sensors of one transducer and one number of averaging nodes, evaluated together."""
 
     transducer: Transducer
-    sensors: npt.NDArray[np.intp]
-    x: FloatArray  # (k, 1)
-    y: FloatArray  # (k, nodes)
+    sensors: list[int] | slice
+    felt: Callable[[Contact], State]  # at k sensors and their nodes, (k, nodes)
     weights: FloatArray  # (nodes,)
 
 
@@ -94,35 +96,56 @@ class Finger:
                 "a thicker skin or shallower sensors",
             )
 
-    def _groups(self, linear: bool) -> list[_Group]:
+    def __repr__(self) -> str:
+        return f"Finger({self.skin}, {self.array})"
+
+    def __getstate__(self) -> dict[str, object]:
+        return {"skin": self.skin, "array": self.array}  # what is worked out of them stays behind
+
+    @cached_property
+    def _groups(self) -> tuple[tuple[_Group, ...], tuple[_Group, ...]]:
+        """The sensors as they are, and those of their transducers' linear parts."""
+        kinds = self.array.transducers
+        own, linear = self._grouped(kinds), tuple(kind.linear_part for kind in kinds)
+        return own, own if linear == kinds else self._grouped(linear)
+
+    def _grouped(self, kinds: tuple[Transducer, ...]) -> tuple[_Group, ...]:
         a = self.array
         ys, depths, widths = np.asarray(a.y), np.asarray(a.depth), np.asarray(a.width)
         # Gauss-Legendre over the width: the field is analytic within a depth of the sensor, so the error falls
         # geometrically with the number of nodes, at a rate set by width / depth.
         nodes = np.where(widths > 0, np.ceil(8 + 12 * widths / depths), 1).astype(int)
-        kinds = [t.linear_part if linear else t for t in a.transducers]
-        groups: list[_Group] = []
-        for kind in dict.fromkeys(kinds):
-            for count in np.unique(nodes):
-                index = np.array(
-                    [i for i, k in enumerate(kinds) if k == kind and nodes[i] == count], dtype=np.intp
-                )
-                if index.size:
-                    t, w = np.polynomial.legendre.leggauss(int(count))
-                    y = ys[index, None] + 0.5 * widths[index, None] * t
-                    groups.append(_Group(kind, index, depths[index, None], y, 0.5 * w))
-        return groups
+        members: dict[tuple[Transducer, int], list[int]] = {}
+        for i, key in enumerate(zip(kinds, nodes.tolist(), strict=True)):
+            members.setdefault(key, []).append(i)
+        groups = []
+        for (kind, count), index in members.items():
+            t, w = np.polynomial.legendre.leggauss(count)
+            y = ys[index, None] + 0.5 * widths[index, None] * t
+            felt = self.skin.at(depths[index, None], y)
+            groups.append(_Group(kind, slice(None) if len(index) == len(a) else index, felt, 0.5 * w))
+        return tuple(groups)
 
     def measure(self, contact: Contact, *, linear: bool = False) -> FloatArray:
-        """What the transducers measure under `contact`, before gain and offset, shape (..., n).
+        """What the transducers measure under `contact`, before gain and offset.
 
-        With `linear`, each transducer's linear part (`Transducer.linear_part`).
+        Parameters
+        ----------
+        contact : Contact
+            What presses; a batch of shape (...).
+        linear : bool, optional
+            By each transducer's linear part (`Transducer.linear_part`).
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            In the transducers' units.
         """
         out = np.empty((*contact.shape, len(self.array)))
-        wide = contact.expand(2)
-        for group in self._groups(linear):
-            state = self.skin.state(wide, group.x, group.y)
-            out[..., group.sensors] = group.transducer.measure(state) @ group.weights
+        wide = contact.expand(2) if contact.shape else contact
+        for kind, sensors, felt, weights in self._groups[linear]:
+            values = kind.measure(felt(wide))
+            out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
         return out
 
     def read(self, contact: Contact, rng: np.random.Generator | None = None) -> FloatArray:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ._check import FloatArray
 
-__all__ = ["State", "Strain", "Stress", "SurfaceGradient", "Wave"]
+__all__ = ["Deferred", "State", "Strain", "Stress", "SurfaceGradient", "Wave"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +104,25 @@ class State:
         """
         s, e = self.stress, self.strain
         return 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
+
+
+class Deferred(State):
+    """A state whose stress and strain are worked out when they are asked for, by functions of no argument."""
+
+    def __init__(self, stress: Callable[[], Stress], strain: Callable[[], Strain]) -> None:
+        self.__dict__.update(_stress=stress, _strain=strain)
+
+    @cached_property
+    def stress(self) -> Stress:
+        """Stress [Pa]."""
+        made: Stress = self.__dict__["_stress"]()
+        return made
+
+    @cached_property
+    def strain(self) -> Strain:
+        """Strain [-]."""
+        made: Strain = self.__dict__["_strain"]()
+        return made
 
 
 @dataclass(frozen=True, eq=False)

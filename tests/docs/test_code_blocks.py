@@ -5,7 +5,7 @@
 - `pycon` blocks are doctests in that namespace;
 - `console` blocks: each line after `$ ` runs in bash and has to succeed; lines below are what it has to print
   (`...` stands for anything);
-- a `toml` block after `<!-- file: name -->` is written to that file;
+- a block after `<!-- file: name -->` is also written to that file, as every `toml` block has to be;
 - `<!-- not run: reason -->` before a block leaves it out.
 """
 
@@ -130,6 +130,8 @@ def run_page(text: str, folder: Path, page: str) -> None:
         assert block.language in RUN, (
             f"{page}:{block.line}: language {block.language!r} is not one of {RUN | SHOWN}"
         )
+        if block.file:
+            (folder / block.file).write_text(block.code, encoding="utf-8")
         if block.language == "python":
             with contextlib.redirect_stdout(io.StringIO()) as out:
                 exec(compile("\n" * block.line + block.code, page, "exec"), namespace)
@@ -146,7 +148,6 @@ def run_page(text: str, folder: Path, page: str) -> None:
             assert block.file, (
                 f"{page}:{block.line}: say where a toml block belongs: <!-- file: finger.toml -->"
             )
-            (folder / block.file).write_text(block.code, encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", [pytest.param(p, id=str(p.relative_to(ROOT))) for p in PAGES])

@@ -76,7 +76,7 @@ class TestRefusals:
 
     @pytest.mark.parametrize("y", [[], [[0.0, 1.0]]])
     def test_shape_of_positions(self, y):
-        with pytest.raises(ss.errors.GeometryError, match="one place a sensor"):
+        with pytest.raises(ss.errors.GeometryError, match="one position a sensor"):
             ss.SensorArray(y=y, depth=1.0)
 
     def test_range_upside_down(self):

@@ -169,7 +169,7 @@ class TestTypes:
         results += [
             getattr(part, c) for part in (state.stress, state.strain) for c in ("xx", "yy", "zz", "xy")
         ]
-        results += list(vars(contact).values())
+        results += [value for value in vars(contact).values() if isinstance(value, np.ndarray)]
         for result in results:
             with pytest.raises(ValueError, match="read-only"):
                 result[...] = 0.0
@@ -295,7 +295,7 @@ class TestForces:
 
     @pytest.mark.parametrize("bad", [40.0, [1.0, 2.0, 3.0], [1.0, np.nan], "both"])
     def test_components_that_are_not_two_numbers(self, bad):
-        with pytest.raises((ss.InvalidValueError, ss.GeometryError), match="components"):
+        with pytest.raises((ss.errors.InvalidValueError, ss.errors.GeometryError), match="components"):
             ss.LineLoad.of_components(bad)
 
     def test_no_force_makes_nothing(self, build):

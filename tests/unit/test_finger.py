@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -68,6 +71,32 @@ def test_noise_only_with_a_generator():
     noisy = made.read(TOUCH, np.random.default_rng(4)) - made.read(TOUCH)
     assert (noisy != 0).all()
     assert np.abs(noisy).max() < 5e-3
+
+
+def test_what_is_kept_of_a_finger_does_not_travel_with_it():
+    made = finger(width=0.4e-3, transducer=[ss.NormalStrain(), *2 * [ss.MeanPressure()], ss.NormalStrain()])
+    fresh = len(pickle.dumps(made))
+    readings = made.read(TOUCH)
+    assert len(pickle.dumps(made)) == fresh
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(made)).read(TOUCH), readings)
+    np.testing.assert_array_equal(copy.copy(made).read(TOUCH), readings)
+
+
+def test_repr_is_short():
+    text = repr(finger(count=64, noise=1e-3))
+    assert len(text) < 200
+    assert "64 sensors, NormalStrain(), y = -0.04725 to 0.04725 m, depth = 0.002 m" in text
+
+
+def test_a_state_is_worked_out_as_it_is_asked_for():
+    state = SKIN.state(TOUCH, D, [0.0, 1e-3])
+    assert state.strain is state.strain
+    np.testing.assert_array_equal(
+        SKIN.at(D, [0.0, 1e-3])(TOUCH).stress.xx, SKIN.stress(TOUCH, D, [0.0, 1e-3]).xx
+    )
+    for skin in (SKIN, ss.Layered(ss.Layer(ss.Material(E), 2 * D)), ss.Round(ss.Material(E), 4 * D, 2 * D)):
+        with pytest.raises(ss.errors.GeometryError):
+            skin.at(-D, 0.0)(TOUCH)
 
 
 def test_range_and_resolution_reach_the_reading():

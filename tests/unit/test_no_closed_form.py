@@ -138,7 +138,7 @@ def test_a_batch_that_cannot_be_lengthened_is_told():
     class Two(Bare):
         expand = Contact.expand
 
-    with pytest.raises(ss.InvalidValueError, match="a batch of Two"):
+    with pytest.raises(ss.errors.InvalidValueError, match="a batch of Two"):
         ss.Finger(SKINS["half plane"], ss.SensorArray(y=0.0, depth=A)).read(
             Two(ss.Strip([1, 2], half_width=A))
         )

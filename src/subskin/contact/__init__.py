@@ -8,7 +8,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from .base import Contact, ContactSum, ProportionalContact, Spectrum, Transforms, transforms_of
-from .families import Family, contact_of, families, family_of
+from .families import contact_of, families, family_of
 from .hertz import Hertz
 from .line import LineLoad
 from .partial_slip import PartialSlip
@@ -21,7 +21,6 @@ from .wedge import Wedge
 __all__ = [
     "Contact",
     "ContactSum",
-    "Family",
     "FlatPunch",
     "Hertz",
     "LineLoad",

@@ -21,6 +21,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from .._registry import Named
 from ..errors import GeometryError, InvalidValueError
+from .functions import shear_field
 from .quadrature import cauchy
 
 __all__ = ["Contact", "ContactSum", "ProportionalContact", "Spectrum", "Transforms", "transforms_of"]
@@ -46,13 +47,6 @@ class Spectrum(NamedTuple):
 
     p: ComplexArray
     q: ComplexArray
-
-
-def times_depth(z: ComplexArray, derivative: ComplexArray) -> ComplexArray:
-    """The depth times F'; 0 on the surface, where F' grows more slowly than 1/x (save at singular points)."""
-    product = np.asarray(z.imag * derivative)
-    surface = z.imag == 0
-    return np.where(surface, 0.0, product) if surface.any() else product
 
 
 def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> FloatArray:
@@ -289,7 +283,7 @@ class ProportionalContact(Contact):
         angle = _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix)
         self._set("angle", angle)
         self._set("position", _check.real("position", self.position, unit="m"))
-        _check.broadcast(**self._parameters())
+        self._set("_shape", _check.broadcast(**self._parameters()))
         self._set("_components", resolve(self.force, self.angle))
 
     @classmethod
@@ -337,7 +331,8 @@ class ProportionalContact(Contact):
 
     @property
     def shape(self) -> tuple[int, ...]:  # noqa: D102
-        return np.broadcast_shapes(*(a.shape for a in self._parameters().values()))
+        shape: tuple[int, ...] = self.__dict__["_shape"]
+        return shape
 
     @property
     def components(self) -> FloatArray:  # noqa: D102
@@ -358,7 +353,7 @@ class ProportionalContact(Contact):
 
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
         """Im(F + i x F') of `unit_transform`; a subclass replaces it where the two parts cancel."""
-        return np.asarray(f.imag + times_depth(z, df).real, dtype=np.float64)
+        return shear_field(z, f, df)
 
     def transforms(self, z: ComplexArray) -> Transforms:
         """Cauchy transforms at z = y + i x (x >= 0), broadcast against the batch."""
@@ -406,4 +401,5 @@ class ProportionalContact(Contact):
             wide._set(name, _check.read_only(np.broadcast_to(value, shape).reshape(shape + tail)))
         both = np.broadcast_to(self.components, (*shape, 2)).reshape((*shape, *tail, 2))
         wide._set("_components", _check.read_only(both))
+        wide._set("_shape", shape + tail)
         return wide

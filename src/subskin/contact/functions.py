@@ -11,7 +11,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["FAR", "far_shear_field", "gap", "jinc", "log_ratio", "root"]
+__all__ = ["FAR", "far_shear_field", "gap", "jinc", "log_ratio", "root", "shear_field"]
 
 FAR = 40.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
@@ -21,15 +21,17 @@ _NEAREST = 1e-140
 """Nearest [m] that a point comes to an end: its square, and a quotient of it, are still numbers."""
 
 
-def root(z: ComplexArray, a: FloatArray, inset: FloatArray | float = 0.0) -> ComplexArray:
+def root(z: ComplexArray, a: FloatArray, inset: FloatArray | None = None) -> ComplexArray:
     """sqrt(z^2 - b^2), b = a - inset, about z far away; its cut is the contact itself.
 
     Of two principal roots. In their product all parts of the imaginary one are >= 0; the real one is a
     difference that loses the little that matters deep beneath the contact, but re * im = x y.
     """
-    s = np.asarray(np.sqrt(z - a + inset) * np.sqrt(z + a - inset))
-    inside = s.imag > 0
-    s.real = np.where(inside, z.imag * z.real / np.where(inside, s.imag, 1.0), s.real)
+    left, right = z - a, z + a
+    if inset is not None:
+        left, right = left + inset, right - inset
+    s: ComplexArray = np.asarray(np.sqrt(left) * np.sqrt(right))
+    np.divide(z.imag * z.real, s.imag, out=s.real, where=s.imag > 0)
     return s
 
 
@@ -67,6 +69,13 @@ def jinc(x: FloatArray) -> FloatArray:
     from scipy.special import j1
 
     return np.where(x > 0, 2 * j1(x) / np.where(x > 0, x, 1.0), 1.0)
+
+
+def shear_field(z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:
+    """Im(F + i x F'); on the surface Im F, for there F' grows more slowly than 1/x (save at singular points)."""
+    x = z.imag
+    h = np.asarray(f.imag + x * df.real, dtype=np.float64)
+    return h if x.all() else np.where(x == 0, f.imag, h)
 
 
 def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:

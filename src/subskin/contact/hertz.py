@@ -100,7 +100,8 @@ class Hertz(SpreadContact, name="hertz"):
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102
         s = root(z, self._a)
-        return -2 / (z + s), 2 / (s * (z + s))
+        w = z + s
+        return -2 / w, 2 / (s * w)
 
     def unit_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         return jinc(k * self._a)

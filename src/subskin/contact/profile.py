@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
-from .base import Contact, Spectrum, Transforms, times_depth
-from .functions import FAR, far_shear_field, gap, log_ratio
+from .base import Contact, Spectrum, Transforms
+from .functions import FAR, far_shear_field, gap, log_ratio, shear_field
 
 __all__ = ["PressureProfile"]
 
@@ -114,7 +114,7 @@ class PressureProfile(Contact):
         return Transforms(p, dp, q, dq, self._shear_field(z, q, dq))
 
     def _shear_field(self, z: ComplexArray, q: ComplexArray, dq: ComplexArray) -> FloatArray:
-        h = np.array(q.imag + times_depth(z, dq).real)
+        h = shear_field(z, q, dq)
         middle = 0.5 * (self.nodes[..., 0] + self.nodes[..., -1])
         reach = self.nodes[..., -1] - middle
         away = np.broadcast_to(z - middle, h.shape)

@@ -12,9 +12,9 @@ __all__ = ["cauchy"]
 
 # A stretch is mapped to the whole line, t = low + length / (1 + exp(-v)), and summed by the trapezoidal rule. Roots and
 # logarithms at its ends then fade exponentially, and a point z is a pole whose height is pi less the angle under which
-# it sees the stretch: pi/2 or more outside the circle over it (Thales). So the error is exp(-2 pi (pi/2) / step), 1e-16;
-# a point within the circle splits the stretch above it. The last nodes are 1e-28 of the length from its ends: a point at
-# a depth of 1e-13 lengths still sees the traction above it as a plane.
+# it sees the stretch: pi/2 or more outside the circle over it (Thales). So the error is exp(-2 pi (pi/2) / step),
+# 1e-16; a point within the circle splits the stretch above it. The last nodes are 1e-28 of the length from its ends: a
+# point at a depth of 1e-13 lengths still sees the traction above it as a plane.
 _STEP = 0.27
 _V = _STEP * np.arange(-240, 241)
 _SHARE, _REST = 1 / (1 + np.exp(-_V)), 1 / (1 + np.exp(_V))

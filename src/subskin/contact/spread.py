@@ -59,13 +59,16 @@ class SpreadContact(ProportionalContact):
         return [zero if k % 2 else self.SERIES[k // 2] * a**k for k in range(2 * len(self.SERIES) - 1)]
 
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
-        h = np.array(super().unit_shear_field(z, f, df))
-        far = np.broadcast_to(z.real**2 + z.imag**2 > (FAR * self._a) ** 2, h.shape)
-        if far.any() and not self.SERIES:
-            h[far] = cauchy(self.unit_pressure, self.breaks - np.asarray(self.position)[..., None], z)[2][far]
-        elif far.any():
+        h = super().unit_shear_field(z, f, df)
+        far = np.abs(z) > FAR * self._a
+        if not far.any():
+            return h
+        far = np.broadcast_to(far, h.shape)
+        if self.SERIES:
             moments = [np.broadcast_to(m, h.shape)[far] for m in self._unit_moments(self._a)]
             h[far] = far_shear_field(np.broadcast_to(z, h.shape)[far], moments)
+        else:
+            h[far] = cauchy(self.unit_pressure, self.breaks - np.asarray(self.position)[..., None], z)[2][far]
         return h
 
     @property

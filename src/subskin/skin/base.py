@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Self
 
 import numpy as np
@@ -57,6 +57,25 @@ class Skin(ABC):
         SingularPointWarning
             A point of the surface where the stress is infinite; every component in the plane is NaN there.
         """
+
+    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:
+        """The `state` at fixed points as a function of the contact, for many contacts one after the other.
+
+        What depends on the points alone is worked out once, where the skin knows how.
+
+        Parameters
+        ----------
+        x, y : array_like
+            As of `state`.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> felt = ss.HalfPlane(ss.Material(young=0.4e6)).at(x=2e-3, y=[0.0, 1e-3])
+        >>> felt(ss.LineLoad(force=40.0)).strain.xx.round(6).tolist()
+        [-0.023873, -0.011459]
+        """
+        return lambda contact: self.state(contact, x, y)
 
     def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
         """Stress [Pa] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import FloatArray
-from ..contact.base import Contact, times_depth, transforms_of
+from .._check import ComplexArray, FloatArray
+from ..contact.base import Contact, transforms_of
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
+from ..tensor import Deferred, State, Strain, Stress, SurfaceGradient, Wave
 from ._points import blank_singular, complex_points, points, wave_points
 from .base import Materials, Skin
 
@@ -78,11 +80,17 @@ class HalfPlane(Skin):
         return f"a half plane ({self.material})" + (", plane stress" if self.plane == "stress" else "")
 
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
-        fields = _in_blocks(contact, *points(x, y))
-        return State(self._stress(*fields), self._strain(*fields))
+        return self.at(x, y)(contact)
 
-    def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:  # noqa: D102
-        return self._stress(*_in_blocks(contact, *points(x, y)))
+    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
+        xs, ys = points(x, y)
+        z, surface = complex_points(xs, ys), not (xs > 0).all()
+
+        def state(contact: Contact) -> State:
+            fields = _in_blocks(contact, z, surface)
+            return Deferred(partial(self._stress, *fields), partial(self._strain, *fields))
+
+        return state
 
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:
         """Amplitudes under a wave of traction, shape (m, d, 2), as `Skin.wave`.
@@ -196,31 +204,31 @@ def _hat_logarithm(count: int) -> FloatArray:
     return out
 
 
-def _in_blocks(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """`_fields` over all points; a single contact's over blocks of them."""
-    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
-    out: list[FloatArray] = [np.empty(shape) for _ in range(3)]
-    if not contact.shape and x.size > _BLOCK:
-        flat_x, flat_y = x.reshape(-1), y.reshape(-1)
-        flat = [a.reshape(-1) for a in out]
-        for start in range(0, flat_x.size, _BLOCK):
-            block = slice(start, start + _BLOCK)
-            for target, values in zip(flat, _fields(contact, flat_x[block], flat_y[block]), strict=True):
-                target[block] = values
-    else:
-        for target, values in zip(out, _fields(contact, x, y), strict=True):
-            target[...] = values
-    return out[0], out[1], out[2]
+    if contact.shape:
+        _check.broadcast(contact=np.empty(contact.shape), points=z.real)
+    if contact.shape or z.size <= _BLOCK:
+        return _fields(contact, z, surface)
+    flat = z.reshape(-1)
+    out = tuple(np.empty(z.size) for _ in range(3))
+    for start in range(0, z.size, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        for target, values in zip(out, _fields(contact, flat[block], surface), strict=True):
+            target[block] = values
+    return tuple(a.reshape(z.shape) for a in out)
 
 
-def _fields(contact: Contact, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _fields(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        z = complex_points(x, y)
-        t = transforms_of(contact, z)
-        gp, gq = times_depth(z, t.dp), times_depth(z, t.dq)
-        mean = np.asarray((t.q.real - t.p.imag) / np.pi)
-        half = np.asarray((t.q.real - gq.imag - gp.real) / np.pi)
-        xy = np.asarray((gp.imag - t.hq) / np.pi)
-    blank_singular(contact, x, y, mean, half, xy)
+        p, dp, q, dq, hq = transforms_of(contact, z)
+        x = z.imag
+        if surface:  # there F' grows more slowly than 1/x
+            dp, dq = (np.where(x == 0, 0.0, d) for d in (dp, dq))
+        mean = np.asarray((q.real - p.imag) / np.pi)
+        half = np.asarray((q.real - x * dq.imag - x * dp.real) / np.pi)
+        xy = np.asarray((x * dp.imag - hq) / np.pi)
+    if surface:
+        blank_singular(contact, x, z.real, mean, half, xy)
     return mean, half, xy
