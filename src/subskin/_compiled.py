@@ -45,10 +45,13 @@ def compiled(
     """
 
     def wrap(function: Any) -> Any:
-        if nb.config.DISABLE_JIT:
+        if nb.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return function
-        fast, how = False if exact else _FAST, "always" if inline else "never"
-        loop: Any = nb.njit(cache=True, nogil=True, fastmath=fast, error_model="numpy", inline=how)(function)
+        options: dict[str, Any] = {
+            "fastmath": False if exact else _FAST,
+            "inline": "always" if inline else "never",
+        }
+        loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
         changed = max((Path(str(m.__file__)).stat().st_mtime_ns for m in built_on), default=0)
         if any(index.stat().st_mtime_ns < changed for index in _indices(loop)):
             loop.recompile()
@@ -64,6 +67,5 @@ def is_cached(loop: Any) -> bool:
 
 def _indices(loop: Any) -> list[Path]:
     """Numba's index of what it has kept of a loop."""
-    function = loop.py_func
-    module = function.__module__.rsplit(".", 1)[-1]
-    return list(Path(str(loop.stats.cache_path)).glob(f"{module}.{function.__qualname__}-*.nbi"))
+    stem = Path(loop.py_func.__code__.co_filename).stem
+    return list(Path(str(loop.stats.cache_path)).glob(f"{stem}.{loop.py_func.__qualname__}-*.nbi"))

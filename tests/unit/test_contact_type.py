@@ -175,5 +175,5 @@ def test_bad_input_is_told(make, seen):
 def test_the_usual_kinds_are_in_depths():
     skin = ss.HalfPlane(ss.Material(young=1.0))
     tip = ss.Finger(skin, ss.SensorArray(y=[0.0, 1.0, 2.0], depth=[2.0, 3.0, 2.5]))
-    widths = [kind.width for kind in usual_kinds(tip)]
+    widths = [kind.half_width for kind in usual_kinds(tip)]
     np.testing.assert_allclose(widths, 2.0 * np.array([[0, 0], [0.1, 0.35], [0.5, 1.2], [0.5, 1.2]]))

@@ -213,12 +213,12 @@ def test_without_friction_there_is_no_angle_to_be_unsure_of():
 def test_a_known_width_and_no_friction():
     tip = finger(4)
     frame = tip.read(ss.Hertz(40.0, 0.0, 0.3e-3, half_width=DEPTH))
-    known = tip.fit(frame, "hertz", width=(DEPTH, DEPTH), friction=0.0)
+    known = tip.fit(frame, "hertz", half_width=(DEPTH, DEPTH), friction=0.0)
     assert known.unknowns == 2
     assert known.spare == 2
     assert known.force == pytest.approx(40.0, rel=1e-6)
     assert known.std[3] == 0
-    bounded = tip.fit(frame, "hertz", width=(0.2 * DEPTH, 0.6 * DEPTH))
+    bounded = tip.fit(frame, "hertz", half_width=(0.2 * DEPTH, 0.6 * DEPTH))
     assert bounded.half_width == pytest.approx(0.6 * DEPTH, rel=1e-6)
     assert bounded.status == ss.Status.AMBIGUOUS
 
@@ -226,8 +226,8 @@ def test_a_known_width_and_no_friction():
 def test_an_answer_at_the_edge_of_the_search_is_not_sure():
     tip = finger(8)
     for touch, options in (
-        (ss.Hertz(40.0, 0.1, 0.3e-3, half_width=DEPTH), {"width": (0.0, 0.99 * DEPTH)}),
-        (ss.Hertz(40.0, 0.1, 0.3e-3, half_width=0.5 * DEPTH), {"width": (0.51 * DEPTH, DEPTH)}),
+        (ss.Hertz(40.0, 0.1, 0.3e-3, half_width=DEPTH), {"half_width": (0.0, 0.99 * DEPTH)}),
+        (ss.Hertz(40.0, 0.1, 0.3e-3, half_width=0.5 * DEPTH), {"half_width": (0.51 * DEPTH, DEPTH)}),
         (ss.Hertz(40.0, 0.55, 0.3e-3, half_width=0.8 * DEPTH), {"friction": 0.6}),
     ):
         found = tip.fit(tip.read(touch), "hertz", false_alarm=1e-300, **options)
@@ -239,18 +239,18 @@ def test_an_answer_at_the_edge_of_the_search_is_not_sure():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        ({"family": "sphere"}, "one of line, wedge, hertz, strip, punch"),
+        ({"family": "sphere"}, "one of hertz, line, punch, strip, wedge"),
         ({"family": 3}, "subclass of SpreadContact"),
-        ({"family": "hertz", "width": (2e-3, 1e-3)}, "ascending"),
-        ({"family": "hertz", "width": (-1e-3, 1e-3)}, "width"),
-        ({"family": "line", "width": (0.0, 1e-3)}, "it has none"),
+        ({"family": "hertz", "half_width": (2e-3, 1e-3)}, "ascending"),
+        ({"family": "hertz", "half_width": (-1e-3, 1e-3)}, "width"),
+        ({"family": "line", "half_width": (0.0, 1e-3)}, "it has none"),
         ({"family": "hertz", "friction": -1.0}, "friction"),
         ({"family": "hertz", "search": 1e-3}, "two ascending"),
         ({"family": "hertz", "search": (-3.0, 3.0)}, "in metres"),
-        ({"family": "hertz", "width": (0.0, 4.1 * DEPTH)}, "4 depths"),
-        ({"family": "hertz", "width": (0.0, 3.0)}, "4 depths"),
+        ({"family": "hertz", "half_width": (0.0, 4.1 * DEPTH)}, "4 depths"),
+        ({"family": "hertz", "half_width": (0.0, 3.0)}, "4 depths"),
         ({"family": "hertz", "search": "ab"}, "two ascending"),
-        ({"family": "hertz", "width": 1e-3}, "two ascending"),
+        ({"family": "hertz", "half_width": 1e-3}, "two ascending"),
     ],
 )
 def test_what_cannot_be_asked(call, words):
@@ -279,7 +279,7 @@ def test_contacts_of_up_to_four_depths_are_found():
     rng = np.random.default_rng(0)
     a, y = rng.uniform(0.5 * DEPTH, 3.5 * DEPTH, 200), rng.uniform(-DEPTH, DEPTH, 200)
     frames = tip.read(ss.Hertz(np.full(200, 40.0), 0.2, y, half_width=a), rng)
-    found = tip.fit(frames, "hertz", width=(0.0, 4 * DEPTH))
+    found = tip.fit(frames, "hertz", half_width=(0.0, 4 * DEPTH))
     sure = found.status == ss.Status.OK
     assert sure.mean() > 0.9
     assert (np.abs(found.half_width - a)[sure] < 5 * found.std[sure, 3]).mean() > 0.97

@@ -47,7 +47,7 @@ young = "0.1 MPa"
 poisson = 0.45
 thickness = "5 mm"
 [tolerances]
-place = "0.05 mm"
+position = "0.05 mm"
 gain = 0.01
 [search]
 depths = 3
@@ -135,7 +135,10 @@ REFUSED = {
     "tolerance": (GOALS.replace("gain = 0.01", "gian = 0.01"), 'did you mean "gain"'),
     "of a reading": (GOALS.replace("gain = 0.01", "noise = 0.01"), "no such tolerance"),
     "long": (GOALS.replace('span = "6 mm"', "span = 6"), "line 5: [touch] span = 6"),
-    "negative": (GOALS.replace('place = "0.05 mm"', 'place = "-1 mm"'), "line 36: [tolerances] place"),
+    "negative": (
+        GOALS.replace('position = "0.05 mm"', 'position = "-1 mm"'),
+        "line 36: [tolerances] position",
+    ),
     "seed": (GOALS.replace("seed = 7", "seed = -1"), "[search] seed"),
     "friction": (GOALS.replace("friction = 0.5", "friction = -0.5"), "line 4: [touch] friction"),
     "unsure": (GOALS.replace('angle = "3 deg"', "angle = 0.1\nunsure = 2"), "line 9: [accuracy] unsure"),

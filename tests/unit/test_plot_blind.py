@@ -26,7 +26,7 @@ def test_panels_hold_the_calibrations_numbers(found):
     half = np.diff([seg[:, 0] for seg in left.collections[0].get_segments()], axis=1)[:, 0] / 2
     np.testing.assert_allclose(half, [1.959964 * p.std / p.prior for p in found.parameters], rtol=1e-6)
     curves = {line.get_label(): line for line in right.lines if not line.get_label().startswith("_")}
-    assert set(curves) == {"rms error of place", "rms error of angle"}
+    assert set(curves) == {"rms error of position", "rms error of angle"}
     for name, field in (("position", "position"), ("angle", "angle")):
         x, y = curves[f"rms error of {name}"].get_data()
         used = int(found.used.sum())
@@ -43,7 +43,7 @@ def test_normal_touches_have_one_curve(found):
     touch = ss.LineLoad(rng.uniform(50, 200, 40), 0.0, rng.uniform(-2e-3, 2e-3, 40))
     only = ss.calibrate_blind(drawn, drawn.read(touch, rng), friction=0)
     curves = [line.get_label() for line in blind_figure(only).axes[1].lines]
-    assert "rms error of place" in curves
+    assert "rms error of position" in curves
     assert "rms error of angle" not in curves
 
 

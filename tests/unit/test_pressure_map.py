@@ -265,7 +265,7 @@ def test_a_finger_keeps_its_mappers(tip, frames):
         ({"false_alarm": 0}, "false_alarm = 0"),
         ({"step": 1e-3}, "at most 0.0005 m"),
         ({"step": 1e-6}, "at most 4096"),
-        ({"search": (1e-3, 0.0)}, "two ascending places"),
+        ({"search": (1e-3, 0.0)}, "two ascending positions"),
     ],
 )
 def test_options_out_of_range(tip, options, message):

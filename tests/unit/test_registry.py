@@ -56,7 +56,7 @@ def test_a_contact_of_ones_own_is_fitted_decided_and_simulated_by_name(round_tip
     assert '"family": "round_tip"' in capsys.readouterr().out
     with pytest.raises(SystemExit):
         main(["fit", "--help"])
-    assert "hertz, line, punch, round_tip" in capsys.readouterr().out
+    assert "hertz,line,punch,round_tip" in capsys.readouterr().out
 
 
 def test_a_new_contact_is_one_file(tmp_path):

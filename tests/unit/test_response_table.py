@@ -47,10 +47,10 @@ def test_derivatives_are_those_of_the_field(finger):
     table = finger.tabulate((-8e-3, 8e-3))
     y, h = np.linspace(-7e-3, 7e-3, 57), 1e-7
     first = (finger.receptive_field(y + h) - finger.receptive_field(y - h)) / (2 * h)
-    np.testing.assert_allclose(table(y, 1), first, rtol=0, atol=1e-6 * np.abs(first).max())
+    np.testing.assert_allclose(table(y, derivative=1), first, rtol=0, atol=1e-6 * np.abs(first).max())
     h = 1e-5
-    second = (table(y + h, 1) - table(y - h, 1)) / (2 * h)
-    np.testing.assert_allclose(table(y, 2), second, rtol=0, atol=2e-3 * np.abs(second).max())
+    second = (table(y + h, derivative=1) - table(y - h, derivative=1)) / (2 * h)
+    np.testing.assert_allclose(table(y, derivative=2), second, rtol=0, atol=2e-3 * np.abs(second).max())
 
 
 @pytest.mark.parametrize("even", [True, False])

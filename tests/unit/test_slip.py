@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal, norm
 
 import subskin as ss
 from subskin.decide import Friction, SlipVerdict, slip, stick_zone
-from subskin.estimate.estimate import COVARIANCE
+from subskin.estimate.layout import LINE
 
 from ._estimates import estimate
 
@@ -127,7 +127,7 @@ class TestFrames:
     def test_an_infinite_error_is_no_number(self):
         made = estimate(20.0, 5.0)
         table = made.table.copy()
-        table[COVARIANCE + 5] = np.inf
+        table[LINE.covariance + 5] = np.inf
         found = slip(ss.Estimate(table, made.used, made.friction), 0.5)
         assert np.isnan(found.probability)
         assert found.verdict == SlipVerdict.CANNOT_TELL

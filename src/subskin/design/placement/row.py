@@ -124,7 +124,7 @@ def study_row(
     shape = checked_grid(grid)
     amount = int(_check.scalar("samples", samples, at_least=1))
     if steps.ndim != 1:
-        raise GeometryError(f"spacings of shape {steps.shape}", "a list is needed")
+        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed")
     check_span(skin, touches)
     unit_positions, unit_angles = jittered(amount, np.random.default_rng(seed))
     sampled_at = directions_of(touches.cone * (2 * unit_angles - 1))

@@ -137,7 +137,7 @@ def aliasing_error(
     step = _pitch(finger, pitch)
     if step < _DENSEST * row.depth:
         raise InvalidValueError(
-            f"spacing = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
+            f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
         )
     if isinstance(shifts, bool) or int(shifts) != shifts or shifts < 2:
         raise InvalidValueError(f"shifts = {shifts!r}", "a whole number >= 2 is needed", "shifts=16")
@@ -179,7 +179,7 @@ def _pitch(finger: Finger, pitch: float | None) -> float:
     gaps = np.diff(np.sort(np.asarray(finger.array.y)))
     if not gaps.size or not gaps.min() > 0 or np.ptp(gaps) > 1e-9 * gaps.max():
         raise GeometryError(
-            f"sensors at {np.asarray(finger.array.y).tolist()} m", "they are not evenly spaced", "spacing="
+            f"sensors at {np.asarray(finger.array.y).tolist()} m", "they are not evenly spaced", "pitch="
         )
     return float(gaps.mean())
 

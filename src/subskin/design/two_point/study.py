@@ -134,7 +134,7 @@ def two_point_study(
         raise InvalidValueError(f"count = {count!r}", "whole numbers are needed", "count=(3, 4, 6)")
     ratios = np.atleast_1d(_check.real("pitch", pitch, above=0.0))
     if not (np.diff(ratios) > 0).all():
-        raise InvalidValueError(f"spacing = {pitch!r}", "has to ascend", "spacing=(0.25, 0.5, 1.0)")
+        raise InvalidValueError(f"pitch = {pitch!r}", "has to ascend", "pitch=(0.25, 0.5, 1.0)")
     own = float(np.asarray(finger.array.depth).mean())
     depths = np.atleast_1d(_check.real("depth", own if depth is None else depth, unit="m", above=0.0))
     shares = np.atleast_1d(_check.real("noise", noise, above=0.0))

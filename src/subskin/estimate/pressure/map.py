@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray, read_only
+from ...array import SensorArray
 from ..estimate import FrameTable
 from ._operator import Factors
 from .columns import (
@@ -33,6 +34,7 @@ class _Mapper(Protocol):
     """What a map asks of the `PressureMapper` that made it."""
 
     y: FloatArray
+    array: SensorArray
     shear: str
 
     def factors(self, used: npt.NDArray[np.bool_]) -> list[Factors]: ...
