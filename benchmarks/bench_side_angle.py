@@ -80,14 +80,14 @@ def main() -> None:
     count = options.frames
     for sensors, noise in ((5, 1e-3), (9, 1e-3), (5, 1e-2), (9, 1e-2)):
         one, two = row(sensors, noise), pair(noise)
-        one.fit(np.zeros(sensors), width=(0.0, WIDEST))
+        one.fit(np.zeros(sensors), half_width=(0.0, WIDEST))
         for a in WIDTHS:
             angle = rng.uniform(-np.deg2rad(40), np.deg2rad(40), count)
             touch = ss.Hertz(np.ones(count), angle, rng.uniform(-0.5, 0.5, count), half_width=a)
             frames, pairs = one.read(touch, rng), two.read(touch, rng)
             position, off = touch.position, touch.position + KNOWN * rng.normal(size=count)
             ways = {
-                "fit": partial(one.fit, frames, width=(0.0, WIDEST)),
+                "fit": partial(one.fit, frames, half_width=(0.0, WIDEST)),
                 "slope": partial(ss.side_angle, one, frames, position=position, half_width=a),
                 "off": partial(ss.side_angle, one, frames, position=off, half_width=a, position_std=KNOWN),
                 "gradients": partial(ss.estimate.side_angle_from_gradients, two, pairs, position=position),

@@ -36,12 +36,9 @@ def compiled(
 
     Examples
     --------
-    >>> @compiled()
-    ... def total(values):
-    ...     out = 0.0
-    ...     for v in values:
-    ...         out += v
-    ...     return out
+    >>> from subskin.estimate.climb import eliminate
+    >>> eliminate.py_func(2.0, 0.0, 1.0, 80.0, 10.0, 1.0)[:2]  # of `@compiled(inline=True)`
+    (40.0, 10.0)
     """
 
     def wrap(function: Any) -> Any:

@@ -172,7 +172,7 @@ class TestPlaces:
 
     def test_time_that_goes_back(self, refused, written):
         written(TABLE.replace("\n0.20,", "\n0.02,"))
-        assert refused("segment").startswith("t.csv: time[10] = 0.02: time must not go back")
+        assert refused("segment").startswith("t.csv: time[10] = 0.02 s: time must not go back")
 
     def test_no_press(self, refused, written):
         written(TABLE.replace(",300,", ",0,"))

@@ -34,7 +34,7 @@ time = { column = "time", unit = "s" }
 position = { column = "x", unit = "1e-3 mm" }
 press = { column = "z", unit = "1/320 mm" }
 """
-FIT = "gain,depth,origin,poisson,width,place"
+FIT = "gain,depth,origin,poisson,width,position"
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ def test_all_cases_are_there():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["label"])
 def test_roots_forces_and_verdicts(case):
-    b, depth = case["b_pitch"], case["x_depth"]
+    b, depth = case["b_spacing"], case["x_depth"]
     readings = [case["eps1"], case["eps2"], case["eps3"]]
     # The reference puts sensor 1 at +b and the load at -y: our axis reversed, which is the one where y is the
     # load's place.
@@ -44,7 +44,7 @@ def test_roots_forces_and_verdicts(case):
 def test_named_cases_are_named():
     kinds = {}
     for case in CASES:
-        b = case["b_pitch"]
+        b = case["b_spacing"]
         found = three_sensor(
             [case["eps1"], case["eps2"], case["eps3"]], [-b, 0.0, b], case["x_depth"], young=1.0
         )

@@ -28,8 +28,8 @@ def simulated(tip, kinds, count, seed):
         size = int(chosen.sum())
         load = {"force": np.ones(size), "position": rng.uniform(-half, half, size)}
         load["angle"] = rng.uniform(-np.pi / 4, np.pi / 4, size)
-        if kind.width[1]:
-            load["half_width"] = rng.uniform(*kind.width, size)
+        if kind.half_width[1]:
+            load["half_width"] = rng.uniform(*kind.half_width, size)
         readings[chosen] = tip.read(CLASSES[kind.family](**load), rng)
     return readings, truth
 
@@ -41,7 +41,7 @@ def integral(tip, kind, frame, positions, widths, angles, span=None):
     w = frame / np.asarray(tip.array.noise)
     high = []
     for a in widths:
-        more = {"half_width": a} if kind.width[1] else {}
+        more = {"half_width": a} if kind.half_width[1] else {}
         columns = [
             tip.read(CLASSES[kind.family](force=1.0, angle=angle, position=positions, **more))
             / np.asarray(tip.array.noise)
@@ -71,7 +71,7 @@ def test_evidence_is_the_integral_where_readings_tell_little():
     compared = []
     for frame, evidence in zip(readings, said.log_evidence, strict=True):
         exact = np.array(
-            [integral(tip, k, frame, positions, np.linspace(*k.width, 21), angles) for k in SMALL]
+            [integral(tip, k, frame, positions, np.linspace(*k.half_width, 21), angles) for k in SMALL]
         )
         if np.isfinite(evidence).all() and abs(exact[0] - exact[1]) < 9:
             compared.append([evidence[0] - evidence[1], exact[0] - exact[1]])
@@ -96,7 +96,7 @@ def test_evidence_is_the_integral_where_readings_tell_much():
     said = contact_type(tip, frame, kinds, search=(-0.75, 0.75))
     exact = []
     for k in kinds:
-        best = tip.fit(frame, k.family, search=(-0.75, 0.75), width=k.width)
+        best = tip.fit(frame, k.family, search=(-0.75, 0.75), half_width=k.half_width)
         position, lean, width = (
             np.linspace(value - reach * std, value + reach * std, count)
             for value, std, reach, count in (
@@ -105,7 +105,7 @@ def test_evidence_is_the_integral_where_readings_tell_much():
                 (float(best.half_width), float(best.std[3]), 8, 61),
             )
         )
-        share = (width[-1] - width[0]) / (k.width[1] - k.width[0])
+        share = (width[-1] - width[0]) / (k.half_width[1] - k.half_width[0])
         exact.append(integral(tip, k, frame, position, width, lean) + np.log(share))
     np.testing.assert_allclose(np.diff(said.log_evidence), np.diff(exact), atol=0.01)
     assert np.ptp(exact) > 1
@@ -120,7 +120,7 @@ def test_evidence_without_friction(noise):
     said = contact_type(tip, frame, kinds, search=(-1.2, 1.2), friction=0.0)
     exact = []
     for kind in kinds:
-        best = tip.fit(frame, kind.family, search=(-1.2, 1.2), width=kind.width, friction=0.0)
+        best = tip.fit(frame, kind.family, search=(-1.2, 1.2), half_width=kind.half_width, friction=0.0)
         y, a = float(best.position), float(best.half_width)
         positions = np.linspace(y - 8 * float(best.std[0]), y + 8 * float(best.std[0]), 301)
         spread = 8 * float(best.std[3])

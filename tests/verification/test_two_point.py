@@ -199,7 +199,7 @@ def test_the_power_is_as_promised(count, pitch, against, angle):
         readings = finger.measure(contact) + 1e-3 * rng.standard_normal((frames, count))
         if against == "point":
             return np.mean(finger.locate(readings, **options).status == ss.Status.UNEXPLAINED)
-        tried = finger.fit(readings, "hertz", width=(0.0, 2.5), **options)
+        tried = finger.fit(readings, "hertz", half_width=(0.0, 2.5), **options)
         return np.mean(tried.status == ss.Status.UNEXPLAINED)
 
     told = np.argwhere(np.isfinite(found.separation))

@@ -50,10 +50,10 @@ class Spectrum(NamedTuple):
 
 
 def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> FloatArray:
-    """N = P cos(angle) and T = P sin(angle), shape (..., 2)."""
+    """N = P cos(angle) and T = P sin(angle), shape (..., 2); at a right angle N is 0, which cos(pi/2) is not."""
     p, alpha = np.asarray(force, dtype=np.float64), np.asarray(angle, dtype=np.float64)
     both = np.empty((*np.broadcast_shapes(p.shape, alpha.shape), 2))
-    np.multiply(p, np.cos(alpha), out=both[..., 0])
+    np.multiply(p, np.where(np.abs(alpha) == np.pi / 2, 0.0, np.cos(alpha)), out=both[..., 0])
     np.multiply(p, np.sin(alpha), out=both[..., 1])
     return _check.read_only(both)
 

@@ -154,7 +154,7 @@ class Layered(Skin):
     def __str__(self) -> str:
         loose = {"bonded": "", "frictionless": ", sliding"}
         layers = [f"{1e3 * e.thickness:.6g} mm ({e.material}{loose[e.bond]})" for e in self.stack]
-        return f"{' and '.join(layers)} on a {'rigid base' if self.base is None else HalfPlane(self.base)}"
+        return f"{' and '.join(layers)} on {'a rigid base' if self.base is None else HalfPlane(self.base)}"
 
     @cached_property
     def modes(self) -> _modes.Stack:
