@@ -154,25 +154,28 @@ def polar_covariance(components: FloatArray, covariance: FloatArray) -> FloatArr
     components (..., d + 1); covariance (..., k, k), k >= 2 d + 1: what comes after the components stays as it is.
     """
     d = components.shape[-1] - 1
-    turn = np.zeros((*components.shape[:-1], covariance.shape[-1], covariance.shape[-1]))
-    turn[...] = np.eye(covariance.shape[-1])
+    turn = np.empty((*components.shape[:-1], d + 1, d + 1))
     normal, along = components[..., 0], components[..., 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         if d == 1:
             force = np.hypot(normal, along)
             cos, sin = normal / force, along / force
-            turn[..., 1, 1], turn[..., 1, 2] = cos, sin
-            turn[..., 2, 1], turn[..., 2, 2] = -sin / force, cos / force
+            turn[..., 0, 0], turn[..., 0, 1] = cos, sin
+            turn[..., 1, 0], turn[..., 1, 1] = -sin / force, cos / force
         else:
             across = components[..., 2]
             drag = np.hypot(along, across)
             force = np.hypot(normal, drag)
-            turn[..., 2, 2:5] = components / force[..., None]
-            turn[..., 3, 2] = -drag / force**2
-            turn[..., 3, 3], turn[..., 3, 4] = (normal * t / (drag * force**2) for t in (along, across))
-            turn[..., 4, 2] = 0.0
-            turn[..., 4, 3], turn[..., 4, 4] = -across / drag**2, along / drag**2
-        return np.asarray(turn @ covariance @ np.swapaxes(turn, -1, -2))
+            turn[..., 0, :] = components / force[..., None]
+            turn[..., 1, 0] = -drag / force**2
+            turn[..., 1, 1], turn[..., 1, 2] = (normal * t / (drag * force**2) for t in (along, across))
+            turn[..., 2, 0] = 0.0
+            turn[..., 2, 1], turn[..., 2, 2] = -across / drag**2, along / drag**2
+        # only the components turn: what is infinite elsewhere stays there
+        out, forces = np.array(covariance), slice(d, 2 * d + 1)
+        out[..., forces, :] = turn @ covariance[..., forces, :]
+        out[..., :, forces] = out[..., :, forces] @ np.swapaxes(turn, -1, -2)
+    return out
 
 
 def _array(name: str, value: npt.ArrayLike) -> FloatArray:
