@@ -8,6 +8,7 @@ import random
 import resource
 import signal
 import sys
+import tempfile
 import time
 from collections import Counter
 from contextlib import suppress
@@ -91,7 +92,10 @@ def child(pipe, tree: Path, tests: list[str], budget: float) -> None:
         del sys.modules[name]  # the tree's own is to be loaded
     sys.path.insert(0, str(tree / "src"))
     sys.dont_write_bytecode = False  # or each fork translates all tests again
-    os.environ["PYTHONPATH"] = str(tree / "src")
+    os.environ.update(
+        PYTHONPATH=str(tree / "src"), TMPDIR=str(tree.parent)
+    )  # what they leave goes with the copy
+    tempfile.tempdir = None
     options = ["-x", "-q", "--assert=plain", "-p", "no:cacheprovider", f"--rootdir={tree}"]
     os._exit(int(pytest.main([*options, *tests], plugins=[Watch(pipe, tests, budget)])))
 

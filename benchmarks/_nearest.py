@@ -59,7 +59,10 @@ class Nearest:
                     self.who[(path, word) if word in local else word].add((path, name))
 
     def tests(self, path: Path, line: int, most: int) -> list[str]:
-        """Tests as pytest names them, most interested first; one in a file that is interested counts for more."""
+        """Tests as pytest names them, most interested first; those that start processes last.
+
+        One counts for more in a file that is interested, and in one that is named like the file or folder of the line.
+        """
         text = path.read_text()
         made = [part for node in ast.parse(text).body for part in parts(node)]
         around = [name for name, node in made if node.lineno <= line <= node.end_lineno]
@@ -79,7 +82,9 @@ class Nearest:
                 if name.split(".")[-1].startswith("test_"):
                     score[at, name] += share
                     files[at] += share
-        order = sorted(score, key=lambda one: (-score[one] * files[one[0]], one))
+        slow, about = self.who["subprocess"], {word.strip("_") for word in path.with_suffix("").parts[-3:]}
+        near = {at: share * 9 ** sum(word in at.stem for word in about) for at, share in files.items()}
+        order = sorted(score, key=lambda one: (one in slow, -score[one] * near[one[0]], one))
         doctests = [(path, "")] if ">>> " in text else []
         ids = [
             (at.relative_to(self.tree), *filter(None, name.split("."))) for at, name in [*doctests, *order]

@@ -1,6 +1,6 @@
 """How many small faults the tests would notice: a random sample of mutants, each against the tests nearest to it.
 
-    python benchmarks/study_mutants.py [--minutes 20] [--seed 1] [--budget 10] [--tree FOLDER] [--json FILE]
+    python benchmarks/study_mutants.py [--minutes 20] [--seed 1] [--budget 20] [--tree FOLDER] [--json FILE]
 
 Lines are drawn at random, none twice, from the rooms of physics and of statuses and from all compiled code. Each gets
 one fault, made by an operator of cosmic-ray (`pip install -e ".[study]"`). Left out are faults that change nothing
@@ -126,7 +126,7 @@ def score(counts: Counter) -> list[str]:
 
 def main() -> None:
     """Copy, draw and judge until the time is up; then the tables."""
-    args = arguments(__doc__, minutes=20, seed=1, budget=10, tree=Path(__file__).resolve().parents[1])
+    args = arguments(__doc__, minutes=20, seed=1, budget=20, tree=Path(__file__).resolve().parents[1])
     if not importlib.util.find_spec("cosmic_ray"):
         print('cosmic-ray is not installed: pip install -e ".[study]"')
         return
