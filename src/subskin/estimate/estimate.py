@@ -205,7 +205,7 @@ class Estimate(_Found, FrameTable):
 
     @property
     def covariance(self) -> FloatArray:
-        """Of (position [m], force [N/m], angle [rad][, half width [m]]): inverse Fisher information, (..., k, k)."""
+        """Inverse Fisher information of position [m], force [N/m], angle [rad] and half width [m], (..., k, k)."""
         return polar_covariance(self.components, self.table[..., self.layout.square])
 
     @property
