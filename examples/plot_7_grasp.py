@@ -25,7 +25,7 @@ from subskin.plot.style import (
 rubber = ss.Material(young=0.4e6)
 row = ss.SensorArray.line(count=8, pitch=1e-3, depth=2e-3, noise=1e-4)
 finger = ss.Finger(ss.HalfPlane(rubber), row)
-fitter = {"family": "hertz", "friction": 2.0, "width": (0.2e-3, 1.6e-3)}
+fitter = {"family": "hertz", "friction": 2.0, "half_width": (0.2e-3, 1.6e-3)}
 BOUND = 1e-3
 
 # %%
