@@ -30,6 +30,7 @@ from pathlib import Path
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
 os.environ.pop("NUMBA_CACHE_DIR", None)  # compiled code is kept beside its source, and so comes with the copy
 
+from rich.markup import escape
 from scipy.stats import binomtest
 
 from _common import arguments, show
@@ -146,7 +147,7 @@ def main() -> None:
             where = f"{mutant.path.relative_to(tree / 'src/subskin')}:{mutant.line}"
             kind = study.room(mutant.path) + (", compiled" if "numba" in mutant.text else "")
             rooms.setdefault(kind, Counter())[verdict] += 1
-            survivors += [[where, mutant.change, str(passed)]] if verdict == "survived" else []
+            survivors += [[where, escape(mutant.change), str(passed)]] if verdict == "survived" else []
             took, left = time.monotonic() - begun, max(0, end - time.monotonic()) / 60
             by = f"by {test}" if verdict != "survived" else f"{passed} tests"
             said = f"{number:3}  {verdict} in {took:.0f} s, {left:.1f} min left  {where}  {mutant.change}  ({by})"
