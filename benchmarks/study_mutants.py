@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import shutil
 import signal
 import sys
@@ -42,7 +43,8 @@ if importlib.util.find_spec("cosmic_ray"):
 
 # A room that a tree lacks is passed over: trees from before and after a move can be compared.
 PHYSICS = {"material", "tensor", "field", "load", "contact", "skin", "transducer", "array", "pressing"}
-ROOMS = PHYSICS | {"receptive_field", "response", "estimate", "calibrate", "decide"}
+ROOMS = PHYSICS | {"receptive_field", "response", "estimate", "calibrate", "calibration", "decide"}
+KERNEL = re.compile(r"^ *@(\w+\.)?(njit|_?compiled)\b", re.MULTILINE)
 TESTS, SLOW = 40, 2.0  # the nearest for each mutant; those that have taken longer come last [s]
 
 
@@ -58,7 +60,7 @@ class Study:
     def files(self) -> list[Path]:
         """Those of the rooms, and those that numba compiles."""
         files = sorted((self.tree / "src").rglob("*.py"))
-        return [path for path in files if self.room(path) in ROOMS or "numba" in path.read_text()]
+        return [path for path in files if self.room(path) in ROOMS or KERNEL.search(path.read_text())]
 
     def room(self, path: Path) -> str:
         """The folder or file directly under src/subskin."""
@@ -145,7 +147,7 @@ def main() -> None:
                 break
             verdict, test, passed = study.judge(mutant)
             where = f"{mutant.path.relative_to(tree / 'src/subskin')}:{mutant.line}"
-            kind = study.room(mutant.path) + (", compiled" if "numba" in mutant.text else "")
+            kind = study.room(mutant.path) + (", compiled" if KERNEL.search(mutant.text) else "")
             rooms.setdefault(kind, Counter())[verdict] += 1
             survivors += [[where, escape(mutant.change), str(passed)]] if verdict == "survived" else []
             took, left = time.monotonic() - begun, max(0, end - time.monotonic()) / 60
@@ -157,6 +159,7 @@ def main() -> None:
         rows.append(["all", *score(sum(rooms.values(), Counter()))])
         columns = ["room", "mutants", "killed", "timed out", "survived", "noticed", "95 % interval"]
         show(f"Mutants of random lines, seed {args.seed}, {args.minutes} min", columns, rows, args.json)
+    if survivors:
         show("Survivors", ["line", "change", "tests passed"], survivors, args.json)
 
 
