@@ -4,7 +4,9 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
+ifndef LANES
 .NOTPARALLEL:
+endif
 .DEFAULT_GOAL := help
 
 PYTHON ?= python3
@@ -23,7 +25,9 @@ help: ## show this list
 demo: $(BASE) ## the main job on a simulated recording: segment, calibrate, locate; writes out/demo
 	@PATH="$(CURDIR)/$(BIN):$$PATH" bash examples/demo.sh out/demo
 
-test: lint types docs check ## everything: lint, types, the docs without warnings, all tests (what .ci/run runs)
+# Types and docs keep one core busy at most: they run beside the tests.
+test: $(DEV) ## everything: lint, types, the docs without warnings, all tests (what .ci/run runs)
+	@$(MAKE) --no-print-directory --jobs=2 LANES=2 check lint types docs
 
 lint: $(DEV) ## ruff: rules and layout
 	$(BIN)/ruff check .
@@ -33,7 +37,7 @@ types: $(DEV) ## mypy, strict, over src
 	$(BIN)/mypy
 
 check: $(DEV) ## pytest: unit, verification, validation, command line, doctests, code blocks of the docs
-	$(BIN)/pytest -q -n $(JOBS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -q -n $(JOBS) --dist worksteal
 
 docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warning is an error
 	$(BIN)/sphinx-build -W --keep-going -q -j $(JOBS) -b html docs docs/_build/html

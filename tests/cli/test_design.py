@@ -5,18 +5,14 @@ from __future__ import annotations
 import contextlib
 import csv
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.design.placement import study_row
 from subskin.io.finger_file import load_finger
 
 from .. import _commands
@@ -155,28 +151,28 @@ def test_a_finger_of_an_earlier_search_does_not_stay(searched):
     assert (searched[0] / "two" / "finger_mine.toml").read_text() == "mine"
 
 
-def test_stopped_and_gone_on(goals, subskin):
-    (goals / "long.toml").write_text(QUICK.replace("depths = 3", "depths = 16").replace("= 1000", "= 30000"))
-    command = [sys.executable, "-m", "subskin", "design", "long.toml", "-o", "out", "--no-report"]
-    run = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ}
-    )
-    rows = goals / "out" / "search"
-    end = time.monotonic() + 100
-    while time.monotonic() < end and not list(rows.glob("*.npz")) and run.poll() is None:
-        time.sleep(0.01)
-    run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=60)
-    kept = len(list(rows.glob("*.npz")))
-    assert run.returncode == 130, (out, err)
-    assert 1 <= kept < 16
-    assert err == (
-        f"subskin: stopped; {kept} rows are kept in out/search, the same command goes on from there\n"
-    )
+def test_stopped_and_gone_on(goals, subskin, monkeypatch):
+    """By Ctrl-C in the third of six rows."""
+    (goals / "long.toml").write_text(QUICK.replace("depths = 3", "depths = 6"))
+    rows, seen = goals / "out" / "search", []
+
+    def stopped(*arguments, **more):
+        seen.append(arguments)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+        return study_row(*arguments, **more)
+
+    with monkeypatch.context() as patched:
+        patched.setattr("subskin.design.search.grid.study_row", stopped)
+        done = subskin("design", "long.toml", "-o", "out", "--no-report", "--workers", 1)
+    kept = {file: file.stat().st_mtime_ns for file in rows.glob("*.npz")}
+    assert done.code == 130
+    assert 2 <= len(kept) < 6
+    said = f"subskin: stopped; {len(kept)} rows are kept in out/search, the same command goes on from there\n"
+    assert done.err == said
     assert not (goals / "out" / "designs.csv").exists()
-    kept_files = {file: file.stat().st_mtime_ns for file in rows.glob("*.npz")}
     assert subskin("design", "long.toml", "-o", "out", "--no-report").code == 0
-    assert {file: file.stat().st_mtime_ns for file in kept_files} == kept_files  # not written again
+    assert {file: file.stat().st_mtime_ns for file in kept} == kept  # not written again
     assert subskin("design", "long.toml", "-o", "whole", "--no-report").code == 0
     for file in ("finger_1.toml", "designs.csv"):
         assert (goals / "out" / file).read_bytes() == (goals / "whole" / file).read_bytes()

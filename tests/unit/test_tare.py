@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -216,9 +216,9 @@ def test_a_hundred_thousand_frames_take_well_under_a_second():
     raw = stream(tip, time, presses(time))
     tare = ss.Tare(tip)
     tare(raw[:100], time[:100])
-    begin = perf_counter()
+    begin = process_time()
     tare(raw, time)
-    assert perf_counter() - begin < 0.5
+    assert process_time() - begin < 0.5
 
 
 def test_without_a_linear_transducer_there_is_still_drift_to_follow():

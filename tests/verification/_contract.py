@@ -26,30 +26,22 @@ PAIRS = [
 ONCE = list(zip(SKINS, cycle(CONTACTS)))  # each at least once, where a law is not about skins and contacts
 
 
-def layers(skin):
-    """(thickness, material, bond to what lies beneath) from the surface down; the last may be infinitely thick."""
-    stack = getattr(skin, "stack", None)
-    if stack is None:
-        return [(skin.thickness, skin.single_material, "bonded")]
-    base = [] if skin.base is None else [(np.inf, skin.base, "bonded")]
-    return [(layer.thickness, layer.material, layer.bond) for layer in stack] + base
-
-
 def interfaces(skin):
-    """Depths between which the field is smooth: the surface, what lies between two layers, and a rigid base."""
-    depths = np.cumsum([0.0, *(thickness for thickness, _, _ in layers(skin))])
+    """Depths between which the field is smooth: the surface, where the material changes, and a rigid base."""
+    depths = np.array([0.0, *skin.interfaces, skin.thickness])
     return depths[np.isfinite(depths)]
 
 
+def bonds(skin):
+    """How a skin holds together at each of its interfaces beneath the surface."""
+    stack = getattr(skin, "stack", None)
+    return [layer.bond for layer in stack] if stack else ["bonded"] * (interfaces(skin).size - 1)
+
+
 def slides(skin):
-    """Depth of the first layer that does not hold to what lies beneath it; 0 where all do."""
-    loose = [i for i, (_, _, bond) in enumerate(layers(skin)) if bond == "frictionless"]
-    return interfaces(skin)[loose[0] + 1] if loose else 0.0
-
-
-def curvature(skin):
-    """1/R of the surface; 0 if it is flat."""
-    return 2 * np.pi / skin.period
+    """Depth of the first interface that does not hold a drag; 0 where all do."""
+    loose = [depth for depth, bond in zip(interfaces(skin)[1:], bonds(skin)) if bond == "frictionless"]
+    return loose[0] if loose else 0.0
 
 
 def points(skin, each=3):
@@ -95,8 +87,8 @@ def field(skin_name, contact_name):
     x, y, room = points(skin, each=6)
     h = room / 32
     state = skin.state(CONTACTS[contact_name](), x + h * STEPS[:, None, None], y + h * STEPS[:, None])
-    r = 1 - curvature(skin) * x
-    return Field(state, x, room, curvature(skin) / r, r)
+    r = 1 - skin.curvature * x
+    return Field(state, x, room, skin.curvature / r, r)
 
 
 def panels(edges):
@@ -119,7 +111,7 @@ def box(skin, contact, depth, reach):
     """The cuts that free what lies above `depth` and within `reach` of y = 0: beneath it, and at its two sides."""
     y, dy = panels(np.linspace(-reach, reach, 2 + int(2 * reach / min(1.5 * depth, A))))
     s = skin.stress(contact, depth, y)
-    cuts = [Cut(np.full_like(y, depth), y, (1 - curvature(skin) * depth) * dy, s.xx, s.xy)]
+    cuts = [Cut(np.full_like(y, depth), y, (1 - skin.curvature * depth) * dy, s.xx, s.xy)]
     ends = interfaces(skin)
     x, dx = panels(np.append(ends[ends < depth], depth))
     for side in (-1, 1):
@@ -133,7 +125,7 @@ def resultants(skin, cut):
 
     The moment is about the surface at y = 0 in a flat skin and about the centre of a round one.
     """
-    bend = curvature(skin)
+    bend = skin.curvature
     c, s = np.cos(bend * cut.y), np.sin(bend * cut.y)
     force = (cut.down * c + cut.along * s) @ cut.size, (cut.along * c - cut.down * s) @ cut.size
     arms = cut.x * cut.along - cut.y * cut.down if bend == 0 else (cut.x - 1 / bend) * cut.along
@@ -142,7 +134,7 @@ def resultants(skin, cut):
 
 def load(skin, contact):
     """What `resultants` has to be for the tractions on the surface, from the contact's spectrum."""
-    bend = curvature(skin)
+    bend = skin.curvature
     p, q = contact.spectrum(np.array(bend))
     if bend > 0:
         moment = -contact.tangential_force / bend

@@ -16,13 +16,13 @@ from ._contract import (
     PAIRS,
     SECOND,
     STEPS,
+    bonds,
     box,
     components,
     field,
     interfaces,
     is_even,
     largest,
-    layers,
     load,
     panels,
     points,
@@ -78,8 +78,7 @@ def test_compatibility(skin, contact):
 def test_hooke(skin, contact):
     f, skin = field(skin, contact), SKINS[skin]
     s, e = f.state.stress, f.state.strain
-    made_of = [m for _, m, _ in layers(skin)]
-    made_of = [made_of[i] for i in np.searchsorted(interfaces(skin)[1:], f.x)]
+    made_of = [skin.materials[i] for i in np.searchsorted(skin.interfaces, f.x)]
     young, nu = (np.array([getattr(m, name) for m in made_of]) for name in ("young", "poisson"))
     size = largest(s).max() / young
     close(e.xx, (s.xx - nu * (s.yy + s.zz)) / young, 1e-12, size)
@@ -195,8 +194,8 @@ def test_a_bonded_base_does_not_stretch_and_interfaces_pass_on_what_they_can(ski
     """Bonded: tractions and the stretch along it. Frictionless: the normal traction alone, and there is no shear."""
     skin, contact = SKINS[skin], CONTACTS[contact]()
     y = A * np.linspace(-6, 6, 31)
-    made_of, depths = layers(skin), interfaces(skin)[1:]
-    for depth, (_, above, bond), (_, below, _) in zip(depths, made_of, [*made_of[1:], (0.0, None, "")]):
+    made_of = [*skin.materials, None]  # None for what is rigid
+    for depth, bond, above, below in zip(interfaces(skin)[1:], bonds(skin), made_of, made_of[1:]):
         upper = skin.state(contact, depth, y)
         size, stretch = np.abs(upper.stress.xx).max(), np.abs(upper.strain.yy).max()
         if bond == "frictionless":

@@ -133,8 +133,8 @@ def test_a_cylinder_on_a_very_thick_layer_is_hertz(nu):
     """The contact is found, not given: its width, its pressure and the strains beneath."""
     young, radius, force = 0.4e6, 20e-3, 40.0
     a = np.sqrt(4 * force * radius * (1 - nu**2) / (np.pi * young))
-    depths = along(0, a, 8, 0, 1000 * a, 1.5)
-    positions = along(-1.25 * a, 1.25 * a, 60, -4000 * a, 4000 * a, 1.5)
+    depths = along(0, a, 6, 0, 1000 * a, 1.5)
+    positions = along(-1.25 * a, 1.25 * a, 40, -4000 * a, 4000 * a, 1.5)
     skin = Body(depths, positions, [(depths[-1], young, nu)])
     found = skin.press(lambda y: y * y / (2 * radius), force, (-1.15 * a, 1.15 * a))
     hertz = ss.Hertz(force, half_width=a)
@@ -173,10 +173,10 @@ def test_press_is_what_elements_find(name):
     """The contact of `ss.press` beside that of elements: depth, and strains at every sensor."""
     skin, radius = SKINS[name], 5 * A
     ours = ss.press(skin, ss.pressing.Cylinder(radius), force=40.0, position=F, max_strain=np.inf)
-    elements = body(name, 6)
+    elements = body(name, 4)
     found = elements.press(lambda y: (y - F) ** 2 / (2 * radius) + skin.surface_drop(y), 40.0, (F - A, F + A))
-    assert found.depth == pytest.approx(float(ours.depth), rel=2e-3)
+    assert found.depth == pytest.approx(float(ours.depth), rel=4e-3)
     x, y = elements.best(DEPTHS, PLACES)
     expected = strains(skin, ours.contact, x, y)
     error = np.abs(found.solution.strain(x, y) - expected).max(axis=0)
-    assert (error < 5e-3 * np.abs(expected).max(axis=0)).all()
+    assert (error < 8e-3 * np.abs(expected).max(axis=0)).all()

@@ -284,7 +284,7 @@ class TestBondedLayers:
         """Winkler: p = (depth - y^2 / (2 R)) / C, C = h (1 + nu) (1 - 2 nu) / (E (1 - nu))."""
         a = 1e-3
         depth, y = a**2 / (2 * self.RADIUS), a * np.linspace(-0.8, 0.8, 9)
-        sizes, errors = (20, 80), []
+        sizes, errors = (10, 40), []
         for size in sizes:
             softness = a / size * (1 + nu) * (1 - 2 * nu) / (YOUNG * (1 - nu))
             found = ss.press(
@@ -297,7 +297,7 @@ class TestBondedLayers:
             force = 2 * a**3 / (3 * self.RADIUS * softness)
             pressure = np.abs(found.contact.pressure(y) - wanted).max() / wanted.max()
             errors.append([pressure, abs(found.force / force - 1), abs(found.half_width / a - 1)])
-        for error, most in zip(np.transpose(errors), (3e-4, 3e-4, 5e-3), strict=True):
+        for error, most in zip(np.transpose(errors), (1.2e-3, 1.2e-3, 1e-2), strict=True):
             assert error[-1] < most
             assert error[-1] < 0.35 * error[0]
 
