@@ -1,8 +1,8 @@
 """What the tests are tried on: every skin, every contact and every transducer, in one table of each.
 
-A new one is added by one line here, and every law of tests/verification/test_contract.py is then tried on it. A contact
-is built by its `side` (-1 mirrors it in y = 0), its half width `a` [m] and the size of its force `p` [N/m], which may
-be a batch.
+A new family of contacts and a new transducer are here by their name, any other by one line, and every law of
+tests/verification/test_contract.py is then tried on it. A contact is built by its `side` (-1 mirrors it in y = 0), its
+half width `a` [m] and the size of its force `p` [N/m], which may be a batch.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 import subskin as ss
+from subskin.contact import contact_of, families
+from subskin.transducer import kinds
 
 A = 1.25e-3  # half width [m], the length scale of all that is built here
 FORCE = 40.0
@@ -44,12 +46,13 @@ def _profile(side: int, a: float, p: np.ndarray | float) -> ss.PressureProfile:
     return ss.PressureProfile(a * side * nodes[::side], size * pressure[::side], size * side * shear[::side])
 
 
+def _of(family: str) -> Callable[..., ss.Contact]:
+    wide = family != "line"
+    return lambda side=1, a=A, p=FORCE: contact_of(family, a if wide else None)(p, 0.4 * side, 0.2e-3 * side)
+
+
 CONTACTS: dict[str, Callable[..., ss.Contact]] = {
-    "line": lambda side=1, a=A, p=FORCE: ss.LineLoad(p, 0.4 * side, 0.2e-3 * side),
-    "strip": lambda side=1, a=A, p=FORCE: ss.Strip(p, 0.4 * side, 0.2e-3 * side, half_width=a),
-    "punch": lambda side=1, a=A, p=FORCE: ss.FlatPunch(p, 0.4 * side, 0.2e-3 * side, half_width=a),
-    "wedge": lambda side=1, a=A, p=FORCE: ss.Wedge(p, 0.4 * side, 0.2e-3 * side, half_width=a),
-    "hertz": lambda side=1, a=A, p=FORCE: ss.Hertz(p, 0.4 * side, 0.2e-3 * side, half_width=a),
+    **{family: _of(family) for family in families()},
     "slip": lambda side=1, a=A, p=FORCE: ss.PartialSlip(
         p, 0.4 * side, 0.2e-3 * side, half_width=a, friction=MU
     ),
@@ -68,13 +71,6 @@ CONTACTS: dict[str, Callable[..., ss.Contact]] = {
 }
 
 TRANSDUCERS: dict[str, ss.Transducer] = {
-    "normal strain": ss.NormalStrain(),
-    "lateral strain": ss.LateralStrain(),
-    "shear strain": ss.ShearStrain(),
-    "normal stress": ss.NormalStress(),
-    "mean pressure": ss.MeanPressure(),
-    "resistance": ss.VolumeResistance(),
+    **{name: kind() for name, kind in kinds().items()},
     "exact resistance": ss.VolumeResistance(exact=True),
-    "energy": ss.EnergyDensity(),
-    "compression": ss.MaxCompressiveStrain(),
 }

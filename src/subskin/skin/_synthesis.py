@@ -28,7 +28,7 @@ _PHASE = 12.0
 _TABLE = 1 << 22
 """Most elements of a table of exp(i k y)."""
 
-_SMALL = 1 << 18
+_SMALL = 1 << 16
 """Most elements of an answer that is kept."""
 
 

@@ -31,6 +31,9 @@ _DECAY = 42.0
 _LONG = 1e-9
 """Waves so many times as long as a stack is thick stand for those without end."""
 
+_LENGTHS = 16
+"""Lengths between one and twice as long at which waves are prepared, so that they serve contacts anywhere."""
+
 _SPAN = 1e4
 """Most by which the thicknesses of a stack's layers may differ."""
 
@@ -177,7 +180,7 @@ class Layered(Skin):
         upper, first = xs <= self.stack[0].thickness, self.stack[0].material
         flat = HalfPlane(first).at(xs, ys)
 
-        @lru_cache(maxsize=4)
+        @lru_cache(maxsize=_LENGTHS)
         def waves(far: float) -> tuple[FloatArray, FloatArray, Response]:
             k, weights = panels(_DECAY / self._decay(xs), far)
             return k, weights, remembered(lambda depths: self._response(k, depths))
@@ -187,8 +190,8 @@ class Layered(Skin):
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), first)
             far = max(reach(contact, ys), self._total) + 2 * self._total
-            # a few lengths serve all contacts: a fifth more wavenumbers than this one needs, at most
-            fields = synthesise(contact, xs, ys, *waves(float(2 ** (np.ceil(4 * np.log2(far)) / 4))))
+            far = float(2 ** (np.ceil(_LENGTHS * np.log2(far)) / _LENGTHS))
+            fields = synthesise(contact, xs, ys, *waves(far))
             if upper.any():
                 whole = flat(contact)
                 closed = np.stack([whole.stress.xx, whole.stress.xy, whole.strain.yy])
