@@ -89,7 +89,7 @@ def scalar(
 def read_only(values: npt.ArrayLike) -> FloatArray:
     """The same values as a float array that is closed to writing; no copy is made of one."""
     array = np.asarray(values, dtype=np.float64)
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 

@@ -51,8 +51,9 @@ class Soft(SpreadContact):
     """(8 N / (3 pi a)) (1 - y^2/a^2)^(3/2), its two formulas and nothing else."""
 
     def unit_spectrum(self, k):
-        s = np.maximum(k * np.asarray(self.half_width), 1e-4)
-        return 8 * jv(2, s) / s**2
+        s = k * np.asarray(self.half_width)
+        near, far = 1 - s**2 / 12 + s**4 / 384, np.maximum(s, 0.01)
+        return np.where(s < 0.01, near, 8 * jv(2, far) / far**2)
 
     def unit_pressure(self, y):
         a = np.asarray(self.half_width)

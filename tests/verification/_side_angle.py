@@ -63,7 +63,7 @@ def integrals(shape, x, nu, plane):
         "strip": lambda psi: np.cos(psi) / 2,
         "punch": lambda psi: 1 / np.pi,
         "wedge": lambda psi: np.arccosh(1 / np.abs(np.sin(psi))) / np.pi * np.cos(psi),
-    }[shape]
+    }.get(shape, lambda psi: FAMILIES[shape](1.0, half_width=1.0).pressure(np.sin(psi)) * np.cos(psi))
 
     def strain(psi):
         t = np.sin(psi)

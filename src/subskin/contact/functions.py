@@ -75,7 +75,7 @@ def shear_field(z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArra
     """Im(F + i x F'); on the surface Im F, for there F' grows more slowly than 1/x (save at singular points)."""
     x = z.imag
     h = np.asarray(f.imag + x * df.real, dtype=np.float64)
-    return h if x.all() else np.where(x == 0, f.imag, h)
+    return h if np.count_nonzero(x) == x.size else np.where(x == 0, f.imag, h)
 
 
 def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:

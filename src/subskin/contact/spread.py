@@ -61,7 +61,7 @@ class SpreadContact(ProportionalContact):
     def unit_shear_field(self, z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:  # noqa: D102
         h = super().unit_shear_field(z, f, df)
         far = np.abs(z) > FAR * self._a
-        if not far.any():
+        if not np.count_nonzero(far):
             return h
         far = np.broadcast_to(far, h.shape)
         if self.SERIES:

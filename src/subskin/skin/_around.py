@@ -20,6 +20,8 @@ DEEPEST = 3.0
 """Largest log(R / r) at which the sines hold."""
 
 _IMAGES = 2
+_BLOCK = 1 << 13
+"""Points times frequencies taken at a time."""
 _FREQUENCIES = 0.125 * np.arange(1, 17)
 
 
@@ -27,15 +29,20 @@ def periodic_transforms(contact: Contact, z: ComplexArray, radius: float) -> Tra
     """Transforms of the contact repeated round the circle, at z = y + i R log(R / r), |y - contact| <= pi R."""
     images = (0, *(side * m for m in range(1, _IMAGES + 1) for side in (-1, 1)))
     total = sum_of([transforms_of(contact, z + m * 2 * np.pi * radius) for m in images])
-    sums = [np.zeros(np.broadcast_shapes(contact.shape, z.shape), dtype=np.complex128) for _ in range(4)]
-    for wave, share in zip(_FREQUENCIES / radius, _shares() / radius, strict=True):
-        spectrum = contact.spectrum(np.asarray(wave))
+    shape = np.broadcast_shapes(contact.shape, z.shape)
+    sums = [np.zeros(shape, dtype=np.complex128) for _ in range(4)]
+    every: FloatArray = np.stack([_FREQUENCIES, _shares()]) / radius
+    waves, shares = every.reshape(2, -1, *(1,) * len(shape))
+    step = max(1, _BLOCK // max(1, int(np.prod(shape))))
+    for first in range(0, len(waves), step):
+        wave, share = waves[first : first + step], shares[first : first + step]
         turn = np.exp(1j * wave * z)
         back = 1 / turn
-        for part, value, slope in zip(spectrum, sums[::2], sums[1::2], strict=True):
+        for part, value, slope in zip(contact.spectrum(wave), sums[::2], sums[1::2], strict=True):
             # sin(w (t - z)) integrated over the contact, and its derivative in z
-            value += share / 2j * (np.conj(part) * back - part * turn)
-            slope -= share * wave / 2 * (np.conj(part) * back + part * turn)
+            there, here = np.conj(part) * back, part * turn
+            value += (share / 2j * (there - here)).sum(axis=0)
+            slope -= (share * wave / 2 * (there + here)).sum(axis=0)
     p, dp, q, dq = sums
     hq = total.hq + q.imag + z.imag * dq.real
     return Transforms(total.p + p, total.dp + dp, total.q + q, total.dq + dq, np.asarray(hq))

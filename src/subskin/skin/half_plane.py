@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import ComplexArray, FloatArray
+from .._check import ComplexArray, FloatArray, read_only
 from ..contact.base import Contact, transforms_of
 from ..errors import InvalidValueError
 from ..material import Material
@@ -141,7 +141,7 @@ class HalfPlane(Skin):
             gradient = (0.5 * (kappa * big_f - np.conj(big_f)) + np.conj(big_t)) / (2 * self.material.shear)
         uy, ux = (np.array(part, dtype=np.float64) for part in (gradient.real, gradient.imag))
         blank_singular(contact, zeros, ys, ux, uy)
-        return SurfaceGradient(ux=_check.read_only(ux), uy=_check.read_only(uy))
+        return SurfaceGradient(ux=read_only(ux), uy=read_only(uy))
 
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """Displacement of the surface [m/Pa] about a unit hat, shape (2, 2, count), as `Skin.surface_influence`.
@@ -155,7 +155,7 @@ class HalfPlane(Skin):
         log = (-straight / np.pi * h) * (np.log(h) + _hat_logarithm(count))
         half = np.full(count, 0.5 * across * h)
         half[:1] = 0.0
-        return _check.read_only(np.array([[log, half], [-half, log]]))
+        return read_only(np.array([[log, half], [-half, log]]))
 
     @property
     def _softness(self) -> tuple[float, float]:
@@ -167,7 +167,7 @@ class HalfPlane(Skin):
 
     def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
         zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
-        return Stress(*(_check.read_only(a) for a in (mean - half, mean + half, zz, xy)))
+        return Stress(read_only(mean - half), read_only(mean + half), read_only(zz), read_only(xy))
 
     def _strain(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Strain:
         """Hooke's law (memo eq. 6), for the mean and half the difference of the two stresses.
@@ -181,8 +181,8 @@ class HalfPlane(Skin):
             widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, np.zeros(mean.shape)
         else:
             widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
-        parts = (widened - turned, widened + turned, zz, (1 + nu) / e * xy)
-        return Strain(*(_check.read_only(a) for a in parts))
+        xx, yy = widened - turned, widened + turned
+        return Strain(read_only(xx), read_only(yy), read_only(zz), read_only((1 + nu) / e * xy))
 
 
 def _hat_logarithm(count: int) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal, Self
@@ -19,7 +19,7 @@ from ..tensor import State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._points import points, wave_points
-from ._synthesis import hooke, panels, reach, synthesise
+from ._synthesis import Response, hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 
@@ -30,6 +30,9 @@ _DECAY = 42.0
 
 _LONG = 1e-9
 """Waves so many times as long as a stack is thick stand for those without end."""
+
+_LENGTHS = 16
+"""Lengths between one and twice as long at which waves are prepared, so that they serve contacts anywhere."""
 
 _SPAN = 1e4
 """Most by which the thicknesses of a stack's layers may differ."""
@@ -170,18 +173,32 @@ class Layered(Skin):
         return float(self.modes.tops[-1])
 
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
+        return self.at(x, y)(contact)
+
+    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
         xs, ys = points(x, y, self.thickness)
-        shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
-        if not np.prod(shape):
-            return hooke(np.zeros((3, *shape)), self.stack[0].material)
-        k, weights = panels(_DECAY / self._decay(xs), max(reach(contact, ys), self._total) + 2 * self._total)
-        fields = synthesise(contact, xs, ys, k, weights, lambda depths: self._response(k, depths))
-        upper = xs <= self.stack[0].thickness
-        if upper.any():
-            whole = HalfPlane(self.stack[0].material).state(contact, xs, ys)
-            closed = np.stack([whole.stress.xx, whole.stress.xy, whole.strain.yy])
-            fields += np.where(upper, closed, 0.0)
-        return self._state(fields, np.broadcast_to(xs, shape))
+        upper, first = xs <= self.stack[0].thickness, self.stack[0].material
+        flat = HalfPlane(first).at(xs, ys)
+
+        @lru_cache(maxsize=_LENGTHS)
+        def waves(far: float) -> tuple[FloatArray, FloatArray, Response]:
+            k, weights = panels(_DECAY / self._decay(xs), far)
+            return k, weights, remembered(lambda depths: self._response(k, depths))
+
+        def state(contact: Contact) -> State:
+            shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
+            if not np.prod(shape):
+                return hooke(np.zeros((3, *shape)), first)
+            far = max(reach(contact, ys), self._total) + 2 * self._total
+            far = float(2 ** (np.ceil(_LENGTHS * np.log2(far)) / _LENGTHS))
+            fields = synthesise(contact, xs, ys, *waves(far))
+            if upper.any():
+                whole = flat(contact)
+                closed = np.stack([whole.stress.xx, whole.stress.xy, whole.strain.yy])
+                fields += closed if upper.all() else np.where(upper, closed, 0.0)
+            return self._state(fields, np.broadcast_to(xs, shape))
+
+        return state
 
     def _decay(self, x: FloatArray) -> float:
         """What is summed falls at least as exp(-k times this): an echo in the first layer, all of it deeper down."""
@@ -196,6 +213,8 @@ class Layered(Skin):
 
     def _state(self, fields: FloatArray, x: FloatArray) -> State:
         """Hooke's law of the layer in which each point lies."""
+        if len(self.materials) == 1:
+            return hooke(fields, self.materials[0])
         positions = self.modes.positions(x)
         states = [hooke(fields, m) for m in self.materials]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Self
@@ -19,7 +20,7 @@ from ._around import DEEPEST, periodic_transforms
 from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._points import blank_singular, complex_points, points, wave_points
 from ._ring_modes import Ring
-from ._synthesis import hooke, synthesise
+from ._synthesis import hooke, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 
@@ -121,20 +122,27 @@ class Round(Skin):
         return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
 
     def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
+        return self.at(x, y)(contact)
+
+    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
         xs, ys = points(x, y, self.thickness)
-        shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
-        if not np.prod(shape):
-            return hooke(np.zeros((3, *shape)), self.material)
         n = self.harmonics
         weights = np.where(n == 0, 0.5, 1.0) / self.radius
 
+        @remembered
         def response(depths: FloatArray) -> FloatArray:
             answer = self._ring.amplitudes(n, depths, remainder=True)[:, :, :3]
             answer[:, :, 2] /= 2 * self.material.shear
             return answer
 
-        fields = synthesise(contact, xs, ys, n / self.radius, weights, response)
-        return hooke(fields + self._disk(contact, xs, ys), self.material)
+        def state(contact: Contact) -> State:
+            shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
+            if not np.prod(shape):
+                return hooke(np.zeros((3, *shape)), self.material)
+            fields = synthesise(contact, xs, ys, n / self.radius, weights, response)
+            return hooke(fields + self._disk(contact, xs, ys), self.material)
+
+        return state
 
     def _disk(self, contact: Contact, x: FloatArray, y: FloatArray) -> FloatArray:
         """sigma_x, tau_xy and eps_y of a full disk: the half plane's formulas at a depth of R log(R / r)."""
