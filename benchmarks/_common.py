@@ -62,9 +62,7 @@ def multi_start(tip: ss.Finger, frame: np.ndarray, ends: tuple[float, float], st
 
     best = min(
         (least_squares(residual, [y, 1.0, 0.0], method="lm") for y in np.linspace(*ends, starts)),
-        key=lambda r: (
-            r.cost + 1e9 * (r.x[1] <= 0 or abs(r.x[2]) > r.x[1] or not ends[0] <= r.x[0] <= ends[1])
-        ),
+        key=lambda r: r.cost + 1e9 * (r.x[1] <= 0 or abs(r.x[2]) > r.x[1] or not ends[0] <= r.x[0] <= ends[1]),
     ).x
     return np.array([best[0], np.hypot(best[1], best[2]), np.arctan2(best[2], best[1])])
 
@@ -112,9 +110,7 @@ def show(title: str, columns: list[str], rows: list[list[str]], target: Path | N
     if target:
         old = json.loads(target.read_text()) if target.exists() else []
         target.write_text(
-            json.dumps(
-                [*old, {"title": title, "machine": machine(), "columns": columns, "rows": rows}], indent=1
-            )
+            json.dumps([*old, {"title": title, "machine": machine(), "columns": columns, "rows": rows}], indent=1)
         )
 
 

@@ -92,9 +92,7 @@ def child(pipe, tree: Path, tests: list[str], budget: float) -> None:
         del sys.modules[name]  # the tree's own is to be loaded
     sys.path.insert(0, str(tree / "src"))
     sys.dont_write_bytecode = False  # or each fork translates all tests again
-    os.environ.update(
-        PYTHONPATH=str(tree / "src"), TMPDIR=str(tree.parent)
-    )  # what they leave goes with the copy
+    os.environ.update(PYTHONPATH=str(tree / "src"), TMPDIR=str(tree.parent))  # what they leave goes with the copy
     tempfile.tempdir = None
     options = ["-x", "-q", "--assert=plain", "-p", "no:cacheprovider", f"--rootdir={tree}"]
     os._exit(int(pytest.main([*options, *tests], plugins=[Watch(pipe, tests, budget)])))
@@ -117,9 +115,7 @@ def run(tree: Path, tests: list[str], budget: float) -> tuple[str, str, dict[str
                 break
     except EOFError:
         process.join()
-        ends = dict.fromkeys((0, 2, 5), "survived") | {
-            -signal.SIGPROF: "timed out"
-        }  # 2: budget spent, 5: no test
+        ends = dict.fromkeys((0, 2, 5), "survived") | {-signal.SIGPROF: "timed out"}  # 2: budget spent, 5: no test
         verdict = ends.get(process.exitcode, "killed")
     finally:
         with suppress(ProcessLookupError):

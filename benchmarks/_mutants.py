@@ -34,9 +34,7 @@ def operators() -> dict:
     chosen = {}
     for name in operator_names():
         kind, *pair = name.split("/")[1].split("_")
-        if kind not in LEFT_OUT and (
-            not pair or "Delete" in pair or any(set(pair) <= words for words in ALIKE)
-        ):
+        if kind not in LEFT_OUT and (not pair or "Delete" in pair or any(set(pair) <= words for words in ALIKE)):
             chosen[name] = get_operator(name)()
     return chosen
 

@@ -86,7 +86,5 @@ class Nearest:
         near = {at: share * 9 ** sum(word in at.stem for word in about) for at, share in files.items()}
         order = sorted(score, key=lambda one: (one in slow, -score[one] * near[one[0]], one))
         doctests = [(path, "")] if ">>> " in text else []
-        ids = [
-            (at.relative_to(self.tree), *filter(None, name.split("."))) for at, name in [*doctests, *order]
-        ]
+        ids = [(at.relative_to(self.tree), *filter(None, name.split("."))) for at, name in [*doctests, *order]]
         return ["::".join(map(str, name)) for name in ids[:most]]

@@ -42,9 +42,7 @@ def flamant(loads: list[ss.LineLoad], x: np.ndarray, y: np.ndarray) -> list[np.n
         t = y - load.position
         r2 = x * x + t * t
         radial = -2 / np.pi * (load.normal_force * x + load.tangential_force * t) / r2
-        for total, part in zip(
-            out, (radial * x * x / r2, radial * t * t / r2, radial * x * t / r2), strict=True
-        ):
+        for total, part in zip(out, (radial * x * x / r2, radial * t * t / r2, radial * x * t / r2), strict=True):
             total += part
     return out
 
@@ -57,8 +55,7 @@ def main() -> None:
     y = np.linspace(-5e-3, 5e-3, options.side)[None, :]
     rng = np.random.default_rng(0)
     loads = [
-        ss.LineLoad(40.0, a, p)
-        for a, p in zip(rng.uniform(-0.5, 0.5, 50), rng.uniform(-4e-3, 4e-3, 50), strict=True)
+        ss.LineLoad(40.0, a, p) for a, p in zip(rng.uniform(-0.5, 0.5, 50), rng.uniform(-4e-3, 4e-3, 50), strict=True)
     ]
     together, roller = sum(loads), ss.Hertz(40.0, 0.2, 1e-4, 1e-3)
     copy = bandwidth()
@@ -71,11 +68,7 @@ def main() -> None:
     for name, seconds, note in (
         ("50 line loads, HalfPlane.stress", times, f"{error.max():.0e}"),
         ("50 line loads, the sum in NumPy", peer, "-"),
-        (
-            "one Hertz contact, HalfPlane.stress",
-            best(lambda: skin.stress(roller, x, y), options.repeats)[0],
-            "-",
-        ),
+        ("one Hertz contact, HalfPlane.stress", best(lambda: skin.stress(roller, x, y), options.repeats)[0], "-"),
     ):
         rate = result_bytes / seconds
         rows.append([name, f"{1e3 * seconds:.0f}", f"{rate / 1e9:.3f}", f"{rate / copy:.2%}", note])

@@ -79,9 +79,7 @@ def contact_mechanics(nodes: int) -> Answer:
     surface = UniformLineScan(AMPLITUDE * np.cos(2 * np.pi * y / PITCH), PITCH, periodic=True)
     system = NonSmoothContactSystem(substrate=substrate, surface=surface)
     start = time.perf_counter()
-    found = system.minimize_proxy(
-        external_force=SHARE * FULL * PITCH, pentol=TOLERANCE * AMPLITUDE, maxiter=10_000
-    )
+    found = system.minimize_proxy(external_force=SHARE * FULL * PITCH, pentol=TOLERANCE * AMPLITUDE, maxiter=10_000)
     taken = time.perf_counter() - start
     assert found.success
     return taken, wrapped(y), np.abs(np.asarray(substrate.force)).ravel() * nodes / PITCH
@@ -180,14 +178,7 @@ def main() -> None:
     )
     show(
         "A cylinder by force, 1024 nodes, all of ss.press",
-        [
-            "skin",
-            "first call, ms",
-            "next, ms",
-            "with friction, ms",
-            "worst of certificate",
-            "overlap between nodes",
-        ],
+        ["skin", "first call, ms", "next, ms", "with friction, ms", "worst of certificate", "overlap between nodes"],
         on_other_skins(options.repeats),
         options.json,
     )

@@ -47,11 +47,7 @@ def call(skin: str, contact: str, kind: str, frames: int) -> Any:
     finger = ss.Finger(medium, array)
     rng = np.random.default_rng(0)
     shape = () if frames == 1 else (frames,)
-    load = {
-        "force": 40.0,
-        "angle": rng.uniform(-0.6, 0.6, shape),
-        "position": rng.uniform(-4e-3, 4e-3, shape),
-    }
+    load = {"force": 40.0, "angle": rng.uniform(-0.6, 0.6, shape), "position": rng.uniform(-4e-3, 4e-3, shape)}
     touch = ss.LineLoad(**load) if contact == "line" else ss.Hertz(**load, half_width=0.4e-3)
     return lambda: finger.read(touch)
 
@@ -92,16 +88,11 @@ def main() -> None:
     """Run and print."""
     from _common import show
 
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--beside", type=Path, metavar="SRC", help="src of another version of subskin")
     parser.add_argument("--rounds", type=int, default=15, help="turns of each case (15)")
     parser.add_argument(
-        "--frames",
-        type=int,
-        default=100_000,
-        help="frames of the largest batch; a 20th on others (100000)",
+        "--frames", type=int, default=100_000, help="frames of the largest batch; a 20th on others (100000)"
     )
     parser.add_argument("--json", type=Path, help="append the table to this file")
     options = parser.parse_args()
@@ -121,15 +112,7 @@ def main() -> None:
         medians = [f"{scale * value:.3g}" for value in np.median(seen, axis=0)]
         ratio = [f"{np.median(seen[:, 1] / seen[:, 0]):.2f}"] if options.beside else []
         rows.append([skin, contact, kind, f"{frames:,}", *medians, *ratio, unit])
-    columns = [
-        "skin",
-        "contact",
-        "sensors",
-        "frames",
-        "here",
-        *(["beside", "times"] if options.beside else []),
-        "",
-    ]
+    columns = ["skin", "contact", "sensors", "frames", "here", *(["beside", "times"] if options.beside else []), ""]
     show("finger.read, 8 sensors", columns, rows, options.json)
 
 

@@ -71,9 +71,7 @@ def calibration_error(probability: np.ndarray, right: np.ndarray, bins: int = 15
     )
 
 
-def forest(
-    tip: ss.Finger, names: tuple[str, ...], train: int, frames: np.ndarray
-) -> tuple[np.ndarray, float]:
+def forest(tip: ss.Finger, names: tuple[str, ...], train: int, frames: np.ndarray) -> tuple[np.ndarray, float]:
     """Probabilities (m, kinds) by a random forest on readings over their norm, and its time a frame [s]."""
     from sklearn.ensemble import RandomForestClassifier
 
@@ -198,12 +196,7 @@ def main() -> None:
         "contact_type", "right", "ECE", "said", "cannot tell", "decided wrongly", "us a frame",
         "forest: right", "ECE", "us a frame",
     ]  # fmt: skip
-    show(
-        f"Kinds of contact, {options.frames} frames each",
-        columns,
-        types(options.frames, options.train),
-        options.json,
-    )
+    show(f"Kinds of contact, {options.frames} frames each", columns, types(options.frames, options.train), options.json)
     columns = [
         "fit, Hertz", "position / bound", "width / bound", "width in 95 %", "OK", "gross, unflagged", "us a frame",
         "24 starts: position", "width", "off by > 0.1 depth", "us a frame",

@@ -68,15 +68,9 @@ def main() -> None:
             ratio = np.sqrt((error[ok] ** 2).mean(0) / variance[ok].mean(0))
             inside = (np.abs(error[ok]) < 1.959964 * found.std[ok]).mean(0)
             many, one = np.tile(frames, (5, 1)), frames[0].copy()
-            batch = len(many) / np.median(
-                seconds(lambda locator=locator, many=many: locator(many), options.repeats)
-            )
+            batch = len(many) / np.median(seconds(lambda locator=locator, many=many: locator(many), options.repeats))
             single = np.median(seconds(lambda locator=locator, one=one: locator(one), 100 * options.repeats))
-            shares = [
-                *(f"{r:.3f}" for r in ratio),
-                *(f"{100 * c:.1f}" for c in inside),
-                f"{np.mean(~ok):.2%}",
-            ]
+            shares = [*(f"{r:.3f}" for r in ratio), *(f"{100 * c:.1f}" for c in inside), f"{np.mean(~ok):.2%}"]
             answers.append([f"{name}, {noise:.1%}", *shares, f"{batch / 1e6:.2f}", f"{1e6 * single:.1f}"])
     show(
         "Tabulating the receptive fields of eight sensors",

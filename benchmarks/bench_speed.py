@@ -44,14 +44,10 @@ def main() -> None:
         frames = tip.read(touches(sensors, pitch, options.frames, seed=0), np.random.default_rng(1))
         locator, one = tip.locator(search=ends), frames[0].copy()
         batch = seconds(lambda locator=locator, frames=frames: locator(frames), options.repeats)
-        public = (
-            seconds(lambda tip=tip, one=one, ends=ends: tip.locate(one, search=ends), options.singles) * 1e6
-        )
+        public = seconds(lambda tip=tip, one=one, ends=ends: tip.locate(one, search=ends), options.singles) * 1e6
         prepared = seconds(lambda locator=locator, one=one: locator(one), options.singles) * 1e6
         few = frames[: options.peer]
-        peer = seconds(lambda tip=tip, few=few, ends=ends: [multi_start(tip, f, ends) for f in few], 1)[
-            0
-        ] / len(few)
+        peer = seconds(lambda tip=tip, few=few, ends=ends: [multi_start(tip, f, ends) for f in few], 1)[0] / len(few)
         roots = seconds(lambda tip=tip, few=few: [eq13_roots(tip, f) for f in few], 3).min() / len(few)
         rows.append(
             [

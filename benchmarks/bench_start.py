@@ -30,9 +30,7 @@ finger.locate(finger.read(ss.LineLoad(40.0, 0.1, 1e-3)))
 def run(command: list[str], **environment: str) -> tuple[float, str]:
     """Wall time of a process and what it said on stderr."""
     start = time.perf_counter()
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=True, env={**os.environ, **environment}
-    )
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, **environment})
     return time.perf_counter() - start, done.stderr.strip()
 
 
@@ -63,15 +61,10 @@ def main() -> None:
     ]
     with tempfile.TemporaryDirectory() as folder:
         locate = [python, "-c", LOCATE]
-        for name, repeats in (
-            ("first process that locates", 1),
-            ("second process that locates", options.repeats),
-        ):
+        for name, repeats in (("first process that locates", 1), ("second process that locates", options.repeats)):
             seen = [run(locate, NUMBA_CACHE_DIR=folder) for _ in range(repeats)]
             seconds = float(np.median([seconds for seconds, _ in seen]))
-            rows.append(
-                [name, f"{seconds:.3f}", f"{seconds / medians[1]:.2f}", str(modules(locate)), seen[-1][1]]
-            )
+            rows.append([name, f"{seconds:.3f}", f"{seconds / medians[1]:.2f}", str(modules(locate)), seen[-1][1]])
     show("Beginning", ["", "s, whole process", "times numpy", "modules", "it says"], rows, options.json)
 
 

@@ -36,14 +36,7 @@ def shape(frames: int, peer: int) -> list[str]:
     """A contact of some width."""
     row = bench_shape.fits(frames, peer, cases=((6, 0.5, 1e-3),))[0]
     ours = f"width to {row[2]} of the bound"
-    return [
-        "half width, Hertz, 6 sensors, 0.1 %",
-        ours,
-        row[6],
-        "least_squares, 24 starts",
-        f"{row[8]}",
-        row[10],
-    ]
+    return ["half width, Hertz, 6 sensors, 0.1 %", ours, row[6], "least_squares, 24 starts", f"{row[8]}", row[10]]
 
 
 def kinds(frames: int, train: int) -> list[list[str]]:

@@ -31,9 +31,7 @@ SKINS = {
 }
 
 
-def fingers(
-    skin: ss.Skin, sensors: int, pitch: float, rng: np.random.Generator
-) -> tuple[ss.Finger, ss.Finger]:
+def fingers(skin: ss.Skin, sensors: int, pitch: float, rng: np.random.Generator) -> tuple[ss.Finger, ss.Finger]:
     """As drawn, and as made."""
     drawn = ss.SensorArray.line(sensors, pitch=pitch, depth=1.0, noise=NOISE)
     made = replace(
@@ -49,9 +47,7 @@ def touches(sensors: int, pitch: float, count: int, rng: np.random.Generator) ->
     """Loads over the row."""
     half = 0.5 * (sensors - 1) * pitch
     lean = np.deg2rad(40)
-    return ss.LineLoad(
-        rng.uniform(0.5, 2, count), rng.uniform(-lean, lean, count), rng.uniform(-half, half, count)
-    )
+    return ss.LineLoad(rng.uniform(0.5, 2, count), rng.uniform(-lean, lean, count), rng.uniform(-half, half, count))
 
 
 def errors(found: ss.Estimate, truth: ss.LineLoad, rows: np.ndarray) -> np.ndarray:
@@ -134,14 +130,8 @@ def one(skin: ss.Skin, sensors: int, pitch: float, count: int, seed: int) -> np.
 def main() -> None:
     """Run and print."""
     options = arguments(__doc__, fingers=20)
-    cases = [
-        ("half plane", n, pitch, count) for n in (4, 8) for pitch in (0.5, 0.75, 1.0) for count in (50, 200)
-    ]
-    cases += [
-        ("half plane", 4, 0.75, 1000),
-        ("layer of 2 d", 4, 0.75, 200),
-        ("layer of 2 d", 8, 0.75, 200),
-    ]
+    cases = [("half plane", n, pitch, count) for n in (4, 8) for pitch in (0.5, 0.75, 1.0) for count in (50, 200)]
+    cases += [("half plane", 4, 0.75, 1000), ("layer of 2 d", 4, 0.75, 200), ("layer of 2 d", 8, 0.75, 200)]
     cases += [("round, R = 6 d", 4, 0.75, 200), ("round, R = 6 d", 8, 0.75, 200)]
     rows = []
     for name, sensors, pitch, count in cases:

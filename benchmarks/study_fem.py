@@ -27,9 +27,7 @@ SOFT, HARD = ss.Material(0.4e6, 0.5), ss.Material(0.4e6, 0.3)
 SKINS = {
     "layer 4 a, nu = 1/2": ss.Layered(ss.Layer(SOFT, 4 * A)),
     "layer 4 a, nu = 0.3": ss.Layered(ss.Layer(HARD, 4 * A)),
-    "a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Layered(
-        [ss.Layer(ss.Material(2e6, 0.3), A), ss.Layer(SOFT, 3 * A)]
-    ),
+    "a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Layered([ss.Layer(ss.Material(2e6, 0.3), A), ss.Layer(SOFT, 3 * A)]),
     "round 8 a, core 4 a, nu = 1/2": ss.Round(SOFT, 8 * A, 4 * A),
     "round 8 a, core 4 a, nu = 0.3": ss.Round(HARD, 8 * A, 4 * A),
 }
@@ -120,14 +118,7 @@ def main() -> None:
     columns = ["skin; contact", "unknowns", "s", "anywhere", "falls by", "best points", "falls by"]
     title = "subskin less finite elements, rms over the largest strain"
     show(title, columns, tractions(options.finest), options.json)
-    columns = [
-        "rigid cylinder, no friction",
-        "unknowns",
-        "s",
-        "half width",
-        "pressure, |y| < 0.8 a",
-        "strains",
-    ]
+    columns = ["rigid cylinder, no friction", "unknowns", "s", "half width", "pressure, |y| < 0.8 a", "strains"]
     show("Finite elements beside Hertz on a half plane", columns, pressed(), options.json)
 
 

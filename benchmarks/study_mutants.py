@@ -68,9 +68,7 @@ class Study:
 
     def compiled(self, path: Path) -> list[Path]:
         """What numba keeps of this file, and of compiled files that are built on it."""
-        sources = {
-            p: p.parents[1] / f"{p.name.split('.')[0]}.py" for p in (self.tree / "src").rglob("*.nb[ic]")
-        }
+        sources = {p: p.parents[1] / f"{p.name.split('.')[0]}.py" for p in (self.tree / "src").rglob("*.nb[ic]")}
         stale = {path}
         while more := {source for source in sources.values() if self.needs(source) & stale} - stale:
             stale |= more

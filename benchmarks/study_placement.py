@@ -96,9 +96,7 @@ def peer(touches: int) -> list[list[str]]:
         chi2 = np.array([rivals(finger, t, quality.search) for t in zip(positions, angles, strict=True)])
         each = (time.process_time() - begun) / touches
         begun = time.process_time()
-        study_row(
-            finger.skin, ss.NormalStrain(), 1.0, [pitch], [count], Touches(1.0), noise=1e-3 * FULL_SCALE
-        )
+        study_row(finger.skin, ss.NormalStrain(), 1.0, [pitch], [count], Touches(1.0), noise=1e-3 * FULL_SCALE)
         own = (time.process_time() - begun) / 1e5
         ours, theirs = quality.ambiguous[at] >= 0.5, chi2 < 13.8
         shares = [f"{100 * share.mean():.1f} %" for share in (ours, theirs, ours == theirs)]
@@ -111,19 +109,9 @@ def main() -> None:
     """Both tables."""
     given = arguments(__doc__, depths=20, samples=100_000, touches=200)
     columns = ["", "wall [s]", "CPU [s]", "CPU a design [ms]", "touches / s", "all 20 depths [s]"]
-    show(
-        "Placement: 3 kinds, 30 spacings, 14 counts",
-        columns,
-        [study(given.depths, given.samples)],
-        given.json,
-    )
+    show("Placement: 3 kinds, 30 spacings, 14 counts", columns, [study(given.depths, given.samples)], given.json)
     columns = ["", "ambiguous", "scipy", "the same touches", "scipy a touch", "a touch", "times"]
-    show(
-        f"Ambiguous touches, {given.touches} a row, beside scipy.optimize",
-        columns,
-        peer(given.touches),
-        given.json,
-    )
+    show(f"Ambiguous touches, {given.touches} a row, beside scipy.optimize", columns, peer(given.touches), given.json)
 
 
 if __name__ == "__main__":

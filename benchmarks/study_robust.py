@@ -44,9 +44,7 @@ class Stream:
 def simulate(seconds: float, faults: set[str], seed: int = 0) -> Stream:
     """A stream with some of the faults drift, relaxation, weak, dead, wild."""
     rng = np.random.default_rng(seed)
-    field = ss.Finger(SKIN, ss.SensorArray.line(SENSORS, PITCH, DEPTH)).receptive_field(
-        np.linspace(-4e-3, 4e-3, 81)
-    )
+    field = ss.Finger(SKIN, ss.SensorArray.line(SENSORS, PITCH, DEPTH)).receptive_field(np.linspace(-4e-3, 4e-3, 81))
     scale = 60 * float(np.abs(field[..., 0]).max())
     tip = ss.Finger(SKIN, ss.SensorArray.line(SENSORS, PITCH, DEPTH, noise=1e-3 * scale, offset=0.5 * scale))
     time = np.arange(round(seconds * RATE)) / RATE
@@ -112,9 +110,7 @@ def errors(stream: Stream, finger: ss.Finger, readings: np.ndarray, outliers: in
     for k, digits in enumerate((3, 2, 2)):
         e = away[ok, k]
         cells.append(
-            f"{np.sqrt((e**2).mean()):.{digits}f} / {np.quantile(np.abs(e), 0.95):.{digits}f}"
-            if ok.any()
-            else "-"
+            f"{np.sqrt((e**2).mean()):.{digits}f} / {np.quantile(np.abs(e), 0.95):.{digits}f}" if ok.any() else "-"
         )
     return cells
 
@@ -124,9 +120,7 @@ def simulated(seconds: float) -> list[list[str]]:
     clean = simulate(seconds, set())
     rows = [["none", *errors(clean, clean.finger, clean.readings)]]
     drift = simulate(seconds, {"drift"})
-    rows.append(
-        [f"drift, up to {100 * DRIFT:.0f} % of the full scale", *errors(drift, drift.finger, drift.readings)]
-    )
+    rows.append([f"drift, up to {100 * DRIFT:.0f} % of the full scale", *errors(drift, drift.finger, drift.readings)])
     rows.append(["  Tare", *errors(drift, drift.finger, tared(drift))])
     creep = simulate(seconds, {"relaxation"})
     rows.append(["relaxation, 15 %", *errors(creep, creep.finger, creep.readings)])
@@ -210,9 +204,7 @@ def recorded() -> list[list[str]]:
     for drift in (5.0, 20.0):
         tare = ss.Tare(b.finger, drift=drift)(b.pressure, b.time)
         followed = b.mean(b.pressure - tare.offset, 0.0, 0.4)
-        rows.append(
-            b.row(f"  Tare on the whole stream, up to {drift:.0f} Pa/s", b.locate(followed[odd]), force)
-        )
+        rows.append(b.row(f"  Tare on the whole stream, up to {drift:.0f} Pa/s", b.locate(followed[odd]), force))
     base = early - b.presses.reading
     late = b.mean(b.pressure, 0.8, 1.0)
     rows.append(b.row("late reading (last fifth of 8 s)", b.locate((late - base)[odd]), force))
@@ -220,8 +212,7 @@ def recorded() -> list[list[str]]:
     still = np.concatenate([held, b.rests()[::2]])
     fit = ss.stream.fit_relaxation(b.pressure, b.time, still, terms=2, rest=first)
     alone = [
-        ss.stream.fit_relaxation(b.pressure[:, [i]], b.time, still, terms=2, rest=first[i]).relaxation
-        for i in range(4)
+        ss.stream.fit_relaxation(b.pressure[:, [i]], b.time, still, terms=2, rest=first[i]).relaxation for i in range(4)
     ]
     own = ss.Relaxation(
         np.concatenate([np.outer(k.share, np.eye(4)[i]) for i, k in enumerate(alone)]),
@@ -251,24 +242,16 @@ def recorded() -> list[list[str]]:
         health = ss.calibration.sensor_health(b.finger, spoilt, friction=0, search=b.search)
         told = f"{health.health[1].name}, gain {health.gain_ratio[1]:.2f} ± {health.std[1]:.2f}"
         others = ", ".join(f"{r:.2f}" for r in np.delete(health.gain_ratio, 1))
-        rows.append(
-            b.row(f"  sensor_health: {told}; others {others}", b.locate(spoilt[odd], health.finger), force)
-        )
+        rows.append(b.row(f"  sensor_health: {told}; others {others}", b.locate(spoilt[odd], health.finger), force))
     rng = np.random.default_rng(0)
     many, truth = np.tile(b.presses.reading[odd], (100, 1)), np.tile(b.truth[odd], 100)
     at = rng.random(many.shape) < WILD
-    many[at] += (
-        rng.choice([-1, 1], at.sum()) * rng.uniform(0.05, 1, at.sum()) * np.abs(b.presses.reading).max()
-    )
+    many[at] += rng.choice([-1, 1], at.sum()) * rng.uniform(0.05, 1, at.sum()) * np.abs(b.presses.reading).max()
     rows.append(b.row("1 % of the readings wild (100 times over)", b.locate(many), None, truth))
     rows.append(b.row("  outliers=1", b.locate(many, outliers=1), None, truth))
     total, end = fit.relaxation.share.sum(), b.pressure[-100:].mean(axis=0) - first
-    print(
-        f"relaxation of each sensor, times the common {total:.3f}: {fit.scale.round(2)}; common: {fit.common}"
-    )
-    print(
-        f"held readings change by, in noises: {fit.before.round(1)}; the common kernel undone: {fit.after.round(1)}"
-    )
+    print(f"relaxation of each sensor, times the common {total:.3f}: {fit.scale.round(2)}; common: {fit.common}")
+    print(f"held readings change by, in noises: {fit.before.round(1)}; the common kernel undone: {fit.after.round(1)}")
     print(f"readings of the free skin at the end, from the beginning [Pa]: {end.round(0)}")
     return rows
 
@@ -281,13 +264,7 @@ def main() -> None:
     if not RECORDING.is_file():
         print(f"no recording at {RECORDING.name}: ../shared/data is not there")
         return
-    columns = [
-        "barotact, 30 presses held out",
-        "OK",
-        "wrong",
-        "place, median / 95 % [mm]",
-        "force, to the first",
-    ]
+    columns = ["barotact, 30 presses held out", "OK", "wrong", "place, median / 95 % [mm]", "force, to the first"]
     show("A real skin", columns, recorded(), options.json)
 
 

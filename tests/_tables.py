@@ -55,9 +55,7 @@ def _family(name: str) -> Callable[..., ss.Contact]:
 
 CONTACTS: dict[str, Callable[..., ss.Contact]] = {
     **{name: _family(name) for name in families()},  # those that are found by name, a new one too
-    "slip": lambda side=1, a=A, p=FORCE: ss.PartialSlip(
-        p, 0.4 * side, 0.2e-3 * side, half_width=a, friction=MU
-    ),
+    "slip": lambda side=1, a=A, p=FORCE: ss.PartialSlip(p, 0.4 * side, 0.2e-3 * side, half_width=a, friction=MU),
     "almost sticks": lambda side=1, a=A, p=FORCE: ss.PartialSlip(
         p, 1e-6 * side, 0.2e-3 * side, half_width=a, friction=MU
     ),

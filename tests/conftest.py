@@ -13,7 +13,5 @@ _SHARED = Path(__file__).resolve().parents[2] / "shared"
 def shared() -> Path:
     """The folder of reference values and recordings beside the repository; the test is skipped where there is none."""
     if not _SHARED.is_dir():
-        pytest.skip(
-            "needs the reference values and recordings in ../shared, which do not ship with the project"
-        )
+        pytest.skip("needs the reference values and recordings in ../shared, which do not ship with the project")
     return _SHARED

@@ -65,11 +65,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-read", drop_object_base)
     app.connect("doctree-read", drop_links_of_words)
     # where the first sentence of a docstring does not end
-    autosummary.WELL_KNOWN_ABBREVIATIONS = (
-        *autosummary.WELL_KNOWN_ABBREVIATIONS,
-        "eq.",
-        "eqs.",
-        "Fig.",
-        "Figs.",
-    )
+    autosummary.WELL_KNOWN_ABBREVIATIONS = (*autosummary.WELL_KNOWN_ABBREVIATIONS, "eq.", "eqs.", "Fig.", "Figs.")
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -38,19 +38,9 @@ HERE = Path(__file__).parent
 SKIN = "#F6E9DC"
 
 
-def arrow(
-    axes: Axes, tail: tuple[float, float], tip: tuple[float, float], colour: str, **more: object
-) -> None:
+def arrow(axes: Axes, tail: tuple[float, float], tip: tuple[float, float], colour: str, **more: object) -> None:
     """An arrow in data units, both ends exactly where they are said to be."""
-    style = {
-        "arrowstyle": "-|>",
-        "mutation_scale": 10,
-        "shrinkA": 0,
-        "shrinkB": 0,
-        "lw": 1.2,
-        "color": colour,
-        **more,
-    }
+    style = {"arrowstyle": "-|>", "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0, "lw": 1.2, "color": colour, **more}
     axes.annotate("", xy=tip, xytext=tail, arrowprops=style, annotation_clip=False)
 
 
@@ -84,9 +74,7 @@ def conventions() -> Figure:
     arrow(axes, tail, (f, 0), BLUE, lw=2.2, mutation_scale=15)
     axes.add_patch(Arc((f, 0), 2.9, 2.9, theta1=270 - np.rad2deg(angle), theta2=270, color=BLUE, lw=0.9))
     axes.text(f - 0.42, -1.52, r"$\alpha$", color=BLUE, ha="center", va="bottom", fontsize=9)
-    axes.text(
-        tail[0] - 0.1, tail[1] + 0.1, r"force $P$ at angle $\alpha > 0$", color=BLUE, ha="right", va="bottom"
-    )
+    axes.text(tail[0] - 0.1, tail[1] + 0.1, r"force $P$ at angle $\alpha > 0$", color=BLUE, ha="right", va="bottom")
     normal, tangential = 2.1 * np.cos(angle), 2.1 * np.sin(angle)
     arrow(axes, (f, -normal), (f, 0), BLUE, lw=1.1, mutation_scale=12)
     arrow(axes, (f, 0), (f + tangential, 0), BLUE, lw=2.0, mutation_scale=12)
@@ -95,9 +83,7 @@ def conventions() -> Figure:
 
     # the sensors
     for number, s in enumerate((-b, 0.0, b), start=1):
-        axes.add_patch(
-            Rectangle((s - 0.13, depth - 0.13), 0.26, 0.26, facecolor=GREEN, edgecolor="none", zorder=3)
-        )
+        axes.add_patch(Rectangle((s - 0.13, depth - 0.13), 0.26, 0.26, facecolor=GREEN, edgecolor="none", zorder=3))
         axes.text(s, depth + 0.22, str(number), ha="center", va="top", color=GREEN, fontweight="bold")
         axes.plot([s, s], [depth - 0.5, depth], color=GREEN, lw=0.6)
     span(axes, -b, 0, depth - 0.38, "$b$", GREEN)
@@ -114,13 +100,7 @@ def conventions() -> Figure:
     axes.text(-b + 0.1, 3.32, r"$y_\mathrm{memo} = f - s$", color=VERMILLION, va="bottom")
     text = "the memo's $y$ in (1) to (8): from a field point, here sensor 1 at $s = -b$, to the load"
     axes.text(-b, 3.55, text, color=VERMILLION, va="top")
-    axes.text(
-        f + 0.15,
-        0.5,
-        "position of the load;\nthis is the memo's $y$\nin (12) and (13)",
-        color=BLACK,
-        va="top",
-    )
+    axes.text(f + 0.15, 0.5, "position of the load;\nthis is the memo's $y$\nin (12) and (13)", color=BLACK, va="top")
     return figure
 
 

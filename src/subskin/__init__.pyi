@@ -21,16 +21,7 @@ from . import tensor as tensor
 from . import transducer as transducer
 from .array import SensorArray
 from .calibration import calibrate, calibrate_blind
-from .contact import (
-    Contact,
-    FlatPunch,
-    Hertz,
-    LineLoad,
-    PartialSlip,
-    PressureProfile,
-    Strip,
-    Wedge,
-)
+from .contact import Contact, FlatPunch, Hertz, LineLoad, PartialSlip, PressureProfile, Strip, Wedge
 from .errors import SubskinError
 from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
 from .finger import Finger

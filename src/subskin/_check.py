@@ -47,24 +47,16 @@ def real(
             raise TypeError
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InvalidValueError(
-            f"{name} = {value!r}", "a real number or an array of them is needed", fix
-        ) from None
+        raise InvalidValueError(f"{name} = {value!r}", "a real number or an array of them is needed", fix) from None
     unit_text = f" [{unit}]" if unit else ""
     if finite and not np.isfinite(array).all():
         raise InvalidValueError(_seen(name, array, ~np.isfinite(array)), f"has to be finite{unit_text}", fix)
     if above is not None and not (array > above).all():
-        raise InvalidValueError(
-            _seen(name, array, ~(array > above)), f"has to be > {above:g}{unit_text}", fix
-        )
+        raise InvalidValueError(_seen(name, array, ~(array > above)), f"has to be > {above:g}{unit_text}", fix)
     if at_least is not None and not (array >= at_least).all():
-        raise InvalidValueError(
-            _seen(name, array, ~(array >= at_least)), f"has to be >= {at_least:g}{unit_text}", fix
-        )
+        raise InvalidValueError(_seen(name, array, ~(array >= at_least)), f"has to be >= {at_least:g}{unit_text}", fix)
     if at_most is not None and not (array <= at_most).all():
-        raise InvalidValueError(
-            _seen(name, array, ~(array <= at_most)), f"has to be <= {at_most:g}{unit_text}", fix
-        )
+        raise InvalidValueError(_seen(name, array, ~(array <= at_most)), f"has to be <= {at_most:g}{unit_text}", fix)
     array.flags.writeable = False
     return array
 

@@ -28,12 +28,7 @@ def attach(package: str, path: str) -> tuple[Callable[[str], object], Callable[[
         is public, and listed by `dir`.
     """
     stub = _parsed(Path(path).with_suffix(".pyi"))
-    origin = {
-        alias.name: node.module
-        for node in stub.body
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
+    origin = {alias.name: node.module for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}
 
     def load(name: str) -> object:
         if name not in origin:

@@ -91,15 +91,12 @@ class SensorArray:
             values = _check.real(name, getattr(self, name), **limits)
             if values.shape not in ((), (1,), y.shape):
                 raise GeometryError(
-                    f"{name} of shape {values.shape}",
-                    f"one value, or one for each of the {y.size} sensors, is needed",
+                    f"{name} of shape {values.shape}", f"one value, or one for each of the {y.size} sensors, is needed"
                 )
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(values, y.shape).copy()))
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
-        kinds = (
-            (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
-        )
+        kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
         if len(kinds) != y.size or not all(isinstance(k, Transducer) for k in kinds):
             raise GeometryError(
                 f"transducer = {self.transducer!r}",

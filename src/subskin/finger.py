@@ -83,9 +83,7 @@ class Finger:
 
     def __post_init__(self) -> None:
         if not isinstance(self.skin, Skin):
-            raise InvalidValueError(
-                f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))"
-            )
+            raise InvalidValueError(f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
         if not isinstance(self.array, SensorArray):
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
         deepest = float(np.asarray(self.array.depth).max())

@@ -55,8 +55,7 @@ class Load:
         d = parts.shape[-1] - 1 if parts.ndim else 0
         if d not in (1, 2):
             raise GeometryError(
-                f"components of shape {parts.shape}",
-                "the last axis is (N, T), or (N, Ty, Tz) of a local load",
+                f"components of shape {parts.shape}", "the last axis is (N, T), or (N, Ty, Tz) of a local load"
             )
         position = _array("position", self.position)
         batch = position.shape if d == 1 else position.shape[:-1]

@@ -81,8 +81,7 @@ class Response:
         wide = self.widest > 0
         if values.ndim != 4 + wide or values.shape[1 + wide] != DEGREE + 1 or values.shape[-1] != 2:
             raise GeometryError(
-                f"coefficients of shape {values.shape}",
-                f"({'widths, ' * wide}cells, {DEGREE + 1}, n, 2) is needed",
+                f"coefficients of shape {values.shape}", f"({'widths, ' * wide}cells, {DEGREE + 1}, n, 2) is needed"
             )
         object.__setattr__(self, "coefficients", values)
 
@@ -146,12 +145,7 @@ class Response:
 
     @classmethod
     def from_table(
-        cls,
-        positions: npt.ArrayLike,
-        normal: npt.ArrayLike,
-        tangential: npt.ArrayLike,
-        *,
-        tolerance: float = 1e-6,
+        cls, positions: npt.ArrayLike, normal: npt.ArrayLike, tangential: npt.ArrayLike, *, tolerance: float = 1e-6
     ) -> Response:
         """A response measured, or computed elsewhere, at the given load positions; a quintic spline between them.
 
@@ -177,13 +171,10 @@ class Response:
             raise GeometryError(f"positions of shape {y.shape}", "at least 6 ascending places are needed")
         if any(f.ndim != 2 or f.shape[0] != y.size or f.shape != fields[0].shape for f in fields):
             raise GeometryError(
-                f"normal {fields[0].shape}, tangential {fields[1].shape}",
-                f"both need the shape ({y.size}, sensors)",
+                f"normal {fields[0].shape}, tangential {fields[1].shape}", f"both need the shape ({y.size}, sensors)"
             )
         spline = make_interp_spline(y, np.stack(fields, axis=-1), k=5)
-        return cls.from_function(
-            spline, float(y[0]), float(y[-1]), step=float(np.diff(y).min()), tolerance=tolerance
-        )
+        return cls.from_function(spline, float(y[0]), float(y[-1]), step=float(np.diff(y).min()), tolerance=tolerance)
 
     @classmethod
     def of(cls, finger: Finger, family: Family, search: tuple[float, float], widest: float) -> Response:
@@ -231,9 +222,7 @@ class Response:
         """The response of some of the sensors, given by a mask or by indices."""
         return replace(self, coefficients=self.coefficients[..., np.asarray(sensors), :])
 
-    def __call__(
-        self, position: npt.ArrayLike, half_width: npt.ArrayLike = 0.0, *, derivative: int = 0
-    ) -> FloatArray:
+    def __call__(self, position: npt.ArrayLike, half_width: npt.ArrayLike = 0.0, *, derivative: int = 0) -> FloatArray:
         """Value, or first or second derivative in y, shape (..., n, 2).
 
         Parameters
@@ -306,9 +295,7 @@ def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float,
         return float(middle - half), float(middle + half)
     low, high = _check.real("search", search, unit="m")
     if not low < high:
-        raise InvalidValueError(
-            f"search = {search!r}", "two ascending positions are needed", "search=(-5e-3, 5e-3)"
-        )
+        raise InvalidValueError(f"search = {search!r}", "two ascending positions are needed", "search=(-5e-3, 5e-3)")
     if high - low > period * (1 + 1e-12):
         raise InvalidValueError(
             f"search = {search!r}",

@@ -287,11 +287,7 @@ def transducer_of(kind: str) -> Transducer:
     module, _, name = kind.partition(":") if ":" in kind else kind.rpartition(".")
     if not (module and name):
         close = difflib.get_close_matches(kind, list(known), n=1)
-        fix = (
-            f'did you mean "{close[0]}"'
-            if close
-            else f"known: {', '.join(known)}, or mypackage.mymodule:MyGauge"
-        )
+        fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(known)}, or mypackage.mymodule:MyGauge"
         raise InvalidValueError(seen, "no such kind of sensor is known", fix)
     try:
         place = import_module(module)

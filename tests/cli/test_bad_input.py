@@ -78,9 +78,7 @@ class TestFingerFile:
 
     def test_unknown_key(self, refused, written, command):
         written(finger=("depth", "dept"))
-        assert 'line 8: [sensors] key "dept": no such key is known. Fix: did you mean "depth"' in refused(
-            command
-        )
+        assert 'line 8: [sensors] key "dept": no such key is known. Fix: did you mean "depth"' in refused(command)
 
     def test_empty(self, refused, folder, written, command):
         written()
@@ -210,9 +208,7 @@ class TestOptions:
     def test_simulate(self, refused, options):
         refused(("simulate", "finger.toml"), *options)
 
-    @pytest.mark.parametrize(
-        "rows", [("--every", "0"), ("--rows", "1,x"), ("--rows", "999"), ("--rows", "5-2")]
-    )
+    @pytest.mark.parametrize("rows", [("--every", "0"), ("--rows", "1,x"), ("--rows", "999"), ("--rows", "5-2")])
     @pytest.mark.parametrize("command", ["calibrate", "locate"])
     def test_rows(self, refused, written, command, rows):
         written()

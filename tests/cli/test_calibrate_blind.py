@@ -36,9 +36,7 @@ def touches(folder, subskin):
 
 
 def test_the_file_written_locates_as_the_real_finger_does(touches, subskin):
-    ran = subskin(
-        "calibrate", "--blind", "finger.toml", "readings.csv", "-o", "new.toml", "--figure", "learnt.svg"
-    )
+    ran = subskin("calibrate", "--blind", "finger.toml", "readings.csv", "-o", "new.toml", "--figure", "learnt.svg")
     assert (ran.code, ran.err) == (0, "")
     for text in (
         "of 150 touches used", "times those of a finger known exactly", "common scale of the gains",

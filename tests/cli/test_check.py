@@ -58,10 +58,7 @@ def told(text):
     ("name", "said"),
     [
         ("layer", "6 mm (0.4 MPa, nu 0.5) on a rigid base, read as a half plane"),
-        (
-            "stack",
-            "0.3 mm (2 MPa, nu 0.48) and 5 mm (40 kPa, nu 0.5, sliding) on a half plane (10 GPa, nu 0.3)",
-        ),
+        ("stack", "0.3 mm (2 MPa, nu 0.48) and 5 mm (40 kPa, nu 0.5, sliding) on a half plane (10 GPa, nu 0.3)"),
         ("round", "a radius of 8 mm (0.4 MPa, nu 0.5) on a rigid core of 4 mm, read as a half plane"),
     ],
 )
@@ -81,10 +78,7 @@ def test_every_kind_of_skin(check, name, said):
         np.testing.assert_allclose(table[row], [*shown, 0, error.status["unexplained"]], rtol=0.051)
     np.testing.assert_array_equal(table["its own skin"], 0.0)
     assert f"{found.beneath[0]:.3f}" in ran.out
-    assert (
-        f"{100 * found.normal:.1f} % under a normal touch, {100 * found.tangential:.1f} % under a drag"
-        in ran.out
-    )
+    assert f"{100 * found.normal:.1f} % under a normal touch, {100 * found.tangential:.1f} % under a drag" in ran.out
     assert f"to be {1e3 * found.depth:.3g} mm deep, not 2 mm" in ran.out
     assert "-> use the finger's own skin: the half plane misplaces touches by up to 0." in ran.out
 
@@ -103,9 +97,7 @@ def test_json(check):
         error = getattr(found, name)
         assert data["locate"][name]["status"] == error.status
         assert data["locate"][name]["unanswered"] == error.unanswered
-        np.testing.assert_allclose(
-            data["locate"][name]["angle"]["worst"], error.summary()["angle"]["worst"], rtol=1e-9
-        )
+        np.testing.assert_allclose(data["locate"][name]["angle"]["worst"], error.summary()["angle"]["worst"], rtol=1e-9)
 
 
 class TestWhatIf:

@@ -24,27 +24,17 @@ def columns(path, *names):
 
 class TestSimulate:
     def test_readings_are_those_of_the_finger(self, subskin, folder):
-        (folder / "finger.toml").write_text(
-            (folder / "finger.toml").read_text().replace("noise = 5", "noise = 0")
-        )
+        (folder / "finger.toml").write_text((folder / "finger.toml").read_text().replace("noise = 5", "noise = 0"))
         loads = ("--force", "10..60 N/m", "--angle", "-30..30 deg", "--position", "-9..9 mm", "--count", 200)
-        ran = subskin(
-            "simulate", "finger.toml", "-o", "r.csv", "--contact", "hertz", "--half-width", "1 mm", *loads
-        )
+        ran = subskin("simulate", "finger.toml", "-o", "r.csv", "--contact", "hertz", "--half-width", "1 mm", *loads)
         assert (ran.code, ran.err) == (0, "")
         force, angle, position = columns("r.csv", "force", "angle", "position")
-        for values, low, high in (
-            (force, 10, 60),
-            (angle, -math.pi / 6, math.pi / 6),
-            (position, -9e-3, 9e-3),
-        ):
+        for values, low, high in ((force, 10, 60), (angle, -math.pi / 6, math.pi / 6), (position, -9e-3, 9e-3)):
             assert low <= values.min() < low + 0.05 * (high - low)
             assert high >= values.max() > high - 0.05 * (high - low)
         finger = load_finger("finger.toml").finger
         expected = finger.read(ss.Hertz(force=force, angle=angle, position=position, half_width=1e-3))
-        np.testing.assert_allclose(
-            read_table("r.csv").readings(["p0", "p1", "p2", "p3"]), expected, rtol=1e-12
-        )
+        np.testing.assert_allclose(read_table("r.csv").readings(["p0", "p1", "p2", "p3"]), expected, rtol=1e-12)
 
     def test_the_seed_decides(self, subskin, folder):
         for name, seed in (("a.csv", 1), ("b.csv", 1), ("c.csv", 2)):
@@ -75,12 +65,7 @@ class TestSimulate:
 @pytest.fixture
 def recorded(subskin, folder):
     """A recording of a finger that lies deeper than drawn, at 12.5 mm on the motor's axis, with a dead sensor."""
-    real = (
-        (folder / "finger.toml")
-        .read_text()
-        .replace("5 mm", "5.6 mm", 1)
-        .replace("offset = 1e5", "offset = 2e5")
-    )
+    real = (folder / "finger.toml").read_text().replace("5 mm", "5.6 mm", 1).replace("offset = 1e5", "offset = 2e5")
     (folder / "real.toml").write_text(real)
     options = ("--count", 41, "--origin", "12.5 mm", "--position", "1.5..23.5 mm", "--relaxation", 0.2)
     more = ("--drift", 20, "--dead", 2, "--spread", 0.2, "--seed", 3, "--recording")
@@ -93,17 +78,11 @@ class TestTheWholeWay:
         ran = subskin("segment", "finger.toml", "raw.csv", "-o", "presses.csv")
         assert (ran.code, ran.err) == (0, "")
         assert "41 presses" in ran.out
-        np.testing.assert_allclose(
-            *columns("presses.csv", "position"), np.linspace(1.5e-3, 23.5e-3, 41), atol=1e-9
-        )
+        np.testing.assert_allclose(*columns("presses.csv", "position"), np.linspace(1.5e-3, 23.5e-3, 41), atol=1e-9)
 
-        drawn = (
-            (recorded / "finger.toml").read_text().replace("offset = 1e5", "offset = 0  # of a difference")
-        )
+        drawn = (recorded / "finger.toml").read_text().replace("offset = 1e5", "offset = 0  # of a difference")
         (recorded / "finger.toml").write_text(drawn)
-        ran = subskin(
-            "calibrate", "finger.toml", "presses.csv", "-o", "calibrated.toml", "--every", 2, *NO_OFFSET
-        )
+        ran = subskin("calibrate", "finger.toml", "presses.csv", "-o", "calibrated.toml", "--every", 2, *NO_OFFSET)
         assert (ran.code, ran.err) == (0, "")
         assert "dead: p2" in ran.out
         assert "R^2 0.999" in ran.out.split("held out")[0].splitlines()[-1]
@@ -150,15 +129,7 @@ class TestTheWholeWay:
             moved.append(",".join(cells))
         (recorded / "moved.csv").write_text("\n".join(moved) + "\n")
         ran = subskin(
-            "calibrate",
-            "calibrated.toml",
-            "moved.csv",
-            "-o",
-            "today.toml",
-            "--fit",
-            "origin",
-            "--rows",
-            "5,20,35",
+            "calibrate", "calibrated.toml", "moved.csv", "-o", "today.toml", "--fit", "origin", "--rows", "5,20,35"
         )
         assert ran.code == 0
         before, after = load_finger("calibrated.toml"), load_finger("today.toml")
@@ -166,15 +137,7 @@ class TestTheWholeWay:
         np.testing.assert_array_equal(after.finger.array.gain, before.finger.array.gain)
         data = json.loads(
             subskin(
-                "locate",
-                "today.toml",
-                "moved.csv",
-                "--rows",
-                "5,20,35",
-                "--skip-used",
-                "--truth",
-                "position",
-                "--json",
+                "locate", "today.toml", "moved.csv", "--rows", "5,20,35", "--skip-used", "--truth", "position", "--json"
             ).out
         )
         assert abs(data["against_truth"]["ok"]["mean"]) < 0.05e-3
@@ -186,9 +149,7 @@ class TestTheWholeWay:
         finger = (recorded / "finger.toml").read_text().replace("offset = 1e5", "")
         (recorded / "finger.toml").write_text(finger)
         data = json.loads(
-            subskin(
-                "calibrate", "finger.toml", "presses.parquet", "--rows", "0-19,30", *NO_OFFSET, "--json"
-            ).out
+            subskin("calibrate", "finger.toml", "presses.parquet", "--rows", "0-19,30", *NO_OFFSET, "--json").out
         )
         assert (data["touches"], data["held_out"], data["dead"]) == (21, 20, ["p2"])
         assert data["sensors"]["p2"] == {"state": "dead", "r2": None, "residual": 5.0}
@@ -199,9 +160,7 @@ class TestTheWholeWay:
         positions = ("--count", 13, "--position", "-9..9 mm", "--drift", 20)
         subskin("simulate", "finger.toml", "-o", "raw.csv", "--recording", *positions)
         finger = (folder / "finger.toml").read_text()
-        (folder / "finger.toml").write_text(
-            finger.replace('press = { column = "z", unit = "1/320 mm" }\n', "")
-        )
+        (folder / "finger.toml").write_text(finger.replace('press = { column = "z", unit = "1/320 mm" }\n', ""))
         ran = subskin("segment", "finger.toml", "raw.csv", "-o", "p.csv", "--before", "0.2 s")
         assert "13 presses" in ran.out
         assert "depth" not in read_table("p.csv").columns
@@ -227,13 +186,9 @@ class TestCalibrate:
         np.testing.assert_allclose(array.offset, 1e5, rtol=1e-4)
 
     def test_an_origin_that_is_not_fitted_is_kept(self, subskin, folder):
-        (folder / "there.toml").write_text(
-            (folder / "finger.toml").read_text() + '[calibration]\norigin = "30 mm"\n'
-        )
+        (folder / "there.toml").write_text((folder / "finger.toml").read_text() + '[calibration]\norigin = "30 mm"\n')
         subskin("simulate", "there.toml", "-o", "r.csv", "--count", 40)
-        subskin(
-            "calibrate", "there.toml", "r.csv", "-o", "c.toml", "--fit", "gain", "--force-column", "force"
-        )
+        subskin("calibrate", "there.toml", "r.csv", "-o", "c.toml", "--fit", "gain", "--force-column", "force")
         file = load_finger("c.toml")
         assert file.origin == 30e-3
         np.testing.assert_allclose(file.finger.array.gain, -1e5, rtol=0.02)
@@ -291,13 +246,9 @@ class TestLocate:
         assert [float(cell) for cell in row[-4:]] == pytest.approx([said[k] * 1e3 for k in names], rel=5e-3)
 
     def test_positions_are_on_the_axis_of_the_calibration(self, subskin, folder):
-        leaning = (
-            (folder / "finger.toml").read_text().replace("friction = 0", "friction = 1")
-        )  # so there are rivals
+        leaning = (folder / "finger.toml").read_text().replace("friction = 0", "friction = 1")  # so there are rivals
         (folder / "finger.toml").write_text(leaning)
-        (folder / "there.toml").write_text(
-            (folder / "finger.toml").read_text() + '[calibration]\norigin = "30 mm"\n'
-        )
+        (folder / "there.toml").write_text((folder / "finger.toml").read_text() + '[calibration]\norigin = "30 mm"\n')
         for name in ("finger", "there"):
             subskin("simulate", f"{name}.toml", "-o", f"{name}.csv", "--grid", "--count", 19)
             subskin("locate", f"{name}.toml", f"{name}.csv", "-o", f"{name}-found.csv", "--truth", "position")
@@ -341,10 +292,7 @@ class TestFigures:
     def test_figures(self, subskin, folder):
         ran = subskin("figures", "-o", "out", "--only", "2,6", "--formats", "svg")
         assert ran.code == 0
-        assert sorted(p.name for p in (folder / "out").iterdir()) == [
-            "memo_figure_02.svg",
-            "memo_figure_06.svg",
-        ]
+        assert sorted(p.name for p in (folder / "out").iterdir()) == ["memo_figure_02.svg", "memo_figure_06.svg"]
 
     @pytest.mark.parametrize("wrong", [("--only", "5"), ("--only", "six"), ("--formats", "bmp")])
     def test_what_there_is_not(self, subskin, folder, wrong):

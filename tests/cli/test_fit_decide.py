@@ -82,9 +82,7 @@ class TestFit:
 
     def test_figure(self, subskin, table):
         assert subskin("fit", "finger.toml", "r.csv", "--figure", "f.svg").code == 0
-        assert (
-            "place along the skin" in (table / "f.svg").read_text() or (table / "f.svg").stat().st_size > 5000
-        )
+        assert "place along the skin" in (table / "f.svg").read_text() or (table / "f.svg").stat().st_size > 5000
 
 
 class TestDecide:
@@ -100,14 +98,7 @@ class TestDecide:
         assert np.isnan(shares[3]).all()
 
     def test_kinds_of_one_s_own(self, subskin, table):
-        kinds = (
-            "--kind",
-            "edge=wedge: 0.2..0.7 mm",
-            "--kind",
-            "big can = hertz: 1..3 mm * 2",
-            "--sure",
-            "0.99",
-        )
+        kinds = ("--kind", "edge=wedge: 0.2..0.7 mm", "--kind", "big can = hertz: 1..3 mm * 2", "--sure", "0.99")
         data = json.loads(subskin("decide", "finger.toml", "r.csv", *kinds, "--json").out)
         assert data["kinds"] == {"edge": 1, "big can": 2}
         assert data["columns"]["kind"] == ["big can", "edge", "big can", "no contact"]

@@ -16,10 +16,7 @@ from subskin.io.tables import write_table
 from .conftest import FINGER
 
 QUICK = settings(
-    max_examples=150,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 FEW = settings(QUICK, max_examples=60)
 
@@ -65,19 +62,7 @@ def changed_files(draw):
         elif action == "remove":
             del table[key]
         elif action == "add":
-            known = [
-                "y",
-                "width",
-                "high",
-                "resolution",
-                "exact",
-                "kind",
-                "centre",
-                "plane",
-                "early",
-                "hold",
-                "origin",
-            ]
+            known = ["y", "width", "high", "resolution", "exact", "kind", "centre", "plane", "early", "hold", "origin"]
             table[draw(st.sampled_from(known))] = draw(VALUES)
         else:
             document[draw(st.sampled_from(["skin", "locate", "calibration", "other"]))] = draw(VALUES)
@@ -130,9 +115,7 @@ TABLE = "position,p0,p1,p2,p3\n" + "".join(
 
 
 @FEW
-@given(
-    at=st.integers(0, len(TABLE)), piece=st.binary(max_size=6), cut=st.integers(0, 300), command=st.booleans()
-)
+@given(at=st.integers(0, len(TABLE)), piece=st.binary(max_size=6), cut=st.integers(0, 300), command=st.booleans())
 def test_a_table_with_other_bytes(tmp_path, at, piece, cut, command):
     data = TABLE.encode()
     run(tmp_path, data[:at] + piece + data[at + cut :], "r.csv", command)
@@ -166,9 +149,7 @@ def run(folder, data, name, calibrate):
     out = folder / ("out.toml" if calibrate else "out.csv")
     out.unlink(missing_ok=True)
     if calibrate:
-        code = exit_code(
-            "calibrate", folder / "finger.toml", folder / name, "-o", out, "--fit", "gain,offset"
-        )
+        code = exit_code("calibrate", folder / "finger.toml", folder / name, "-o", out, "--fit", "gain,offset")
     else:
         code = exit_code("locate", folder / "finger.toml", folder / name, "-o", out)
     assert code in ((0, 1, 2) if calibrate else (0, 2))

@@ -44,15 +44,7 @@ def table(path) -> dict[str, list[str]]:
 def test_it_writes_the_map_the_totals_and_a_figure(tip, folder, subskin):
     finger, frames = tip
     done = subskin(
-        "pressure",
-        "skin.toml",
-        "readings.csv",
-        "-o",
-        "map.csv",
-        "--totals",
-        "forces.csv",
-        "--figure",
-        "map.png",
+        "pressure", "skin.toml", "readings.csv", "-o", "map.csv", "--totals", "forces.csv", "--figure", "map.png"
     )
     assert done.code == 0, done.err
     assert "nothing beyond noise" in done.out

@@ -47,9 +47,7 @@ def test_a_stream_is_tared_and_its_wild_readings_left_out(subskin, stream):
 
 def test_rows_left_out_are_part_of_the_stream_all_the_same(subskin, stream):
     whole = json.loads(subskin("locate", "finger.toml", "stream.csv", "--tare", "6", "--json").out)
-    some = json.loads(
-        subskin("locate", "finger.toml", "stream.csv", "--tare", "6", "--rows", "700-720", "--json").out
-    )
+    some = json.loads(subskin("locate", "finger.toml", "stream.csv", "--tare", "6", "--rows", "700-720", "--json").out)
     assert some["columns"]["position"] == whole["columns"]["position"][700:721]
 
 
@@ -111,13 +109,8 @@ def test_every_command_that_goes_frame_by_frame_takes_a_stream(subskin, stream, 
 
 def test_relaxation_and_the_fastest_drift_stand_in_the_file(subskin, folder):
     """A stream of simulated rubber: with [relaxation] the force of a touch that is held stays."""
-    assert (
-        subskin("simulate", "finger.toml", "-o", "raw.csv", "--recording", "--count", 3, "--hold", "4 s").code
-        == 0
-    )
-    text = (
-        folder / "finger.toml"
-    ).read_text() + '[relaxation]\nshare = [0.2]\ntime = ["1.5 s"]\n[tare]\ndrift = 1\n'
+    assert subskin("simulate", "finger.toml", "-o", "raw.csv", "--recording", "--count", 3, "--hold", "4 s").code == 0
+    text = (folder / "finger.toml").read_text() + '[relaxation]\nshare = [0.2]\ntime = ["1.5 s"]\n[tare]\ndrift = 1\n'
     (folder / "rubber.toml").write_text(text)
     time = read_table("raw.csv").numbers("time")
     late = (time % 5.5 > 4.0) & (time % 5.5 < 4.9)

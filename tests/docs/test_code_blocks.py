@@ -127,9 +127,7 @@ def run_page(text: str, folder: Path, page: str) -> None:
             assert same, f"{page}:{block.line}: expected\n{block.code}\nprinted\n{before}"
         if block.not_run or block.language in SHOWN:
             continue
-        assert block.language in RUN, (
-            f"{page}:{block.line}: language {block.language!r} is not one of {RUN | SHOWN}"
-        )
+        assert block.language in RUN, f"{page}:{block.line}: language {block.language!r} is not one of {RUN | SHOWN}"
         if block.file:
             (folder / block.file).write_text(block.code, encoding="utf-8")
         if block.language == "python":
@@ -145,9 +143,7 @@ def run_page(text: str, folder: Path, page: str) -> None:
         elif block.language == "console":
             run_console(block, folder, page)
         else:
-            assert block.file, (
-                f"{page}:{block.line}: say where a toml block belongs: <!-- file: finger.toml -->"
-            )
+            assert block.file, f"{page}:{block.line}: say where a toml block belongs: <!-- file: finger.toml -->"
 
 
 @pytest.mark.parametrize("page", [pytest.param(p, id=str(p.relative_to(ROOT))) for p in PAGES])
@@ -163,9 +159,7 @@ def test_code_fits_the_page() -> None:
 
 
 def test_few_blocks_are_left_out() -> None:
-    left_out = [
-        f"{p.name}:{b.line}: {b.not_run}" for p in PAGES for b in blocks(p.read_text("utf-8")) if b.not_run
-    ]
+    left_out = [f"{p.name}:{b.line}: {b.not_run}" for p in PAGES for b in blocks(p.read_text("utf-8")) if b.not_run]
     assert len(left_out) <= MOST_NOT_RUN, left_out
 
 

@@ -18,9 +18,7 @@ ROOT = Path(__file__).parents[2]
 REAL = ROOT.parent / "shared/data/barotact/test_full_20230706_175400.csv"
 PAGE = (ROOT / "docs/recording.md").read_text("utf-8")
 
-pytestmark = pytest.mark.skipif(
-    not REAL.exists(), reason="the recording, which cannot be shipped, is not at hand"
-)
+pytestmark = pytest.mark.skipif(not REAL.exists(), reason="the recording, which cannot be shipped, is not at hand")
 
 
 @pytest.fixture(scope="module")

@@ -20,9 +20,7 @@ LISTED = re.compile(r"^   ((?:\w+\.)*\w+)$", re.MULTILINE)
 def rooms(package: ModuleType) -> dict[str, ModuleType]:
     """The rooms without a page of their own, by their way from the top; design has rooms within."""
     folder = Path(package.__file__).parent
-    names = {
-        path.stem for path in folder.iterdir() if path.suffix == ".py" or (path / "__init__.py").is_file()
-    }
+    names = {path.stem for path in folder.iterdir() if path.suffix == ".py" or (path / "__init__.py").is_file()}
     hidden = {name for name in names if name.startswith("_")} | {"cli"}
     found = {name: importlib.import_module(f"{package.__name__}.{name}") for name in names - hidden}
     found = {name: room for name, room in found.items() if room.__name__ not in PAGES}
@@ -62,9 +60,7 @@ def test_every_key_of_the_finger_file_is_on_the_page_of_the_command_line() -> No
     assert len(tables) >= 5
     for name, annotation in tables.items():
         assert f"[{name}]" in page
-        model = next(
-            m for m in (annotation, *getattr(annotation, "__args__", ())) if hasattr(m, "model_fields")
-        )
+        model = next(m for m in (annotation, *getattr(annotation, "__args__", ())) if hasattr(m, "model_fields"))
         assert [key for key in model.model_fields if f"`{key}`" not in page] == [], name
 
 

@@ -56,9 +56,7 @@ class TestRefusals:
         with pytest.raises(ss.errors.InvalidValueError, match=name):
             row(**{name: bad})
 
-    @pytest.mark.parametrize(
-        ("name", "bad"), [("depth", 0.0), ("depth", -1e-3), ("noise", -1.0), ("width", -1.0)]
-    )
+    @pytest.mark.parametrize(("name", "bad"), [("depth", 0.0), ("depth", -1e-3), ("noise", -1.0), ("width", -1.0)])
     def test_out_of_range(self, name, bad):
         with pytest.raises(ss.errors.InvalidValueError, match=f"{name} = .*has to be >"):
             row(**{name: bad})

@@ -75,9 +75,7 @@ class TestDerivatives:
                 width=width,
             ),
         )
-        names = ["gain", "offset", "depth", "position", "poisson"] + (
-            ["thickness"] if skin != "half plane" else []
-        )
+        names = ["gain", "offset", "depth", "position", "poisson"] + (["thickness"] if skin != "half plane" else [])
         errors = dict.fromkeys(names, 1e-4) | {"gain": 0.05, "poisson": 0.03, "offset": 1e-3}
         x = np.random.default_rng(0).standard_normal(9 + 2 + (skin != "half plane"))
         model = BlindModel(tip, names, errors, 2)
@@ -90,9 +88,7 @@ class TestDerivatives:
 
         seen = np.ones((2, 3), dtype=bool)
         near = model.linearise(Touches(readings(x, touch), seen), x, np.asarray(touch.position))
-        np.testing.assert_allclose(
-            near.force, np.stack([touch.normal_force, touch.tangential_force], -1), rtol=1e-7
-        )
+        np.testing.assert_allclose(near.force, np.stack([touch.normal_force, touch.tangential_force], -1), rtol=1e-7)
         assert np.abs(near.rest).max() < 1e-6
         for i, step in enumerate(np.full(x.size, 1e-3) * np.eye(x.size)):
             slope = (readings(x + step, touch) - readings(x - step, touch)) / 2e-3
@@ -107,12 +103,8 @@ class TestDerivatives:
         model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, 2)
         touch = loads(drawn(count=4), 3)
         data = drawn(count=4).read(touch) / 5e-5
-        near = model.linearise(
-            Touches(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position)
-        )
-        below = (
-            ss.Finger(ss.HalfPlane(ss.Material(0.4e6, 0.5 - 1e-6)), drawn(count=4).array).read(touch) / 5e-5
-        )
+        near = model.linearise(Touches(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position))
+        below = ss.Finger(ss.HalfPlane(ss.Material(0.4e6, 0.5 - 1e-6)), drawn(count=4).array).read(touch) / 5e-5
         slope = (data - below) / 1e-6 * 0.03
         np.testing.assert_allclose(near.by_finger[..., 0], slope, atol=1e-4 * np.abs(slope).max())
 
@@ -273,9 +265,7 @@ class TestHowMany:
         """Angles located by fingers drawn from the posterior scatter as `error_ratio` says."""
         tip, rng = drawn(count=6), np.random.default_rng(7)
 
-        def aslant(
-            finger, count
-        ):  # to one side only: else the signs of the two forces' parts would not matter
+        def aslant(finger, count):  # to one side only: else the signs of the two forces' parts would not matter
             load = loads(finger, count, seed=5)
             return replace(load, angle=0.1 + 0.8 * np.abs(np.asarray(load.angle)))
 
@@ -293,9 +283,7 @@ class TestHowMany:
             ok = np.isfinite(angle) & (np.abs(angle) < 0.2)
             errors.append((angle[ok] ** 2).mean())
             noise.append((at.std[ok, 2] ** 2).mean())
-        assert np.sqrt(1 + np.mean(errors) / np.mean(noise)) == pytest.approx(
-            found.error_ratio().angle, rel=0.01
-        )
+        assert np.sqrt(1 + np.mean(errors) / np.mean(noise)) == pytest.approx(found.error_ratio().angle, rel=0.01)
 
     def test_bad_questions(self, found):
         for ask in (
@@ -359,8 +347,7 @@ class TestItLearns:
         skin = ss.HalfPlane(ss.Material(0.4e6, 0.42))
         tip = ss.Finger(skin, drawn(count=8).array)
         real = ss.Finger(
-            ss.HalfPlane(ss.Material(0.4e6, 0.45)),
-            replace(made(tip).array, offset=2e-3 * np.sin(np.arange(8))),
+            ss.HalfPlane(ss.Material(0.4e6, 0.45)), replace(made(tip).array, offset=2e-3 * np.sin(np.arange(8)))
         )
         fit = ("gain", "depth", "position", "poisson", "offset")
         found = ss.calibrate_blind(tip, touched(real, 200), fit=fit, poisson_error=0.03, offset_error=2e-3)
@@ -462,9 +449,7 @@ class TestOddReadings:
         known, found = (ss.calibrate_blind(finger, readings) for finger in (tip, quiet))
         assert known.misfit == 1.0
         assert found.misfit == pytest.approx(5.0, rel=0.15)
-        np.testing.assert_allclose(
-            [p.std for p in found.parameters], [p.std for p in known.parameters], rtol=0.1
-        )
+        np.testing.assert_allclose([p.std for p in found.parameters], [p.std for p in known.parameters], rtol=0.1)
         at = [f.error_ratio(10 * 150) for f in (known, found)]
         assert at[1].angle - 1 == pytest.approx(at[0].angle - 1, rel=0.2)
         spread = [f._learning.covariance() - f._learning.covariance(np.inf) for f in (known, found)]
@@ -505,11 +490,7 @@ class TestInput:
             ({"fit": ()}, ss.errors.InvalidValueError, "empty"),
             ({"fit": ("depth", "depths")}, ss.errors.InvalidValueError, "both depth and depths"),
             ({"fit": "poisson"}, ss.errors.InvalidValueError, "without poisson_error"),
-            (
-                {"fit": "thickness", "thickness_error": 0.1},
-                ss.errors.InvalidValueError,
-                "no single thickness",
-            ),
+            ({"fit": "thickness", "thickness_error": 0.1}, ss.errors.InvalidValueError, "no single thickness"),
             ({"gain_error": 0.0}, ss.errors.InvalidValueError, "gain_error"),
             ({"gain_error": [0.1, 0.1]}, ss.errors.GeometryError, "gain_error of shape"),
             ({"depth_error": np.nan}, ss.errors.InvalidValueError, "depth_error"),

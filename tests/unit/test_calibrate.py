@@ -30,9 +30,7 @@ def drawn(poisson=0.5, **changes):
 
 
 def touch(finger, positions=PLACES, seed=0, **load):
-    return finger.read(
-        ss.LineLoad(**{"force": 1.0, **load}, position=positions - ORIGIN), np.random.default_rng(seed)
-    )
+    return finger.read(ss.LineLoad(**{"force": 1.0, **load}, position=positions - ORIGIN), np.random.default_rng(seed))
 
 
 def errors_in_sigma(found, truth):
@@ -97,9 +95,7 @@ def test_dead_and_weak_sensors_and_missing_readings_are_said():
     truth = true_finger(gain=[80.0, 0.0, 90.0, 5.0], noise=1e-5)
     readings = np.array(touch(truth))
     readings[::7, 0] = np.nan
-    found = ss.calibrate(
-        drawn(poisson=0.45), readings, PLACES, fit=("gain", "offset", "depth", "origin", "position")
-    )
+    found = ss.calibrate(drawn(poisson=0.45), readings, PLACES, fit=("gain", "offset", "depth", "origin", "position"))
     assert found.health == (
         ss.calibration.Health.OK,
         ss.calibration.Health.DEAD,
@@ -160,9 +156,7 @@ def test_inputs_stay_as_they_were():
 
 
 def test_a_parameter_that_the_readings_say_nothing_of_has_no_finite_error():
-    array = ss.SensorArray.line(
-        4, pitch=6e-3, depth=5e-3, transducer=ss.NormalStress(), gain=1e-6, noise=1e-9
-    )
+    array = ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, transducer=ss.NormalStress(), gain=1e-6, noise=1e-9)
     finger = ss.Finger(SKIN, array)
     found = ss.calibrate(finger, touch(finger), PLACES, fit=("gain", "depth", "origin", "poisson"))
     errors = {p.name: p.std for p in found.parameters}
@@ -173,10 +167,7 @@ def test_a_parameter_that_the_readings_say_nothing_of_has_no_finite_error():
 def test_a_width_of_none_is_fitted_without_leaving_its_range():
     truth = true_finger(width=0.0, noise=1e-5)
     found = ss.calibrate(
-        drawn(poisson=0.45),
-        touch(truth),
-        PLACES,
-        fit=("gain", "offset", "depths", "origin", "position", "width"),
+        drawn(poisson=0.45), touch(truth), PLACES, fit=("gain", "offset", "depths", "origin", "position", "width")
     )
     width = next(p for p in found.parameters if p.name == "width")
     assert 0 <= width.value < 0.3e-3
@@ -313,9 +304,7 @@ class TestDoubts:
     def test_what_the_readings_say_nothing_of(self):
         stress = on(SKIN, transducer=ss.NormalStress(), gain=1e-6, noise=1e-9)
         found = ss.calibrate(stress, touch(stress, FEW), FEW, fit=("gain", "depth", "poisson"), origin=ORIGIN)
-        assert found.doubts == (
-            "poisson is not determined: its standard error is more than 10 times the value",
-        )
+        assert found.doubts == ("poisson is not determined: its standard error is more than 10 times the value",)
 
     def test_what_can_hardly_be_told_apart(self):
         # the mean pressure of a thin layer is nearly the same at all depths

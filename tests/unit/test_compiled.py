@@ -15,9 +15,7 @@ import pytest
 import subskin
 
 ROOT = Path(subskin.__file__).parent
-COMPILED = {
-    path for path in ROOT.rglob("*.py") if "@compiled(" in path.read_text() and path.name != "_compiled.py"
-}
+COMPILED = {path for path in ROOT.rglob("*.py") if "@compiled(" in path.read_text() and path.name != "_compiled.py"}
 
 
 def imported(path):
@@ -67,9 +65,7 @@ def test_what_was_kept_is_thrown_away_when_what_it_is_built_on_changes(tmp_path)
     )
 
     def run():
-        made = subprocess.run(
-            [sys.executable, "above.py"], cwd=tmp_path, capture_output=True, text=True, check=True
-        )
+        made = subprocess.run([sys.executable, "above.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
         return made.stdout.strip()
 
     assert run() == "2"

@@ -109,9 +109,7 @@ def test_ends_of_the_range_and_too_soft_a_skin_are_said():
 
 
 def test_the_recommendation_serves_all_forces_or_says_which_not():
-    good = skin_compliance(
-        finger(), PARTICLE, [30.0, 40.0], young=[0.05e6, 0.2e6, 0.25e6, 5e6], accuracy=0.002
-    )
+    good = skin_compliance(finger(), PARTICLE, [30.0, 40.0], young=[0.05e6, 0.2e6, 0.25e6, 5e6], accuracy=0.002)
     assert good.regime[good.best].tolist() == [Regime.TOLD, Regime.TOLD]
     assert "at all of 30 to 40 N/m" in good.reason
     assert "stiffer, at 30 N/m the skin hardly touches" in good.reason
@@ -136,11 +134,7 @@ def test_a_thinner_skin_and_a_flat_one():
     ("tip", "particle", "rule"),
     [
         (finger(noise=0.0), PARTICLE, "depends on the noise"),
-        (
-            ss.Finger(SKIN, ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, noise=1e-4)),
-            PARTICLE,
-            "four unknowns",
-        ),
+        (ss.Finger(SKIN, ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, noise=1e-4)), PARTICLE, "four unknowns"),
         (finger(ss.HalfPlane(RUBBER)), PARTICLE, "touch all along"),
         (finger(transducer=ss.EnergyDensity()), PARTICLE, "linear"),
     ],
@@ -150,9 +144,7 @@ def test_what_cannot_be_asked(tip, particle, rule):
         skin_compliance(tip, particle, 40.0, young=0.2e6)
 
 
-@pytest.mark.parametrize(
-    "bad", [{"force": 0.0}, {"force": 40.0, "young": -1.0}, {"force": 40.0, "accuracy": -0.1}]
-)
+@pytest.mark.parametrize("bad", [{"force": 0.0}, {"force": 40.0, "young": -1.0}, {"force": 40.0, "accuracy": -0.1}])
 def test_numbers_out_of_range(bad):
     with pytest.raises(ss.errors.InvalidValueError):
         skin_compliance(finger(), PARTICLE, **bad)

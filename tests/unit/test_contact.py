@@ -59,9 +59,7 @@ class TestShapes:
             assert part.shape == shape
         for index in np.ndindex(shape):
             one = SKIN.stress(build(), x[index], y[index])
-            np.testing.assert_allclose(
-                components(one), components(state.stress)[(slice(None), *index)], rtol=1e-13
-            )
+            np.testing.assert_allclose(components(one), components(state.stress)[(slice(None), *index)], rtol=1e-13)
 
     @pytest.mark.parametrize("parameter", ["force", "angle", "position"])
     @pytest.mark.parametrize("batch", [(4,), (3, 1), (2, 3, 1)])
@@ -109,9 +107,7 @@ class TestShapes:
         stress = components(SKIN.stress(many.expand(1), X, Y))
         for k in range(2):
             one = ss.PressureProfile([-A, 0.2 * A, A], pressure[k], -pressure[k])
-            np.testing.assert_allclose(
-                stress[:, k], components(SKIN.stress(one, X, Y)), rtol=1e-13, atol=1e-13
-            )
+            np.testing.assert_allclose(stress[:, k], components(SKIN.stress(one, X, Y)), rtol=1e-13, atol=1e-13)
             np.testing.assert_allclose(many.pressure(0.4 * A)[k], one.pressure(0.4 * A))
 
     def test_a_profile_of_very_many_nodes(self):
@@ -121,10 +117,7 @@ class TestShapes:
         coarse = ss.PressureProfile([-A, 0.0, A], [0.0, 4e4, 0.0])
         x, y = np.linspace(1e-4, 3e-3, 40), np.linspace(-2e-3, 2e-3, 40)
         np.testing.assert_allclose(
-            components(SKIN.stress(fine, x, y)),
-            components(SKIN.stress(coarse, x, y)),
-            rtol=0,
-            atol=1e-12 * 4e4,
+            components(SKIN.stress(fine, x, y)), components(SKIN.stress(coarse, x, y)), rtol=0, atol=1e-12 * 4e4
         )
 
     def test_shapes_that_do_not_fit_are_told(self):
@@ -149,8 +142,7 @@ class TestTypes:
         as_float = ss.Strip(force=4.0, angle=0.0, position=1.0, half_width=2.0)
         for x, y in ((3, 5), (np.array([3, 4]), np.array([5, 6]))):
             np.testing.assert_array_equal(
-                components(SKIN.stress(as_int, x, y)),
-                components(SKIN.stress(as_float, np.float64(x), np.float64(y))),
+                components(SKIN.stress(as_int, x, y)), components(SKIN.stress(as_float, np.float64(x), np.float64(y)))
             )
         assert as_int.pressure(1).dtype == np.float64
         assert ss.PressureProfile([0, 2], [1, 1]).pressure([1, 3]).tolist() == [1.0, 0.0]
@@ -159,16 +151,9 @@ class TestTypes:
         x, y = X.copy(), Y.copy()
         force = np.array([30.0, 40.0])
         contact = build(force=force)
-        results = [
-            contact.pressure(y[:2]),
-            contact.shear(y[:2]),
-            contact.normal_force,
-            contact.tangential_force,
-        ]
+        results = [contact.pressure(y[:2]), contact.shear(y[:2]), contact.normal_force, contact.tangential_force]
         state = SKIN.state(contact.expand(1), x, y)
-        results += [
-            getattr(part, c) for part in (state.stress, state.strain) for c in ("xx", "yy", "zz", "xy")
-        ]
+        results += [getattr(part, c) for part in (state.stress, state.strain) for c in ("xx", "yy", "zz", "xy")]
         results += [value for value in vars(contact).values() if isinstance(value, np.ndarray)]
         for result in results:
             with pytest.raises(ValueError, match="read-only"):
@@ -185,9 +170,7 @@ class TestTypes:
     def test_survives_pickling(self, build):
         for contact in (build(), profile(), build() + profile()):
             copy = pickle.loads(pickle.dumps(contact))
-            np.testing.assert_array_equal(
-                components(SKIN.stress(copy, X, Y)), components(SKIN.stress(contact, X, Y))
-            )
+            np.testing.assert_array_equal(components(SKIN.stress(copy, X, Y)), components(SKIN.stress(contact, X, Y)))
 
 
 class TestRefusals:
@@ -198,9 +181,7 @@ class TestRefusals:
             ss.Hertz(**{"force": 1.0, parameter: bad}, half_width=A)
 
     def test_the_message_tells_position_rule_and_fix(self):
-        with pytest.raises(
-            ss.errors.InvalidValueError, match=r"force\[1\] = nan: has to be finite \[N/m\]. Fix: "
-        ):
+        with pytest.raises(ss.errors.InvalidValueError, match=r"force\[1\] = nan: has to be finite \[N/m\]. Fix: "):
             ss.LineLoad([1.0, np.nan])
         with pytest.raises(
             ss.errors.InvalidValueError, match=r"angle = 30: has to be <= 3.14159 \[rad\]. Fix: .*deg2rad"
@@ -324,9 +305,7 @@ class TestSums:
         np.testing.assert_allclose(total.pressure(y), sum(c.pressure(y) for c in contacts))
         np.testing.assert_allclose(total.shear(y), sum(c.shear(y) for c in contacts))
         np.testing.assert_allclose(
-            components(SKIN.stress(total, X, Y)),
-            sum(components(SKIN.stress(c, X, Y)) for c in contacts),
-            rtol=1e-12,
+            components(SKIN.stress(total, X, Y)), sum(components(SKIN.stress(c, X, Y)) for c in contacts), rtol=1e-12
         )
 
     def test_batches_of_both_kinds_broadcast(self):
@@ -376,9 +355,7 @@ class TestSingularPoints:
     )
     def test_are_blanked_and_told(self, contact, at):
         for y in at:
-            with pytest.warns(
-                ss.errors.SingularPointWarning, match=f"infinite on the surface at y = {y:g} m"
-            ):
+            with pytest.warns(ss.errors.SingularPointWarning, match=f"infinite on the surface at y = {y:g} m"):
                 s = SKIN.stress(contact, [0.0, 0.0], [y, 7.0])
             assert np.isnan([s.xx[0], s.yy[0], s.xy[0]]).all()
             assert np.isfinite(components(s)[:, 1]).all()
@@ -414,9 +391,7 @@ class TestSingularPoints:
 
     def test_wedge_and_punch_edges_from_without(self):
         """A wedge's edges are no singular points; a punch's pressure is infinite at its own."""
-        assert np.isfinite(
-            components(SKIN.stress(ss.Wedge(1.0, 0.2, half_width=1.0), 0.0, [-1.0, 1.0]))
-        ).all()
+        assert np.isfinite(components(SKIN.stress(ss.Wedge(1.0, 0.2, half_width=1.0), 0.0, [-1.0, 1.0]))).all()
         assert ss.FlatPunch(1.0, half_width=1.0).pressure([-1.0, 1.0, 1.1]).tolist() == [np.inf, np.inf, 0.0]
         assert ss.Wedge(1.0, half_width=1.0).pressure([0.0, 1.1]).tolist() == [np.inf, 0.0]
 
@@ -443,9 +418,7 @@ class TestValidity:
         """a = 2 sqrt(N R (1 - nu^2) / (pi E)): half of what the memo's eq. (17) gives."""
         touch = ss.Hertz.from_radius(40.0, 8e-3, RUBBER, angle=0.3, position=1e-3)
         n = 40 * np.cos(0.3)
-        np.testing.assert_allclose(
-            touch.half_width, 2 * np.sqrt(n * 8e-3 * 0.75 / (np.pi * 0.4e6)), rtol=1e-15
-        )
+        np.testing.assert_allclose(touch.half_width, 2 * np.sqrt(n * 8e-3 * 0.75 / (np.pi * 0.4e6)), rtol=1e-15)
         np.testing.assert_allclose([touch.normal_force, touch.position], [n, 1e-3])
         slip = ss.PartialSlip.from_radius(40.0, 8e-3, RUBBER, angle=0.3, friction=0.6)
         assert isinstance(slip, ss.PartialSlip)
@@ -462,17 +435,13 @@ class TestValidity:
     def test_wedge_from_angle(self):
         """a = N tan(theta/2) (1 - nu^2) / E."""
         wedge = ss.Wedge.from_angle(40.0, 2.8, RUBBER, angle=-0.2, position=1e-3)
-        np.testing.assert_allclose(
-            wedge.half_width, 40 * np.cos(0.2) * np.tan(1.4) * 0.75 / 0.4e6, rtol=1e-14
-        )
+        np.testing.assert_allclose(wedge.half_width, 40 * np.cos(0.2) * np.tan(1.4) * 0.75 / 0.4e6, rtol=1e-14)
         np.testing.assert_allclose([wedge.angle, wedge.position], [-0.2, 1e-3])
 
     def test_wedge_too_sharp_for_linear_theory(self):
         edge = 2 * np.arctan(1 / 0.3)
         ss.Wedge.from_angle(40.0, edge + 1e-3, RUBBER)
-        with pytest.warns(
-            ss.errors.ValidityWarning, match=r"slope by cot\(theta/2\) = 0.30.* small\s+slopes"
-        ):
+        with pytest.warns(ss.errors.ValidityWarning, match=r"slope by cot\(theta/2\) = 0.30.* small\s+slopes"):
             ss.Wedge.from_angle(40.0, edge - 1e-3, RUBBER)
 
     @pytest.mark.parametrize("angle", [0.0, np.pi, -1.0, 160.0, [2.8, 0.0]])
@@ -480,9 +449,7 @@ class TestValidity:
         with pytest.raises(ss.errors.InvalidValueError, match=r"vertex_angle = .* \(0, pi\) .*deg2rad"):
             ss.Wedge.from_angle(40.0, angle, RUBBER)
 
-    @pytest.mark.parametrize(
-        ("force", "angle"), [(0.0, 0.0), (40.0, np.pi / 2), (40.0, 2.0), ([40.0, 0.0], 0.0)]
-    )
+    @pytest.mark.parametrize(("force", "angle"), [(0.0, 0.0), (40.0, np.pi / 2), (40.0, 2.0), ([40.0, 0.0], 0.0)])
     def test_load_that_does_not_press(self, force, angle):
         with pytest.raises(ss.errors.InvalidValueError, match="presses"):
             ss.Hertz.from_radius(force, 8e-3, RUBBER, angle)
@@ -496,9 +463,7 @@ class TestValidity:
 
     def test_punch_that_lifts(self):
         most = 40.0 * A / 2
-        assert (
-            ss.FlatPunch(40.0, half_width=A, moment=most).pressure(A * np.linspace(-0.999, 0.999, 50)) >= 0
-        ).all()
+        assert (ss.FlatPunch(40.0, half_width=A, moment=most).pressure(A * np.linspace(-0.999, 0.999, 50)) >= 0).all()
         with pytest.warns(ss.errors.ValidityWarning, match="one edge of the punch pulls"):
             lifted = ss.FlatPunch(40.0, half_width=A, moment=[0.0, -1.01 * most])
         assert lifted.pressure(0.999 * A)[1] < 0

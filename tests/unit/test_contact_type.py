@@ -73,9 +73,7 @@ def test_cannot_tell_with_four_sensors_and_a_free_width():
     """Four unknowns explain four readings, whatever pressed: the answer is that they cannot tell."""
     tip = finger(4)
     kinds = tuple(Kind(n, n, (0.02, 1.2)) for n in ("wedge", "punch", "hertz"))
-    touches = [
-        ss.Hertz(1.0, a, y, half_width=0.5) for a, y in ((0.0, 0.2), (0.3, -0.4), (-0.4, 0.1), (0.1, 0.6))
-    ]
+    touches = [ss.Hertz(1.0, a, y, half_width=0.5) for a, y in ((0.0, 0.2), (0.3, -0.4), (-0.4, 0.1), (0.1, 0.6))]
     said = contact_type(tip, [tip.read(t) for t in touches], kinds)
     assert said.decision.tolist() == [CANNOT_TELL] * 4
     assert said.name.tolist() == ["cannot tell"] * 4

@@ -54,11 +54,7 @@ class TestDensity:
     @pytest.mark.parametrize("a", [0.5e-3, 2e-3, 6e-3])
     @pytest.mark.parametrize(
         ("kind", "spectrum"),
-        [
-            (ss.Hertz, lambda x: 2 * j1(x) / x),
-            (ss.FlatPunch, j0),
-            (ss.Strip, lambda x: np.sin(x) / x),
-        ],
+        [(ss.Hertz, lambda x: 2 * j1(x) / x), (ss.FlatPunch, j0), (ss.Strip, lambda x: np.sin(x) / x)],
     )
     def test_all_waves_beyond_count(self, kind, spectrum, a):
         """A spectrum has zeros: it is the last crossing that decides, not the first."""

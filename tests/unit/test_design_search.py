@@ -88,17 +88,13 @@ def test_a_design_of_the_grid_is_what_its_finger_can_do(grid):
 
 
 def test_strain_and_range_under_the_strongest_force():
-    goals = replace(
-        GOALS, touches=replace(GOALS.touches, friction=0.0), room=replace(GOALS.room, count=(4, 4))
-    )
+    goals = replace(GOALS, touches=replace(GOALS.touches, friction=0.0), room=replace(GOALS.room, count=(4, 4)))
     grid = search_grid(goals)
     # straight beneath a normal line load at nu = 1/2, plane strain: eps_x = -3 P / (2 pi E x), a principal strain
     beneath = 3 * 100.0 / (2 * np.pi * 0.4e6 * grid.depths[0])
     np.testing.assert_allclose(grid.values["strain"][0, 0, :, 0, 0], beneath, rtol=1e-6)
     # mean pressure there is (sx + sy + sz)/3 = (1 + nu)(sx + sy)/3 = -P / (pi x)
-    np.testing.assert_allclose(
-        grid.values["range"][0, 1, :, 0, 0], 100 / (np.pi * grid.depths[0] * 2e4), rtol=1e-6
-    )
+    np.testing.assert_allclose(grid.values["range"][0, 1, :, 0, 0], 100 / (np.pi * grid.depths[0] * 2e4), rtol=1e-6)
     assert (grid.values["range"][0, 0] == 0).all()
 
 
@@ -223,15 +219,10 @@ def test_what_is_promised_is_what_locate_does(study):
 
 
 def test_tolerances_count_against_the_goals(grid, study):
-    goals = replace(
-        GOALS, tolerances={"position": 0.1e-3, "thickness": 1e-4}, effort=replace(GOALS.effort, keep=1)
-    )
+    goals = replace(GOALS, tolerances={"position": 0.1e-3, "thickness": 1e-4}, effort=replace(GOALS.effort, keep=1))
     made = rank_fingers(search_grid(goals)).fingers[0]
     assert made.budget is not None
-    assert [cost.source for cost in made.budget.rows] == [
-        "position",
-        "noise",
-    ]  # a half plane has no thickness
+    assert [cost.source for cost in made.budget.rows] == ["position", "noise"]  # a half plane has no thickness
     check = next(check for check in made.checks if check.criterion.name == "position_95")
     assert check.value == pytest.approx(made.budget.kept(0.95)[0], rel=0.02)
     assert check.value > 1.1 * made.values["position_95"]
@@ -240,9 +231,7 @@ def test_tolerances_count_against_the_goals(grid, study):
 
 def test_a_feature_counts_against_the_goals(study, grid):
     assert not [c for c in study.fingers[0].checks if c.criterion.name == "feature"]
-    fine = replace(
-        GOALS, accuracy=replace(GOALS.accuracy, feature=0.2e-3), effort=replace(GOALS.effort, keep=1)
-    )
+    fine = replace(GOALS, accuracy=replace(GOALS.accuracy, feature=0.2e-3), effort=replace(GOALS.effort, keep=1))
     finger = rank_fingers(search_grid(fine)).fingers[0]
     check = next(c for c in finger.checks if c.criterion.name == "feature")
     assert check.value == finger.point

@@ -14,10 +14,7 @@ import pytest
 import subskin as ss
 
 SOURCE = Path(ss.__file__).parent
-LAZY = [
-    import_module(".".join(("subskin", *p.parent.relative_to(SOURCE).parts)))
-    for p in SOURCE.rglob("__init__.pyi")
-]
+LAZY = [import_module(".".join(("subskin", *p.parent.relative_to(SOURCE).parts))) for p in SOURCE.rglob("__init__.pyi")]
 EDGE = {"cli", "__main__", "__init__"}  # what is no room for programs
 
 
@@ -62,9 +59,7 @@ def test_what_is_listed_loads(package):
 
 @pytest.mark.parametrize("package", [ss, ss.design], ids=by_name)
 def test_every_room_is_reached_from_the_package(package):
-    for name in (
-        folders(package) - EDGE
-    ):  # asked of the stub: that it is loaded already would hide its absence
+    for name in folders(package) - EDGE:  # asked of the stub: that it is loaded already would hide its absence
         assert package.__getattr__(name) is import_module(f"{package.__name__}.{name}")
 
 
@@ -104,11 +99,7 @@ def test_a_star_brings_the_public_names_alone():
 
 @pytest.mark.parametrize(
     "first",
-    [
-        "import subskin.finger",
-        "from subskin.finger import Finger",
-        "import subskin.array, subskin.pressing.press",
-    ],
+    ["import subskin.finger", "from subskin.finger import Finger", "import subskin.array, subskin.pressing.press"],
 )
 def test_a_name_is_the_same_by_every_way(first):
     code = (

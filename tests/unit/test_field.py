@@ -39,9 +39,7 @@ def test_principal_values_do_not_turn():
 
 
 def test_mean_pressure_presses():
-    np.testing.assert_allclose(
-        ss.tensor.Stress(*(np.array(v) for v in (-2.0, -2.0, -2.0, 1.0))).mean_pressure, 2.0
-    )
+    np.testing.assert_allclose(ss.tensor.Stress(*(np.array(v) for v in (-2.0, -2.0, -2.0, 1.0))).mean_pressure, 2.0)
 
 
 def test_strain_names():
@@ -54,9 +52,7 @@ def test_strain_names():
 def test_energy_is_what_the_volume_and_the_shape_store(plane, nu):
     """p^2 / (2 K) + (deviator : deviator) / (4 G), by the other route of shape and volume."""
     material = ss.Material(2e5, nu)
-    state = ss.HalfPlane(material, plane=plane).state(
-        ss.Hertz(40.0, 0.4, half_width=1e-3), 1e-3, [0.0, 0.5e-3, 2e-3]
-    )
+    state = ss.HalfPlane(material, plane=plane).state(ss.Hertz(40.0, 0.4, half_width=1e-3), 1e-3, [0.0, 0.5e-3, 2e-3])
     s = state.stress
     deviator = matrices(s) + s.mean_pressure[:, None, None] * np.eye(3)
     stored = s.mean_pressure**2 / (2 * material.bulk) + (deviator**2).sum(axis=(1, 2)) / (4 * material.shear)

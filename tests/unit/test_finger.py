@@ -24,12 +24,7 @@ def test_three_sensors_read_memo_eq_12():
     b, y, p, alpha = 1.5e-3, 0.4e-3, 40.0, -0.35
     three = ss.Finger(SKIN, ss.SensorArray(y=[-b, 0.0, b], depth=D))
     expected = [
-        -3
-        / (2 * np.pi * E)
-        * p
-        * (D * np.cos(alpha) + t * np.sin(alpha))
-        * (D**2 - t**2)
-        / (D**2 + t**2) ** 2
+        -3 / (2 * np.pi * E) * p * (D * np.cos(alpha) + t * np.sin(alpha)) * (D**2 - t**2) / (D**2 + t**2) ** 2
         for t in (-b - y, -y, b - y)
     ]
     np.testing.assert_allclose(three.read(ss.LineLoad(p, alpha, y)), expected, rtol=1e-13)
@@ -91,9 +86,7 @@ def test_repr_is_short():
 def test_a_state_is_worked_out_as_it_is_asked_for():
     state = SKIN.state(TOUCH, D, [0.0, 1e-3])
     assert state.strain is state.strain
-    np.testing.assert_array_equal(
-        SKIN.at(D, [0.0, 1e-3])(TOUCH).stress.xx, SKIN.stress(TOUCH, D, [0.0, 1e-3]).xx
-    )
+    np.testing.assert_array_equal(SKIN.at(D, [0.0, 1e-3])(TOUCH).stress.xx, SKIN.stress(TOUCH, D, [0.0, 1e-3]).xx)
     for skin in (SKIN, ss.Layered(ss.Layer(ss.Material(E), 2 * D)), ss.Round(ss.Material(E), 4 * D, 2 * D)):
         with pytest.raises(ss.errors.GeometryError):
             skin.at(-D, 0.0)(TOUCH)

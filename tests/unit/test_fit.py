@@ -23,9 +23,7 @@ NOISE = 2e-5
 
 
 def finger(count=6, skin=SKINS["half plane"], **more):
-    return ss.Finger(
-        skin, ss.SensorArray.line(count, pitch=0.5 * DEPTH, depth=DEPTH, **{"noise": NOISE, **more})
-    )
+    return ss.Finger(skin, ss.SensorArray.line(count, pitch=0.5 * DEPTH, depth=DEPTH, **{"noise": NOISE, **more}))
 
 
 def chi2(tip, reading, contact):
@@ -90,9 +88,7 @@ def test_errors_are_those_of_the_bound(family):
     frames = read(truth) + NOISE * np.random.default_rng(0).normal(size=(3000, 6))
     found = tip.fit(frames, family)
     assert (found.status == ss.Status.OK).mean() > 0.999
-    assert np.sqrt(np.diag(tip.fit(read(truth), family).covariance)) == pytest.approx(
-        np.sqrt(np.diag(bound)), rel=2e-3
-    )
+    assert np.sqrt(np.diag(tip.fit(read(truth), family).covariance)) == pytest.approx(np.sqrt(np.diag(bound)), rel=2e-3)
     values = np.stack([found.position, found.force, found.angle, found.half_width], -1)
     scaled = (values - truth) / np.sqrt(np.diag(bound))
     assert scaled.std(axis=0) == pytest.approx(np.ones(4), abs=0.04)
@@ -106,11 +102,7 @@ def test_errors_are_those_of_the_bound(family):
 def test_the_answer_fits_no_worse_than_the_truth():
     """Global: over the whole range of places and widths, the residual is that of the truth or less."""
     tip, rng = finger(), np.random.default_rng(5)
-    y, angle, a = (
-        rng.uniform(-2.5e-3, 2.5e-3, 600),
-        rng.uniform(-0.7, 0.7, 600),
-        rng.uniform(0.0, 1.5, 600) * DEPTH,
-    )
+    y, angle, a = (rng.uniform(-2.5e-3, 2.5e-3, 600), rng.uniform(-0.7, 0.7, 600), rng.uniform(0.0, 1.5, 600) * DEPTH)
     for name, kind in FAMILIES.items():
         contact = kind(40.0, angle, y, half_width=np.maximum(a, 1e-9))
         frames = tip.read(contact, rng)
@@ -120,9 +112,9 @@ def test_the_answer_fits_no_worse_than_the_truth():
 
 def test_a_narrow_width_shows_in_its_square_alone():
     tip = finger()
-    frames = tip.read(ss.Hertz(40.0, 0.2, 0.3e-3, half_width=0.03 * DEPTH)) + NOISE * np.random.default_rng(
-        1
-    ).normal(size=(500, 6))
+    frames = tip.read(ss.Hertz(40.0, 0.2, 0.3e-3, half_width=0.03 * DEPTH)) + NOISE * np.random.default_rng(1).normal(
+        size=(500, 6)
+    )
     found = tip.fit(frames, "hertz")
     low, high = found.half_width_interval.T
     assert (low == 0).mean() > 0.9
@@ -144,11 +136,7 @@ def test_four_readings_for_four_unknowns_fit_everything():
 
 def test_the_rival_fits_as_well_as_it_says():
     tip, rng = finger(5), np.random.default_rng(2)
-    y, angle, a = (
-        rng.uniform(-2e-3, 2e-3, 600),
-        rng.uniform(-0.7, 0.7, 600),
-        rng.uniform(0.5, 1.2, 600) * DEPTH,
-    )
+    y, angle, a = (rng.uniform(-2e-3, 2e-3, 600), rng.uniform(-0.7, 0.7, 600), rng.uniform(0.5, 1.2, 600) * DEPTH)
     frames = tip.read(ss.FlatPunch(40.0, angle, y, half_width=a), rng)
     found = tip.fit(frames, "punch")
     second = found.second

@@ -143,14 +143,8 @@ class TestLearning:
         (lambda: Friction([0.1, 0.3, 0.2], [1.0, 1.0]), "ascend"),
         (lambda: Friction([0.1, 0.2, 0.3], [0.0, 0.0]), "all 0"),
         (lambda: Friction([0.1, 0.2, 0.3], [1.0, -0.1]), "masses"),
-        (
-            lambda: Friction.between(0.3, 0.5).updated(slips=estimate(20.0, 19.0)),
-            "no friction from 0.3 to 0.5",
-        ),
-        (
-            lambda: Friction.between(0.3, 0.5).updated(holds=estimate(20.0, 19.0)),
-            "no friction from 0.3 to 0.5",
-        ),
+        (lambda: Friction.between(0.3, 0.5).updated(slips=estimate(20.0, 19.0)), "no friction from 0.3 to 0.5"),
+        (lambda: Friction.between(0.3, 0.5).updated(holds=estimate(20.0, 19.0)), "no friction from 0.3 to 0.5"),
         (lambda: Friction.between([0.3, 0.4], 0.5).updated(slips=estimate(20.0, 9.0)), "first axes"),
         (lambda: Friction.between(0.3, 0.5).updated(slips=np.zeros(3)), "Finger.locate"),
         (lambda: Friction.between(0.3, 0.5).quantile(1.5), "probability"),

@@ -103,9 +103,7 @@ def test_a_design_written_as_a_finger_is_the_same_finger(skin, sensor):
     text = finger_text(file, row, (-6e-3, 5e-3), ['why: "so"', "and = this"])
     written = parse_finger(text)
     positions = np.linspace(-3e-3, 3e-3, 7)
-    np.testing.assert_array_equal(
-        written.finger.receptive_field(positions), wanted.receptive_field(positions)
-    )
+    np.testing.assert_array_equal(written.finger.receptive_field(positions), wanted.receptive_field(positions))
     for name in ("y", "noise", "low", "high", "resolution", "width"):
         np.testing.assert_array_equal(getattr(written.finger.array, name), getattr(wanted.array, name))
     assert written.options == {"friction": 0.5}
@@ -135,10 +133,7 @@ REFUSED = {
     "tolerance": (GOALS.replace("gain = 0.01", "gian = 0.01"), 'did you mean "gain"'),
     "of a reading": (GOALS.replace("gain = 0.01", "noise = 0.01"), "no such tolerance"),
     "long": (GOALS.replace('span = "6 mm"', "span = 6"), "line 5: [touch] span = 6"),
-    "negative": (
-        GOALS.replace('position = "0.05 mm"', 'position = "-1 mm"'),
-        "line 36: [tolerances] position",
-    ),
+    "negative": (GOALS.replace('position = "0.05 mm"', 'position = "-1 mm"'), "line 36: [tolerances] position"),
     "seed": (GOALS.replace("seed = 7", "seed = -1"), "[search] seed"),
     "friction": (GOALS.replace("friction = 0.5", "friction = -0.5"), "line 4: [touch] friction"),
     "unsure": (GOALS.replace('angle = "3 deg"', "angle = 0.1\nunsure = 2"), "line 9: [accuracy] unsure"),

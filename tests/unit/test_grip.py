@@ -36,9 +36,7 @@ class TestClosedForms:
     def test_what_is_predicted(self):
         made = estimate(20.0, 6.0, (1e-20, 0.0, 0.09))
         steps = np.array([0.0, 2.0, -10.0])
-        found = least_force(
-            estimate([20.0] * 3, 6.0, (1e-20, 0.0, 0.09)), 0.5, 1e-3, rise=steps, rise_std=0.4
-        )
+        found = least_force(estimate([20.0] * 3, 6.0, (1e-20, 0.0, 0.09)), 0.5, 1e-3, rise=steps, rise_std=0.4)
         wanted = (np.abs(6.0 + steps) - norm.ppf(1e-3) * 0.5) / 0.5
         assert found == pytest.approx(wanted, rel=1e-8)
         # a drag that will be gone still needs holding against its error, to both sides
@@ -72,9 +70,7 @@ class TestFrames:
         assert found.shape == (2, 3)
         assert not found.flags.writeable
         for k, (i, j) in enumerate(np.ndindex(2, 3)):
-            one = least_force(
-                estimate(20.0, np.linspace(-9, 9, 6)[k]), Friction.between(0.3 + 0.06 * k, 0.9), rise=0.5
-            )
+            one = least_force(estimate(20.0, np.linspace(-9, 9, 6)[k]), Friction.between(0.3 + 0.06 * k, 0.9), rise=0.5)
             assert found[i, j] == pytest.approx(one, rel=1e-9)
 
     def test_no_load_no_answer(self):

@@ -216,21 +216,11 @@ class TestMap:
     [
         (finger(ss.HalfPlane(RUBBER)), {}, ss.errors.InvalidValueError, "whose skin is a half plane"),
         (finger(layer(3.0), count=2), {}, ss.errors.InvalidValueError, "2 sensors"),
-        (
-            finger(layer(3.0), gain=[0, 0, 0, 0, 1, 1]),
-            {},
-            ss.errors.InvalidValueError,
-            "2 sensors that respond",
-        ),
+        (finger(layer(3.0), gain=[0, 0, 0, 0, 1, 1]), {}, ss.errors.InvalidValueError, "2 sensors that respond"),
         (finger(layer(3.0), transducer=ss.EnergyDensity()), {}, ss.errors.NotLinearError, "EnergyDensity"),
         (finger(layer(3.0)), {"half_width": -1e-3}, ss.errors.InvalidValueError, "half_width"),
         (finger(layer(3.0)), {"snr": 0.0}, ss.errors.InvalidValueError, "snr"),
-        (
-            finger(ss.Round(RUBBER, 8e-3, 4e-3)),
-            {"half_width": 13e-3},
-            ss.errors.GeometryError,
-            "round the finger",
-        ),
+        (finger(ss.Round(RUBBER, 8e-3, 4e-3)), {"half_width": 13e-3}, ss.errors.GeometryError, "round the finger"),
     ],
 )
 def test_bad_input_is_refused(wrong, options, error, seen):

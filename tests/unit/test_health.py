@@ -18,8 +18,7 @@ SKINS = {
 
 def finger(count=6, skin="half plane", **more):
     return ss.Finger(
-        SKINS[skin],
-        ss.SensorArray.line(count, pitch=1.5e-3, depth=2e-3, **{"noise": 1e-4, "offset": 0.5, **more}),
+        SKINS[skin], ss.SensorArray.line(count, pitch=1.5e-3, depth=2e-3, **{"noise": 1e-4, "offset": 0.5, **more})
     )
 
 
@@ -34,9 +33,7 @@ def used(tip, count=500, seed=1, lean=0.6):
     """Ordinary use: touches all over the row, of any force, with free skin between."""
     rng = np.random.default_rng(seed)
     reach = float(np.max(tip.array.y)) + 0.5e-3
-    load = ss.LineLoad(
-        rng.uniform(5, 60, count), rng.uniform(-lean, lean, count), rng.uniform(-reach, reach, count)
-    )
+    load = ss.LineLoad(rng.uniform(5, 60, count), rng.uniform(-lean, lean, count), rng.uniform(-reach, reach, count))
     return np.concatenate([tip.read(load, rng), tip.read(ss.LineLoad(np.zeros(50)), rng)]), load
 
 
@@ -172,22 +169,10 @@ def test_touches_in_one_position_do_not_tell():
 @pytest.mark.parametrize(
     ("call", "error", "seen"),
     [
-        (
-            lambda: ss.calibration.sensor_health(finger(), np.zeros((5, 4))),
-            ss.errors.GeometryError,
-            "6 sensors",
-        ),
+        (lambda: ss.calibration.sensor_health(finger(), np.zeros((5, 4))), ss.errors.GeometryError, "6 sensors"),
         (lambda: ss.calibration.sensor_health(finger(), np.zeros(6)), ss.errors.GeometryError, "6 sensors"),
-        (
-            lambda: ss.calibration.sensor_health(finger(3), np.zeros((5, 3))),
-            ss.errors.ConvergenceError,
-            "at least 4",
-        ),
-        (
-            lambda: ss.calibration.sensor_health(finger(), np.full((50, 6), 0.5)),
-            ss.errors.ConvergenceError,
-            "touches",
-        ),
+        (lambda: ss.calibration.sensor_health(finger(3), np.zeros((5, 3))), ss.errors.ConvergenceError, "at least 4"),
+        (lambda: ss.calibration.sensor_health(finger(), np.full((50, 6), 0.5)), ss.errors.ConvergenceError, "touches"),
         (
             lambda: ss.calibration.sensor_health(finger(noise=0.0), np.zeros((5, 6))),
             ss.errors.InvalidValueError,
@@ -204,8 +189,7 @@ def test_a_model_that_is_a_little_wrong_kills_no_sensor():
     """Sensors that work are not called dead because the finger is 2 % deeper than it is taken for."""
     skin = ss.HalfPlane(ss.Material(young=0.4e6))
     drawn, made = (
-        ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=depth, noise=5e-5))
-        for depth in (2e-3, 2.04e-3)
+        ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=depth, noise=5e-5)) for depth in (2e-3, 2.04e-3)
     )
     rng = np.random.default_rng(0)
     touch = ss.LineLoad(np.full(300, 40.0), rng.uniform(-0.5, 0.5, 300), rng.uniform(-3.5e-3, 3.5e-3, 300))

@@ -13,9 +13,7 @@ from subskin import skin as media
 
 ROOT = Path(subskin.__file__).parent
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
-SKINS = {
-    name for name in media.__all__ if isinstance(of := getattr(media, name), type) and of is not media.Skin
-}
+SKINS = {name for name in media.__all__ if isinstance(of := getattr(media, name), type) and of is not media.Skin}
 
 
 def names_in(node: ast.AST) -> set[str]:
@@ -68,9 +66,7 @@ def test_the_walk_sees_a_question_for_the_class(source):
     assert len(type_switches(source, SKINS)) == 1
 
 
-@pytest.mark.parametrize(
-    "source", ["isinstance(skin, Skin)", "HalfPlane(material)", "skin == HalfPlane(material)"]
-)
+@pytest.mark.parametrize("source", ["isinstance(skin, Skin)", "HalfPlane(material)", "skin == HalfPlane(material)"])
 def test_the_walk_passes_what_is_allowed(source):
     assert type_switches(source, SKINS) == []
 
@@ -119,7 +115,6 @@ def test_its_private_files_are_its_own(room):
         for path in MODULES
         if path.parts[0] != room
         for file in imported(path)
-        if file.parts[0] == room
-        and any(part.startswith("_") and part != "__init__.py" for part in file.parts)
+        if file.parts[0] == room and any(part.startswith("_") and part != "__init__.py" for part in file.parts)
     }
     assert takers == set()

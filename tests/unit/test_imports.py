@@ -61,9 +61,7 @@ def targets(node: ast.Import | ast.ImportFrom, path: Path) -> list[str]:
         base = ".".join(package[: len(package) - node.level + 1])
         names = [f"{base}.{node.module}"] if node.module else [f"{base}.{alias.name}" for alias in node.names]
     parts = [name.split(".")[1] for name in names if name.startswith("subskin.")]
-    return [
-        part for part in parts if (ROOT / part).is_dir() or (ROOT / f"{part}.py").is_file()
-    ]  # else a name in it
+    return [part for part in parts if (ROOT / part).is_dir() or (ROOT / f"{part}.py").is_file()]  # else a name in it
 
 
 def imports(path: Path, source: str) -> list[tuple[str, int]]:
@@ -118,10 +116,7 @@ def test_the_walk_sees_an_arrow_that_runs_back(path, source):
     ("path", "source"),
     [
         ("finger.py", "if TYPE_CHECKING:\n    from .estimate.locate import Locator"),
-        (
-            "contact/line.py",
-            "from .base import Contact\nfrom .. import _check\nfrom ..material import Material",
-        ),
+        ("contact/line.py", "from .base import Contact\nfrom .. import _check\nfrom ..material import Material"),
     ],
 )
 def test_the_walk_passes_what_is_allowed(path, source):
@@ -161,9 +156,7 @@ def test_a_finger_is_light():
     """The first use of a name loads its room and what that stands on."""
     modules = loaded("import subskin as ss; ss.Finger, ss.SensorArray, ss.HalfPlane, ss.design")
     assert {"subskin.skin", "subskin.design"} <= modules
-    assert modules.isdisjoint(
-        {*HEAVY, "subskin.estimate", "subskin.plot", "subskin.memo", "subskin.design.search"}
-    )
+    assert modules.isdisjoint({*HEAVY, "subskin.estimate", "subskin.plot", "subskin.memo", "subskin.design.search"})
 
 
 @pytest.mark.parametrize("command", ["locate", "figures"])
@@ -171,6 +164,4 @@ def test_a_command_loads_no_other(command):
     code = f"from subskin.cli import main\ntry: main(['{command}', '--help'])\nexcept SystemExit: pass"
     modules = loaded(code)
     assert f"subskin.cli.{command}" in modules
-    assert modules.isdisjoint(
-        {*HEAVY, "numpy", "subskin.cli.calibrate", "subskin.cli.design", "subskin.finger"}
-    )
+    assert modules.isdisjoint({*HEAVY, "numpy", "subskin.cli.calibrate", "subskin.cli.design", "subskin.finger"})

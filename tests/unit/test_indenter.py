@@ -21,10 +21,7 @@ class TestHeights:
             (ss.pressing.Edge(), lambda y: np.where(y > 0, np.inf, 0.0)),
             (ss.pressing.Edge(2 * MM), lambda y: np.where(y > 0, y**2 / (4 * MM), 0.0)),
             (ss.pressing.RoundedFlat(MM), lambda y: np.where(np.abs(y) > MM, np.inf, 0.0)),
-            (
-                ss.pressing.RoundedFlat(0.4 * MM, MM),
-                lambda y: np.maximum(np.abs(y) - 0.4 * MM, 0) ** 2 / (2 * MM),
-            ),
+            (ss.pressing.RoundedFlat(0.4 * MM, MM), lambda y: np.maximum(np.abs(y) - 0.4 * MM, 0) ** 2 / (2 * MM)),
             (ss.pressing.RoundedWedge(0.2), lambda y: 0.2 * np.abs(y)),
             (
                 ss.pressing.RoundedWedge(0.2, 2.5 * MM),
@@ -44,9 +41,7 @@ class TestHeights:
             ),
             (
                 ss.pressing.ParticleOnFlat(0.4 * MM, 0.02 * MM, 1.5 * MM),
-                lambda y: np.where(
-                    np.abs(y) > 1.5 * MM, np.inf, 0.02 * MM * np.minimum((y / (0.4 * MM)) ** 2, 1)
-                ),
+                lambda y: np.where(np.abs(y) > 1.5 * MM, np.inf, 0.02 * MM * np.minimum((y / (0.4 * MM)) ** 2, 1)),
             ),
         ],
         ids=lambda value: type(value).__name__ if isinstance(value, ss.pressing.Indenter) else "",
@@ -74,9 +69,7 @@ class TestHeights:
 class TestProfile:
     def test_straight_lines_from_the_lowest_point(self):
         body = ss.pressing.Profile([-1, 0, 2], [5, 3, 7])
-        np.testing.assert_allclose(
-            body.height([-1, -0.5, 0, 1, 2, 2.001, -1.001]), [2, 1, 0, 2, 4, np.inf, np.inf]
-        )
+        np.testing.assert_allclose(body.height([-1, -0.5, 0, 1, 2, 2.001, -1.001]), [2, 1, 0, 2, 4, np.inf, np.inf])
         assert body.ends == (-1.0, 2.0)
 
     def test_input_is_copied_and_kept(self):
@@ -92,20 +85,13 @@ class TestProfile:
 
     def test_a_function_is_taken_at_its_word(self):
         body = ss.pressing.Profile.from_function(lambda y: 1 + 1e3 * y**4, -MM, MM, points=5)
-        np.testing.assert_allclose(
-            body.height([0.13 * MM, MM]), 1e3 * np.array([0.13 * MM, MM]) ** 4, rtol=1e-3
-        )
+        np.testing.assert_allclose(body.height([0.13 * MM, MM]), 1e3 * np.array([0.13 * MM, MM]) ** 4, rtol=1e-3)
         assert body.height(1.1 * MM) == np.inf
 
     @pytest.mark.parametrize(
         ("y", "height", "error", "words"),
         [
-            (
-                [0, 1, 2],
-                [0, np.nan, 1],
-                ss.errors.InvalidValueError,
-                [r"height_at\[1\] = nan", "finite", "np.interp"],
-            ),
+            ([0, 1, 2], [0, np.nan, 1], ss.errors.InvalidValueError, [r"height_at\[1\] = nan", "finite", "np.interp"]),
             ([0, np.inf], [0, 1], ss.errors.InvalidValueError, [r"y\[1\] = inf", "finite", "np.interp"]),
             ([0], [0], ss.errors.GeometryError, [r"shape \(1,\)", "two points or more"]),
             ([0, 1], [0, 1, 2], ss.errors.GeometryError, [r"shape \(2,\)", r"shape \(3,\)"]),
@@ -170,7 +156,5 @@ def test_numbers_that_are_refused(make, words):
 
 
 def test_a_flat_as_narrow_as_its_particle():
-    with pytest.raises(
-        ss.errors.GeometryError, match=r"half_width = 0.001 m, flat_half_width = 0.001 m.*wider"
-    ):
+    with pytest.raises(ss.errors.GeometryError, match=r"half_width = 0.001 m, flat_half_width = 0.001 m.*wider"):
         ss.pressing.ParticleOnFlat(1e-3, 1e-5, 1e-3)

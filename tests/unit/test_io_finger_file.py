@@ -157,12 +157,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ("early = 0.3", 'hold = "0 s"', 24, 'hold = "0 s": has to be > 0'),
         ("early = 0.3", "[tare]\ndrift = -1", 25, "drift = -1: has to be >= 0"),
         ("early = 0.3", '[tare]\ndrift = ["1 Pa", 2]', 25, 'drift[0] = "1 Pa": a value in Pa/s is needed'),
-        (
-            "early = 0.3",
-            "[relaxation]\nshare = [0.6, 0.5]\ntime = [1, 2]",
-            25,
-            "share in all = 1.1: has to be <=",
-        ),
+        ("early = 0.3", "[relaxation]\nshare = [0.6, 0.5]\ntime = [1, 2]", 25, "share in all = 1.1: has to be <="),
         ("early = 0.3", "[relaxation]\nshare = [0.6]\ntime = [0]", 26, "time[0] = 0: has to be > 0"),
         (GOOD, "", None, "is empty"),
         (GOOD, "\x00", 1, "not TOML"),
@@ -224,9 +219,7 @@ class TestSkins:
     def test_the_kind_may_be_left_out_only_for_a_half_plane(self):
         flat = '[skin]\nkind = "half_plane"\nyoung = "0.4 MPa"\n'
         assert parse_finger(flat + SENSORS).finger.skin == ss.HalfPlane(RUBBER)
-        assert parse_finger(flat.replace('kind = "half_plane"\n', "") + SENSORS).finger.skin == ss.HalfPlane(
-            RUBBER
-        )
+        assert parse_finger(flat.replace('kind = "half_plane"\n', "") + SENSORS).finger.skin == ss.HalfPlane(RUBBER)
 
     @pytest.mark.parametrize(
         ("text", "old", "new", "line", "said"),
@@ -239,13 +232,7 @@ class TestSkins:
                 'kind = "layer": no such kind of skin is known. Fix: did you mean "layers"',
             ),
             (LAYERS, 'kind = "layers"', "", 1, 'layers beside kind = "half_plane"'),
-            (
-                LAYERS,
-                'kind = "layers"',
-                'kind = "layers"\nyoung = "1 MPa"',
-                3,
-                'young beside kind = "layers"',
-            ),
+            (LAYERS, 'kind = "layers"', 'kind = "layers"\nyoung = "1 MPa"', 3, 'young beside kind = "layers"'),
             (LAYERS, '"2 MPa"', '"-2 MPa"', 5, 'young = "-2 MPa": has to be > 0'),
             (LAYERS, "0.48", "0.51", 6, "poisson = 0.51: has to be <= 0.5"),
             (LAYERS, '"0.3 mm"', '"0 mm"', 7, 'thickness = "0 mm": has to be > 0'),
@@ -261,23 +248,11 @@ class TestSkins:
             (ONE[: ONE.index("[[")], "", "", 1, '"layers" is missing: kind = "layers" needs it'),
             (ROUND, 'radius = "8 mm"\n', "", 1, '"radius" is missing: kind = "round" needs it'),
             (ROUND, 'core_radius = "4 mm"', "", 1, '"core_radius" is missing'),
-            (
-                ROUND,
-                'core_radius = "4 mm"',
-                'core_radius = "9 mm"',
-                5,
-                "the core has to lie within the finger",
-            ),
+            (ROUND, 'core_radius = "4 mm"', 'core_radius = "9 mm"', 5, "the core has to lie within the finger"),
             (ROUND, 'core_radius = "4 mm"', 'core_radius = "0.1 mm"', 5, "at least a twentieth"),
             (ROUND, 'radius = "8 mm"', 'radius = "-8 mm"', 4, "has to be > 0"),
             (ROUND, 'core_radius = "4 mm"', 'core_radius = "7 mm"', 10, "which is 0.001 m thick"),
-            (
-                ROUND,
-                'young = "0.4 MPa"',
-                'young = "0.4 MPa"\nplane = "stress"',
-                4,
-                'plane beside kind = "round"',
-            ),
+            (ROUND, 'young = "0.4 MPa"', 'young = "0.4 MPa"\nplane = "stress"', 4, 'plane beside kind = "round"'),
             (ROUND, 'kind = "round"', "", 4, 'radius beside kind = "half_plane"'),
         ],
     )
@@ -336,9 +311,7 @@ class TestWriting:
         assert again.origin == 3e-3
         assert again.search == file.search
         for name in ("y", "depth", "gain", "noise", "offset"):
-            np.testing.assert_allclose(
-                getattr(again.finger.array, name), getattr(finger.array, name), rtol=1e-8
-            )
+            np.testing.assert_allclose(getattr(again.finger.array, name), getattr(finger.array, name), rtol=1e-8)
         assert "presses.csv" in text
 
     def test_moved_sensors_and_another_material(self):

@@ -100,9 +100,7 @@ def test_standard_errors_are_those_of_repeated_recordings():
 class TestWithoutADepth:
     def test_the_same_presses_are_found(self):
         rng = np.random.default_rng(1)
-        finger = ss.Finger(
-            SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, gain=-1e5, offset=1e5, noise=2.0)
-        )
+        finger = ss.Finger(SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3, gain=-1e5, offset=1e5, noise=2.0))
         raw = simulate_recording(finger, PLACES, force=40.0, relaxation=0.2, drift=20.0, rest=1.5, rng=rng)
         with_depth = segment(raw.readings, raw.time, position=raw.position, press=raw.press)
         without = segment(raw.readings, raw.time, position=raw.position)
@@ -183,12 +181,6 @@ class TestSimulatedRecording:
         for kind, width in (("lne", None), ("line", 1e-3), ("hertz", None), ("hertz", -1.0)):
             with pytest.raises(InvalidValueError):
                 contact_of(kind, width)
-        for option in (
-            {"force": -1.0},
-            {"rate": 0.0},
-            {"relaxation": 1.0},
-            {"drift": np.nan},
-            {"hold": -1.0},
-        ):
+        for option in ({"force": -1.0}, {"rate": 0.0}, {"relaxation": 1.0}, {"drift": np.nan}, {"hold": -1.0}):
             with pytest.raises(InvalidValueError, match=next(iter(option))):
                 simulate_recording(FINGER, [0.0], **{"force": 40.0, **option})

@@ -51,9 +51,7 @@ def test_an_empty_cell_is_a_missing_reading(tmp_path):
     np.testing.assert_array_equal(table.readings(["a", "b", "c"]), expected)
 
 
-@pytest.mark.parametrize(
-    "text", ["a,b\r\n1,2\r\n", "\ufeffa,b\n1,2\n", "a, b \n 1, 2\n", "a,b\n\n1,2\n\n", "a,b\n1,2"]
-)
+@pytest.mark.parametrize("text", ["a,b\r\n1,2\r\n", "\ufeffa,b\n1,2\n", "a, b \n 1, 2\n", "a,b\n\n1,2\n\n", "a,b\n1,2"])
 def test_harmless_differences(tmp_path, text):
     np.testing.assert_array_equal(table_of(tmp_path, text).readings(["a", "b"]), [[1, 2]])
 
@@ -64,9 +62,7 @@ def test_bad_tables(tmp_path):
     assert 'line 4: column "b" holds "x"' in message(tmp_path, "a,b\n1,\n2,NA\n3,x\n")
     assert "is empty" in message(tmp_path, "")
     assert "is empty" in message(tmp_path, "\n\n")
-    assert "line 3: 1 cell where the header has 2: the file ends in the middle" in message(
-        tmp_path, "a,b\n1,2\n3"
-    )
+    assert "line 3: 1 cell where the header has 2: the file ends in the middle" in message(tmp_path, "a,b\n1,2\n3")
     assert "line 3: 1 cell where the header has 2: every line" in message(tmp_path, "a,b\n1,2\n3\n4,5\n")
     assert "line 2: 3 cells where the header has 2: every line" in message(tmp_path, "a,b\n1,2,3\n4,5\n")
     said = message(tmp_path, "a,B,c\n1,2,3\n")

@@ -84,6 +84,4 @@ def test_what_is_no_count_is_refused(text):
 
 def test_text_comes_back_as_the_same_value():
     for value, unit in ((5.4e-3, "m"), (-8.98625352e-3, "m"), (4e5, "Pa"), (0.3, "rad"), (12.5, "")):
-        assert quantity(format_quantity(value, unit), unit, "x") == pytest.approx(
-            value, rel=5e-9
-        )  # nine digits
+        assert quantity(format_quantity(value, unit), unit, "x") == pytest.approx(value, rel=5e-9)  # nine digits

@@ -21,20 +21,14 @@ def row(count, pitch=1.8e-3, depth=2e-3, noise=1e-5, **parameters):
 
 def loads(count, reach, seed=0, lean=0.7):
     rng = np.random.default_rng(seed)
-    return ss.LineLoad(
-        rng.uniform(5, 60, count), rng.uniform(-lean, lean, count), rng.uniform(-reach, reach, count)
-    )
+    return ss.LineLoad(rng.uniform(5, 60, count), rng.uniform(-lean, lean, count), rng.uniform(-reach, reach, count))
 
 
 FINGERS = {
     "four": row(4),
     "sixteen": row(16, pitch=1e-3),
-    "uneven": ss.Finger(
-        SKIN, ss.SensorArray(y=[-4e-3, -1.5e-3, 0.3e-3, 1.2e-3, 4e-3], depth=2e-3, noise=1e-5)
-    ),
-    "depths": ss.Finger(
-        SKIN, ss.SensorArray(y=np.arange(-3, 4) * 1e-3, depth=[1e-3, 2e-3] * 3 + [1e-3], noise=1e-5)
-    ),
+    "uneven": ss.Finger(SKIN, ss.SensorArray(y=[-4e-3, -1.5e-3, 0.3e-3, 1.2e-3, 4e-3], depth=2e-3, noise=1e-5)),
+    "depths": ss.Finger(SKIN, ss.SensorArray(y=np.arange(-3, 4) * 1e-3, depth=[1e-3, 2e-3] * 3 + [1e-3], noise=1e-5)),
     "mixed": ss.Finger(
         SOFT,
         ss.SensorArray(
@@ -190,9 +184,7 @@ def test_batches_equal_their_frames_whatever_their_shape():
 def test_lists_and_whole_numbers_are_readings_too():
     finger = row(4, noise=1.0, gain=1e4)
     frame = np.round(finger.read(ss.LineLoad(40.0, 0.1, 0.5e-3))).astype(int)
-    np.testing.assert_array_equal(
-        finger.locate(frame.tolist()).table, finger.locate(frame.astype(float)).table
-    )
+    np.testing.assert_array_equal(finger.locate(frame.tolist()).table, finger.locate(frame.astype(float)).table)
 
 
 def test_a_sensor_that_cannot_be_used_costs_only_itself():
@@ -200,9 +192,7 @@ def test_a_sensor_that_cannot_be_used_costs_only_itself():
     finger = ss.Finger(SKIN, array)
     load = ss.LineLoad(40.0, 0.2, 0.4e-3)
     frame = finger.read(load, np.random.default_rng(0))
-    expected = ss.Finger(SKIN, array.select([0, 1, 3, 4, 5])).locate(
-        frame[[0, 1, 3, 4, 5]], search=(-6e-3, 6e-3)
-    )
+    expected = ss.Finger(SKIN, array.select([0, 1, 3, 4, 5])).locate(frame[[0, 1, 3, 4, 5]], search=(-6e-3, 6e-3))
     for value in (np.nan, np.inf, -np.inf, 0.5, -0.5, 7.0):
         spoilt = frame.copy()
         spoilt[2] = value
@@ -303,11 +293,7 @@ def test_a_load_at_the_end_of_the_search_is_not_sure():
         (lambda: row(4).locate([0] * 4, search=(1, 0)), ss.errors.InvalidValueError, "ascending"),
         (lambda: row(4).locate([0] * 4, friction=-1), ss.errors.InvalidValueError, "friction"),
         (lambda: row(4).locate([0] * 4, friction=np.nan), ss.errors.InvalidValueError, "friction"),
-        (
-            lambda: row(4, transducer=ss.EnergyDensity()).locate([0] * 4),
-            ss.errors.NotLinearError,
-            "EnergyDensity",
-        ),
+        (lambda: row(4, transducer=ss.EnergyDensity()).locate([0] * 4), ss.errors.NotLinearError, "EnergyDensity"),
         (lambda: ss.estimate.Locator(row(3).tabulate(), row(4).array), ss.errors.GeometryError, "match"),
     ],
 )
@@ -324,9 +310,7 @@ def test_the_first_process_says_that_it_compiles_and_the_second_does_not(tmp_pat
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     runs = [
-        subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True
-        )
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
         for _ in range(2)
     ]
     assert "compiling" in runs[0].stderr

@@ -41,9 +41,7 @@ def test_stress_of_a_line_load_on_the_memos_axis():
     for actual, expected in zip(memo.eq4(P, ALPHA, X, Y), (field.xx, field.yy, field.xy), strict=True):
         close(actual, expected)
     mirrored = SKIN.stress(LineLoad(P, ALPHA), x=X, y=-Y)  # the project's axis is the memo's reversed
-    for actual, expected in zip(
-        memo.eq4(P, ALPHA, X, Y), (mirrored.xx, mirrored.yy, -mirrored.xy), strict=True
-    ):
+    for actual, expected in zip(memo.eq4(P, ALPHA, X, Y), (mirrored.xx, mirrored.yy, -mirrored.xy), strict=True):
         close(actual, expected)
 
 
@@ -121,12 +119,7 @@ def test_polynomial_vanishes_where_the_load_is():
 def test_polynomial_multiplied_out():
     rng = np.random.default_rng(6)
     for _ in range(20):
-        readings, x, b, y = (
-            rng.standard_normal(3),
-            rng.uniform(0.5, 2),
-            rng.uniform(0.5, 2),
-            rng.uniform(-3, 3, 9),
-        )
+        readings, x, b, y = (rng.standard_normal(3), rng.uniform(0.5, 2), rng.uniform(0.5, 2), rng.uniform(-3, 3, 9))
         coefficients = memo.eq13_coefficients(readings, x, b)
         close(np.polyval(coefficients, y), memo.eq13(readings, y, x, b), 1e-12)
         e1, e2, e3 = readings
@@ -168,9 +161,7 @@ OUTSIDE = np.array([-2e-3, 1.000001e-3, 1e-3])
 
 def test_pressure_under_a_punch_and_a_cylinder():
     for equation, contact in ((memo.eq14, FlatPunch), (memo.eq16, Hertz)):
-        np.testing.assert_allclose(
-            equation(P, 1e-3, INSIDE), contact(P, half_width=1e-3).pressure(INSIDE), rtol=1e-12
-        )
+        np.testing.assert_allclose(equation(P, 1e-3, INSIDE), contact(P, half_width=1e-3).pressure(INSIDE), rtol=1e-12)
         assert not equation(P, 1e-3, OUTSIDE).any()
 
 
@@ -250,9 +241,7 @@ def test_slope_beneath_the_centre():
     twice_ahead, twice_behind = (SKIN.strain(touch, x=x, y=2 * side * h).xx for side in (1, -1))
     slope = (8 * (ahead - behind) - (twice_ahead - twice_behind)) / (12 * h)
     np.testing.assert_allclose(memo.eq21_corrected(P, a, x, ALPHA, E), slope, rtol=1e-6)
-    assert memo.eq22_corrected(P, a, ALPHA, E) == pytest.approx(
-        memo.eq21_corrected(P, a, 0.0, ALPHA, E).item()
-    )
+    assert memo.eq22_corrected(P, a, ALPHA, E) == pytest.approx(memo.eq21_corrected(P, a, 0.0, ALPHA, E).item())
     # far beneath it is a line load's
     assert memo.eq21_corrected(P, a, 1.0, ALPHA, E) == pytest.approx(
         3 * P * np.sin(ALPHA) / (2 * np.pi * E * 1.0**2), rel=1e-5
@@ -270,9 +259,7 @@ def test_slope_reference_values():
         slope, strain = float(point["slope_deps_x_dy_at_centre"]), float(point["eps_x_at_centre"])
         # just beside the depth where it vanishes the slope has lost digits
         scale = abs(float(memo.eq22_corrected(p, a, alpha, young))) * min(1.0, (a / x) ** 2)
-        assert memo.eq21_corrected(p, a, x, alpha, young) == pytest.approx(
-            slope, rel=1e-13, abs=1e-14 * scale
-        )
+        assert memo.eq21_corrected(p, a, x, alpha, young) == pytest.approx(slope, rel=1e-13, abs=1e-14 * scale)
         assert memo.eq20_corrected(p, x, 0.0, alpha, young, -a, a) == pytest.approx(strain, rel=1e-10)
         printed = float(point["memo_eq21_with_a_half_width"]), float(point["memo_eq22_with_a_half_width"])
         assert memo.eq21(p, a, x, alpha, young) == pytest.approx(printed[0], rel=1e-12, abs=1e-14)
@@ -286,9 +273,7 @@ def test_response_and_its_spectrum():
     y = np.array([-3e-3, 0.0, 1e-3])
     close(memo.eq24(2e-3, y) * P / E, memo.eq8(P, 0.0, 2e-3, y, E))
     for s in (-0.4, -0.05, 0.05, 0.3):
-        transform = integrate.quad(
-            lambda y: memo.eq24(1.5, y), 0, np.inf, weight="cos", wvar=2 * np.pi * abs(s)
-        )
+        transform = integrate.quad(lambda y: memo.eq24(1.5, y), 0, np.inf, weight="cos", wvar=2 * np.pi * abs(s))
         assert memo.eq25_corrected(s, 1.5) == pytest.approx(2 * transform[0], rel=1e-7)
         assert memo.eq25(s, 1.5) == pytest.approx(np.sign(s) * memo.eq25_corrected(s, 1.5).item())
 
@@ -304,18 +289,7 @@ def test_density_of_sensors():
 
 # --- Every function ---
 
-SAMPLE = {
-    "alpha": 1,
-    "theta": 1,
-    "nu": 0,
-    "y": 2,
-    "y0": 2,
-    "s": 1,
-    "a1": -1,
-    "a2": 2,
-    "f": 2,
-    "attenuation": 20,
-}
+SAMPLE = {"alpha": 1, "theta": 1, "nu": 0, "y": 2, "y0": 2, "s": 1, "a1": -1, "a2": 2, "f": 2, "attenuation": 20}
 FUNCTIONS = [getattr(memo, name) for name in memo.__all__ if re.match(r"eq\d", name)]
 
 
@@ -421,9 +395,7 @@ def test_errata_name_functions_that_exist_and_leave_none_out():
 def test_wrong_equations_have_both_forms():
     for erratum in memo.ERRATA:
         wrong = erratum.judgement in ("wrong", "rounded", "first order")
-        assert (
-            bool(erratum.published) == bool(erratum.corrected) == ("_corrected" in erratum.functions) == wrong
-        )
+        assert bool(erratum.published) == bool(erratum.corrected) == ("_corrected" in erratum.functions) == wrong
 
 
 def test_numbers_of_the_errata():
@@ -441,10 +413,7 @@ def test_numbers_of_the_errata():
         "18": {"load": root3 / (2 * np.pi) + 1 / 3, "edge": root3 / np.pi},
         "21": {"falls": 8.0, "should": 4.0, "blind": np.sqrt(golden)},
         "22": {"limit": -1.0, "part": root3 / (2 * np.pi)},
-        "25": {
-            "printed": 0.3 * np.pi * np.exp(-0.2 * np.pi),
-            "integral": -0.3 * np.pi * np.exp(-0.2 * np.pi),
-        },
+        "25": {"printed": 0.3 * np.pi * np.exp(-0.2 * np.pi), "integral": -0.3 * np.pi * np.exp(-0.2 * np.pi)},
     }
     for equation, values in expected.items():
         found = numbers_of(equation)
@@ -469,9 +438,7 @@ def test_the_error_over_the_middle_sensor_goes_with_a_square_root():
 
 
 def test_page_of_errata_is_what_the_module_prints():
-    printed = subprocess.run(
-        [sys.executable, "-m", "subskin.memo"], capture_output=True, text=True, check=True
-    )
+    printed = subprocess.run([sys.executable, "-m", "subskin.memo"], capture_output=True, text=True, check=True)
     page = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
     assert printed.stdout == page, "python -m subskin.memo > docs/errata.md"
 

@@ -69,13 +69,9 @@ def points():
 
 
 CLOSED = {
-    **{
-        name: family(40.0, 0.4, 0.2e-3, half_width=A) for name, family in families().items() if name != "line"
-    },
+    **{name: family(40.0, 0.4, 0.2e-3, half_width=A) for name, family in families().items() if name != "line"},
     "slip": ss.PartialSlip(40.0, 0.4, 0.2e-3, half_width=A, friction=0.6),
-    "profile": ss.PressureProfile(
-        A * np.array([-1.0, -0.4, 0.1, 1.0]), [2e3, 9e3, 4e3, 0.0], [0, 1e3, -4e3, 0]
-    ),
+    "profile": ss.PressureProfile(A * np.array([-1.0, -0.4, 0.1, 1.0]), [2e3, 9e3, 4e3, 0.0], [0, 1e3, -4e3, 0]),
     "sum": ss.Strip(40.0, 0.3, -A, half_width=A) + ss.Hertz(10.0, -0.5, A, half_width=0.5 * A),
 }
 
@@ -103,9 +99,7 @@ def test_a_contact_of_ones_own_is_the_sum_of_line_loads(skin):
     t, weight = np.polynomial.legendre.leggauss(200)
     phi = np.pi / 2 * (1 + t)
     y = 0.2e-3 + A * np.cos(phi)
-    lines = ss.LineLoad(
-        np.hypot(soft.pressure(y), soft.shear(y)) * A * np.sin(phi) * np.pi / 2 * weight, 0.3, y
-    )
+    lines = ss.LineLoad(np.hypot(soft.pressure(y), soft.shear(y)) * A * np.sin(phi) * np.pi / 2 * weight, 0.3, y)
     x, at = A * np.array([[0.4], [1.0], [2.5]]), A * np.array([-2.0, -0.3, 0.2, 1.5])
     summed = skin.state(lines.expand(2), x, at)
     found = skin.state(soft, x, at)
@@ -140,6 +134,4 @@ def test_a_batch_that_cannot_be_lengthened_is_told():
         expand = Contact.expand
 
     with pytest.raises(ss.errors.InvalidValueError, match="a batch of Two"):
-        ss.Finger(SKINS["half plane"], ss.SensorArray(y=0.0, depth=A)).read(
-            Two(ss.Strip([1, 2], half_width=A))
-        )
+        ss.Finger(SKINS["half plane"], ss.SensorArray(y=0.0, depth=A)).read(Two(ss.Strip([1, 2], half_width=A)))

@@ -16,16 +16,12 @@ NOISE = 2e-4
 
 
 def finger(count=8, skin="half plane", **more):
-    return ss.Finger(
-        SKINS[skin], ss.SensorArray.line(count, pitch=1.5e-3, depth=2e-3, **{"noise": NOISE, **more})
-    )
+    return ss.Finger(SKINS[skin], ss.SensorArray.line(count, pitch=1.5e-3, depth=2e-3, **{"noise": NOISE, **more}))
 
 
 def touches(count, reach, seed=0):
     rng = np.random.default_rng(seed)
-    return ss.LineLoad(
-        rng.uniform(30, 50, count), rng.uniform(-0.6, 0.6, count), rng.uniform(-reach, reach, count)
-    )
+    return ss.LineLoad(rng.uniform(30, 50, count), rng.uniform(-0.6, 0.6, count), rng.uniform(-reach, reach, count))
 
 
 def spoilt(tip, load, seed=1, least=0.1):

@@ -82,9 +82,7 @@ def test_all_of_a_span_counts_felt_or_not():
 
 
 def test_the_row_stands_in_the_middle_of_the_span():
-    here, there = (
-        rows([1e-3], touches=Touches(40.0, span=(a - 2e-3, a + 2e-3)), samples=400) for a in (0.0, 7e-3)
-    )
+    here, there = (rows([1e-3], touches=Touches(40.0, span=(a - 2e-3, a + 2e-3)), samples=400) for a in (0.0, 7e-3))
     for name in PLACEMENT_MEASURES:
         np.testing.assert_allclose(here[name], there[name], rtol=1e-6)
 
@@ -98,9 +96,7 @@ def test_progress_is_told_of_each_design_and_can_end_the_study():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        placement_study(
-            SKIN, KIND, [1e-3, 2e-3], [1e-3], [4], TOUCH, noise=5e-5, samples=100, workers=2, progress=stop
-        )
+        placement_study(SKIN, KIND, [1e-3, 2e-3], [1e-3], [4], TOUCH, noise=5e-5, samples=100, workers=2, progress=stop)
 
 
 @pytest.mark.parametrize(
@@ -207,8 +203,7 @@ def test_free_positions_keep_their_distance_and_come_out_the_same_again():
     span = Touches(40.0, span=(-3e-3, 3e-3))
     far = ss.Finger(SKIN, ss.SensorArray.line(6, 2e-3, 2e-3, noise=5e-5))
     one, two = (
-        best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, seed=3)
-        for _ in range(2)
+        best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, seed=3) for _ in range(2)
     )
     np.testing.assert_array_equal(one.finger.array.y, two.finger.array.y)
     assert np.diff(one.finger.array.y).min() >= 1.7e-3 * (1 - 1e-9)

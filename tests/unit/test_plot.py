@@ -94,9 +94,7 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
     "probability strip": lambda: probability_strip(ss.decide.contact_type(CLOSE, stroke())),
     "response": lambda: response_figure(ss.design.spatial_response(FINGER)),
     "density": lambda: density_figure(ss.design.sensor_density(FINGER, [10, 1000])),
-    "aliasing error": lambda: aliasing_figure(
-        ss.design.aliasing_error(FINGER, ss.Hertz(40.0, 0.3, half_width=1e-3))
-    ),
+    "aliasing error": lambda: aliasing_figure(ss.design.aliasing_error(FINGER, ss.Hertz(40.0, 0.3, half_width=1e-3))),
 }
 every_figure = pytest.mark.parametrize("name", FIGURES)
 
@@ -115,9 +113,7 @@ def made():
 
 @pytest.fixture(scope="module")
 def drawn(made):
-    with mpl.rc_context(
-        {"xtick.labelsize": 16.0, "ytick.labelsize": 16.0, "axes.labelsize": 16.0}
-    ):  # a user's own
+    with mpl.rc_context({"xtick.labelsize": 16.0, "ytick.labelsize": 16.0, "axes.labelsize": 16.0}):  # a user's own
         for figure, _ in made.values():
             figure.draw_without_rendering()
     return {name: figure for name, (figure, _) in made.items()}
@@ -134,9 +130,7 @@ def words(figure):
             slack = 1e-9 * (high - low)
             for label in (tick.label1, tick.label2):
                 ticks[label] = low - slack <= at <= high + slack
-    texts = [
-        t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip() and ticks.get(t, True)
-    ]
+    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip() and ticks.get(t, True)]
     return [(text, text.get_window_extent(renderer)) for text in texts]
 
 
@@ -197,9 +191,7 @@ def test_files_are_the_same_each_time(tmp_path, name):
     first = save(FIGURES[name](), tmp_path / "first", kinds)
     figure = FIGURES[name]()
     save(figure, tmp_path / "between", ["png"])
-    with mpl.rc_context(
-        {"font.size": 20.0, "axes.grid": True, "lines.linewidth": 5.0, "svg.hashsalt": "other"}
-    ):
+    with mpl.rc_context({"font.size": 20.0, "axes.grid": True, "lines.linewidth": 5.0, "svg.hashsalt": "other"}):
         again = save(FIGURES[name](), tmp_path / "second", kinds), save(figure, tmp_path / "third", kinds)
     for file, second, third in zip(first, *again):
         assert file.read_bytes() == second.read_bytes()
@@ -217,9 +209,7 @@ def test_png_has_300_dots_an_inch(tmp_path):
 def test_save_memo_figures_makes_its_folder_and_leaves_nothing_else(tmp_path):
     folder = tmp_path / "a" / "b"
     files = save_memo_figures([2, 12], folder)
-    assert [file.name for file in files] == [
-        f"memo_figure_{n}.{kind}" for n in ("02", "12") for kind in ("svg", "png")
-    ]
+    assert [file.name for file in files] == [f"memo_figure_{n}.{kind}" for n in ("02", "12") for kind in ("svg", "png")]
     assert sorted(folder.iterdir()) == sorted(files)
     assert files[0].read_text().startswith("<?xml")
     assert files[1].read_bytes().startswith(b"\x89PNG")

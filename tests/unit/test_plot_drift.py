@@ -11,9 +11,7 @@ from subskin.plot import drift_figure
 
 @pytest.fixture(scope="module")
 def stream():
-    tip = ss.Finger(
-        ss.HalfPlane(ss.Material(0.4e6)), ss.SensorArray.line(4, pitch=2e-3, depth=2e-3, noise=1e-4)
-    )
+    tip = ss.Finger(ss.HalfPlane(ss.Material(0.4e6)), ss.SensorArray.line(4, pitch=2e-3, depth=2e-3, noise=1e-4))
     time = np.arange(0.0, 20.0, 0.02)
     force = 40.0 * ((time > 8) & (time < 12))
     drift = 2e-5 * time
@@ -33,11 +31,7 @@ def test_lines_and_shading_are_those_of_the_stream(stream):
     starts = np.flatnonzero(np.diff(np.concatenate([[0], tared.free.astype(int)])) == 1)
     np.testing.assert_allclose([box.x0 for box in shaded], time[starts], atol=1e-9)
     assert len(shaded) == 2
-    assert (top.get_ylabel(), low.get_ylabel(), low.get_xlabel()) == (
-        "reading [strain]",
-        "offset [strain]",
-        "time [s]",
-    )
+    assert (top.get_ylabel(), low.get_ylabel(), low.get_xlabel()) == ("reading [strain]", "offset [strain]", "time [s]")
     bottom, height = low.get_ylim()
     assert bottom < tared.offset[:, 1].min() < tared.offset[:, 1].max() < height < 0.002
 

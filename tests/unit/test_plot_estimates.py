@@ -35,9 +35,7 @@ class TestTruthAgainstEstimate:
         upper, lower = truth_against_estimate(true, found, std).axes
         for axes, height in ((upper, found), (lower, found - true)):
             (bar,) = [c for c in axes.containers if isinstance(c, ErrorbarContainer)]
-            np.testing.assert_allclose(
-                bar.lines[0].get_xydata(), 1e3 * np.column_stack([true, height]), atol=1e-12
-            )
+            np.testing.assert_allclose(bar.lines[0].get_xydata(), 1e3 * np.column_stack([true, height]), atol=1e-12)
             segments = np.array(bar.lines[2][0].get_segments())
             half = 0.5 * np.ptp(segments[:, :, 1], axis=1)
             np.testing.assert_allclose(half, 1e3 * 1.959964 * std, rtol=1e-9)
@@ -51,10 +49,7 @@ class TestTruthAgainstEstimate:
         error = 1e3 * (found - true)[keep]
         r2 = 1 - np.sum(error**2) / np.sum((1e3 * true[keep] - 1e3 * true[keep].mean()) ** 2)
         text = upper.get_title(loc="left")
-        assert (
-            f"39 ok: |error| median {np.median(abs(error)):.3g} mm, rms {np.sqrt(np.mean(error**2)):.3g} mm"
-            in text
-        )
+        assert f"39 ok: |error| median {np.median(abs(error)):.3g} mm, rms {np.sqrt(np.mean(error**2)):.3g} mm" in text
         assert f"= {r2:.4f}" in text
         assert f"{100 * np.mean(abs(error) <= 1.959964e3 * std[keep]):.1f} % within" in text
         (band,) = [c for c in lower.collections if c.get_label() == "95 % of errors"]
@@ -82,9 +77,7 @@ class TestTruthAgainstEstimate:
         figure = truth_against_estimate(true, found, std, status)
         assert labels(figure)[:3] == ["ok (8)", "ambiguous (8)", "unexplained (8)"]
         (ticks,) = [line for line in figure.axes[0].lines if line.get_label() == "no place (16)"]
-        np.testing.assert_allclose(
-            np.sort(ticks.get_xdata()), np.sort(1e3 * true[(status == 2) | (status == 4)])
-        )
+        np.testing.assert_allclose(np.sort(ticks.get_xdata()), np.sort(1e3 * true[(status == 2) | (status == 4)]))
         markers = {c.lines[0].get_marker() for c in figure.axes[0].containers}
         assert len(markers) == 3
 
@@ -108,9 +101,7 @@ class TestTruthAgainstEstimate:
         clouds = [c for axes in (upper, lower) for c in axes.collections if isinstance(c, PolyCollection)]
         totals = [cloud.get_array().sum() for cloud in clouds if cloud.get_array() is not None]
         beyond = sum(
-            np.size(x.get_xdata())
-            for x in lower.lines
-            if x.get_marker() in "^v" and x.get_color() == "#0072B2"
+            np.size(x.get_xdata()) for x in lower.lines if x.get_marker() in "^v" and x.get_color() == "#0072B2"
         )
         assert totals == [count - 30, count - 30 - beyond]
         assert clouds[0].norm.vmax == clouds[-1].norm.vmax  # one scale, one colour bar
@@ -118,9 +109,7 @@ class TestTruthAgainstEstimate:
         low, high = (line for line in lower.lines if line.get_linewidth() == 0.7)
         error = 1e3 * (found - true)[30:]
         position = 1e3 * true[30:]
-        inside = (np.interp(position, *low.get_data()) <= error) & (
-            error <= np.interp(position, *high.get_data())
-        )
+        inside = (np.interp(position, *low.get_data()) <= error) & (error <= np.interp(position, *high.get_data()))
         assert inside.mean() == pytest.approx(0.95, abs=0.01)
         assert figure.axes[0].get_legend() is None
 
@@ -185,9 +174,7 @@ class TestFingerSection:
         paths = drawn.get_paths()
         hits = [paths[b].contains_point((v, u)) for v, u, b in zip(y[away], x[away], band[away], strict=True)]
         assert np.mean(hits) > 0.99
-        misses = [
-            paths[(b + 3) % len(paths)].contains_point((v, u)) for v, u, b in zip(y, x, band, strict=True)
-        ]
+        misses = [paths[(b + 3) % len(paths)].contains_point((v, u)) for v, u, b in zip(y, x, band, strict=True)]
         assert np.mean(misses) < 0.01
 
     def test_arrows_wedge_and_words_tell_the_load_and_the_estimate(self):
@@ -320,9 +307,7 @@ class TestReceptiveFields:
                 assert (y[0], y[-1]) == pytest.approx((-5e-3, 4e-3))
                 t = FINGER.array.y[sensor] - y
                 shape = (2e-3, t)[kind] * (4e-6 - t**2) / (4e-6 + t**2) ** 2
-                np.testing.assert_allclose(
-                    line.get_ydata(), -1.5e6 / (np.pi * 0.4e6) * shape, rtol=0, atol=1e-9
-                )
+                np.testing.assert_allclose(line.get_ydata(), -1.5e6 / (np.pi * 0.4e6) * shape, rtol=0, atol=1e-9)
         assert figure.axes[0].get_ylabel() == "reading per load [$10^{-6}$ / (N/m)]"
 
     def test_bad_input_is_said(self):

@@ -100,9 +100,7 @@ def test_figure_11_is_a_hertz_contact_and_eq_17_makes_it_twice_as_wide():
     assert np.ptp(y) == pytest.approx(4.0, rel=1e-12)
     assert printed.min() == pytest.approx(surface.min() / 2, rel=1e-12)
     for line, (label, x) in zip(
-        strain.lines[:3],
-        {r"depth $0.5\,a$": 0.5, "depth $a$": 1.0, r"depth $2\,a$": 2.0}.items(),
-        strict=True,
+        strain.lines[:3], {r"depth $0.5\,a$": 0.5, "depth $a$": 1.0, r"depth $2\,a$": 2.0}.items(), strict=True
     ):
         s = np.hypot(x, 1.0)
         position, values = line.get_data()
@@ -139,9 +137,7 @@ def test_figure_13_slopes_are_those_of_the_curves_and_vanish_at_the_blind_depth(
             drawn = np.dot(strain[i - 3 : i + 4], [-1, 9, -45, 0, 45, -9, 1]) / (60 * h)
             here = np.interp(depth, x, right) * np.sin(np.deg2rad(degrees))
             assert drawn == pytest.approx(here, abs=2e-6)
-        solid, dashed = [
-            line for line in axes.lines if np.size(line.get_xdata()) == 2 and line.get_zorder() == 3
-        ]
+        solid, dashed = [line for line in axes.lines if np.size(line.get_xdata()) == 2 and line.get_zorder() == 3]
         for line, values in ((solid, right), (dashed, printed)):
             (y0, y1), (e0, e1) = line.get_data()
             expected = np.interp(depth, x, values) * np.sin(np.pi / 4)

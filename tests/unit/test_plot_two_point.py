@@ -30,9 +30,7 @@ def test_the_figure_says_where_two_points_are_not_told():
 
 
 def test_the_study_figure_draws_a_line_a_count():
-    study = two_point_study(
-        row(2), Touches(1.0, span=(-1, 1)), count=[4, 5], pitch=[0.5, 1.0], positions=3, shares=0.5
-    )
+    study = two_point_study(row(2), Touches(1.0, span=(-1, 1)), count=[4, 5], pitch=[0.5, 1.0], positions=3, shares=0.5)
     figure = two_point_study_figure(study)
     lines = figure.axes[0].lines
     assert [line.get_label() for line in lines] == ["4 sensors", "5 sensors"]

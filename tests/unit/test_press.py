@@ -31,30 +31,15 @@ class TestRefused:
             (HALF, BODY, {"force": [1, 2]}, r"force of shape \(2,\): a single number"),
             (HALF, BODY, {"force": "5 N"}, "force = '5 N'"),
             (HALF, BODY, {"depth": 1e-5}, "depth = 1e-05 m on a HalfPlane.*no ground.*Fix: datum="),
-            (
-                HALF,
-                BODY,
-                {"force": 1, "friction": 1, "slide": 1e-5},
-                "slide = 1e-05 m on a HalfPlane.*Fix: datum=",
-            ),
-            (
-                HALF,
-                PUNCH,
-                {"force": 1, "moment": 1e-4, "tilt": 0.1},
-                "moment = 0.0001, tilt = 0.1: one of the two",
-            ),
+            (HALF, BODY, {"force": 1, "friction": 1, "slide": 1e-5}, "slide = 1e-05 m on a HalfPlane.*Fix: datum="),
+            (HALF, PUNCH, {"force": 1, "moment": 1e-4, "tilt": 0.1}, "moment = 0.0001, tilt = 0.1: one of the two"),
             (
                 LAYER,
                 BODY,
                 {"force": 1, "friction": 1, "tangential": 0.1, "slide": 1e-5},
                 "tangential = 0.1, slide = 1e-05: one of the two",
             ),
-            (
-                HALF,
-                BODY,
-                {"force": 1, "tangential": 0.1},
-                "tangential = 0.1: nothing is dragged.*friction=, e.g. 0.5",
-            ),
+            (HALF, BODY, {"force": 1, "tangential": 0.1}, "tangential = 0.1: nothing is dragged.*friction=, e.g. 0.5"),
             (LAYER, BODY, {"force": 1, "slide": 1e-5}, "slide = 1e-05: nothing is dragged without friction"),
             (HALF, BODY, {"force": 1, "friction": -0.1}, "friction = -0.1: has to be >= 0"),
             (HALF, BODY, {"force": 1, "friction": np.nan}, "friction = nan"),
@@ -93,44 +78,19 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("skin", "body", "load", "words"),
         [
-            (
-                HALF,
-                BODY,
-                {"force": 5, "window": 1e-4},
-                "a window of 0.0001 m: the contact reaches its end.*wider",
-            ),
-            (
-                HALF,
-                BODY,
-                {"force": 5, "datum": 1e-4},
-                "datum = 0.0001 m: the surface rests beyond the window",
-            ),
-            (
-                ROUND,
-                BODY,
-                {"force": 5, "window": 0.1},
-                "0.1 m: the finger is only 0.0502655 m about.*narrower",
-            ),
+            (HALF, BODY, {"force": 5, "window": 1e-4}, "a window of 0.0001 m: the contact reaches its end.*wider"),
+            (HALF, BODY, {"force": 5, "datum": 1e-4}, "datum = 0.0001 m: the surface rests beyond the window"),
+            (ROUND, BODY, {"force": 5, "window": 0.1}, "0.1 m: the finger is only 0.0502655 m about.*narrower"),
             (ROUND, BODY, {"force": 1, "period": 1e-3}, "period = 0.001 m on a Round: only a flat skin"),
             (HALF, RIDGES, {"force": 1, "period": 1e-3, "moment": 1e-4}, "period = 0.001 m with a moment"),
-            (
-                HALF,
-                RIDGES,
-                {"force": 1, "period": 1e-3, "tilt": 1e-4},
-                "period = 0.001 m with a moment or a tilt",
-            ),
+            (HALF, RIDGES, {"force": 1, "period": 1e-3, "tilt": 1e-4}, "period = 0.001 m with a moment or a tilt"),
             (
                 HALF,
                 PUNCH,
                 {"force": 10, "moment": 0.02},
                 "moment = 0.02 N at force = 10 N/m.*through the body, from -0.001 to 0.001 m",
             ),
-            (
-                HALF,
-                ss.pressing.Flat(),
-                {"force": 1},
-                "on a flat skin: they would touch all along.*a body that ends",
-            ),
+            (HALF, ss.pressing.Flat(), {"force": 1}, "on a flat skin: they would touch all along.*a body that ends"),
             (LAYER, ss.pressing.Flat(), {"depth": 1e-5}, "they would touch all along"),
             (HALF, ss.pressing.SineRidges(1e-3, 0.0), {"force": 1}, "they would touch all along.*period="),
             (HALF, PUNCH, {"force": 10, "moment": 10 * PUNCH.half_width}, "pass through the body"),
@@ -145,10 +105,7 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("change", "words"),
         [
-            (
-                {"indenter": ss.pressing.Cylinder(5e-3)},
-                "after= of another skin, indenter or position.*same bodies",
-            ),
+            ({"indenter": ss.pressing.Cylinder(5e-3)}, "after= of another skin, indenter or position.*same bodies"),
             ({"skin": LAYER}, "after= of another skin"),
             ({"position": 1e-3}, "after= of another .* position"),
             ({"force": 60.0}, "a window of .* reaches its end.*wider window to the first press"),
@@ -198,9 +155,7 @@ class TestCorners:
     @pytest.mark.parametrize("friction", [0.0, 0.1])
     def test_nothing_slides_undragged(self, friction):
         skin = ss.HalfPlane(ss.Material(0.4e6, 0.0))
-        assert (
-            ss.press(skin, PUNCH, force=10, friction=friction, nodes=512).status is ss.pressing.PressStatus.OK
-        )
+        assert ss.press(skin, PUNCH, force=10, friction=friction, nodes=512).status is ss.pressing.PressStatus.OK
 
     def test_glued_at_nu_0_pulls_at_the_ends(self):
         """Nearer the ends than 2e-4 a Johnson's (2.69) pulls: on a fine grid nothing else settles, and it says so."""
@@ -211,9 +166,7 @@ class TestCorners:
 
     def test_an_equal_profile_is_the_same_body(self):
         def scanned():
-            return ss.pressing.Profile(
-                np.linspace(-3e-3, 3e-3, 61), np.linspace(-3e-3, 3e-3, 61) ** 2 / 16e-3
-            )
+            return ss.pressing.Profile(np.linspace(-3e-3, 3e-3, 61), np.linspace(-3e-3, 3e-3, 61) ** 2 / 16e-3)
 
         start = ss.press(HALF, scanned(), force=5, friction=0.5)
         assert ss.press(HALF, scanned(), force=5, friction=0.5, tangential=1, after=start).tangential > 0.99
@@ -242,9 +195,7 @@ class TestBeyondTheWindow:
 
     def test_the_flat_around_a_particle_is_found(self):
         found = ss.press(self.PAD, ss.pressing.ParticleOnFlat(0.4e-3, 30e-6, 20e-3), force=20)
-        wide = ss.press(
-            self.PAD, ss.pressing.ParticleOnFlat(0.4e-3, 30e-6, 20e-3), force=20, window=40e-3, nodes=8192
-        )
+        wide = ss.press(self.PAD, ss.pressing.ParticleOnFlat(0.4e-3, 30e-6, 20e-3), force=20, window=40e-3, nodes=8192)
         assert len(found.edges) == len(wide.edges) == 3
         assert found.depth == pytest.approx(wide.depth, rel=2e-3)
 
@@ -257,9 +208,7 @@ class TestBeyondTheWindow:
     @pytest.mark.parametrize("skin", [PAD, ss.Round(ss.Material(0.4e6), 9e-3, 5e-3)], ids=["pad", "round"])
     def test_ridges_beside_the_first(self, skin):
         body = ss.pressing.SineRidges(1e-3, 20e-6, radius=50e-3)
-        found, wide = (
-            ss.press(skin, body, force=20, **more) for more in ({}, {"window": 8e-3, "nodes": 4096})
-        )
+        found, wide = (ss.press(skin, body, force=20, **more) for more in ({}, {"window": 8e-3, "nodes": 4096}))
         assert len(found.edges) == len(wide.edges) == 3
         assert found.depth == pytest.approx(wide.depth, rel=2e-3)
 
@@ -312,9 +261,7 @@ class TestStatus:
     def test_coarse(self):
         found = ss.press(HALF, BODY, force=5, window=1e-2, nodes=128)
         assert found.status is ss.pressing.PressStatus.COARSE
-        assert (
-            f"only {(found.pressure > 0).sum()} nodes touch; more nodes or a narrower window" in found.reason
-        )
+        assert f"only {(found.pressure > 0).sum()} nodes touch; more nodes or a narrower window" in found.reason
         assert ss.press(HALF, BODY, force=5, window=1e-2, nodes=1024).status is ss.pressing.PressStatus.OK
 
     def test_slides(self):
@@ -415,9 +362,7 @@ class TestGivenBack:
         assert found.y.size == found.pressure.size == 1024
         np.testing.assert_allclose(np.diff(found.y), np.diff(found.y)[0], rtol=1e-6)
         step, touching = np.diff(found.y[:2])[0], found.y[found.pressure > 0]
-        inside = np.any(
-            (found.edges[:, 0] <= touching[:, None]) & (touching[:, None] <= found.edges[:, 1]), axis=1
-        )
+        inside = np.any((found.edges[:, 0] <= touching[:, None]) & (touching[:, None] <= found.edges[:, 1]), axis=1)
         assert inside.all()
         assert np.diff(found.edges).sum() <= step * (touching.size + len(found.edges))
         assert (found.edges[1:, 0] > found.edges[:-1, 1]).all()
@@ -472,9 +417,7 @@ class TestProfilesAgree:
     def test_cylinder(self, skin):
         window = 1.2e-3
         one = ss.press(skin, BODY, force=5.0, window=window)
-        two = ss.press(
-            skin, ss.pressing.Profile.from_function(BODY.height, -1e-2, 1e-2), force=5.0, window=window
-        )
+        two = ss.press(skin, ss.pressing.Profile.from_function(BODY.height, -1e-2, 1e-2), force=5.0, window=window)
         y = np.linspace(-1e-2, 1e-2, 200_001)
         three = ss.press(skin, ss.pressing.Profile(y, 3.0 + BODY.height(y)), force=5.0, window=window)
         for other in (two, three):

@@ -34,15 +34,7 @@ def test_shapes_follow_the_batch(tip, frames, shape):
     found = ss.pressure_map(tip, frames[:count].reshape(*shape, 13) if shape else frames[0])
     m = len(found.y)
     assert found.shape == shape
-    for name in (
-        "normal_force",
-        "normal_std",
-        "tangential_force",
-        "tangential_std",
-        "angle",
-        "centre",
-        "weight",
-    ):
+    for name in ("normal_force", "normal_std", "tangential_force", "tangential_std", "angle", "centre", "weight"):
         assert getattr(found, name).shape == shape
     for name in ("pressure", "pressure_std", "shear", "shear_std", "resolution", "seen"):
         assert getattr(found, name).shape == (*shape, m)
@@ -74,17 +66,7 @@ def test_totals_belong_to_the_curves(tip, frames):
 def test_nothing_can_be_written_to(tip, frames):
     found = ss.pressure_map(tip, frames)
     before = frames.copy()
-    for name in (
-        "table",
-        "used",
-        "y",
-        "pressure",
-        "pressure_std",
-        "shear",
-        "resolution",
-        "seen",
-        "pressure_interval",
-    ):
+    for name in ("table", "used", "y", "pressure", "pressure_std", "shear", "resolution", "seen", "pressure_interval"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(found, name)[...] = 0
     np.testing.assert_array_equal(frames, before)
@@ -140,9 +122,7 @@ def test_every_status(tip, frames):
     few[2:] = np.nan
     edge = tip.read(ss.Hertz(force=40.0, position=9e-3, half_width=1e-3))
     pulled = -frames[0]
-    found = ss.pressure_map(
-        tip, [frames[0], edge, NOISE * rng.standard_normal(13), pulled, few], shear="none"
-    )
+    found = ss.pressure_map(tip, [frames[0], edge, NOISE * rng.standard_normal(13), pulled, few], shear="none")
     assert [ss.Status(s).name for s in found.status] == [
         "OK", "AMBIGUOUS", "NO_CONTACT", "UNEXPLAINED", "INCOMPLETE",
     ]  # fmt: skip
@@ -158,9 +138,7 @@ def test_what_no_pressure_explains_is_said_so(tip, frames):
     wild[:, 6] += 400 * NOISE  # one reading that is far off
     assert (ss.pressure_map(tip, wild).status == ss.Status.UNEXPLAINED).all()
     pushed = tip.read(ss.Hertz(force=40.0, angle=0.5, half_width=1.5e-3))
-    assert (
-        ss.pressure_map(tip, pushed, shear="none").status == ss.Status.UNEXPLAINED
-    )  # it drags, and none was allowed
+    assert ss.pressure_map(tip, pushed, shear="none").status == ss.Status.UNEXPLAINED  # it drags, and none was allowed
     assert ss.pressure_map(tip, pushed).status == ss.Status.OK
 
 
@@ -184,9 +162,7 @@ def test_mirrored_readings_give_the_mirrored_map(tip, frames):
 
 def test_a_resistance_is_made_linear_first():
     noise = 2 * NOISE
-    exact, linear = (
-        finger(transducer=ss.VolumeResistance(exact=e), noise=noise, gain=1.0) for e in (True, False)
-    )
+    exact, linear = (finger(transducer=ss.VolumeResistance(exact=e), noise=noise, gain=1.0) for e in (True, False))
     found = [ss.pressure_map(f, f.read(ROLLER)) for f in (exact, linear)]
     np.testing.assert_allclose(found[0].pressure, found[1].pressure, atol=1e-3)
     with pytest.raises(ss.errors.NotLinearError):
@@ -196,13 +172,9 @@ def test_a_resistance_is_made_linear_first():
 def kinds(*transducers: ss.Transducer, depth=2e-3, count=13) -> ss.Finger:
     y = np.tile(1e-3 * (np.arange(count) - (count - 1) / 2), len(transducers))
     kind = tuple(t for t in transducers for _ in range(count))
-    scale = np.repeat(
-        [0.4e6 if isinstance(t, ss.MeanPressure | ss.NormalStress) else 1.0 for t in transducers], count
-    )
+    scale = np.repeat([0.4e6 if isinstance(t, ss.MeanPressure | ss.NormalStress) else 1.0 for t in transducers], count)
     depths = np.broadcast_to(np.repeat(depth, count) if np.ndim(depth) else depth, y.shape)
-    return ss.Finger(
-        ss.HalfPlane(RUBBER), ss.SensorArray(y=y, depth=depths, transducer=kind, noise=NOISE * scale)
-    )
+    return ss.Finger(ss.HalfPlane(RUBBER), ss.SensorArray(y=y, depth=depths, transducer=kind, noise=NOISE * scale))
 
 
 @pytest.mark.parametrize(

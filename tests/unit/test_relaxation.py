@@ -47,9 +47,7 @@ def test_it_is_the_convolution_with_the_rate_of_the_touch():
     slope = np.diff(touch[:, 0]) / np.diff(time)
     for k in (7, 30, 60):
         pieces = zip(time[:k], time[1 : k + 1], slope[:k])
-        expected = sum(
-            v * quad(lambda s, k=k: creep(time[k] - s), a, b, epsabs=1e-13)[0] for a, b, v in pieces
-        )
+        expected = sum(v * quad(lambda s, k=k: creep(time[k] - s), a, b, epsabs=1e-13)[0] for a, b, v in pieces)
         assert felt[k, 0] == pytest.approx(expected, abs=1e-11)
 
 
@@ -104,8 +102,7 @@ def recording(share, time_constants, noise=1e-3, seed=0, gains=(1.0, -0.4, 0.2))
 
 
 @pytest.mark.parametrize(
-    ("share", "constants"),
-    [([0.15], [2.0]), ([0.06, 0.1], [0.4, 5.0]), ([0.05, 0.05, 0.08], [0.1, 1.0, 8.0])],
+    ("share", "constants"), [([0.15], [2.0]), ([0.06, 0.1], [0.4, 5.0]), ([0.05, 0.05, 0.08], [0.1, 1.0, 8.0])]
 )
 def test_the_series_is_found_again_and_undone(share, constants):
     raw, time, held, touch = recording(share, constants)
@@ -176,18 +173,10 @@ def test_a_skin_that_does_not_relax_has_no_share():
         (lambda: ss.Relaxation([-0.1], [1]), ss.errors.InvalidValueError, "share"),
         (lambda: ss.Relaxation([0.1], [0]), ss.errors.InvalidValueError, "time"),
         (lambda: ss.Relaxation([0.1], [1, 2]), ss.errors.GeometryError, "one of each"),
-        (
-            lambda: ss.Relaxation([[0.1, 0.2]], [1]).undo(np.zeros((2, 3)), [0, 1]),
-            ss.errors.GeometryError,
-            "2 sensors",
-        ),
+        (lambda: ss.Relaxation([[0.1, 0.2]], [1]).undo(np.zeros((2, 3)), [0, 1]), ss.errors.GeometryError, "2 sensors"),
         (lambda: RUBBER.undo(np.zeros((2, 3)), [1, 0]), ss.errors.InvalidValueError, "go back"),
         (lambda: RUBBER.undo(np.zeros((2, 3)), [1]), ss.errors.GeometryError, "time of shape"),
-        (
-            lambda: replace(RUBBER, rest=[1, 2]).undo(np.zeros((2, 3)), [0, 1]),
-            ss.errors.GeometryError,
-            "rest",
-        ),
+        (lambda: replace(RUBBER, rest=[1, 2]).undo(np.zeros((2, 3)), [0, 1]), ss.errors.GeometryError, "rest"),
         (
             lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [(0, 8)], terms=4),
             ss.errors.InvalidValueError,
@@ -198,11 +187,7 @@ def test_a_skin_that_does_not_relax_has_no_share():
             ss.errors.InvalidValueError,
             "5 frames",
         ),
-        (
-            lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [0, 2]),
-            ss.errors.GeometryError,
-            "held",
-        ),
+        (lambda: ss.stream.fit_relaxation(np.zeros((9, 1)), np.arange(9), [0, 2]), ss.errors.GeometryError, "held"),
     ],
 )
 def test_what_cannot_be_done_is_said(call, error, seen):
@@ -222,6 +207,4 @@ def test_a_state_goes_on_and_not_back():
 def test_nothing_relaxes_in_readings_of_nothing(value):
     time = np.arange(0.0, 10.0, 0.01)
     with pytest.raises(ss.errors.ConvergenceError, match="never change"):
-        ss.stream.fit_relaxation(
-            np.full((time.size, 3), value), time, [(2.0, 8.0)], terms=1, rest=np.zeros(3)
-        )
+        ss.stream.fit_relaxation(np.full((time.size, 3), value), time, [(2.0, 8.0)], terms=1, rest=np.zeros(3))

@@ -5,17 +5,7 @@ from html.parser import HTMLParser
 import pytest
 
 from subskin.plot.style import house_style, new_figure
-from subskin.report import (
-    Bullets,
-    Document,
-    Heading,
-    Listing,
-    Paragraph,
-    Picture,
-    Table,
-    as_html,
-    as_pdf,
-)
+from subskin.report import Bullets, Document, Heading, Listing, Paragraph, Picture, Table, as_html, as_pdf
 
 
 def figure():

@@ -35,9 +35,7 @@ def test_integers_are_numbers_and_the_input_is_left_alone():
 
 def test_gain_multiplies_and_a_dead_sensor_reads_nothing():
     found = spatial_response(FINGER, 500.0)
-    assert found.magnitude[:, 0] == pytest.approx(
-        found.magnitude[0, 0] * np.array([1.0, 2.0, 1.0, 0.0]), rel=1e-14
-    )
+    assert found.magnitude[:, 0] == pytest.approx(found.magnitude[0, 0] * np.array([1.0, 2.0, 1.0, 0.0]), rel=1e-14)
     assert found.phase[:, 0].tolist() == pytest.approx([np.pi, np.pi, 0.0, 0.0], abs=1e-12)
 
 
@@ -106,9 +104,7 @@ def test_figure_draws_each_kind_of_sensor_once():
         assert len(curves) == 2
         for line, sensor in zip(curves, (0, 2), strict=True):
             np.testing.assert_allclose(line.get_xdata(), found.frequency / 1e3)
-            np.testing.assert_allclose(
-                np.nan_to_num(line.get_ydata()), found.magnitude[:, sensor, load] * 1e3
-            )
+            np.testing.assert_allclose(np.nan_to_num(line.get_ydata()), found.magnitude[:, sensor, load] * 1e3)
     (mark,) = [line for line in axes[0].lines if len(line.get_xdata()) == 2]
     assert mark.get_xdata()[0] == pytest.approx(0.5)  # two spacings of 1 mm
     phase = np.asarray(axes[3].lines[0].get_ydata())

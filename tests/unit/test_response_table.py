@@ -12,9 +12,7 @@ import subskin as ss
 def finger():
     skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.4))
     kinds = [ss.NormalStrain(), ss.MeanPressure(), ss.ShearStrain()]
-    array = ss.SensorArray(
-        y=[-2e-3, 0.0, 2.5e-3], depth=[2e-3, 1.5e-3, 2e-3], transducer=kinds, gain=[1.0, 1e-6, -2.0]
-    )
+    array = ss.SensorArray(y=[-2e-3, 0.0, 2.5e-3], depth=[2e-3, 1.5e-3, 2e-3], transducer=kinds, gain=[1.0, 1e-6, -2.0])
     return ss.Finger(skin, array)
 
 
@@ -22,9 +20,7 @@ def test_the_table_keeps_its_tolerance_everywhere(finger):
     y = np.linspace(-8e-3, 8e-3, 4001)
     exact = finger.receptive_field(y)
     for tolerance in (1e-4, 1e-7, 1e-10):
-        table = ss.response.Response.from_function(
-            finger.receptive_field, -8e-3, 8e-3, step=2e-3, tolerance=tolerance
-        )
+        table = ss.response.Response.from_function(finger.receptive_field, -8e-3, 8e-3, step=2e-3, tolerance=tolerance)
         error = np.abs(table(y) - exact).max() / np.abs(exact).max()
         assert error < 3 * tolerance
         assert table.error <= tolerance

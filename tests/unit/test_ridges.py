@@ -29,9 +29,7 @@ def test_a_shape_repeats_is_even_and_has_its_mean(shape):
     assert share.max() == 1.0 == ridges.share(0.3e-3)
     assert share.min() >= 0
     np.testing.assert_allclose(share, share[::-1], atol=1e-12)
-    np.testing.assert_allclose(
-        ridges.share(y[1:-1] + 4e-3), share[1:-1], atol=1e-9 if shape != "square" else 1.1
-    )
+    np.testing.assert_allclose(ridges.share(y[1:-1] + 4e-3), share[1:-1], atol=1e-9 if shape != "square" else 1.1)
     assert np.trapezoid(share, y) / 2e-3 == pytest.approx(ridges.mean, abs=1e-4)
     assert not share.flags.writeable
 
@@ -60,9 +58,7 @@ def test_a_shape_of_ones_own():
     block = Ridges(1.1e-3, lambda u: 1.0 * (np.abs(u) < 0.3), kinks=(-0.3, 0.3), crest=0.2e-3)
     assert block.mean == pytest.approx(0.6, rel=1e-12)
     named = Ridges(1.1e-3, "square", duty=0.6, crest=0.2e-3)
-    np.testing.assert_allclose(
-        read_ridged(FINGER, TOUCH, block), read_ridged(FINGER, TOUCH, named), rtol=1e-9
-    )
+    np.testing.assert_allclose(read_ridged(FINGER, TOUCH, block), read_ridged(FINGER, TOUCH, named), rtol=1e-9)
 
 
 def test_batches_are_their_members_and_broadcast():
@@ -82,9 +78,7 @@ def test_batches_are_their_members_and_broadcast():
 
 def test_positions_do_not_matter_nor_which_pitch_away_a_crest_is():
     one = ridge_gain(FINGER, TOUCH, Ridges(1.7e-3, crest=0.2e-3))
-    two = ridge_gain(
-        FINGER, ss.Hertz(80.0, position=3e-3, half_width=2e-3), Ridges(1.7e-3, crest=3.2e-3 - 5.1e-3)
-    )
+    two = ridge_gain(FINGER, ss.Hertz(80.0, position=3e-3, half_width=2e-3), Ridges(1.7e-3, crest=3.2e-3 - 5.1e-3))
     for a, b in zip(one.equal_peak, two.equal_peak, strict=True):
         assert a == pytest.approx(float(b), rel=1e-6)
     assert two.smooth == pytest.approx(2 * one.smooth, rel=1e-6)
@@ -115,9 +109,7 @@ def test_noise_gain_and_range_are_those_of_the_array():
     readings = read_ridged(tip, TOUCH, Ridges(2e-3))
     np.testing.assert_allclose(readings, [2 * plain + 0.5, 0.5], rtol=1e-7)
     noisy = read_ridged(tip, TOUCH, Ridges(2e-3), np.random.default_rng(1))
-    np.testing.assert_allclose(
-        noisy, readings + 1e-3 * np.random.default_rng(1).standard_normal(2), rtol=1e-12
-    )
+    np.testing.assert_allclose(noisy, readings + 1e-3 * np.random.default_rng(1).standard_normal(2), rtol=1e-12)
 
 
 def test_locate_takes_a_ridged_line_load_for_what_it_is():
@@ -244,9 +236,7 @@ def test_figures_are_labelled_and_nothing_covers_anything(kind):
         for name, group in labels:
             assert any(getattr(other, name)() for other in group.get_siblings(axes))
     renderer = figure.canvas.get_renderer()
-    fixed = [
-        t for axes in figure.axes for t in (axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label)
-    ]
+    fixed = [t for axes in figure.axes for t in (axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label)]
     fixed += [t for legend in figure.legends for t in legend.get_texts()]
     boxes = [(t, t.get_window_extent(renderer)) for t in fixed if isinstance(t, Text) and t.get_text()]
     for _, box in boxes:

@@ -54,10 +54,7 @@ def from_slope(slope=-2.0, strain=-0.01, skin=SKIN, *family, **more):
         (lambda: told(row(), np.zeros(7), position_std=-1e-6), "position_std"),
         (lambda: told(row(), np.zeros(7), half_width_std=-1e-6), "half_width_std"),
         (lambda: told(row(), np.zeros(7), family="line"), "it has none"),
-        (
-            lambda: told(row(), np.zeros(7), family="line", half_width=None, half_width_std=1e-4),
-            "it has none",
-        ),
+        (lambda: told(row(), np.zeros(7), family="line", half_width=None, half_width_std=1e-4), "it has none"),
         (lambda: told(row(), np.zeros(7), family="sphere"), "family"),
         (lambda: told(row(), np.zeros(7), sensors=2), "sensors"),
         (lambda: told(row(), np.zeros(7), sensors=3.5), "sensors"),
@@ -150,9 +147,7 @@ def test_a_position_that_was_not_found_leaves_the_others_alone():
     out = told(tip, readings, position=[0.2e-3, np.nan, 0.2e-3], half_width=[1e-3, 1e-3, np.nan])
     assert out.status.tolist() == [STATUS.OK, STATUS.INCOMPLETE, STATUS.INCOMPLETE]
     assert out.angle[0] == pytest.approx(0.3, abs=1e-9)
-    out = by_gradient(
-        rows(), rows().read(touch((2,))), position=[0.2e-3, np.nan], position_std=[1e-6, np.nan]
-    )
+    out = by_gradient(rows(), rows().read(touch((2,))), position=[0.2e-3, np.nan], position_std=[1e-6, np.nan])
     assert out.status.tolist() == [STATUS.OK, STATUS.INCOMPLETE]
 
 
@@ -171,10 +166,7 @@ def test_sensors_that_are_missing_saturated_or_dead(lost):
 
 
 def test_gain_offset_and_a_transducer_that_is_not_linear():
-    plain, resistive = (
-        row(),
-        row(transducer=ss.VolumeResistance(exact=True), gain=2.5, offset=0.3, noise=1e-4),
-    )
+    plain, resistive = (row(), row(transducer=ss.VolumeResistance(exact=True), gain=2.5, offset=0.3, noise=1e-4))
     small = touch(force=4.0)  # the exact formula and the linear one part at large strains
     assert told(resistive, resistive.read(small)).angle == pytest.approx(0.3, abs=1e-4)
     double = row(gain=-2.0, offset=0.1, noise=4e-5)
@@ -256,9 +248,7 @@ def test_the_figure_shows_what_the_formulas_say():
         seen = np.gradient(strain, y)[y.size // 2]
         assert (abs(rise - seen) < 1e-3) == touches
     # the accuracy: as `fit` and `side_angle` have it
-    tip = ss.Finger(
-        ss.HalfPlane(ss.Material(1.0)), ss.SensorArray.line(7, 0.5, 1.0, noise=2e-3 * 3 / (2 * np.pi))
-    )
+    tip = ss.Finger(ss.HalfPlane(ss.Material(1.0)), ss.SensorArray.line(7, 0.5, 1.0, noise=2e-3 * 3 / (2 * np.pi)))
     ratio, full = curve(spread, "full fit")
     _, quick = curve(spread, "slope: centre and width")
     for k in np.flatnonzero((ratio > 0.9) & (ratio < 3))[::30]:

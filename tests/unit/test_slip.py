@@ -12,9 +12,7 @@ from subskin.estimate.layout import LINE
 
 from ._estimates import estimate
 
-FINGER = ss.Finger(
-    ss.HalfPlane(ss.Material(0.4e6)), ss.SensorArray.line(6, pitch=1e-3, depth=2e-3, noise=1e-4)
-)
+FINGER = ss.Finger(ss.HalfPlane(ss.Material(0.4e6)), ss.SensorArray.line(6, pitch=1e-3, depth=2e-3, noise=1e-4))
 
 
 class TestProbability:
@@ -88,15 +86,7 @@ class TestFrames:
         assert whole.ratio_interval.shape == whole.stick_interval.shape == (3, 4, 2)
         for i, j in np.ndindex(3, 4):
             one = slip(estimate(normal[i, j], tangential[i, j]), friction)
-            for name in (
-                "probability",
-                "margin",
-                "margin_std",
-                "ratio",
-                "verdict",
-                "stick",
-                "ratio_interval",
-            ):
+            for name in ("probability", "margin", "margin_std", "ratio", "verdict", "stick", "ratio_interval"):
                 wanted = getattr(one, name)
                 assert getattr(whole, name)[i, j] == pytest.approx(wanted, rel=1e-9, abs=1e-300), name
 
@@ -135,12 +125,7 @@ class TestFrames:
     def test_verdicts_and_thresholds(self):
         made = estimate(20.0, [5.0, 9.9, 10.1, 12.0])
         assert slip(made, 0.5).verdict.tolist() == [0, 1, 2, 2]
-        assert slip(made, 0.5, thresholds=(0.45, 0.99)).verdict.tolist() == [
-            0,
-            0 if _p(made, 1) < 0.45 else 1,
-            1,
-            2,
-        ]
+        assert slip(made, 0.5, thresholds=(0.45, 0.99)).verdict.tolist() == [0, 0 if _p(made, 1) < 0.45 else 1, 1, 2]
         unsure = estimate(20.0, 5.0, status=ss.Status.AMBIGUOUS)
         found = slip(unsure, 0.5)
         assert found.verdict == SlipVerdict.CANNOT_TELL
@@ -175,9 +160,7 @@ class TestOwnCone:
     def test_where_friction_might_hold_more_nothing_is_told(self):
         steep = ss.LineLoad(40.0, np.arctan(1.1), 0.3e-3)
         frame = FINGER.read(steep)
-        found = FINGER.locate(
-            frame, friction=0.7, false_alarm=1e-300
-        )  # made to accept what it cannot explain
+        found = FINGER.locate(frame, friction=0.7, false_alarm=1e-300)  # made to accept what it cannot explain
         assert np.tan(found.angle) == pytest.approx(0.7, rel=1e-9)
         judged = slip(found, 0.9)
         assert judged.at_edge

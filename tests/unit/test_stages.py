@@ -17,8 +17,7 @@ from subskin.stream.stage import join
 
 NOISE = 1e-4
 FINGER = ss.Finger(
-    ss.HalfPlane(ss.Material(young=0.4e6)),
-    ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=NOISE, offset=0.3),
+    ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=NOISE, offset=0.3)
 )
 BENT = replace(FINGER, array=replace(FINGER.array, transducer=ss.VolumeResistance(exact=True)))
 TARE = ss.Tare(FINGER, patience=1.0)

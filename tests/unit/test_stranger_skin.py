@@ -18,9 +18,7 @@ from subskin.plot import density_figure, finger_section, receptive_fields, respo
 
 RUBBER = ss.Material(0.4e6, 0.45)
 LAYER = ss.Layered(ss.Layer(RUBBER, 5e-3))
-STACK = ss.Layered(
-    [ss.Layer(ss.Material(2e6, 0.48), 0.5e-3), ss.Layer(RUBBER, 4e-3)], base=ss.Material(1e9, 0.3)
-)
+STACK = ss.Layered([ss.Layer(ss.Material(2e6, 0.48), 0.5e-3), ss.Layer(RUBBER, 4e-3)], base=ss.Material(1e9, 0.3))
 RING = ss.Round(RUBBER, 8e-3, 4e-3)
 HALF = ss.HalfPlane(RUBBER)
 ROW = ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=5e-5)
@@ -112,9 +110,7 @@ def presses(finger, count):
 def known(finger):
     y = np.linspace(-3e-3, 3e-3, 16)
     fit = ("gain", "depth", "poisson", "thickness")
-    return ss.calibrate(
-        finger, finger.read(ss.LineLoad(30.0, 0.4, y)), y, fit=fit, force=30.0, angle=0.4, origin=0.0
-    )
+    return ss.calibrate(finger, finger.read(ss.LineLoad(30.0, 0.4, y)), y, fit=fit, force=30.0, angle=0.4, origin=0.0)
 
 
 def blind(finger):
@@ -147,9 +143,7 @@ TOOLS = {
     "fit": lambda f: f.fit(frames(f), "hertz"),
     "pressure": lambda f: ss.pressure_map(f, frames(f)[0]),
     "contact type": lambda f: ss.decide.contact_type(f, frames(f)[0]),
-    "slip": lambda f: ss.decide.slip(
-        f.locate(frames(f)), 0.6, skin=f.skin, indenter=ss.pressing.Cylinder(5e-3)
-    ),
+    "slip": lambda f: ss.decide.slip(f.locate(frames(f)), 0.6, skin=f.skin, indenter=ss.pressing.Cylinder(5e-3)),
     "side angle": lambda f: ss.side_angle(f, frames(f), position=[0.7e-3, -1e-3], half_width=0.8e-3),
     "blind depth": lambda f: ss.estimate.blind_depth(f.skin, 1e-3),
     "calibrate": known,
@@ -195,9 +189,7 @@ def test_a_budget_has_all_rows_that_it_has_of_the_skin():
         assert usual == design.usual_tolerances(ss.Finger(skin, ROW))
         assert set(usual) >= {"young", "poisson"} | more
     same(
-        lambda f: design.tolerance_budget(
-            f, TOUCHES, {"radius": 1e-4, "young": 0.1}, positions=2, angles=2, draws=3
-        ),
+        lambda f: design.tolerance_budget(f, TOUCHES, {"radius": 1e-4, "young": 0.1}, positions=2, angles=2, draws=3),
         RING,
     )
 

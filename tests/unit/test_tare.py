@@ -114,9 +114,7 @@ def test_a_step_within_the_noise_is_taken_up_as_drift():
     raw[time > 10.0] += 0.5 * NOISE * np.array([1, -1, 1, 1, -1, 1])
     found = ss.Tare(tip)(raw, time)
     assert found.free[time > 20.0].all()
-    np.testing.assert_allclose(
-        found.offset[-1] - 0.3, 0.5 * NOISE * np.array([1, -1, 1, 1, -1, 1]), atol=0.4 * NOISE
-    )
+    np.testing.assert_allclose(found.offset[-1] - 0.3, 0.5 * NOISE * np.array([1, -1, 1, 1, -1, 1]), atol=0.4 * NOISE)
 
 
 def test_a_stream_that_began_under_a_touch_finds_its_offsets_when_let_go():

@@ -316,9 +316,7 @@ def test_two_sensors_blind_to_one_position(poisson):
     y = [-blind, 0.2, blind]
     found = three_sensor(read(0.3, 0.1, y, poisson=poisson), y, 1.0, young=1.0, poisson=poisson)
     assert [n.kind for n in found.notes] == [Degeneracy.BLIND_TOGETHER]
-    assert [r.position for r in found.roots if r.verdict is Verdict.NOT_A_SOLUTION] == [
-        pytest.approx(0.0, abs=1e-12)
-    ]
+    assert [r.position for r in found.roots if r.verdict is Verdict.NOT_A_SOLUTION] == [pytest.approx(0.0, abs=1e-12)]
     assert nearest(found, 0.3).angle == pytest.approx(0.1, abs=1e-9)
 
 

@@ -25,9 +25,7 @@ def finger(skin=FLAT, count=6, noise=5e-5, **more):
 def test_usual_tolerances_are_those_of_a_blind_calibration():
     usual = usual_tolerances(finger(resolution=3e-5, noise=[1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 7e-5]))
     assert list(usual) == [name for name in SOURCES if name not in ("thickness", "radius")]
-    assert [usual[n] for n in ("position", "depth", "gains")] == pytest.approx(
-        [0.02 * 2e-3, 0.05 * 2e-3, 0.05]
-    )
+    assert [usual[n] for n in ("position", "depth", "gains")] == pytest.approx([0.02 * 2e-3, 0.05 * 2e-3, 0.05])
     assert usual["resolution"] == pytest.approx(3e-5)
     assert usual["noise"] == pytest.approx(3e-5)  # root mean square
     tip = ss.Round(ss.Material(0.4e6), 8e-3, 4e-3)
@@ -49,8 +47,7 @@ def test_rows_are_the_same_alone_and_with_others_and_from_a_seed():
 def test_frames_are_lost_by_the_noise_and_wrong_by_the_source_alone():
     """A load that `locate` calls unexplained is off by as much as one that it takes for explained."""
     quiet, loud = (
-        tolerance_budget(finger(noise=n), TOUCHES, {"depth": 2e-4, "gains": 0.05}, **SMALL).rows
-        for n in (1e-6, 4e-4)
+        tolerance_budget(finger(noise=n), TOUCHES, {"depth": 2e-4, "gains": 0.05}, **SMALL).rows for n in (1e-6, 4e-4)
     )
     for a, b in zip(quiet, loud, strict=True):
         assert a.lost > 0.99
@@ -81,9 +78,7 @@ def test_a_radius_leaves_the_thickness_as_it_is():
     (row,) = tolerance_budget(finger(tip), TOUCHES, {"radius": 0.4e-3}, **SMALL).rows
     position, angle = TOUCHES.grid(8, 4, finger())
     touch = ss.LineLoad(20.0, angle, position[:, None])
-    found = finger(tip, noise=3e-4).locate(
-        np.stack([finger(s).read(touch) for s in (wider, narrower)]), friction=0.8
-    )
+    found = finger(tip, noise=3e-4).locate(np.stack([finger(s).read(touch) for s in (wider, narrower)]), friction=0.8)
     assert row.angle_rms == pytest.approx(np.sqrt(np.mean((found.angle - angle) ** 2)), rel=1e-5)
 
 
@@ -93,18 +88,14 @@ def test_a_step_rounds_as_the_array_does():
     (row,) = tolerance_budget(made, TOUCHES, {"resolution": step}, positions=8, angles=4).rows
     position, angle = TOUCHES.grid(8, 4, made)
     found = made.locate(made.read(ss.LineLoad(20.0, angle, position[:, None])), friction=0.8)
-    assert row.position_rms == pytest.approx(
-        np.sqrt(np.mean((found.position - position[:, None]) ** 2)), rel=1e-9
-    )
+    assert row.position_rms == pytest.approx(np.sqrt(np.mean((found.position - position[:, None]) ** 2)), rel=1e-9)
     assert row.angle_worst == pytest.approx(np.abs(found.angle - angle).max(), rel=1e-9)
     assert row.lost == pytest.approx((found.status != ss.Status.OK).mean())
 
 
 def test_the_worst_touch_is_that_of_the_quantile():
     two = [
-        tolerance_budget(
-            finger(), TOUCHES, {"gain": 0.05, "gains": 0.01}, **{**SMALL, "draws": 300}, quantile=q
-        ).rows
+        tolerance_budget(finger(), TOUCHES, {"gain": 0.05, "gains": 0.01}, **{**SMALL, "draws": 300}, quantile=q).rows
         for q in (0.5, 0.99)
     ]
     # half of a normal distribution lies within 0.674 of its standard deviation, 99 % within 2.576
@@ -127,9 +118,7 @@ def test_a_share_of_the_draws_is_no_less_than_that_share(quantile, of_two):
 
 def test_poissons_ratio_goes_the_one_way_that_there_is():
     at_half, below = (
-        tolerance_budget(
-            finger(ss.HalfPlane(ss.Material(0.4e6, nu))), TOUCHES, {"poisson": 0.02}, **SMALL
-        ).rows[0]
+        tolerance_budget(finger(ss.HalfPlane(ss.Material(0.4e6, nu))), TOUCHES, {"poisson": 0.02}, **SMALL).rows[0]
         for nu in (0.5, 0.45)
     )
     assert at_half.angle_linear == pytest.approx(below.angle_linear, rel=0.1)
@@ -174,9 +163,7 @@ def test_what_is_kept_takes_its_part_first():
 def test_both_accuracies_are_kept():
     budget = tolerance_budget(finger(), TOUCHES, {"position": 4e-5, "poisson": 0.02}, **SMALL)
     position, poisson = budget.needed(position=3e-5, angle=np.radians(0.5))
-    both = tolerance_budget(
-        finger(), TOUCHES, {"position": position.shared, "poisson": poisson.shared}, **SMALL
-    ).total
+    both = tolerance_budget(finger(), TOUCHES, {"position": position.shared, "poisson": poisson.shared}, **SMALL).total
     assert both.position_rms < 1.03 * 3e-5
     assert both.angle_rms < 1.03 * np.radians(0.5)
 
@@ -264,9 +251,7 @@ def test_sensors_that_are_linear_to_first_order_and_dead_ones():
 
 def test_three_sensors_have_no_first_order_where_they_are_singular():
     three = finger(count=3)
-    budget = tolerance_budget(
-        three, TOUCHES, {"position": 1e-6, "young": 0.1}, positions=9, angles=5, draws=20
-    )
+    budget = tolerance_budget(three, TOUCHES, {"position": 1e-6, "young": 0.1}, positions=9, angles=5, draws=20)
     position, young = budget.rows
     assert position.position_linear == np.inf  # a normal load above the middle sensor
     assert np.isfinite(position.position_rms)
@@ -362,9 +347,7 @@ def test_what_95_percent_of_the_touches_keep_is_a_quantile_of_the_sum_at_each():
 def test_touches_keep_only_what_is_in_the_budget():
     skin = ss.HalfPlane(ss.Material(young=0.4e6))
     finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=1.5e-3, noise=1e-4))
-    budget = tolerance_budget(
-        finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4
-    )
+    budget = tolerance_budget(finger, Touches(force=20.0), {"position": 0.03e-3}, positions=4, angles=3, draws=4)
     with pytest.raises(InvalidValueError, match="the budget has position"):
         budget.kept(0.95, ["noise"])
     with pytest.raises(InvalidValueError, match="share = 0"):

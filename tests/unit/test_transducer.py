@@ -90,10 +90,7 @@ class TestVolumeResistance:
         for plane in ("strain", "stress"):
             state = ss.HalfPlane(ss.Material(E, 0.5), plane=plane).state(LOAD, X, Y)
             e = state.strain.xx
-            exact, first = (
-                ss.VolumeResistance(exact=True).measure(state),
-                ss.VolumeResistance().measure(state),
-            )
+            exact, first = (ss.VolumeResistance(exact=True).measure(state), ss.VolumeResistance().measure(state))
             np.testing.assert_allclose(exact, (1 + e) ** 2 - 1, rtol=1e-11)
             np.testing.assert_allclose(first, 2 * e, rtol=1e-11, atol=1e-17)
 
@@ -118,6 +115,4 @@ class TestVolumeResistance:
 def test_units():
     assert {k().unit for k in (ss.NormalStress, ss.MeanPressure)} == {"Pa"}
     assert ss.EnergyDensity().unit == "J/m^3"
-    assert {k().unit for k in (ss.NormalStrain, ss.ShearStrain, ss.LateralStrain, ss.VolumeResistance)} == {
-        ""
-    }
+    assert {k().unit for k in (ss.NormalStrain, ss.ShearStrain, ss.LateralStrain, ss.VolumeResistance)} == {""}

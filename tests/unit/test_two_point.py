@@ -173,9 +173,7 @@ def test_a_separation_is_where_the_distance_is_what_is_needed():
         middle = found.position[p]
         two = share * response(middle - half - s) + (1 - share) * response(middle + half - s)
         starts = [[u] for u in middle + np.linspace(-0.3, 0.3, 61)]
-        assert nearest(two / 1e-3, lambda u: response(u[0] - s) / 1e-3, starts) == pytest.approx(
-            found.needed, rel=2e-3
-        )
+        assert nearest(two / 1e-3, lambda u: response(u[0] - s) / 1e-3, starts) == pytest.approx(found.needed, rel=2e-3)
 
 
 def test_a_larger_separation_that_is_lost_again_counts():
@@ -198,9 +196,7 @@ def test_lengths_go_with_the_depth_and_nothing_with_the_modulus(against):
     small = two_point_limen(row(5, 0.6), Touches(1.0), against=against, positions=4)
     stiff = ss.HalfPlane(ss.Material(young=30e6))
     share = 1.5 / np.pi * 100.0 / (30e6 * 2e-3)  # of the strain beneath 100 N/m at 2 mm
-    large = two_point_limen(
-        row(5, 0.6, 1e-3 * share, stiff, 2e-3), Touches(100.0), against=against, positions=4
-    )
+    large = two_point_limen(row(5, 0.6, 1e-3 * share, stiff, 2e-3), Touches(100.0), against=against, positions=4)
     assert large.separation / 2e-3 == pytest.approx(small.separation, rel=1e-4)
 
 
@@ -264,9 +260,7 @@ def test_known_angles_are_those_of_the_loads():
 
         low, high = (found.position[p] + sign * found.step[i] / 2 for sign in (-1, 1))
         wanted = nearest(
-            0.4 * along(low) + 0.6 * along(high),
-            lambda u: along(u[0]),
-            [[u] for u in np.linspace(-2, 2, 200)],
+            0.4 * along(low) + 0.6 * along(high), lambda u: along(u[0]), [[u] for u in np.linspace(-2, 2, 200)]
         )
         assert found.distance[i, p, 0, k] == pytest.approx(wanted, rel=1e-5, abs=1e-4)
 
@@ -369,12 +363,7 @@ def test_best_is_the_least_and_its_neighbours_without_a_gap():
 
 @pytest.mark.parametrize(
     ("options", "match"),
-    [
-        ({"count": 1}, "count"),
-        ({"count": 2.5}, "count"),
-        ({"pitch": [1.0, 0.5]}, "pitch"),
-        ({"noise": 0}, "noise"),
-    ],
+    [({"count": 1}, "count"), ({"count": 2.5}, "count"), ({"pitch": [1.0, 0.5]}, "pitch"), ({"noise": 0}, "noise")],
 )
 def test_bad_studies(options, match):
     with pytest.raises(InvalidValueError, match=match):

@@ -61,9 +61,7 @@ def test_every_second_press_calibrates_and_the_others_are_located(presses, drawn
 
 def test_three_presses_find_where_the_motor_began(presses, drawn):
     positions, readings = presses
-    known = ss.calibrate(
-        drawn, readings[::2], positions[::2], fit=("gain", "offset", "depth", "origin", "position")
-    )
+    known = ss.calibrate(drawn, readings[::2], positions[::2], fit=("gain", "offset", "depth", "origin", "position"))
     three = [11, 21, 31]
     again = ss.calibrate(known.finger, readings[three], positions[three], fit=("origin",))
     rest = np.setdiff1d(np.arange(1, 60, 2), three)
@@ -138,9 +136,7 @@ class TestABondedLayer:
         positions, readings = (a[1::2] for a in presses)
         page = (Path(__file__).parents[2] / "docs/recording.md").read_text("utf-8")
         rows = [[c.strip() for c in line.split("|")[1:-1]] for line in page.splitlines() if "1/2 |" in line]
-        rows += [
-            [c.strip() for c in line.split("|")[1:-1]] for line in page.splitlines() if "| fitted," in line
-        ]
+        rows += [[c.strip() for c in line.split("|")[1:-1]] for line in page.splitlines() if "| fitted," in line]
         kinds = {"normal strain": "strain", "normal stress": "stress", "mean pressure": "pressure"}
         assert len(rows) == 5
         for skin, measured, poisson, r2, median, depth, thickness in rows:

@@ -120,10 +120,7 @@ def test_what_it_says_of_itself(found):
 
 @pytest.mark.parametrize(
     ("skin", "kind", "least"),
-    [
-        (ss.HalfPlane(SOFT), ss.NormalStrain(), 100.0),
-        (ss.HalfPlane(SOFT), ss.NormalStress(), 15.0),
-    ],
+    [(ss.HalfPlane(SOFT), ss.NormalStrain(), 100.0), (ss.HalfPlane(SOFT), ss.NormalStress(), 15.0)],
 )
 def test_models_that_do_not_fit_are_told_from_the_one_that_does(presses, skin, kind, least):
     """By their misfit alone, no places being known: the half plane needs offsets to follow this skin at all."""

@@ -68,9 +68,7 @@ def test_sixty_presses(folder):
     held = table.numbers("t_end") - table.numbers("t_start")
     assert (np.abs(held - 8.0) < 0.1).all()
     readings = table.readings([f"Sensor_{i}" for i in range(4)])
-    np.testing.assert_array_equal(
-        readings.argmax(axis=0), [0, 11, 23, 35]
-    )  # 6 mm apart, the first at 0 or before
+    np.testing.assert_array_equal(readings.argmax(axis=0), [0, 11, 23, 35])  # 6 mm apart, the first at 0 or before
     std = np.stack([table.numbers(f"Sensor_{i}_std") for i in range(4)])
     assert std.max() < 40 < 1e-2 * readings.max()
 
@@ -88,19 +86,13 @@ def test_held_out_presses_are_explained(folder, command):
 
 def test_poisson_alone_reaches_the_fit_too(folder, command):
     options = ("--every", 2, "--fit", "gain,depth,origin,poisson")
-    assert (
-        command("calibrate", folder / "finger.toml", folder / "presses.csv", *options)["r2_held_out"] >= 0.995
-    )
+    assert command("calibrate", folder / "finger.toml", folder / "presses.csv", *options)["r2_held_out"] >= 0.995
 
 
 def test_an_incompressible_line_load_does_not(folder, command):
     """The memo's h(y) with nu = 1/2: the indenter is round, and its field falls off faster than a line's."""
     options = ("--every", 2, "--fit", "gain,depth,origin")
-    assert (
-        0.93
-        < command("calibrate", folder / "finger.toml", folder / "presses.csv", *options)["r2_held_out"]
-        < 0.96
-    )
+    assert 0.93 < command("calibrate", folder / "finger.toml", folder / "presses.csv", *options)["r2_held_out"] < 0.96
 
 
 def test_held_out_presses_are_located(folder, command):
@@ -132,9 +124,7 @@ def test_three_presses_after_mounting_anew(folder, command, tmp_path, capsys, ro
         np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
     assert (np.asarray(after.noise) >= before.noise).all()
     capsys.readouterr()
-    data = command(
-        "locate", files[2], folder / "presses.csv", "--rows", rows, "--skip-used", "--truth", "position"
-    )
+    data = command("locate", files[2], folder / "presses.csv", "--rows", rows, "--skip-used", "--truth", "position")
     score = data["against_truth"]["ok"]
     assert score["count"] >= 32
     assert abs(score["mean"]) <= 0.2e-3

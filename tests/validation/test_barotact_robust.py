@@ -92,9 +92,7 @@ def test_tare_follows_the_offsets_of_the_stream_without_the_motor(skin):
 def test_drift_believed_too_fast_swallows_presses(skin):
     """The price: 20 Pa/s, and light touches are taken for drift."""
     followed = ss.Tare(skin.finger, drift=20.0)(skin.pressure, skin.time)
-    _, error, sure = located(
-        skin, plateau(skin, skin.pressure, 0.0, 0.4) - plateau(skin, followed.offset, 0.0, 0.4)
-    )
+    _, error, sure = located(skin, plateau(skin, skin.pressure, 0.0, 0.4) - plateau(skin, followed.offset, 0.0, 0.4))
     assert np.quantile(error[sure], 0.9) > 1e-3
 
 

@@ -60,9 +60,7 @@ def test_stress(case, suffix, drag):
 def test_strain(case, plane, nu):
     build, parameters, points, x, y = case
     key = f"plane_{plane}_nu_{nu}"
-    state = ss.HalfPlane(ss.Material(parameters["E"], nu), plane=plane).state(
-        build(-parameters["alpha"]), x, y
-    )
+    state = ss.HalfPlane(ss.Material(parameters["E"], nu), plane=plane).state(build(-parameters["alpha"]), x, y)
     e = state.strain
     expected = [[float(p["strains"][key][name]) for p in points] for name in ("ex", "ey", "gxy")]
     check([e.xx, e.yy, e.gamma_xy], expected)

@@ -45,9 +45,7 @@ def test_named_cases_are_named():
     kinds = {}
     for case in CASES:
         b = case["b_spacing"]
-        found = three_sensor(
-            [case["eps1"], case["eps2"], case["eps3"]], [-b, 0.0, b], case["x_depth"], young=1.0
-        )
+        found = three_sensor([case["eps1"], case["eps2"], case["eps3"]], [-b, 0.0, b], case["x_depth"], young=1.0)
         kinds[case["label"].split(":")[0]] = {note.kind for note in found.notes}
     assert kinds["b=x"] == {Degeneracy.SPACING_IS_DEPTH}
     assert kinds["b=2x"] == {Degeneracy.SPACING_IS_TWO_DEPTHS}
@@ -58,17 +56,7 @@ def test_named_cases_are_named():
 
 # Spacing in depths: share of loads within half a spacing of the middle and 45 degrees for which a second load
 # explains the readings as well (physics/FORMULAS.md section 1.2, rounded there).
-AMBIGUOUS = {
-    0.3: 0.86,
-    0.5: 0.997,
-    0.7: 0.74,
-    0.8: 0.45,
-    0.9: 0.24,
-    1.0: 0.039,
-    1.1: 0.24,
-    1.2: 0.43,
-    1.4: 0.70,
-}
+AMBIGUOUS = {0.3: 0.86, 0.5: 0.997, 0.7: 0.74, 0.8: 0.45, 0.9: 0.24, 1.0: 0.039, 1.1: 0.24, 1.2: 0.43, 1.4: 0.70}
 
 
 def accepted_loads(b, reach, count):
@@ -86,9 +74,7 @@ def accepted_loads(b, reach, count):
 def test_share_of_ambiguous_readings(b, share):
     count = ambiguous = 0
     for position, angle, accepted in accepted_loads(b, b / 2, 600 if share in (0.039, 0.997) else 200):
-        assert any(
-            abs(root.position - position) < 1e-8 and abs(root.angle - angle) < 1e-6 for root in accepted
-        )
+        assert any(abs(root.position - position) < 1e-8 and abs(root.angle - angle) < 1e-6 for root in accepted)
         count += 1
         ambiguous += len(accepted) > 1
     # three standard deviations of the count, and as much again as the expected share was rounded by

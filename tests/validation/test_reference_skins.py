@@ -104,8 +104,7 @@ def test_thin_annulus_does_not_depend_on_the_way(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("share", "factor"),
-    [(0.05, 1.027), (0.1, 1.046), (0.2, 1.068), (0.25, 1.073), (0.5, 1.047), (0.75, 0.863)],
+    ("share", "factor"), [(0.05, 1.027), (0.1, 1.046), (0.2, 1.068), (0.25, 1.073), (0.5, 1.047), (0.75, 0.863)]
 )
 def test_strain_beneath_a_line_load_on_a_bonded_layer(share, factor):
     rubber, load = ss.Material(0.4e6, 0.5), ss.LineLoad(40.0)
@@ -113,9 +112,7 @@ def test_strain_beneath_a_line_load_on_a_bonded_layer(share, factor):
     assert layer / ss.HalfPlane(rubber).strain(load, 2e-3, 0.0).xx == pytest.approx(factor, abs=5.1e-4)
 
 
-@pytest.mark.parametrize(
-    ("share", "factor"), [(1 / 16, 1.085), (1 / 8, 1.152), (1 / 4, 1.256), (3 / 8, 1.250)]
-)
+@pytest.mark.parametrize(("share", "factor"), [(1 / 16, 1.085), (1 / 8, 1.152), (1 / 4, 1.256), (3 / 8, 1.250)])
 def test_strain_beneath_a_line_load_on_a_round_finger(share, factor):
     rubber, load = ss.Material(0.4e6, 0.5), ss.LineLoad(40.0)
     finger = ss.Round(rubber, 8e-3, 4e-3).strain(load, share * 8e-3, 0.0).xx

@@ -194,11 +194,7 @@ class Body:
         mass = _product.assemble(linear).tobsr((3, 3))  # nothing but blocks on the diagonal
         inverse = np.linalg.inv(mass.data) * bulk[:, None, None]
         moduli = bsr_matrix((inverse, mass.indices, mass.indptr), shape=mass.shape)
-        options = {
-            "permc_spec": "MMD_AT_PLUS_A",
-            "diag_pivot_thresh": 0.0,
-            "options": {"SymmetricMode": True},
-        }
+        options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
         kept = np.repeat(bulk / (_STIFFEST * modulus), 3)
         return splu((k + b.T @ moduli @ b).tocsc(), **options), b, moduli, kept
 
@@ -253,9 +249,7 @@ class Body:
         nodes = hats.nodal_dofs[0, chosen * self.depths.size]
         load = _inward.assemble(hats, self.surface, inwards=self.frame(y)[0])[:, nodes].toarray()
         lift = load.T @ self.solve(load)
-        weight, gap = (
-            _share.assemble(hats, factor=f)[nodes] for f in (np.ones_like(y), height(y) / self.length)
-        )
+        weight, gap = (_share.assemble(hats, factor=f)[nodes] for f in (np.ones_like(y), height(y) / self.length))
         touches = np.ones(nodes.size, dtype=bool)
         for _ in range(60):
             n = touches.sum()

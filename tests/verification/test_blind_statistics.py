@@ -29,9 +29,7 @@ def pair(sensors, rng, pitch=0.75, noise=1e-3):
 
 def touches(sensors, count, rng, pitch=0.75):
     half, lean = 0.5 * (sensors - 1) * pitch, np.deg2rad(40)
-    return ss.LineLoad(
-        rng.uniform(0.5, 2, count), rng.uniform(-lean, lean, count), rng.uniform(-half, half, count)
-    )
+    return ss.LineLoad(rng.uniform(0.5, 2, count), rng.uniform(-lean, lean, count), rng.uniform(-half, half, count))
 
 
 def truth(drawn, real):

@@ -183,9 +183,7 @@ def test_narrow_contacts_tend_to_the_line_load(skin, contact):
         narrow = CONTACTS[contact](a=a)
         n, t = narrow.normal_force, narrow.tangential_force
         line = ss.LineLoad(np.hypot(n, t), np.arctan2(t, n), np.mean(narrow.support))
-        off.append(
-            np.abs(components(skin.state(narrow, x, y)) - components(skin.state(line, x, y)))[:4].max()
-        )
+        off.append(np.abs(components(skin.state(narrow, x, y)) - components(skin.state(line, x, y)))[:4].max())
     assert slope(widths, off) == pytest.approx(2 if is_even(narrow) else 1, abs=0.1)
 
 
@@ -244,8 +242,7 @@ def test_limits(name, contact):
     build, limit, power, sizes = LIMITS[name]
     x, y = A * np.array([[0.1], [1.0], [2.0], [3.9]]), A * np.linspace(-2, 2, 9)
     wanted, *seen = (
-        components(skin.state(CONTACTS[contact](), x, y))[[0, 1, 3, 4, 5, 7]]
-        for skin in (limit, *map(build, sizes))
+        components(skin.state(CONTACTS[contact](), x, y))[[0, 1, 3, 4, 5, 7]] for skin in (limit, *map(build, sizes))
     )
     off = [np.abs(s - wanted).max(axis=(1, 2)) / np.abs(wanted).max(axis=(1, 2)) for s in seen]
     assert slope(sizes, np.max(off, axis=1)) == pytest.approx(power, abs=0.05)

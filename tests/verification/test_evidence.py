@@ -50,9 +50,7 @@ def integral(tip, kind, frame, positions, widths, angles, span=None):
         unit = np.cos(angles)[:, None, None] * columns[0] + np.sin(angles)[:, None, None] * columns[1]
         square, along = (unit**2).sum(-1), unit @ w
         force = np.maximum(along, 1e-300) / square
-        log = np.where(
-            along > 0, 0.5 * along * force + 0.5 * np.log(2 * np.pi / square) - np.log(force), -np.inf
-        )
+        log = np.where(along > 0, 0.5 * along * force + 0.5 * np.log(2 * np.pi / square) - np.log(force), -np.inf)
         top = log.max()
         high.append(top + np.log(np.exp(log - top).sum()))
     high = np.array(high)
@@ -70,9 +68,7 @@ def test_evidence_is_the_integral_where_readings_tell_little():
     positions, angles = np.linspace(-half, half, 241), np.linspace(-np.pi / 4, np.pi / 4, 241)
     compared = []
     for frame, evidence in zip(readings, said.log_evidence, strict=True):
-        exact = np.array(
-            [integral(tip, k, frame, positions, np.linspace(*k.half_width, 21), angles) for k in SMALL]
-        )
+        exact = np.array([integral(tip, k, frame, positions, np.linspace(*k.half_width, 21), angles) for k in SMALL])
         if np.isfinite(evidence).all() and abs(exact[0] - exact[1]) < 9:
             compared.append([evidence[0] - evidence[1], exact[0] - exact[1]])
     ours, theirs = np.array(compared).T
@@ -132,9 +128,7 @@ def test_evidence_without_friction(noise):
 
 def calibration_error(top, right, bins=15):
     group = np.minimum((top * bins).astype(int), bins - 1)
-    return sum(
-        abs(top[group == b].mean() - right[group == b].mean()) * (group == b).mean() for b in np.unique(group)
-    )
+    return sum(abs(top[group == b].mean() - right[group == b].mean()) * (group == b).mean() for b in np.unique(group))
 
 
 @pytest.mark.parametrize(

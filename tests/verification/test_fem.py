@@ -71,10 +71,7 @@ def test_the_oracle_knows_a_twisted_tube(nu):
     double = young / (1 + nu)
     stretch = 0.0 if nu == 0.5 else -p / double / (1 / (1 - 2 * nu) + core**2 / outer**2)
     rings = Body(
-        outer - np.linspace(outer, core, 17),
-        outer * np.linspace(-np.pi, np.pi, 49),
-        [(outer - core, young, nu)],
-        outer,
+        outer - np.linspace(outer, core, 17), outer * np.linspace(-np.pi, np.pi, 49), [(outer - core, young, nu)], outer
     )
     solution = rings.pull(lambda y: np.full_like(y, p), lambda y: np.full_like(y, q))
     x, y = rings.best(DEPTHS, PLACES)
@@ -105,10 +102,7 @@ def test_the_difference_falls_at_the_order_of_the_elements(name):
     depths = A * np.linspace(0.8, 4.0, 15)[:, None]
     positions = F + A * rng.uniform(-3, 3, 30)
     for n in parts:
-        for errors, (x, y) in (
-            (anywhere, (depths, positions)),
-            (best, body(name, n).best(depths, positions)),
-        ):
+        for errors, (x, y) in ((anywhere, (depths, positions)), (best, body(name, n).best(depths, positions))):
             ours, theirs = both(name, n, contact, x, y)
             errors.append(np.sqrt(((ours - theirs) ** 2).mean()) / np.abs(ours).max())
     orders = [-np.polyfit(np.log(parts), np.log(e), 1)[0] for e in (anywhere, best)]

@@ -29,9 +29,7 @@ def points(count=40, seed=1):
 def is_proportional(contact):
     """Whether the shear is a multiple of the pressure."""
     c = CONTACTS[contact]()
-    return contact != "sum" and np.allclose(
-        c.shear(SURFACE) * c.normal_force, c.pressure(SURFACE) * c.tangential_force
-    )
+    return contact != "sum" and np.allclose(c.shear(SURFACE) * c.normal_force, c.pressure(SURFACE) * c.tangential_force)
 
 
 @pytest.mark.parametrize("contact", [*filter(is_proportional, CONTACTS)])
@@ -121,9 +119,7 @@ class TestPunch:
         moment = 10 * A
         punch = ss.FlatPunch(40.0, half_width=A, moment=moment)
         tilt = 4 * (1 - nu**2) * moment / (np.pi * 0.4e6 * A**2)
-        np.testing.assert_allclose(
-            skin.surface_gradient(punch, A * np.linspace(-0.98, 0.98, 9)).ux, tilt, rtol=1e-12
-        )
+        np.testing.assert_allclose(skin.surface_gradient(punch, A * np.linspace(-0.98, 0.98, 9)).ux, tilt, rtol=1e-12)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
@@ -159,10 +155,7 @@ class TestPartialSlip:
     def test_on_the_edge_of_the_cone_it_is_a_sliding_hertz(self, angle):
         x, y = points()
         skin = SKINS["half plane-0.3"]
-        slides, sticks = (
-            ss.Hertz(40.0, angle, half_width=A),
-            ss.PartialSlip(40.0, angle, half_width=A, friction=MU),
-        )
+        slides, sticks = (ss.Hertz(40.0, angle, half_width=A), ss.PartialSlip(40.0, angle, half_width=A, friction=MU))
         np.testing.assert_allclose(skin.stress(sticks, x, y).xy, skin.stress(slides, x, y).xy, rtol=1e-7)
         assert float(sticks.stick_half_width) < 1e-7 * A
 
@@ -211,6 +204,4 @@ def test_tilt_of_the_surface_from_the_strain_within(skin, contact):
     x = np.exp(log_x)
     h = np.hypot(x, 0.5 * A) / 32  # outside the contact the field is smooth up to the surface
     bend = np.einsum("j,jyn->yn", FIRST, skin.strain(contact, x, y + h * STEPS[:, None, None]).xx) / h
-    np.testing.assert_allclose(
-        skin.surface_gradient(contact, y[:, 0]).ux, -bend @ (x * weight), rtol=1e-7, atol=1e-9
-    )
+    np.testing.assert_allclose(skin.surface_gradient(contact, y[:, 0]).ux, -bend @ (x * weight), rtol=1e-7, atol=1e-9)

@@ -19,9 +19,7 @@ FRAMES = 30
 
 
 def row(count, pitch, noise, skin=PLANE, kind=None, depth=1.0):
-    array = ss.SensorArray.line(
-        count, pitch, depth, transducer=kind or ss.NormalStrain(), noise=noise * FULL_SCALE
-    )
+    array = ss.SensorArray.line(count, pitch, depth, transducer=kind or ss.NormalStrain(), noise=noise * FULL_SCALE)
     return ss.Finger(skin, array)
 
 
@@ -97,9 +95,7 @@ def test_at_the_end_of_the_search_every_second_touch_is_ambiguous():
 def test_the_worst_touch_does_not_hang_on_the_grid():
     """Followed uphill; and four sensors under a wide span are blind at single touches, which no grid hits."""
     for finger in (row(5, 0.8, 1e-3), row(8, 1.7, 1e-3)):
-        worst = [
-            placement_quality(finger, TOUCH, grid=grid)["position_worst"] for grid in ((90, 40), (401, 161))
-        ]
+        worst = [placement_quality(finger, TOUCH, grid=grid)["position_worst"] for grid in ((90, 40), (401, 161))]
         rough = placement_quality(finger, TOUCH, grid=(401, 161))
         y = float(rough.position[rough.position_std.max(axis=1).argmax()])
         span = max(y - 0.02, rough.position[0]), min(y + 0.02, rough.position[-1])
@@ -133,10 +129,7 @@ def test_a_rival_elsewhere_is_ambiguous_and_wrong_as_often_as_foretold():
     quality, found = foretold_and_found(row(4, 2.0, 1e-3), grid=(301, 31))
     sharp = 6 * quality.position_std < 0.1
     error = np.abs(found.position - quality.position[:, None, None])
-    for foretold, said in (
-        (quality.ambiguous, found.status == ss.Status.AMBIGUOUS),
-        (quality.wrong, error > 0.1),
-    ):
+    for foretold, said in ((quality.ambiguous, found.status == ss.Status.AMBIGUOUS), (quality.wrong, error > 0.1)):
         for low, high in ((1e-6, 0.05), (0.05, 0.2), (0.2, 0.45), (0.55, 0.95)):
             some = sharp & (foretold > low) & (foretold < high)
             if foretold is quality.wrong and low > 0.5:
@@ -155,9 +148,7 @@ def test_no_rival_is_overlooked(count, pitch):
     rival = finger.locate(finger.read(load), search=quality.search).second
     distance = np.sqrt(np.clip(rival.chi2, 1e-12, 1e6))  # infinite where there is none
     chance = ndtr((13.8 - distance**2) / (2 * distance)) - ndtr((-13.8 - distance**2) / (2 * distance))
-    sharp = (
-        6 * quality.position_std < 0.1
-    )  # where the profile is not flat, in which `locate` sees minima by rounding
+    sharp = 6 * quality.position_std < 0.1  # where the profile is not flat, in which `locate` sees minima by rounding
     assert (chance[sharp] > 0.5).sum() > 20
     assert (quality.ambiguous > chance - 0.02)[sharp].mean() > 0.9985
 
@@ -226,9 +217,7 @@ def test_jittered_touches_come_to_the_same_as_random_ones():
     finger = row(4, 1.5, 3e-3)
     study = study_row(PLANE, ss.NormalStrain(), 1.0, [1.5], [4], TOUCH, noise=3e-3 * FULL_SCALE)
     load = TOUCH.sample(20_000, np.random.default_rng(3), finger)
-    maps = Table.of(finger, (-3.75, 3.75)).survey(
-        TOUCH, load.position, directions_of(load.angle[:, None]), 13.8
-    )
+    maps = Table.of(finger, (-3.75, 3.75)).survey(TOUCH, load.position, directions_of(load.angle[:, None]), 13.8)
     for k, name in ((4, "ambiguous"), (5, "wrong")):
         spread = maps[k].std() / np.sqrt(maps[k].size)
         assert 0.005 < maps[k].mean()
@@ -262,9 +251,7 @@ def test_the_study_depends_on_the_seed_and_not_on_the_workers():
         np.testing.assert_array_equal(values, two[name])
     assert (one["ambiguous"] != other["ambiguous"]).any()
     assert one["ambiguous"].shape == (2, 2, 2, 2)
-    alone = study_row(
-        PLANE, ss.MeanPressure(), 1.0, [1.0, 2.0], [3, 4], TOUCH, noise=1e-2, samples=3000, seed=4
-    )
+    alone = study_row(PLANE, ss.MeanPressure(), 1.0, [1.0, 2.0], [3, 4], TOUCH, noise=1e-2, samples=3000, seed=4)
     np.testing.assert_array_equal(one["wrong"][1, 1], alone["wrong"])
 
 
@@ -298,15 +285,11 @@ def test_the_largest_determinant_is_not_the_best_position():
     """D-optimality alone: three sensors with a tenth of all touches ambiguous; six with the worst touch unseen."""
     pitches = np.arange(0.4, 1.6, 0.05)
     noise = 1e-3 * FULL_SCALE
-    three = study_row(
-        PLANE, ss.NormalStrain(), 1.0, pitches, [3], TOUCH, noise=noise, margin=0.5, samples=5000
-    )
+    three = study_row(PLANE, ss.NormalStrain(), 1.0, pitches, [3], TOUCH, noise=noise, margin=0.5, samples=5000)
     chosen, best = three["log_det"].argmax(), three["ambiguous"].argmin()
     assert abs(pitches[best] - 1) < 1e-9
     assert three["ambiguous"][chosen] > 0.08 > 50 * three["ambiguous"][best]
-    six = study_row(
-        PLANE, ss.NormalStrain(), 1.0, pitches, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000
-    )
+    six = study_row(PLANE, ss.NormalStrain(), 1.0, pitches, [6], Touches(1.0, span=(-2, 2)), noise=noise, samples=5000)
     assert six["position_worst"][six["log_det"].argmax()] > 10 * six["position_worst"].min()
 
 

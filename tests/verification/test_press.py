@@ -106,9 +106,7 @@ class TestPunch:
         wanted = ss.FlatPunch(self.FORCE, half_width=self.A, moment=moment)
         sizes, strain, tilt = (64, 256, 1024), [], []
         for nodes in sizes:
-            found = ss.press(
-                HALF, ss.pressing.RoundedFlat(self.A), force=self.FORCE, moment=moment, nodes=nodes
-            )
+            found = ss.press(HALF, ss.pressing.RoundedFlat(self.A), force=self.FORCE, moment=moment, nodes=nodes)
             assert found.status is ss.pressing.PressStatus.OK
             assert found.edges == pytest.approx(np.array([[-self.A, self.A]]), rel=1e-12)
             assert found.moment == pytest.approx(moment, abs=1e-9 * self.FORCE * self.A)
@@ -136,11 +134,7 @@ class TestPunch:
         sizes, errors = (128, 512, 2048), []
         for nodes in sizes:
             found = ss.press(
-                HALF,
-                ss.pressing.RoundedFlat(self.A),
-                force=self.FORCE,
-                moment=share * self.FORCE * self.A,
-                nodes=nodes,
+                HALF, ss.pressing.RoundedFlat(self.A), force=self.FORCE, moment=share * self.FORCE * self.A, nodes=nodes
             )
             step = 2 * self.A / nodes
             assert found.edges[0] == pytest.approx([self.A - 2 * b, self.A], abs=0.5 * step)
@@ -156,9 +150,7 @@ class TestPunch:
     def test_a_tilt_moves_a_cylinder_not_its_contact(self):
         """A parabola that is turned is the same parabola, its lowest point at R tilt."""
         radius, tilt = 4e-3, 0.02
-        straight, turned = (
-            ss.press(HALF, ss.pressing.Cylinder(radius), force=10.0, tilt=t) for t in (0.0, tilt)
-        )
+        straight, turned = (ss.press(HALF, ss.pressing.Cylinder(radius), force=10.0, tilt=t) for t in (0.0, tilt))
         assert turned.edges == pytest.approx(straight.edges + radius * tilt, abs=2e-6)
         assert turned.moment == pytest.approx(10.0 * radius * tilt, rel=1e-4)
 
@@ -177,11 +169,7 @@ class TestWaves:
             for a in self.PITCH * np.linspace(0.08, 0.45, 16):
                 peak = np.sin(np.pi * a / self.PITCH)
                 found = ss.press(
-                    HALF,
-                    self.BODY,
-                    force=self.FULL * peak**2 * self.PITCH,
-                    period=self.PITCH,
-                    nodes=nodes,
+                    HALF, self.BODY, force=self.FULL * peak**2 * self.PITCH, period=self.PITCH, nodes=nodes
                 )
                 assert found.half_width == pytest.approx(a, abs=0.5 * self.PITCH / nodes)
                 psi = np.pi * found.y / self.PITCH
@@ -221,11 +209,7 @@ class TestWaves:
         thickness, mean = 1e-3, 4e3
         skin = ss.Layered(ss.Layer(ss.Material(YOUNG, nu), thickness))
         found = ss.press(
-            skin,
-            ss.pressing.SineRidges(self.PITCH, 0.0),
-            force=mean * self.PITCH,
-            period=self.PITCH,
-            nodes=64,
+            skin, ss.pressing.SineRidges(self.PITCH, 0.0), force=mean * self.PITCH, period=self.PITCH, nodes=64
         )
         softness = thickness * (1 + nu) * (1 - 2 * nu) / (YOUNG * (1 - nu))
         assert found.depth == pytest.approx(mean * softness, rel=1e-9)
@@ -288,10 +272,7 @@ class TestBondedLayers:
         for size in sizes:
             softness = a / size * (1 + nu) * (1 - 2 * nu) / (YOUNG * (1 - nu))
             found = ss.press(
-                ss.Layered(ss.Layer(ss.Material(YOUNG, nu), a / size)),
-                self.BODY,
-                depth=depth,
-                max_strain=np.inf,
+                ss.Layered(ss.Layer(ss.Material(YOUNG, nu), a / size)), self.BODY, depth=depth, max_strain=np.inf
             )
             wanted = (depth - self.BODY.height(y)) / softness
             force = 2 * a**3 / (3 * self.RADIUS * softness)
@@ -322,9 +303,7 @@ def test_the_work_of_pressing_is_the_energy_stored(skin, indenter, more):
         sunk = depth - indenter.height(found.y) - skin.surface_drop(found.y)
         force.append(found.force)
         energy.append(0.5 * (found.pressure * sunk).sum() * np.diff(found.y[:2])[0])
-    assert energy[-1] - energy[0] == pytest.approx(
-        simpson(force, x=depths), rel=2e-4 if "period" in more else 2e-5
-    )
+    assert energy[-1] - energy[0] == pytest.approx(simpson(force, x=depths), rel=2e-4 if "period" in more else 2e-5)
 
 
 class TestCertificate:
@@ -368,9 +347,7 @@ class TestCertificate:
         assert self.again(rubbed, shear=0.99 * q).creep > 1e-4
         assert self.again(rubbed, slide=state.slide * 0.9).wrong_way > 1e-3
         assert self.again(rubbed, tilt=state.tilt + 1e-3).worst > 1e-3
-        assert self.again(rubbed, pressure=p - 1e-3 * p.max()).tension == pytest.approx(
-            1e-3 / (1 - 1e-3), rel=1e-6
-        )
+        assert self.again(rubbed, pressure=p - 1e-3 * p.max()).tension == pytest.approx(1e-3 / (1 - 1e-3), rel=1e-6)
 
     @pytest.mark.parametrize("way", [1.0, -1.0])
     def test_pressure_across_a_gap_counts_whichever_sign_the_gap_has(self, rubbed, way):

@@ -53,9 +53,7 @@ class TestPartialSlip:
         for nodes in sizes:
             rows = []
             for window in 2.5 * A * (1 + 0.017 * np.arange(8)):
-                found = ss.press(
-                    HALF, BODY, **CASE, tangential=share * MU * FORCE, nodes=nodes, window=window
-                )
+                found = ss.press(HALF, BODY, **CASE, tangential=share * MU * FORCE, nodes=nodes, window=window)
                 assert found.status is ss.pressing.PressStatus.OK
                 assert found.tangential == pytest.approx(share * MU * FORCE, rel=1e-8)
                 assert found.stick == pytest.approx(np.array([[-c, c]]), abs=0.8 * window / nodes)
@@ -87,9 +85,7 @@ class TestPartialSlip:
         """Mindlin and Deresiewicz (1953): after turning round, twice the first loading comes off."""
         start = 0.7
         state = ss.press(HALF, BODY, **CASE, datum=DATUM, nodes=1024)
-        state = ss.press(
-            HALF, BODY, **CASE, datum=DATUM, tangential=start * MU * FORCE, after=state, nodes=1024
-        )
+        state = ss.press(HALF, BODY, **CASE, datum=DATUM, tangential=start * MU * FORCE, after=state, nodes=1024)
         turned, y = state, state.y
         slide = loading_slide(start)
         for share in (0.4, 0.0, -0.3, -start):
@@ -127,9 +123,7 @@ class TestPartialSlip:
         assert more.status is ss.pressing.PressStatus.OK
         # at nu = 1/2 pressure moves nothing sideways, so that nothing slips and no shear changes
         assert more.shear == pytest.approx(before, abs=1e-6 * MEAN)
-        assert more.stick[0] == pytest.approx(
-            A * np.sqrt(1.5) * np.array([-1, 1]), abs=2 * np.diff(more.y[:2])[0]
-        )
+        assert more.stick[0] == pytest.approx(A * np.sqrt(1.5) * np.array([-1, 1]), abs=2 * np.diff(more.y[:2])[0])
 
 
 class TestSliding:
@@ -217,9 +211,7 @@ class TestSlideOrForce:
     def test_both_ways(self, skin, more, share):
         one = ss.press(skin, BODY, **CASE, **more, tangential=share * MU * FORCE, nodes=256)
         two = ss.press(skin, BODY, **CASE, **more, slide=one.slide, nodes=256)
-        three = ss.press(
-            skin, BODY, depth=one.depth, friction=MU, **more, tangential=one.tangential, nodes=256
-        )
+        three = ss.press(skin, BODY, depth=one.depth, friction=MU, **more, tangential=one.tangential, nodes=256)
         for other in (two, three):
             assert other.status is ss.pressing.PressStatus.OK
             assert other.tangential == pytest.approx(one.tangential, rel=1e-6)
@@ -250,12 +242,7 @@ class TestBonded:
             wanted = self.wanted(nu, y)
             assert wanted.imag[-1] > 0
             at = np.abs(found.y) < 0.9 * self.A
-            errors.append(
-                [
-                    np.abs(found.pressure[at] - wanted.real).max(),
-                    np.abs(found.shear[at] - wanted.imag).max(),
-                ]
-            )
+            errors.append([np.abs(found.pressure[at] - wanted.real).max(), np.abs(found.shear[at] - wanted.imag).max()])
         for error in np.transpose(errors) / (FORCE / self.A):
             assert error[-1] < 2.5e-3
             assert error[-1] < 0.5 * error[0]

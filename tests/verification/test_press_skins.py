@@ -298,7 +298,5 @@ def test_a_cylinder_beside_the_top_of_a_finger():
 def test_stiffness_scales():
     """Twice as stiff, twice the pressure for the same depth; lengths do not change."""
     one = ss.press(ss.Layered(ss.Layer(SOFT, A)), BODY, depth=0.03 * A)
-    two = ss.press(
-        ss.Layered(ss.Layer(dataclasses.replace(SOFT, young=2 * SOFT.young), A)), BODY, depth=0.03 * A
-    )
+    two = ss.press(ss.Layered(ss.Layer(dataclasses.replace(SOFT, young=2 * SOFT.young), A)), BODY, depth=0.03 * A)
     assert two.pressure == pytest.approx(2 * one.pressure, rel=1e-6, abs=1e-6 * one.pressure.max())

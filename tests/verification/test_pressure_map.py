@@ -264,10 +264,7 @@ def error(found: ss.estimate.PressureMap, touch: ss.Contact) -> np.ndarray:
 def test_a_roller_as_wide_as_the_depth_is_found_to_a_tenth(rule, angle):
     finger, touch = row(), rollers(200, angle=np.deg2rad(angle))
     found = ss.pressure_map(
-        finger,
-        finger.read(touch, np.random.default_rng(6)),
-        rule=rule,
-        shear="proportional" if angle else "none",
+        finger, finger.read(touch, np.random.default_rng(6)), rule=rule, shear="proportional" if angle else "none"
     )
     assert (found.status == ss.Status.OK).all()
     assert np.sqrt((error(found, touch) ** 2).mean()) < (0.065 if rule == "evidence" else 0.10)
@@ -353,9 +350,7 @@ def test_two_kinds_of_sensors_see_a_shear_of_its_own():
 
     assert (free.status == ss.Status.OK).all()
     assert off(free).mean() < 0.22
-    assert (
-        off(free).mean() < 0.7 * np.nanmean(off(tied)) or (tied.status == ss.Status.UNEXPLAINED).mean() > 0.5
-    )
+    assert off(free).mean() < 0.7 * np.nanmean(off(tied)) or (tied.status == ss.Status.UNEXPLAINED).mean() > 0.5
     assert np.abs(free.tangential_force - np.sin(0.4)).max() < 5 * free.tangential_std.max()
     inside = np.abs(free.shear - true) < 1.96 * free.shear_std
     assert inside[true != 0].mean() > 0.95

@@ -40,10 +40,7 @@ def line_loads(x, offset, weight):
 def half(density, a, x, y):
     """The contact's right half, each piece measured from where y - t, or the pressure, must be known without loss."""
     if 0 < y < a:
-        edge, tip = (
-            2 * np.arcsin(np.sqrt((a - y) / (2 * a))),
-            np.arcsin(y / a),
-        )  # theta at t = y; pi/2 - theta
+        edge, tip = (2 * np.arcsin(np.sqrt((a - y) / (2 * a))), np.arcsin(y / a))  # theta at t = y; pi/2 - theta
         u, w1 = panels(0.0, edge, [0.0, edge])
         v, w2 = panels(0.0, tip, [0.0, tip], halvings=42)
         pieces = [
@@ -52,10 +49,7 @@ def half(density, a, x, y):
         ]
     else:
         u, w = panels(0.0, np.pi / 4, [0.0])
-        pieces = [
-            ((y - a) + 2 * a * np.sin(u / 2) ** 2, u, np.pi / 2 - u, w),
-            (y - a * np.sin(u), np.pi / 2 - u, u, w),
-        ]
+        pieces = [((y - a) + 2 * a * np.sin(u / 2) ** 2, u, np.pi / 2 - u, w), (y - a * np.sin(u), np.pi / 2 - u, u, w)]
     offset, theta, phi, weight = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
     return line_loads(x, offset, density(np.sin(theta), np.sin(phi)) * weight)
 
@@ -95,11 +89,7 @@ POINTS = A * np.array(
         *((1e-6, side * (1 + shift)) for side in (-1, 1) for shift in (-1e-6, 0.0, 1e-6, 0.5)),
         *((1e-6, y) for y in (1e-6, -0.3, 0.999, 30.0, 1e3, -1e6)),
         *((x, y) for x in (0.3, 40.0, 99.0, 101.0, 5e3, 1e6) for y in (0.0, 1e-3, -0.4, 30.0, 1e6)),
-        *zip(
-            10 ** _rng.uniform(-6, 6, 30),
-            _rng.choice([-1, 1], 30) * 10 ** _rng.uniform(-6, 6, 30),
-            strict=True,
-        ),
+        *zip(10 ** _rng.uniform(-6, 6, 30), _rng.choice([-1, 1], 30) * 10 ** _rng.uniform(-6, 6, 30), strict=True),
         *zip(10 ** _rng.uniform(-9, 0, 20), 1 - 10 ** _rng.uniform(-9, 0, 20), strict=True),
     ]
 )
@@ -110,9 +100,7 @@ def compare(contact, expected, x, y):
     """Right to 1e-11 of the largest component at the point; the issue asks for 1e-10."""
     stress = SKIN.stress(contact, x, y)
     seen = np.array([stress.xx, stress.yy, stress.xy])
-    np.testing.assert_allclose(
-        seen, expected, rtol=0, atol=1e-11 * np.abs(expected).max(), err_msg=f"{x=}, {y=}"
-    )
+    np.testing.assert_allclose(seen, expected, rtol=0, atol=1e-11 * np.abs(expected).max(), err_msg=f"{x=}, {y=}")
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.__name__)
@@ -138,9 +126,7 @@ def test_punch_with_moment():
         normal, drag = spread(punch, A, x, y)
         tilt, _ = spread(lambda sin, cos: 2 * cos / (np.pi * A), A, x, y, odd=True)
         contact = ss.FlatPunch(force=3.0, angle=0.4, half_width=A, moment=moment)
-        compare(
-            contact, contact.normal_force * normal + contact.tangential_force * drag + moment * tilt, x, y
-        )
+        compare(contact, contact.normal_force * normal + contact.tangential_force * drag + moment * tilt, x, y)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.2, -0.5, np.arctan(0.7)])

@@ -57,9 +57,7 @@ def test_ridges_without_valleys_are_the_smooth_contact(skin, contact):
         offset=[0.0, 0.1, 0.0],
     )
     whole = Ridges(0.9e-3, "square", duty=1.0, crest=0.123e-3)
-    np.testing.assert_allclose(
-        read_ridged(tip, CONTACTS[contact], whole), tip.read(CONTACTS[contact]), rtol=3e-8
-    )
+    np.testing.assert_allclose(read_ridged(tip, CONTACTS[contact], whole), tip.read(CONTACTS[contact]), rtol=3e-8)
 
 
 def test_a_pressure_of_many_straight_lines():
@@ -92,9 +90,7 @@ def test_a_square_ridge_is_its_strips():
     pitch, duty, crest = 1.1e-3, 0.4, 0.2e-3
     ends = [(crest + (m - duty / 2) * pitch, crest + (m + duty / 2) * pitch) for m in range(-4, 5)]
     parts = [(max(a, -2e-3), min(b, 2e-3)) for a, b in ends if b > -2e-3 and a < 2e-3]
-    strips = sum(
-        ss.Strip(40.0 * (b - a) / 4e-3, 0.3, 0.5 * (a + b), half_width=0.5 * (b - a)) for a, b in parts
-    )
+    strips = sum(ss.Strip(40.0 * (b - a) / 4e-3, 0.3, 0.5 * (a + b), half_width=0.5 * (b - a)) for a, b in parts)
     ridged = read_ridged(tip, strip, Ridges(pitch, "square", duty=duty, crest=crest))
     np.testing.assert_allclose(ridged, tip.read(strips), rtol=1e-8)
 
@@ -176,8 +172,7 @@ def test_shear_is_not_felt_at_the_best_pitch():
     shares = []
     for a in np.array([5.0, 20.0, 80.0]) * DEPTH:
         pressed, dragged = (
-            ridge_gain(finger(), hertz(a, angle=angle), Ridges(BEST, "raised_cosine"))
-            for angle in (0.0, np.pi / 2)
+            ridge_gain(finger(), hertz(a, angle=angle), Ridges(BEST, "raised_cosine")) for angle in (0.0, np.pi / 2)
         )
         parts = [g.equal_peak.ripple * g.smooth for g in (pressed, dragged)]
         shares.append(float(parts[1] / parts[0]))
@@ -198,18 +193,14 @@ def test_shear_is_not_felt_at_the_best_pitch():
 @pytest.mark.parametrize("poisson", [0.5, 0.4, 0.3])
 def test_best_pitch_of_a_half_plane(poisson):
     tip = finger(ss.HalfPlane(ss.Material(YOUNG, poisson)), y=[0.0, 0.0], depth=[DEPTH, 1.7e-3])
-    np.testing.assert_allclose(
-        best_ridge_pitch(tip).pitch, np.pi / poisson * np.array([DEPTH, 1.7e-3]), rtol=1e-6
-    )
+    np.testing.assert_allclose(best_ridge_pitch(tip).pitch, np.pi / poisson * np.array([DEPTH, 1.7e-3]), rtol=1e-6)
 
 
 def test_best_pitch_elsewhere():
     wide = best_ridge_pitch(finger(width=1.5 * DEPTH))
     size = minimize_scalar(lambda k: -k * np.exp(-k) * np.sinc(0.75 * k / np.pi), bracket=(0.5, 1.0)).x
     assert wide.pitch == pytest.approx(2 * np.pi * DEPTH / size, rel=1e-6)
-    assert wide.normal == pytest.approx(
-        1.5 / YOUNG * size * np.exp(-size) * np.sinc(0.75 * size / np.pi), rel=1e-9
-    )
+    assert wide.normal == pytest.approx(1.5 / YOUNG * size * np.exp(-size) * np.sinc(0.75 * size / np.pi), rel=1e-9)
     # a pressure gauge feels uniform pressure most
     assert np.isinf(best_ridge_pitch(finger(transducer=ss.NormalStress())).pitch)
     # H = 20 depths: squeezing the layer is left out, and the depth's own maximum is that of the half plane
@@ -218,9 +209,7 @@ def test_best_pitch_elsewhere():
     tip = ss.Round(RUBBER, 8e-3, 4e-3)
     number = 2 * np.pi * 8e-3 / best_ridge_pitch(finger(tip)).pitch[0]
     assert number == pytest.approx(round(number), abs=1e-9)
-    around = spatial_response(finger(tip), np.array([-1, 0, 1]) / 8e-3 + round(number) / 8e-3).magnitude[
-        :, 0, 0
-    ]
+    around = spatial_response(finger(tip), np.array([-1, 0, 1]) / 8e-3 + round(number) / 8e-3).magnitude[:, 0, 0]
     assert around.argmax() == 1
 
 
@@ -232,11 +221,7 @@ def test_ridges_close_at_the_closing_pressure(skin):
         assert limit == pytest.approx(np.pi * SOFT.plane_strain_modulus * amplitude / pitch, rel=1e-12)
     for share in (0.98, 1.02):
         pressed = ss.press(
-            body,
-            ss.pressing.SineRidges(pitch, amplitude),
-            force=share * limit * pitch,
-            period=pitch,
-            nodes=256,
+            body, ss.pressing.SineRidges(pitch, amplitude), force=share * limit * pitch, period=pitch, nodes=256
         )
         assert (pressed.pressure > 0).all() == (share > 1)
 
@@ -266,9 +251,7 @@ def test_pressed_ridges_obey_westergaard():
     twice = press_ridges(finger(), BEST, amplitude[0], force=2 * force, radius=r)
     middle = []
     for load in (force, 2 * force):
-        p = ss.press(
-            ss.HalfPlane(RUBBER), ss.pressing.SineRidges(BEST, float(amplitude[0]), r), force=load
-        ).contact
+        p = ss.press(ss.HalfPlane(RUBBER), ss.pressing.SineRidges(BEST, float(amplitude[0]), r), force=load).contact
         q = ss.press(ss.HalfPlane(RUBBER), ss.pressing.Cylinder(r), force=load).contact
         middle.append(float(finger().read(p)[0] - finger().read(q)[0]))
     ripple = -1.5 / np.e / YOUNG * float(closing_pressure(ss.HalfPlane(RUBBER), BEST, amplitude[0]))

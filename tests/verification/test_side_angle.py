@@ -26,22 +26,14 @@ from ._side_angle import (
 )
 
 
-@pytest.mark.parametrize(
-    ("nu", "plane"), [(0.5, "strain"), (0.31, "strain"), (0.5, "stress"), (0.2, "stress")]
-)
+@pytest.mark.parametrize(("nu", "plane"), [(0.5, "strain"), (0.31, "strain"), (0.5, "stress"), (0.2, "stress")])
 @pytest.mark.parametrize("shape", FAMILIES)
 def test_slope_and_strain_by_quadrature_give_the_angle(shape, nu, plane):
     skin = ss.HalfPlane(ss.Material(3e5, nu), plane=plane)
     for depth in (0.1, 0.55, 2.0, 6.0):
         strain, rise = integrals(shape, depth, nu, plane)
         told = ss.estimate.side_angle_from_slope(
-            rise * np.sin(0.4) / 3e5,
-            strain * np.cos(0.4) / 3e5,
-            skin,
-            shape,
-            depth=depth,
-            half_width=1.0,
-            **EXACT,
+            rise * np.sin(0.4) / 3e5, strain * np.cos(0.4) / 3e5, skin, shape, depth=depth, half_width=1.0, **EXACT
         )
         assert told.status == OK
         assert told.angle == pytest.approx(0.4, abs=1e-9)
@@ -143,9 +135,7 @@ def test_exact_readings_give_the_angle_back(skin, shape, transducer):
     else:
         touch, more = FAMILIES[shape](40.0, 0.3, 0.13, half_width=0.6), {"half_width": 0.6}
     for sensors in (3, 4, 5, 7):
-        told = ss.side_angle(
-            tip, tip.read(touch), shape, position=0.13, sensors=sensors, most_std=np.inf, **more
-        )
+        told = ss.side_angle(tip, tip.read(touch), shape, position=0.13, sensors=sensors, most_std=np.inf, **more)
         assert told.status == OK
         assert told.angle == pytest.approx(0.3, abs=1e-9)
         assert told.truncation == 0

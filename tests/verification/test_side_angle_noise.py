@@ -7,17 +7,7 @@ import pytest
 
 import subskin as ss
 
-from ._side_angle import (
-    AMBIGUOUS,
-    EXACT,
-    OK,
-    SKINS,
-    UNEXPLAINED,
-    integrals,
-    row,
-    slope,
-    two_rows,
-)
+from ._side_angle import AMBIGUOUS, EXACT, OK, SKINS, UNEXPLAINED, integrals, row, slope, two_rows
 
 
 @pytest.mark.parametrize(("skin", "half_width"), [("half plane", 0.4), ("half plane", 1.8), ("layer", 0.8)])
@@ -98,12 +88,8 @@ def test_changes_with_position_and_width_are_what_they_say():
     assert told.per_half_width == pytest.approx(np.diff(ends[::-1]).item() / (2 * h), rel=1e-4)
     rows = two_rows(noise=1e-6)
     reading = rows.read(ss.Hertz(1.0, 0.3, 0.1, half_width=0.7))
-    told = ss.estimate.side_angle_from_gradients(
-        rows, reading, position=0.1, position_std=1.0, most_std=np.inf
-    )
-    ends = ss.estimate.side_angle_from_gradients(
-        rows, reading, position=[0.1 + h, 0.1 - h], most_std=np.inf
-    ).angle
+    told = ss.estimate.side_angle_from_gradients(rows, reading, position=0.1, position_std=1.0, most_std=np.inf)
+    ends = ss.estimate.side_angle_from_gradients(rows, reading, position=[0.1 + h, 0.1 - h], most_std=np.inf).angle
     assert told.per_position == pytest.approx(np.diff(ends[::-1]).item() / (2 * h), rel=1e-4)
 
 

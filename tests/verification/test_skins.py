@@ -12,11 +12,7 @@ from ._contract import interfaces, points, slides
 
 each_skin = pytest.mark.parametrize("skin", SKINS.values(), ids=SKINS)
 ROUND = [name for name, skin in SKINS.items() if skin.curvature]
-LAYERED = [
-    name
-    for name, skin in SKINS.items()
-    if skin.interfaces or (skin.thickness < np.inf and not skin.curvature)
-]
+LAYERED = [name for name, skin in SKINS.items() if skin.interfaces or (skin.thickness < np.inf and not skin.curvature)]
 
 
 def test_a_round_finger_repeats_and_turns():

@@ -39,11 +39,7 @@ def assert_reliable(stated, happened, width=4.0):
         here = which == k
         p = stated[here]
         error = np.sqrt((p * (1 - p)).sum()) / here.sum()
-        assert abs(happened[here].mean() - p.mean()) < width * error + 1e-3, (
-            k,
-            p.mean(),
-            happened[here].mean(),
-        )
+        assert abs(happened[here].mean() - p.mean()) < width * error + 1e-3, (k, p.mean(), happened[here].mean())
     assert stated.std() > 0.3
 
 
@@ -100,9 +96,7 @@ def test_located_touches_slip_as_often_as_stated(friction):
     tip, count = finger(), 20_000
     normal, tangential = loads(rng, count)
     position = rng.uniform(-2.5e-3, 2.5e-3, count)
-    mu = (Friction.known(friction) if isinstance(friction, float) else friction).quantile(
-        rng.uniform(size=count)
-    )
+    mu = (Friction.known(friction) if isinstance(friction, float) else friction).quantile(rng.uniform(size=count))
     found = tip.locate(tip.read(touch(ss.LineLoad, normal, tangential, position), rng), friction=WIDE)
     judged = slip(found, friction)
     ok = found.status == ss.Status.OK
@@ -209,11 +203,7 @@ class TestStick:
 
     def test_on_a_thin_layer_the_zone_is_another(self):
         """No closed form: pressing slips by itself there, and the order of press and drag matters."""
-        layer, body, load = (
-            ss.Layered(ss.Layer(RUBBER, 1e-3)),
-            ss.pressing.Cylinder(8e-3),
-            {"force": self.FORCE},
-        )
+        layer, body, load = (ss.Layered(ss.Layer(RUBBER, 1e-3)), ss.pressing.Cylinder(8e-3), {"force": self.FORCE})
         drags = np.array([2.0, 6.0, 10.0, 14.0])
         solved = stick_zone(layer, body, self.FORCE, drags, self.MU, nodes=256)
         assert (np.diff(solved) < 0).all()

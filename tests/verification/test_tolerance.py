@@ -114,9 +114,7 @@ def test_depths_positions_and_gains_one_sensor_at_a_time(skin):
             values[i] += amounts[row.source]
             made = replace(finger, array=replace(finger.array, **{fields[row.source]: values}))
             found = finger.locate(made.read(ss.LineLoad(20.0, angle, position[:, None])), friction=0.8)
-            errors = np.stack(
-                [found.position - position[:, None], found.angle - angle, found.force / 20.0 - 1]
-            )
+            errors = np.stack([found.position - position[:, None], found.angle - angle, found.force / 20.0 - 1])
             total += (errors**2).mean(axis=(1, 2))
         linear = [getattr(row, f"{name}_linear") for name in COLUMNS]
         np.testing.assert_allclose(linear, np.sqrt(total), rtol=2e-3, err_msg=row.source)
@@ -170,7 +168,5 @@ def test_a_wide_sensor_averages():
     base = finger.read(ss.LineLoad(20.0, angle, position[:, None]))
     found = finger.locate(base + change, friction=0.8)
     row = one(finger, {"width": w}, positions=6, angles=4)
-    assert row.position_rms == pytest.approx(
-        np.sqrt(np.mean((found.position - position[:, None]) ** 2)), rel=5e-3
-    )
+    assert row.position_rms == pytest.approx(np.sqrt(np.mean((found.position - position[:, None]) ** 2)), rel=5e-3)
     assert row.angle_rms == pytest.approx(np.sqrt(np.mean((found.angle - angle) ** 2)), rel=5e-3)

@@ -92,10 +92,7 @@ def test_a_wide_contact_is_left_in_fourth_order_or_third(count, pitch):
     finger, position = row(count, pitch, 1.0), 0.13
     s = np.asarray(finger.array.y)
     v = [normal(position - s, k) for k in range(5)]
-    theory = {
-        0.5: (4, left_over(v[4], v[:3]) / 384),
-        0.3: (3, 0.3 * 0.7 * 0.4 * left_over(v[3], v[:3]) / 6),
-    }
+    theory = {0.5: (4, left_over(v[4], v[:3]) / 384), 0.3: (3, 0.3 * 0.7 * 0.4 * left_over(v[3], v[:3]) / 6)}
     for share, (order, size) in theory.items():
         told = []
         for distance in (1e-5, 1e-4):
@@ -127,9 +124,7 @@ def test_with_the_angle_unknown_the_orders_stay(against, order):
     hidden = [*v[: 2 if order == 2 else 3], t]
     size = left_over(v[order], hidden) / (8 if order == 2 else 384)
     accuracy = 1e-6 if order == 2 else 1e-5
-    told = limen(
-        row(count, pitch, accuracy), position, against=against, angle="free", angles=1, largest=1.5, **AT_ONE
-    )
+    told = limen(row(count, pitch, accuracy), position, against=against, angle="free", angles=1, largest=1.5, **AT_ONE)
     assert told == pytest.approx((accuracy / size) ** (1 / order), rel=5e-3 if order == 2 else 0.08)
 
 
@@ -145,12 +140,8 @@ def test_three_sensors_and_an_unknown_angle_are_exactly_the_roots_of_the_memo(pi
     for index in rng.integers(0, [found.step.size, *found.separation.shape], (150, 4)):
         distance, (i, p, q, k) = found.distance[tuple(index)], index
         half, (low, high), share = found.step[i] / 2, found.lean[k], found.share[q]
-        two = ss.LineLoad(share, low, found.position[p] - half) + ss.LineLoad(
-            1 - share, high, found.position[p] + half
-        )
-        roots = three_sensor(
-            finger.measure(two), s, 1.0, young=UNIT.material.young, friction=friction
-        ).accepted
+        two = ss.LineLoad(share, low, found.position[p] - half) + ss.LineLoad(1 - share, high, found.position[p] + half)
+        roots = three_sensor(finger.measure(two), s, 1.0, young=UNIT.material.young, friction=friction).accepted
         one = any(abs(root.position) < reach for root in roots)
         if 1e-4 < distance < 0.05 or any(abs(abs(r.position) - reach) < 0.02 for r in roots):
             continue  # on the border
@@ -164,8 +155,7 @@ def test_three_sensors_and_an_unknown_angle_are_exactly_the_roots_of_the_memo(pi
 def test_four_sensors_tell_at_any_angle_what_three_do_not():
     touches = Touches(1.0, friction=0.5, span=(-0.5, 0.5))
     three, four = (
-        two_point_limen(row(n, 1.0, 1e-4), touches, angle="free", positions=8, shares=[0.4, 0.5])
-        for n in (3, 4)
+        two_point_limen(row(n, 1.0, 1e-4), touches, angle="free", positions=8, shares=[0.4, 0.5]) for n in (3, 4)
     )
     small = three.step < 0.3
     assert (three.distance[small] < 1e-3).mean() > 0.85

@@ -28,12 +28,7 @@ class Settled(NamedTuple):
 
 
 def settle(
-    model: BlindModel,
-    touches: Touches,
-    x: FloatArray,
-    positions: FloatArray,
-    ends: tuple[float, float],
-    factor: float,
+    model: BlindModel, touches: Touches, x: FloatArray, positions: FloatArray, ends: tuple[float, float], factor: float
 ) -> Settled:
     """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' places, these within `ends`.
 

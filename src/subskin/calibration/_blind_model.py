@@ -88,9 +88,7 @@ class BlindModel:
         2 for a normal and a tangential force, 1 for a normal one.
     """
 
-    def __init__(
-        self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], loads: int
-    ) -> None:
+    def __init__(self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], loads: int) -> None:
         self.drawn, self.loads = finger, loads
         self.forward = Forward(finger, names)
         n = len(finger.array)
@@ -176,9 +174,7 @@ class BlindModel:
                 high, low = x.copy(), x.copy()
                 high[part] = np.minimum(x[part] + self._steps[part], self.high[part])
                 low[part] = np.maximum(x[part] - self._steps[part], self.low[part])
-                change = difference(
-                    self._field(high, positions), self._field(low, positions), (high - low)[part]
-                )
+                change = difference(self._field(high, positions), self._field(low, positions), (high - low)[part])
                 if name == "depths":
                     by_finger[:, each, part.start + each] = change
                 else:
@@ -209,11 +205,7 @@ class BlindModel:
     def turn(self, x: FloatArray) -> FloatArray:
         """How a change of x changes what is reported, shape (reported, p)."""
         array = self.finger(x).array
-        first = [
-            s
-            for name in ("gain", "offset")
-            for s in range(*self.slices.get(name, slice(0)).indices(self.size))
-        ]
+        first = [s for name in ("gain", "offset") for s in range(*self.slices.get(name, slice(0)).indices(self.size))]
         out = np.zeros((len(first) + len(self._terms), self.size))
         out[np.arange(len(first)), first] = self.prior[first]
         if "gain" in self.slices:

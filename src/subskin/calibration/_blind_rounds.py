@@ -90,8 +90,7 @@ class Rounds:
             raise ConvergenceError(
                 f"{live} live sensors, and {self.unknowns} unknowns a touch",
                 "only what a touch's own unknowns leave over tells of the finger: one sensor more is needed",
-                "more sensors"
-                + ("" if self.friction == 0 else ", or friction=0 where touches press straight down"),
+                "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down"),
             )
         size = sum(live if share.shape else 1 for share in shares.values())
         over = int(np.maximum(self.spare, 0).sum())
@@ -184,9 +183,7 @@ class Rounds:
             rows = np.isfinite(found.position) & np.isfinite(rise[:, i])
             alone = Finger(finger.skin, array.select([i]))
             field = alone.receptive_field(found.position[rows])[:, 0] / np.asarray(alone.array.noise)
-            force = (
-                np.stack([np.cos(found.angle[rows]), np.sin(found.angle[rows])], -1) * found.force[rows, None]
-            )
+            force = np.stack([np.cos(found.angle[rows]), np.sin(found.angle[rows])], -1) * found.force[rows, None]
             expected = (field * force).sum(axis=1)
             power = float((expected**2).sum())
             if power > _TELLING**2 * max(rows.sum(), 1) and float(expected @ rise[rows, i]) < _DEAD * power:
@@ -207,14 +204,10 @@ def _first_factor(finger: Finger, data: FloatArray, shares: Mapping[str, FloatAr
     return max(float(np.sqrt(square)), 1.0)
 
 
-def _in_units(
-    finger: Finger, shares: Mapping[str, FloatArray], live: npt.NDArray[np.bool_]
-) -> dict[str, FloatArray]:
+def _in_units(finger: Finger, shares: Mapping[str, FloatArray], live: npt.NDArray[np.bool_]) -> dict[str, FloatArray]:
     """Standard deviations in the units of `BlindModel`, for the live sensors."""
     depth = np.asarray(finger.array.depth)
     unit = dict.fromkeys(("depth", "depths", "position"), float(depth.mean()))
     below = finger.skin.thickness - float(depth.max())
     unit["thickness"] = below if np.isfinite(below) else 1.0
-    return {
-        name: unit.get(name, 1.0) * (share[live] if share.shape else share) for name, share in shares.items()
-    }
+    return {name: unit.get(name, 1.0) * (share[live] if share.shape else share) for name, share in shares.items()}

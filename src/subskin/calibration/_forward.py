@@ -136,9 +136,7 @@ class Forward:
         array, skin = self.finger.array, self.finger.skin
         changes: dict[str, Any] = {}
         if self.has_depth:
-            changes["depth"] = (
-                self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
-            )
+            changes["depth"] = self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
         if "position" in self.names:
             changes["y"] = np.asarray(array.y) + self._positions(p)
         if "width" in self.names:
@@ -177,9 +175,7 @@ class Forward:
             rows[i] = np.concatenate([rows[i], -rows[i].sum(axis=0, keepdims=True)])
         return np.concatenate(rows) if rows else np.zeros((0, 0))
 
-    def parameters(
-        self, p: FloatArray, sensors: npt.NDArray[np.intp]
-    ) -> list[tuple[str, int | None, float, str]]:
+    def parameters(self, p: FloatArray, sensors: npt.NDArray[np.intp]) -> list[tuple[str, int | None, float, str]]:
         """(name, sensor, value, unit) of what is reported, in absolute values."""
         fitted = self.apply(p)
         out: list[tuple[str, int | None, float, str]] = []
@@ -197,7 +193,6 @@ class Forward:
             each = name in ("depths", "position")
             label = {"depths": "depth", "position": "y"}.get(name, name)
             out += [
-                (label, int(sensors[i]) if each else None, float(value), _UNITS[name])
-                for i, value in enumerate(values)
+                (label, int(sensors[i]) if each else None, float(value), _UNITS[name]) for i, value in enumerate(values)
             ]
         return out

@@ -136,9 +136,7 @@ class Learning:
             return x
 
         if "gain" in model.slices:
-            out.append(
-                ("the common scale of the gains: forces are found up to a factor", direction(gain=1.0))
-            )
+            out.append(("the common scale of the gains: forces are found up to a factor", direction(gain=1.0)))
         if "position" in model.slices:
             out.append(("a common shift of all sensors: places are found up to it", direction(position=1.0)))
         deep = "depths" if "depths" in model.slices else "depth"
@@ -150,9 +148,7 @@ class Learning:
             if "thickness" in model.slices:
                 lengths["thickness"] = model.finger(self.x).skin.thickness - float(depth.max())
                 said = "depths, places and thickness"
-            out.append(
-                (f"the common scale of {said}: lengths are found up to a factor", direction(**lengths))
-            )
+            out.append((f"the common scale of {said}: lengths are found up to a factor", direction(**lengths)))
         return out
 
 

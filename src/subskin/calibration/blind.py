@@ -111,9 +111,7 @@ def calibrate_blind(
     data = _check.real("readings", readings, finite=False)
     n = len(finger.array)
     if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(
-            f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
-        )
+        raise GeometryError(f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column")
     silent = np.flatnonzero((np.asarray(finger.array.noise) == 0) & finger.array.live)
     if silent.size:
         raise InvalidValueError(
@@ -136,9 +134,7 @@ def _names(fit: Sequence[str]) -> tuple[str, ...]:
     if not names:
         raise InvalidValueError("fit is empty", f"name at least one of {', '.join(TERMS)}")
     if "depth" in names and "depths" in names:
-        raise InvalidValueError(
-            "fit has both depth and depths", "choose one shift for all, or one depth a sensor"
-        )
+        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
     return tuple(name for name in TERMS if name in names)
 
 
@@ -152,9 +148,7 @@ def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
     values = _check.real(label, error, above=0.0)
     shape = (n,) if name in ("gain", "offset", "depths", "position") else ()
     if values.shape not in ((), shape):
-        rule = (
-            f"one number, or one for each of the {n} sensors, is needed" if shape else "one number is needed"
-        )
+        rule = f"one number, or one for each of the {n} sensors, is needed" if shape else "one number is needed"
         raise GeometryError(f"{label} of shape {values.shape}", rule)
     return np.broadcast_to(values, shape)
 

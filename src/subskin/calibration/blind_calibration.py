@@ -137,9 +137,7 @@ class BlindCalibration:
             No such parameter, a `std` that is not > 0.
         """
         if not 0 <= parameter < len(self.parameters):
-            raise InvalidValueError(
-                f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}"
-            )
+            raise InvalidValueError(f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}")
         wanted = _check.scalar("std", std, above=0.0, unit=self.parameters[parameter].unit)
         return self._learning.touches_for(parameter, wanted)
 
@@ -148,9 +146,7 @@ class BlindCalibration:
 
         By propagation of the covariance; for loads that are spread as those used here.
         """
-        count = (
-            None if touches is None else float(_check.real("touches", touches, at_least=0.0, finite=False))
-        )
+        count = None if touches is None else float(_check.real("touches", touches, at_least=0.0, finite=False))
         return ErrorRatio(*self._learning.error_ratio(count))
 
     def touches_for_ratio(self, ratio: float = 1.3) -> float:
@@ -191,9 +187,7 @@ class BlindCalibration:
         for touches in unlearnt.values():
             names, most = tuple(touches), max(touches.values())
             listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-            said.append(
-                f"as drawn: {listed}; to learn them it would take {_count(most)} touches like those used"
-            )
+            said.append(f"as drawn: {listed}; to learn them it would take {_count(most)} touches like those used")
         return tuple(said)
 
 

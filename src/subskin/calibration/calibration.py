@@ -133,9 +133,7 @@ class Calibration:
         angle: npt.ArrayLike = 0.0,
     ) -> Score:
         """The score on other touches: held out ones. Arguments as those of `calibrate`."""
-        data, y, load = checked_touches(
-            self.finger, readings, positions, 1.0 if force is None else force, angle
-        )
+        data, y, load = checked_touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
         model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
         return score(data, model, self.finger.array.live)
 
@@ -147,20 +145,14 @@ def _share(parameter: Parameter) -> str:
 
 
 def checked_touches(
-    finger: Finger,
-    readings: npt.ArrayLike,
-    positions: npt.ArrayLike,
-    force: npt.ArrayLike,
-    angle: npt.ArrayLike,
+    finger: Finger, readings: npt.ArrayLike, positions: npt.ArrayLike, force: npt.ArrayLike, angle: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Readings (m, n), places (m,) and loads (N, T) (m, 2), checked."""
     n = len(finger.array)
     data = _check.real("readings", readings, finite=False)
     y = _check.real("positions", positions, unit="m")
     if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(
-            f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column"
-        )
+        raise GeometryError(f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column")
     if y.shape != data.shape[:1]:
         raise GeometryError(f"positions of shape {y.shape}", f"one place for each of the {len(data)} touches")
     p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape)

@@ -72,11 +72,7 @@ class SensorHealth:
 
 
 def sensor_health(
-    finger: Finger,
-    readings: npt.ArrayLike,
-    *,
-    friction: float = 1.0,
-    search: tuple[float, float] | None = None,
+    finger: Finger, readings: npt.ArrayLike, *, friction: float = 1.0, search: tuple[float, float] | None = None
 ) -> SensorHealth:
     """Find sensors that have died, weakened or strengthened, from frames of ordinary use.
 
@@ -128,14 +124,11 @@ def sensor_health(
     n = len(finger.array)
     data = _check.real("readings", readings, finite=False)
     if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(
-            f"readings of shape {data.shape}", f"one frame a row, one of the {n} sensors a column"
-        )
+        raise GeometryError(f"readings of shape {data.shape}", f"one frame a row, one of the {n} sensors a column")
     needed = 3 if friction == 0 else 4
     if finger.array.live.sum() < needed:
         raise ConvergenceError(
-            f"{int(finger.array.live.sum())} live sensors",
-            f"at least {needed} are needed: one more than unknowns",
+            f"{int(finger.array.live.sum())} live sensors", f"at least {needed} are needed: one more than unknowns"
         )
     return _Check(finger, data, {"friction": friction, "search": search}).result()
 
@@ -158,9 +151,7 @@ class _Check:
         self.data = touched[:: max(-(-len(touched) // most), 1)]
         if self.touches < _FEWEST:
             raise ConvergenceError(
-                f"{self.touches} touches in {len(data)} frames",
-                f"at least {_FEWEST} are needed",
-                "more frames",
+                f"{self.touches} touches in {len(data)} frames", f"at least {_FEWEST} are needed", "more frames"
             )
         self.explained = self.share()
 
@@ -168,9 +159,7 @@ class _Check:
         """As it seems to be now; sensors left out have gain 0."""
         array = self.was.array
         gain = np.where(self.out, 0.0, np.asarray(array.gain) * self.ratio)
-        return replace(
-            self.was, array=replace(array, gain=gain, offset=np.asarray(array.offset) + self.shift)
-        )
+        return replace(self.was, array=replace(array, gain=gain, offset=np.asarray(array.offset) + self.shift))
 
     def locator(self, inflated: float = 1.0) -> Locator:
         array = self.finger().array
@@ -267,8 +256,7 @@ class _Check:
         across = np.eye(n) - basis @ np.swapaxes(basis, 1, 2)
         rest = np.where(seen, (raw - np.asarray(array.offset)) / noise - self.ratio * unit, 0.0)
         jacobian = np.concatenate(
-            [(across * (seen * unit)[:, None, :])[..., varied], (across * seen[:, None, :])[..., shifted]],
-            axis=-1,
+            [(across * (seen * unit)[:, None, :])[..., varied], (across * seen[:, None, :])[..., shifted]], axis=-1
         )
         # touches that fit badly for other reasons count for less
         degrees = np.maximum(seen.sum(axis=1) - self.unknowns, 1)
@@ -327,6 +315,4 @@ def _inverse(matrix: FloatArray) -> FloatArray:
     """Of a matrix that may be singular in the shifts, whose size is another than the gains'."""
     size = np.sqrt(np.diag(matrix))
     size[size == 0] = 1.0
-    return np.asarray(
-        np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-13, hermitian=True) / np.outer(size, size)
-    )
+    return np.asarray(np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-13, hermitian=True) / np.outer(size, size))

@@ -89,9 +89,7 @@ def calibrate(
     if "gain" not in names:
         live &= finger.array.live
     else:  # a reading that never moves is dead, however it fits
-        live &= np.array(
-            [np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)]
-        )
+        live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
     solution = None
     while live.any():
         solution = _Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
@@ -100,9 +98,7 @@ def calibrate(
             break
         live &= ~dead
     if solution is None or not live.any():
-        raise ConvergenceError(
-            "no sensor responds to the touches", "at least one has to", "check columns and places"
-        )
+        raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check columns and places")
     return solution.result()
 
 
@@ -115,9 +111,7 @@ def _names(fit: Sequence[str]) -> tuple[str, ...]:
     if not names:
         raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}")
     if "depth" in names and "depths" in names:
-        raise InvalidValueError(
-            "fit has both depth and depths", "choose one shift for all, or one depth a sensor"
-        )
+        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
     return tuple(dict.fromkeys(names))
 
 
@@ -246,15 +240,12 @@ class _Fit:
             ends[0][k] = min(self.p[k] + h, upper[k])
             ends[1][k] = max(self.p[k] - h, lower[k])
             above, below = (
-                self.forward.unit(q, self.positions - self.forward.origin(q, self.origin), self.load)
-                for q in ends
+                self.forward.unit(q, self.positions - self.forward.origin(q, self.origin), self.load) for q in ends
             )
             columns.append(self.gain * (above - below) / (ends[0][k] - ends[1][k]))
         for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
             if name in self.names:
-                columns += [
-                    np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)
-                ]
+                columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
         jacobian = np.stack([(c / self.noise)[self.seen] for c in columns], axis=-1)
         size = np.linalg.norm(jacobian, axis=0)
         size[size == 0] = 1.0
@@ -299,8 +290,7 @@ class _Fit:
         fitted = self.forward.apply(self.p)
         whole = self.finger.array
         fields: dict[str, Any] = {
-            name: np.array(getattr(whole, name))
-            for name in ("y", "depth", "width", "gain", "offset", "noise")
+            name: np.array(getattr(whole, name)) for name in ("y", "depth", "width", "gain", "offset", "noise")
         }
         for name in ("y", "depth", "width"):
             fields[name][index] = np.asarray(getattr(fitted.array, name))

@@ -97,9 +97,7 @@ def _drift(text: str | None) -> float | None:
     try:
         return float(text) if text else None
     except ValueError:
-        raise InvalidValueError(
-            f'--tare "{text}"', "a reading per second is needed, in SI units", "--tare 2"
-        ) from None
+        raise InvalidValueError(f'--tare "{text}"', "a reading per second is needed, in SI units", "--tare 2") from None
 
 
 def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]:

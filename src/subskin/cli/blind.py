@@ -79,9 +79,7 @@ def run_blind(options: argparse.Namespace) -> int:
     silent = np.asarray(file.finger.array.noise) == 0
     if (silent & file.finger.array.live).any():
         raise FileError(
-            f"{options.finger}: a sensor without noise",
-            "touches are weighed by it",
-            'noise = "10 Pa" in [sensors]',
+            f"{options.finger}: a sensor without noise", "touches are weighed by it", 'noise = "10 Pa" in [sensors]'
         )
     found = calibrate_blind(file.finger, readings, fit=fit, search=file.search, **errors, **friction)
     if options.figure is not None:
@@ -212,9 +210,7 @@ def _show(options: argparse.Namespace, file: FingerFile, found: BlindCalibration
     out = say(options)
     rows = []
     for i, p in enumerate(found.parameters):
-        rows.append(
-            [p.name, "" if p.sensor is None else file.names[p.sensor], *_cells(p), _touches(_half(found, i))]
-        )
+        rows.append([p.name, "" if p.sensor is None else file.names[p.sensor], *_cells(p), _touches(_half(found, i))])
     columns = [
         "name",
         "sensor",
@@ -230,18 +226,13 @@ def _show(options: argparse.Namespace, file: FingerFile, found: BlindCalibration
     show(out, "parameters", columns, rows, left=2)
     left = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in _left_out(found).items())
     print(
-        f"{int(found.used.sum())} of {len(found.used)} touches used"
-        + (f"; left out: {left}" if left else ""),
-        file=out,
+        f"{int(found.used.sum())} of {len(found.used)} touches used" + (f"; left out: {left}" if left else ""), file=out
     )
     ratio = found.error_ratio()
     angle = "" if ratio.angle != ratio.angle else f" and of angles {ratio.angle:.2f}"
     print(f"errors of places {ratio.position:.2f}{angle} times those of a finger known exactly", file=out)
     if max(ratio.position, ratio.angle if ratio.angle == ratio.angle else 1.0) > _WANTED:
-        print(
-            f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used",
-            file=out,
-        )
+        print(f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used", file=out)
     for text in found.unknown:
         print(f"not to be known from touches: {text}", file=out)
     for name, what in (("weak", "gain below a fifth"), ("dead", "left out from now on")):

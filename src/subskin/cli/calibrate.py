@@ -39,24 +39,18 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
     parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")
     parser.add_argument(
-        "--fit",
-        metavar="LIST",
-        help="what to fit (gain,offset,depth,origin; gain,depth,position with --blind)",
+        "--fit", metavar="LIST", help="what to fit (gain,offset,depth,origin; gain,depth,position with --blind)"
     )
     parser.add_argument(
         "--position-column", metavar="NAME", default="position", help="column of positions [m] (position)"
     )
-    parser.add_argument(
-        "--force-column", metavar="NAME", help="column of loads [N/m]; without it all are alike"
-    )
+    parser.add_argument("--force-column", metavar="NAME", help="column of loads [N/m]; without it all are alike")
     parser.add_argument(
         "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
     )
     add_rows(parser, "fit to")
     add_blind(parser)
-    parser.add_argument(
-        "-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output"
-    )
+    parser.add_argument("-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output")
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
@@ -96,9 +90,7 @@ def run(options: argparse.Namespace) -> int:
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
     if held.any():
-        score = found.evaluate(
-            readings[held], positions[held], **{name: v[held] for name, v in loads.items()}
-        )
+        score = found.evaluate(readings[held], positions[held], **{name: v[held] for name, v in loads.items()})
     facts = _facts(options, file, found, score, fit)
     if options.out is not None:
         text = file.with_finger(found.finger, found.origin, facts).text
@@ -111,22 +103,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _facts(
-    options: argparse.Namespace,
-    file: FingerFile,
-    found: Calibration,
-    score: Score | None,
-    fit: tuple[str, ...],
+    options: argparse.Namespace, file: FingerFile, found: Calibration, score: Score | None, fit: tuple[str, ...]
 ) -> dict[str, Any]:
     """What goes into [calibration] beside the origin."""
     from pathlib import Path
 
     from ..io.units import format_quantity
 
-    facts: dict[str, Any] = {
-        "source": Path(options.touches).name,
-        "fit": list(fit),
-        "touches": found.score.touches,
-    }
+    facts: dict[str, Any] = {"source": Path(options.touches).name, "fit": list(fit), "touches": found.score.touches}
     facts["r2"] = float(found.r2)
     if score is not None:
         facts["r2_held_out"] = float(score.r2)
@@ -144,9 +128,7 @@ def _facts(
 
 
 def _sensors(file: FingerFile, found: Calibration, health: str) -> list[str]:
-    return [
-        name for name, state in zip(file.names, found.health, strict=True) if state.name == health.upper()
-    ]
+    return [name for name, state in zip(file.names, found.health, strict=True) if state.name == health.upper()]
 
 
 def _as_json(file: FingerFile, found: Calibration, score: Score | None) -> dict[str, Any]:
@@ -206,8 +188,6 @@ def _show(options: argparse.Namespace, file: FingerFile, found: Calibration, sco
     for doubt in found.doubts:
         print(doubt, file=out)
     if options.force_column is None and "gain" in options.fit:
-        print(
-            "forces found with this finger are multiples of the touches' load (no --force-column)", file=out
-        )
+        print("forces found with this finger are multiples of the touches' load (no --force-column)", file=out)
     if options.out not in (None, "-"):
         print(f"-> {options.out}", file=out)

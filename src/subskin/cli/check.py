@@ -22,11 +22,7 @@ what the sensors read, and what `locate` makes of it, over touches all along the
 degrees, free of noise. A finger.toml that describes a half plane is tried as a skin of the thickness and the radius
 given; with a radius alone, the core takes half of it. The sensors of the map are of normal strain, one depth apart.
 """
-_MODELS = (
-    ("as_drawn", "half plane as drawn"),
-    ("calibrated", "half plane, calibrated"),
-    ("own", "its own skin"),
-)
+_MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
 _SMALL_PLACE, _SMALL_ANGLE = 0.02, 0.02  # depths, rad: errors that nobody minds
 _ROUNDING = 1e-4
@@ -37,23 +33,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
-    parser.add_argument(
-        "--thickness", metavar="LENGTH", help="thickness of the skin, bonded to a rigid base or core"
-    )
+    parser.add_argument("--thickness", metavar="LENGTH", help="thickness of the skin, bonded to a rigid base or core")
     parser.add_argument("--radius", metavar="LENGTH", help="radius of the finger")
     parser.add_argument(
         "--half-width", metavar="LENGTH", default="0 mm", help="half width of the touches (0: line loads)"
     )
     parser.add_argument(
-        "--snr",
-        type=float,
-        default=1000.0,
-        metavar="N",
-        help="largest reading of a sensor over its noise (1000)",
+        "--snr", type=float, default=1000.0, metavar="N", help="largest reading of a sensor over its noise (1000)"
     )
-    parser.add_argument(
-        "--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf"
-    )
+    parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
@@ -86,17 +74,11 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
     from ..io.units import quantity
     from ..skin import HalfPlane, Layer, Layered, Round
 
-    given = {
-        k: quantity(v, "m", f"--{k}")
-        for k in ("thickness", "radius")
-        if (v := getattr(options, k)) is not None
-    }
+    given = {k: quantity(v, "m", f"--{k}") for k in ("thickness", "radius") if (v := getattr(options, k)) is not None}
     if not finger.skin.endless:
         if given:
             seen = f"--{next(iter(given))} beside a skin that is no half plane"
-            raise InvalidValueError(
-                seen, "the file says already what the skin is", "change the file, or leave it out"
-            )
+            raise InvalidValueError(seen, "the file says already what the skin is", "change the file, or leave it out")
         return finger
     (material,) = finger.skin.materials
     if given and finger.skin != HalfPlane(material):
@@ -127,9 +109,7 @@ def _draw(path: str, finger: Finger, half_width: float) -> None:
     material = finger.skin.single_material
     with progress_bar("map", len(MAP_THICKNESS) * len(MAP_RADIUS)) as advance:
         values = half_plane_map(
-            poisson=0.5 if material is None else material.poisson,
-            half_width=half_width / depth,
-            progress=advance,
+            poisson=0.5 if material is None else material.poisson, half_width=half_width / depth, progress=advance
         )
     radius = finger.skin.period / (2 * np.pi)
     # a stack of several materials is none of the map's skins
@@ -181,9 +161,7 @@ def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
     count = found.positions.size * found.angles.size
     show(out, f"errors of {count} touches, median and worst", [*heads, "no answer", "unexplained"], table)
     share = number(options.snr)
-    print(
-        f"unexplained: so many are said to be at a noise of 1/{share} of a sensor's largest reading", file=out
-    )
+    print(f"unexplained: so many are said to be at a noise of 1/{share} of a sensor's largest reading", file=out)
     depth = float(np.asarray(array.depth).mean())
     taken, true = (f"{1e3 * d:.3g} mm" for d in (found.depth, depth))
     if not np.isfinite(found.depth):
@@ -202,11 +180,7 @@ def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
 def _map_note(finger: Finger) -> str:
     """What the map is of, and what it is not."""
     note = "for six sensors of normal strain, one depth apart; your own array's errors are those above"
-    return (
-        f"{note}; your stack of several materials is not on it"
-        if finger.skin.single_material is None
-        else note
-    )
+    return f"{note}; your stack of several materials is not on it" if finger.skin.single_material is None else note
 
 
 def _verdict(found: HalfPlaneError, depth: float) -> str:

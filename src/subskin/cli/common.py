@@ -50,9 +50,7 @@ def add_rows(parser: argparse.ArgumentParser, verb: str) -> None:
     """--every and --rows."""
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--every", type=int, metavar="N", help=f"{verb} rows 0, N, 2N, ...")
-    group.add_argument(
-        "--rows", metavar="LIST", help=f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20"
-    )
+    group.add_argument("--rows", metavar="LIST", help=f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20")
 
 
 def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
@@ -64,9 +62,7 @@ def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_
     chosen = np.zeros(count, dtype=bool)
     if options.every is not None:
         if options.every < 1:
-            raise InvalidValueError(
-                f"--every {options.every}", "has to be >= 1", "--every 2 takes every second row"
-            )
+            raise InvalidValueError(f"--every {options.every}", "has to be >= 1", "--every 2 takes every second row")
         chosen[:: options.every] = True
     elif options.rows is not None:
         for part in options.rows.split(","):
@@ -78,9 +74,7 @@ def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_
             first, last = int(match[1]), int(match[2] or match[1])
             if last >= count or first > last:
                 seen = f"--rows {part.strip()}"
-                raise InvalidValueError(
-                    seen, f"the table has rows 0 to {count - 1}", "rows are counted from 0"
-                )
+                raise InvalidValueError(seen, f"the table has rows 0 to {count - 1}", "rows are counted from 0")
             chosen[first : last + 1] = True
     else:
         chosen[:] = True
@@ -116,18 +110,14 @@ def number(value: float, digits: int = 4) -> str:
     return "-" if not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
 
-def show(
-    out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1
-) -> None:
+def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
     """A table for people; the first `left` columns are text, the rest numbers."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        title=Text(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
-    )
+    table = Table(title=Text(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
     for i, column in enumerate(columns):
         table.add_column(Text(column), justify="left" if i < left else "right", no_wrap=True)
     for row in rows:
@@ -145,9 +135,7 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
-    bar = Progress(
-        what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
-    )
+    bar = Progress(what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True))
     with bar:
         task = bar.add_task("", total=total)
         yield lambda count=1: bar.advance(task, count)

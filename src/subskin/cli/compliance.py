@@ -30,19 +30,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--width", metavar="LENGTH", required=True, help="width of the particle")
     parser.add_argument("--height", metavar="LENGTH", required=True, help="how far it stands out of the flat")
     parser.add_argument(
-        "--force",
-        metavar="RANGE",
-        required=True,
-        help='force per length of contact, "40 N/m" or "10..100 N/m"',
+        "--force", metavar="RANGE", required=True, help='force per length of contact, "40 N/m" or "10..100 N/m"'
     )
     parser.add_argument(
-        "--flat",
-        metavar="LENGTH",
-        help="width of the flat; without end for a round finger, needed for others",
+        "--flat", metavar="LENGTH", help="width of the flat; without end for a round finger, needed for others"
     )
-    parser.add_argument(
-        "--young", metavar="RANGE", default="0.03..30 MPa", help="moduli to try (0.03..30 MPa)"
-    )
+    parser.add_argument("--young", metavar="RANGE", default="0.03..30 MPa", help="moduli to try (0.03..30 MPa)")
     parser.add_argument("--moduli", type=int, metavar="N", default=16, help="how many of them (16)")
     parser.add_argument("--thickness", metavar="LIST", help='thicknesses to try, "2 mm, 4 mm" (its own)')
     parser.add_argument(
@@ -53,11 +46,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="error of a reading beside its noise, of the largest reading (0.01)",
     )
     parser.add_argument(
-        "--wanted",
-        type=float,
-        default=0.5,
-        metavar="X",
-        help="wanted standard deviation of the width, of it (0.5)",
+        "--wanted", type=float, default=0.5, metavar="X", help="wanted standard deviation of the width, of it (0.5)"
     )
     parser.add_argument("--figure", metavar="FILE", help="draw it, as the memo's Fig. 17; .svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -81,9 +70,7 @@ def run(options: argparse.Namespace) -> int:
     forces = _spread(_positive(options.force, "N/m", "--force"), 3)
     young = _spread(_positive(options.young, "Pa", "--young"), options.moduli)
     if options.figure is not None and young.size < 3:
-        raise InvalidValueError(
-            f"--figure with {young.size} moduli", "three or more are needed to draw a change"
-        )
+        raise InvalidValueError(f"--figure with {young.size} moduli", "three or more are needed to draw a change")
     thickness = None
     if options.thickness is not None:
         thickness = [quantity(part.strip(), "m", "--thickness") for part in options.thickness.split(",")]

@@ -24,9 +24,7 @@ _NOTES = """\
 Without --kind: a line, a vertex (wedge of half width 0.1 to 0.35 depth), a flat and a round side (punch and hertz, 0.5
 to 1.2 depth), alike likely beforehand. Where no kind is as probable as --sure, the answer is "cannot tell".
 """
-_KIND = re.compile(
-    r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?"
-)
+_KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
     **MEANING,
     "ok": "one kind is probable enough",
@@ -44,9 +42,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=FAMILY[:WIDTH][*PRIOR]",
         help="a kind to weigh: its family (as of fit), its half widths, how likely beforehand (1); repeat",
     )
-    parser.add_argument(
-        "--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)"
-    )
+    parser.add_argument("--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)")
     add_frames(parser, "weigh", "table of probabilities", "draw the probabilities, frame by frame")
 
 
@@ -57,9 +53,7 @@ def run(options: argparse.Namespace) -> int:
     from .answers import answers_of, give, status_counts
 
     if not 0.5 < options.sure < 1:
-        raise InvalidValueError(
-            f"--sure {options.sure:g}", "a probability in (0.5, 1) is needed", "--sure 0.95"
-        )
+        raise InvalidValueError(f"--sure {options.sure:g}", "a probability in (0.5, 1) is needed", "--sure 0.95")
     kinds = None if options.kind is None else tuple(_kind(text) for text in options.kind)
     if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
@@ -130,9 +124,7 @@ def _show(out: TextIO, said: TypeDecision, columns: dict[str, Any], *, first: bo
         [
             kind.name,
             kind.family if isinstance(kind.family, str) else kind.family.__name__,
-            f"{1e3 * kind.half_width[0]:.3g} to {1e3 * kind.half_width[1]:.3g}"
-            if kind.half_width[1] > 0
-            else "-",
+            f"{1e3 * kind.half_width[0]:.3g} to {1e3 * kind.half_width[1]:.3g}" if kind.half_width[1] > 0 else "-",
             number(kind.prior),
             str(count),
         ]
@@ -142,8 +134,6 @@ def _show(out: TextIO, said: TypeDecision, columns: dict[str, Any], *, first: bo
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
     if first:
         shares = {
-            name: [f"{v:.3f}" if v >= 0 else "-" for v in columns[name][:20]]
-            for name in columns
-            if name[:2] == "p_"
+            name: [f"{v:.3f}" if v >= 0 else "-" for v in columns[name][:20]] for name in columns if name[:2] == "p_"
         }
         show_first(out, {**columns, **shares}, ["row", "kind", *shares, "position", "half_width"], left=2)

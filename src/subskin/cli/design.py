@@ -154,9 +154,7 @@ def _as_json(study: DesignStudy, written: list[Path]) -> dict[str, Any]:
             "depth": finger.row.depth,
             "pitch": finger.row.pitch,
             "meets": finger.meets,
-            "checks": {
-                c.criterion.name: {"value": c.value, "wanted": c.criterion.wanted} for c in finger.checks
-            },
+            "checks": {c.criterion.name: {"value": c.value, "wanted": c.criterion.wanted} for c in finger.checks},
             "values": finger.values,
             "told_from_point": finger.point,
             "told_from_wide": finger.wide,

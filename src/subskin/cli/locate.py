@@ -31,15 +31,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
     parser.add_argument(
-        "--outliers",
-        type=int,
-        default=0,
-        metavar="N",
-        help="1: try unexplained frames without each one reading (0)",
+        "--outliers", type=int, default=0, metavar="N", help="1: try unexplained frames without each one reading (0)"
     )
-    parser.add_argument(
-        "--skip-used", action="store_true", help="locate the rows that --every or --rows does not name"
-    )
+    parser.add_argument("--skip-used", action="store_true", help="locate the rows that --every or --rows does not name")
     add_frames(parser, "locate", "table of loads", "draw truth against estimate")
 
 

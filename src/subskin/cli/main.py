@@ -54,9 +54,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and stop")
-    commands = parser.add_subparsers(
-        title="commands", metavar="command", required=True, parser_class=_Command
-    )
+    commands = parser.add_subparsers(title="commands", metavar="command", required=True, parser_class=_Command)
     for name, does in _COMMANDS.items():
         commands.add_parser(name, module=name, help=does, description=f"{does[:1].upper()}{does[1:]}.")
     return parser
@@ -116,10 +114,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except MemoryError:
-        print(
-            "subskin: error: not enough memory for this table. Fix: cut it into several files.",
-            file=sys.stderr,
-        )
+        print("subskin: error: not enough memory for this table. Fix: cut it into several files.", file=sys.stderr)
         return 2
     return code
 

@@ -83,9 +83,7 @@ def run(options: argparse.Namespace) -> int:
     def people(out: TextIO) -> None:
         show_statuses(out, found.status, _HERE)
         if options.out is None and options.totals is None:
-            show_first(
-                out, totals, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these"
-            )
+            show_first(out, totals, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these")
 
     tables = {options.out: lambda: _map(answers), options.totals: lambda: totals}
     return give(options, tables, data, people, lambda plot: _drawn(plot, answers))

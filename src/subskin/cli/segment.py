@@ -28,9 +28,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml with a table [recording]")
     parser.add_argument("recording", help="the recording, CSV or Parquet; - for standard input")
-    parser.add_argument(
-        "--early", type=float, metavar="SHARE", help="share of a plateau that is averaged (0.4)"
-    )
+    parser.add_argument("--early", type=float, metavar="SHARE", help="share of a plateau that is averaged (0.4)")
     parser.add_argument("--before", metavar="TIME", help='time averaged before a press ("0.3 s")')
     parser.add_argument("--hold", metavar="TIME", help='least duration of a plateau ("0.5 s")')
     add_shared(parser, "table of presses")
@@ -89,11 +87,7 @@ def _segment(options: argparse.Namespace, file: FingerFile, table: Table) -> Pre
 def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
     import numpy as np
 
-    columns: dict[str, Any] = {
-        "press": np.arange(len(presses)),
-        "t_start": presses.start,
-        "t_end": presses.stop,
-    }
+    columns: dict[str, Any] = {"press": np.arange(len(presses)), "t_start": presses.start, "t_end": presses.stop}
     if presses.position is not None:
         columns["position"] = presses.position
     if presses.depth is not None:

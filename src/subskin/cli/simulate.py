@@ -26,12 +26,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES)
     parser.add_argument("finger", help="finger.toml")
     loads = parser.add_argument_group("loads", 'each a value or a range, "40 N/m" or "10..60 N/m"')
-    loads.add_argument(
-        "--count", type=int, default=100, metavar="N", help="number of loads, or of presses (100)"
-    )
-    loads.add_argument(
-        "--position", metavar="RANGE", help="where they are (default: over the row of sensors)"
-    )
+    loads.add_argument("--count", type=int, default=100, metavar="N", help="number of loads, or of presses (100)")
+    loads.add_argument("--position", metavar="RANGE", help="where they are (default: over the row of sensors)")
     loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='how large they are ("40 N/m")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='how they lean ("0 deg")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
@@ -41,18 +37,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
     )
-    parser.add_argument(
-        "--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3"
-    )
-    raw = parser.add_argument_group(
-        "a raw recording", "an indenter steps along the skin and presses at each place"
-    )
-    raw.add_argument(
-        "--recording", action="store_true", help="write raw frames, as [recording] of the file reads them"
-    )
-    raw.add_argument(
-        "--origin", metavar="LENGTH", help="y = 0 on the motor's axis (default: that of the file, or 0)"
-    )
+    parser.add_argument("--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3")
+    raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each place")
+    raw.add_argument("--recording", action="store_true", help="write raw frames, as [recording] of the file reads them")
+    raw.add_argument("--origin", metavar="LENGTH", help="y = 0 on the motor's axis (default: that of the file, or 0)")
     raw.add_argument("--drift", type=float, default=0.0, metavar="SIZE", help="slow drift, in readings (0)")
     raw.add_argument(
         "--relaxation", type=float, default=0.2, metavar="SHARE", help="share of a load lost in time (0.2)"
@@ -162,9 +150,7 @@ def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Genera
     from ..synthetic import simulate_recording
 
     origin = _origin(options, file)
-    force, angle = (
-        quantity_range(getattr(options, k), u, f"--{k}") for k, u in (("force", "N/m"), ("angle", "rad"))
-    )
+    force, angle = (quantity_range(getattr(options, k), u, f"--{k}") for k, u in (("force", "N/m"), ("angle", "rad")))
     if force[0] != force[1] or angle[0] != angle[1]:
         raise InvalidValueError(
             "a range of --force or --angle", "an indenter presses alike everywhere", "give one value"

@@ -54,9 +54,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     for name, text in _HELP.items():
         group.add_argument(f"--{name}", metavar="X", help=text)
     group.add_argument("--only", metavar="LIST", help="these sources alone: position,gains")
-    parser.add_argument(
-        "--wanted-position", metavar="LENGTH", help="wanted rms error: say how tight each has to be"
-    )
+    parser.add_argument("--wanted-position", metavar="LENGTH", help="wanted rms error: say how tight each has to be")
     parser.add_argument("--wanted-angle", metavar="ANGLE", help="wanted rms error of the angle")
     parser.add_argument(
         "--calibrate",
@@ -66,9 +64,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="what self-calibration wins back: known, blind or both (both)",
     )
     parser.add_argument("--fingers", type=int, default=3, metavar="N", help="calibrated for each source (3)")
-    parser.add_argument(
-        "--draws", type=int, default=200, metavar="N", help="fingers drawn for a source (200)"
-    )
+    parser.add_argument("--draws", type=int, default=200, metavar="N", help="fingers drawn for a source (200)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
     parser.add_argument("--figure", metavar="FILE", help="draw it; .svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="print the result as JSON")

@@ -181,9 +181,7 @@ def transforms_of(contact: Contact, z: ComplexArray) -> Transforms:
     if hasattr(contact, "transforms"):
         closed: Transforms = contact.transforms(z)
         return closed
-    (p, dp, _), (q, dq, hq) = (
-        cauchy(traction, contact.breaks, z) for traction in (contact.pressure, contact.shear)
-    )
+    (p, dp, _), (q, dq, hq) = (cauchy(traction, contact.breaks, z) for traction in (contact.pressure, contact.shear))
     return Transforms(p, dp, q, dq, hq)
 
 
@@ -315,9 +313,7 @@ class ProportionalContact(Contact):
         """
         both = _check.real("components", components, unit="N/m")
         if both.shape[-1:] != (2,):
-            raise GeometryError(
-                f"components of shape {both.shape}", "(..., 2) is needed, N and T", "[40.0, 0.0]"
-            )
+            raise GeometryError(f"components of shape {both.shape}", "(..., 2) is needed, N and T", "[40.0, 0.0]")
         n, t = both[..., 0], both[..., 1]
         made = cls(np.hypot(n, t), np.arctan2(t, n), position, **parameters)
         made._set("_components", both)
@@ -394,9 +390,7 @@ class ProportionalContact(Contact):
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
         shape, tail = self.shape, (1,) * axes
-        wide = copy.copy(
-            self
-        )  # not `replace`: what has been checked, and warned of, once is not checked again
+        wide = copy.copy(self)  # not `replace`: what has been checked, and warned of, once is not checked again
         for name, value in self._parameters().items():
             wide._set(name, _check.read_only(np.broadcast_to(value, shape).reshape(shape + tail)))
         both = np.broadcast_to(self.components, (*shape, 2)).reshape((*shape, *tail, 2))

@@ -60,15 +60,11 @@ def family_of(family: str | Family) -> Family:
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family
     raise InvalidValueError(
-        f"family = {family!r}",
-        "a name or a subclass of SpreadContact is needed",
-        f"one of {', '.join(known)}",
+        f"family = {family!r}", "a name or a subclass of SpreadContact is needed", f"one of {', '.join(known)}"
     )
 
 
-def contact_of(
-    family: str | Family, half_width: npt.ArrayLike | None = None
-) -> Callable[..., ProportionalContact]:
+def contact_of(family: str | Family, half_width: npt.ArrayLike | None = None) -> Callable[..., ProportionalContact]:
     """What makes contacts of a family from force, angle and position.
 
     Parameters
@@ -92,12 +88,8 @@ def contact_of(
     kind = family_of(family)
     if issubclass(kind, LineLoad):
         if half_width is not None:
-            raise InvalidValueError(
-                "a half width of a line", "a line load has none", 'a contact such as "hertz"'
-            )
+            raise InvalidValueError("a half width of a line", "a line load has none", 'a contact such as "hertz"')
         return kind
     if half_width is None:
-        raise InvalidValueError(
-            f"a {kind.__name__} without a width", "it needs a half width", "half_width=1e-3"
-        )
+        raise InvalidValueError(f"a {kind.__name__} without a width", "it needs a half width", "half_width=1e-3")
     return partial(kind, half_width=_check.real("half_width", half_width, unit="m", above=0.0))

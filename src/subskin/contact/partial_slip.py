@@ -56,8 +56,7 @@ class PartialSlip(Hertz):
 
     def __post_init__(self) -> None:
         self._set(
-            "friction",
-            _check.real("friction", self.friction, above=0.0, fix="rubber on glass: 1; a dry finger: 0.5"),
+            "friction", _check.real("friction", self.friction, above=0.0, fix="rubber on glass: 1; a dry finger: 0.5")
         )
         super().__post_init__()
         pulled, held = np.abs(self.tangential_force), np.asarray(self.friction) * self.normal_force
@@ -66,9 +65,7 @@ class PartialSlip(Hertz):
         if slides.any():
             at = np.unravel_index(int(np.argmax(slides)), slides.shape)
             seen = f"|T| = {np.broadcast_to(pulled, slides.shape)[at]:.6g}, mu N = {held[at]:.6g} N/m"
-            raise InvalidValueError(
-                seen, "|T| <= mu N, else the contact slides", "Hertz(...), or a smaller angle"
-            )
+            raise InvalidValueError(seen, "|T| <= mu N, else the contact slides", "Hertz(...), or a smaller angle")
 
     @property
     def _slip(self) -> FloatArray:
@@ -90,10 +87,7 @@ class PartialSlip(Hertz):
         # (a^(k+2) - c^(k+2)) / (a^2 - c^2), the difference divided out
         c = self.stick_half_width
         zero = np.zeros(np.broadcast_shapes(a.shape, c.shape))
-        even = [
-            sum((a ** (2 * (k - j)) * c ** (2 * j) for j in range(k + 1)), zero)
-            for k in range(len(self.SERIES))
-        ]
+        even = [sum((a ** (2 * (k - j)) * c ** (2 * j) for j in range(k + 1)), zero) for k in range(len(self.SERIES))]
         return [zero if k % 2 else self.SERIES[k // 2] * even[k // 2] for k in range(2 * len(even) - 1)]
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
@@ -116,9 +110,7 @@ class PartialSlip(Hertz):
         # mu N (outer - (c/a)^2 inner); where nothing slips, nothing drags
         zone = (outer - share * jinc(k * sticks)) / np.where(self._slip > 0, self._slip, 1.0)
         shift = self._shifted(k)
-        return Spectrum(
-            np.asarray(self.normal_force * outer * shift), np.asarray(self.tangential_force * zone * shift)
-        )
+        return Spectrum(np.asarray(self.normal_force * outer * shift), np.asarray(self.tangential_force * zone * shift))
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         y = self._from_centre(y)

@@ -73,9 +73,7 @@ class PressureProfile(Contact):
         qs = _check.real("shear", np.zeros_like(ps) if shear is None else shear, unit="Pa")
         shape = _check.broadcast(y=ys, pressure=ps, shear=qs)
         if not ys.ndim or ys.shape[-1] < 2 or shape[-1] != ys.shape[-1]:
-            raise GeometryError(
-                f"y of shape {ys.shape}", "at least two nodes, one for each pressure, are needed"
-            )
+            raise GeometryError(f"y of shape {ys.shape}", "at least two nodes, one for each pressure, are needed")
         if not (np.diff(ys) > 0).all():
             raise GeometryError(
                 f"y = {ys.tolist()}", "the nodes have to ascend", "np.sort, and a + b for a jump inside"
@@ -120,16 +118,12 @@ class PressureProfile(Contact):
         away = np.broadcast_to(z - middle, h.shape)
         far = np.broadcast_to(np.abs(away) > FAR * reach, h.shape)
         if far.any():
-            h[far] = far_shear_field(
-                away[far], [np.broadcast_to(m, h.shape)[far] for m in self._shear_moments(middle)]
-            )
+            h[far] = far_shear_field(away[far], [np.broadcast_to(m, h.shape)[far] for m in self._shear_moments(middle)])
         return h
 
     def _shear_moments(self, middle: FloatArray) -> list[FloatArray]:
         a, b = self.nodes[..., :-1, None], self.nodes[..., 1:, None]
-        t, w = np.polynomial.legendre.leggauss(
-            (_MOMENTS + 2) // 2
-        )  # exact for a straight line times t^(_MOMENTS - 1)
+        t, w = np.polynomial.legendre.leggauss((_MOMENTS + 2) // 2)  # exact for a straight line times t^(_MOMENTS - 1)
         share = 0.5 * (1 + t)
         q = self.node_shear[..., :-1, None] * (1 - share) + self.node_shear[..., 1:, None] * share
         arm, weight = a + (b - a) * share - middle[..., None, None], 0.5 * (b - a) * w * q

@@ -45,9 +45,7 @@ def cauchy(
     size = max(1, _BLOCK // max(1, int(np.prod(shape))))
     nodes = tuple(a.reshape(-1, *(1,) * len(shape)) for a in (_SHARE, _REST, _WEIGHT))
     surface = x == 0
-    for low, high in zip(
-        *(np.moveaxis(breaks, -1, 0)[part] for part in (np.s_[:-1], np.s_[1:])), strict=True
-    ):
+    for low, high in zip(*(np.moveaxis(breaks, -1, 0)[part] for part in (np.s_[:-1], np.s_[1:])), strict=True):
         own = np.zeros(())
         if surface.any():  # the principal value, and half a turn about the point
             on = surface & (low <= y) & (y <= high)

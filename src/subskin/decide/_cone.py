@@ -109,9 +109,7 @@ def _bell(z: FloatArray) -> FloatArray:
 
 def _deviations(load: Forces, mu: FloatArray, side: float) -> FloatArray:
     """How far side T lies beyond mu N, in standard deviations."""
-    return np.asarray(
-        (side * load.tangential[..., None] - mu * load.normal[..., None]) / widths(load, mu, side)
-    )
+    return np.asarray((side * load.tangential[..., None] - mu * load.normal[..., None]) / widths(load, mu, side))
 
 
 def cells_beyond(load: Forces, edges: FloatArray) -> FloatArray:
@@ -198,13 +196,7 @@ def falling_root(
 
 
 def _next(
-    a: FloatArray,
-    b: FloatArray,
-    c: FloatArray,
-    fa: FloatArray,
-    fb: FloatArray,
-    fc: FloatArray,
-    limit: FloatArray,
+    a: FloatArray, b: FloatArray, c: FloatArray, fa: FloatArray, fb: FloatArray, fc: FloatArray, limit: FloatArray
 ) -> FloatArray:
     """How far from a towards b the next trial is."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -56,12 +56,7 @@ class Friction:
     def __post_init__(self) -> None:
         edges = _check.real("edges", self.edges, at_least=0.0)
         masses = _check.real("masses", self.masses, at_least=0.0)
-        if (
-            not masses.ndim
-            or not masses.shape[-1]
-            or edges.ndim == 0
-            or edges.shape[-1] != masses.shape[-1] + 1
-        ):
+        if not masses.ndim or not masses.shape[-1] or edges.ndim == 0 or edges.shape[-1] != masses.shape[-1] + 1:
             raise GeometryError(
                 f"edges of shape {edges.shape}, masses of shape {masses.shape}",
                 "k cells have k + 1 edges",
@@ -108,9 +103,7 @@ class Friction:
         start, end = np.broadcast_arrays(start, end)
         if not (start < end).all():
             raise InvalidValueError(
-                f"low = {start.tolist()}, high = {end.tolist()}",
-                "a range ascends",
-                "known(0.5) for one value",
+                f"low = {start.tolist()}, high = {end.tolist()}", "a range ascends", "known(0.5) for one value"
             )
         count = int(_check.scalar("cells", cells, at_least=1))
         return cls(np.linspace(start, end, count + 1, axis=-1), np.ones((*start.shape, count)))
@@ -193,12 +186,7 @@ class Friction:
             np.broadcast_to(masses, (*self.shape, masses.shape[-1])).reshape(-1, masses.shape[-1]),
         )
 
-    def updated(
-        self,
-        *,
-        slips: Estimate | None = None,
-        holds: Estimate | None = None,
-    ) -> Friction:
+    def updated(self, *, slips: Estimate | None = None, holds: Estimate | None = None) -> Friction:
         """What is known after slips and holds that were seen.
 
         A slip at the estimated load says mu = |T|/N, a hold says mu >= |T|/N, both within the estimate's error and
@@ -240,9 +228,7 @@ class Friction:
         for _ in range(6):
             masses = posterior(edges, before, loads)
             ends = np.array([_kept(e, m) for e, m in zip(edges, masses, strict=True)])
-            narrow = (ends[:, 1] - ends[:, 0] < 0.5 * (edges[:, -1] - edges[:, 0])) & (
-                ends[:, 0] < ends[:, 1]
-            )
+            narrow = (ends[:, 1] - ends[:, 0] < 0.5 * (edges[:, -1] - edges[:, 0])) & (ends[:, 0] < ends[:, 1])
             if not narrow.any():
                 break
             for row in np.flatnonzero(narrow):

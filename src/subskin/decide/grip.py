@@ -95,14 +95,10 @@ def least_force(
 
 def _fits(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
     if _check.broadcast(**{name: values, "estimate": np.empty(shape)}) != shape:
-        raise GeometryError(
-            f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all"
-        )
+        raise GeometryError(f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all")
 
 
-def _falls_below(
-    excess: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], scale: FloatArray
-) -> FloatArray:
+def _falls_below(excess: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], scale: FloatArray) -> FloatArray:
     """The least normal force >= 0 at which `excess` is no more than 0, from a first guess of its size."""
     every = np.arange(scale.size)
     out = np.where(excess(np.zeros(scale.size), every) <= 0, 0.0, np.inf)

@@ -99,11 +99,7 @@ class Slip:
 
         `frame` is its index, () where there is no batch; the result has the shape of the forces.
         """
-        index = (
-            np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)])
-            if self.shape
-            else np.array([0])
-        )
+        index = np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)]) if self.shape else np.array([0])
         n, t = np.broadcast_arrays(_check.real("normal", normal), _check.real("tangential", tangential))
         errors = (np.full(n.size, float(v.reshape(-1)[index[0]])) for v in forces_of(self.estimate)[0][2:])
         values = beyond(Forces(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
@@ -217,9 +213,7 @@ def slip(
     )  # fmt: skip
 
 
-def _numbers(
-    load: Forces, mu: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]
-) -> list[FloatArray]:
+def _numbers(load: Forces, mu: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]) -> list[FloatArray]:
     """Margin, its deviation, probability and ratio of some of the frames."""
     mean, std = (of_frames(v, shape).reshape(-1)[index] for v in (mu.mean, mu.std))
     pulled = np.abs(load.tangential)

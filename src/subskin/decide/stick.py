@@ -88,9 +88,7 @@ def stick_zone(
     mu = _check.real("friction", friction, above=0.0)
     shape = _check.broadcast(normal=wanted[0], tangential=wanted[1], friction=mu)
     flat = [np.broadcast_to(v, shape).reshape(-1) for v in (*wanted, mu)]
-    shares = [
-        _share(skin, indenter, float(n), float(t), float(m), options) for n, t, m in zip(*flat, strict=True)
-    ]
+    shares = [_share(skin, indenter, float(n), float(t), float(m), options) for n, t, m in zip(*flat, strict=True)]
     return _check.read_only(np.array(shares, dtype=np.float64).reshape(shape))
 
 

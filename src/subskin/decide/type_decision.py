@@ -203,15 +203,11 @@ def contact_type(
     if not isinstance(finger, Finger):
         raise InvalidValueError(f"finger = {repr(finger)[:60]}", "a Finger comes first, then its readings")
     if isinstance(kinds, Kind | str):
-        raise InvalidValueError(
-            f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))"
-        )
+        raise InvalidValueError(f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))")
     chosen = usual_kinds(finger) if kinds is None else tuple(kinds)
     for kind in chosen:
         if not isinstance(kind, Kind):
-            raise InvalidValueError(
-                f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)'
-            )
+            raise InvalidValueError(f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)')
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     mu, alarm = _check.value("friction", friction), _check.value("false_alarm", false_alarm)
 

@@ -151,11 +151,7 @@ def skin_compliance(
     """
     forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))
     moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))
-    heights = (
-        [None]
-        if thickness is None
-        else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
-    )
+    heights = [None] if thickness is None else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
     wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
     share = _check.scalar("accuracy", accuracy, at_least=0.0)
     _suits(finger, particle)
@@ -179,15 +175,7 @@ def skin_compliance(
     best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], wanted)
     arrays = {name: _check.read_only(value) for name, value in values.items()}
     return SkinCompliance(
-        finger,
-        particle,
-        _check.read_only(thick),
-        moduli,
-        forces,
-        **arrays,
-        regime=regime,
-        best=best,
-        reason=reason,
+        finger, particle, _check.read_only(thick), moduli, forces, **arrays, regime=regime, best=best, reason=reason
     )
 
 
@@ -197,18 +185,13 @@ _CELL = ("half_width", "load_share", "reading_share", "seen", "width_std", "satu
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
         raise InvalidValueError(
-            f"{len(finger.array)} sensors",
-            "width, height, place and force are four unknowns: four or more are needed",
+            f"{len(finger.array)} sensors", "width, height, place and force are four unknowns: four or more are needed"
         )
     if not (np.asarray(finger.array.noise) > 0).all():
-        raise InvalidValueError(
-            "noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4"
-        )
+        raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
     if not all(t.linear for t in finger.array.transducers):
         raise NotLinearError(
-            "a transducer that is not linear",
-            "a modulus scales the readings of linear ones only",
-            "NormalStrain()",
+            "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
         )
     if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
         raise GeometryError(
@@ -278,10 +261,7 @@ class _Study:
         reading = self._signal(here.contact)
         change = reading - self._signal(alone.contact)
         contact, h = here.contact, _STEP * particle.half_width
-        moved = [
-            PressureProfile(contact.nodes + shift, contact.node_pressure, contact.node_shear)
-            for shift in (h, -h)
-        ]
+        moved = [PressureProfile(contact.nodes + shift, contact.node_pressure, contact.node_shear) for shift in (h, -h)]
         up, down = np.exp(_STEP), np.exp(-_STEP)
         wide, tall = particle.half_width, particle.protrusion
         pairs = (
@@ -355,10 +335,7 @@ def _recommended(
             )
         told = (forces / moduli[:, None])[regime[t] == Regime.TOLD]
         apart = f"one skin serves forces up to {told.max() / told.min():.2g} times apart"
-        return (
-            t,
-            m,
-        ), f"{head} comes nearest: no skin tried serves all of {span}; {', '.join(missing)}; {apart}"
+        return (t, m), f"{head} comes nearest: no skin tried serves all of {span}; {', '.join(missing)}; {apart}"
     all_told = np.flatnonzero(usable[t] == forces.size)
     low, high = moduli[all_told.min()], moduli[all_told.max()]
     lines = [f"{head}: at all of {span} the particle's width is told to {100 * worst[t, m]:.2g} % or better"]

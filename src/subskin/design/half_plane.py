@@ -21,14 +21,7 @@ from ..material import Material
 from ..response import tabulate
 from ..skin import HalfPlane, Layer, Layered, Round, Skin
 
-__all__ = [
-    "MAP_RADIUS",
-    "MAP_THICKNESS",
-    "HalfPlaneError",
-    "LocatingError",
-    "half_plane_error",
-    "half_plane_map",
-]
+__all__ = ["MAP_RADIUS", "MAP_THICKNESS", "HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
 
 _PLACES = 41
 _ANGLES = (-0.4, 0.0, 0.4)
@@ -195,14 +188,11 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     )
 
 
-def _readings(
-    finger: Finger, flat: Finger, positions: FloatArray, half_width: float
-) -> tuple[FloatArray, FloatArray]:
+def _readings(finger: Finger, flat: Finger, positions: FloatArray, half_width: float) -> tuple[FloatArray, FloatArray]:
     """Largest difference under a normal and a tangential touch over the largest reading; factors straight beneath."""
     normal, tangential = _touch(0.0, positions, half_width), _touch(0.5 * np.pi, positions, half_width)
     fields = [
-        np.stack([f.measure(touch, linear=True) for touch in (normal, tangential)], axis=-1)
-        for f in (finger, flat)
+        np.stack([f.measure(touch, linear=True) for touch in (normal, tangential)], axis=-1) for f in (finger, flat)
     ]
     difference = np.abs(fields[0] - fields[1]).max(axis=(0, 1)) / np.abs(fields[0]).max(axis=(0, 1))
     above = _touch(0.0, np.asarray(finger.array.y), half_width)  # one touch above each sensor

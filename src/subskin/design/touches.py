@@ -83,9 +83,7 @@ class Touches:
             )
         return float(y.min()), float(y.max())
 
-    def grid(
-        self, positions: int, angles: int, finger: Finger | None = None
-    ) -> tuple[FloatArray, FloatArray]:
+    def grid(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
         """Middles of equal parts of the span [m], shape (places,), and of the cone [rad], shape (angles,)."""
         low, high = self.span_on(finger)
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions

@@ -56,21 +56,11 @@ def project(w, table, start, step, mu, y, a, fit):
     d2 = d1 * d1
     g11 = g12 = g22 = b1 = b2 = 0.0
     for i in range(n):
-        c1, c2, c3, c4 = (
-            table[cell, 1, 0, i],
-            table[cell, 2, 0, i],
-            table[cell, 3, 0, i],
-            table[cell, 4, 0, i],
-        )
+        c1, c2, c3, c4 = (table[cell, 1, 0, i], table[cell, 2, 0, i], table[cell, 3, 0, i], table[cell, 4, 0, i])
         an = table[cell, 0, 0, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
         a[0, i] = d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
         a[1, i] = d2 * (2 * c2 + t * (6 * c3 + t * (12 * c4)))
-        c1, c2, c3, c4 = (
-            table[cell, 1, 1, i],
-            table[cell, 2, 1, i],
-            table[cell, 3, 1, i],
-            table[cell, 4, 1, i],
-        )
+        c1, c2, c3, c4 = (table[cell, 1, 1, i], table[cell, 2, 1, i], table[cell, 3, 1, i], table[cell, 4, 1, i])
         at = table[cell, 0, 1, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
         a[2, i] = d1 * (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4))))
         a[3, i] = d2 * (2 * c2 + t * (6 * c3 + t * (12 * c4)))

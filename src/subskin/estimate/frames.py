@@ -236,9 +236,7 @@ def sensor_rows(array: SensorArray) -> FloatArray:
     return np.stack([np.asarray(array.offset), 1 / np.asarray(array.noise), low, high])
 
 
-def scan_geometry(
-    fields: FloatArray, friction: float
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+def scan_geometry(fields: FloatArray, friction: float) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m)."""
     normal, tangential = fields[..., 0], fields[..., 1]
     size = np.linalg.norm(normal, axis=1, keepdims=True)

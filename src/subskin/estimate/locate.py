@@ -97,9 +97,7 @@ class Locator(Framewise):
                 f"a response of {response.sensors} sensors, an array of {len(array)}", "they have to match"
             )
         wide = response.widest > 0
-        ends = _check.real(
-            "half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0
-        )
+        ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             raise InvalidValueError(
                 f"half_width = {half_width!r}",
@@ -150,16 +148,12 @@ class Locator(Framewise):
 
         array, response = self.array.select(pattern), self.response.select(pattern)
         scale = 1 / np.asarray(array.noise)
-        fields = response(
-            np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size)
-        )
+        fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
         basis, edges = scan_geometry(fields * scale[:, None], self.friction)
         wide = self.layout.wide
         largest = float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm))
         if wide and len(array) == self.unknowns:
-            largest = (
-                np.inf
-            )  # as many unknowns as readings explain anything: nothing is left to be unexplained
+            largest = np.inf  # as many unknowns as readings explain anything: nothing is left to be unexplained
         options = np.array(
             [
                 *(response.start, response.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
@@ -228,9 +222,7 @@ def locator(
     def make() -> Locator:
         if issubclass(kind, LineLoad):
             if widths is not None:
-                raise InvalidValueError(
-                    f"half_width = {half_width!r} of a line load", "it has none", "leave it out"
-                )
+                raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
             return Locator(tabulate(finger, ends), finger.array, **values)
         table = tabulate(finger, ends)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))

@@ -72,9 +72,7 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
         scan(w_single, basis, edges, sums, s[1:-1])
         best = second = -1
         if table.ndim == 3:
-            best, second = _climbed(
-                w, s[1:-1].reshape(rows, m), squares, table, options, total, score, at, fits
-            )
+            best, second = _climbed(w, s[1:-1].reshape(rows, m), squares, table, options, total, score, at, fits)
         else:
             for p in range(peaks(s, scan_start, scan_step, words, score, at)):
                 # a maximum clearly lower than both already found cannot become the best or the rival
@@ -151,9 +149,7 @@ def _climbed(w, s, squares, table, options, total, score, at, fits):
     for p in range(highest(s, scan_start, scan_step, squares, score, at)):
         if second >= 0 and score[p] < 0.8 * fits[second, 2]:
             break
-        at[p, 0], at[p, 1] = climb_wide(
-            w, table, start, step, square, mu, at[p, 0], at[p, 1], ends, c, a, fits[p]
-        )
+        at[p, 0], at[p, 1] = climb_wide(w, table, start, step, square, mu, at[p, 0], at[p, 1], ends, c, a, fits[p])
         if best < 0 or fits[p, 2] > fits[best, 2]:
             if best >= 0 and _differ(at, best, p, apart):
                 second = best
@@ -223,9 +219,7 @@ def _widen(s, scan_start, scan_step, y, explained, row):
     """
     c = _COVARIANCE[0]
     variance = row[c]
-    if (
-        variance < 0.25 * scan_step * scan_step
-    ):  # narrower than the scan resolves: the profile is a parabola there
+    if variance < 0.25 * scan_step * scan_step:  # narrower than the scan resolves: the profile is a parabola there
         return
     m = s.size - 2
     width = 0.0
@@ -283,9 +277,7 @@ def _uncertainty(w, table, options, at, fit, row):
         for k in range(size):
             for i in range(n):
                 information[j, k] += columns[j, i] * columns[k, i] / (scale[j] * scale[k])
-        information[j, j] += (
-            1e-14  # what the readings say nothing of is infinite within rounding, not an error
-        )
+        information[j, j] += 1e-14  # what the readings say nothing of is infinite within rounding, not an error
     covariance = np.linalg.inv(information)
     # how far (position, N, T, half width) move with the unknowns in their scales; drag that is not there does not
     moves = np.zeros(4)

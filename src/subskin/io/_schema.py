@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    StrictBool,
-    StrictInt,
-    StrictStr,
-    ValidationInfo,
-)
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, StrictInt, StrictStr, ValidationInfo
 
 from ..errors import InvalidValueError
 from .units import quantity, si_unit, unit_scale
@@ -62,9 +53,7 @@ def _unit_text(value: object, info: ValidationInfo) -> str:
 def _range(value: object, info: ValidationInfo) -> tuple[float, float]:
     name = str(info.field_name)
     if not isinstance(value, list) or len(value) != 2:
-        raise InvalidValueError(
-            f"{name} = {value!r}", "two places are needed", f'write {name} = ["-5 mm", "5 mm"]'
-        )
+        raise InvalidValueError(f"{name} = {value!r}", "two places are needed", f'write {name} = ["-5 mm", "5 mm"]')
     low, high = (quantity(item, "m", f"{name}[{i}]") for i, item in enumerate(value))
     if not low < high:
         raise InvalidValueError(f"{name} = {value!r}", "the first has to be < the second", "swap them")
@@ -74,9 +63,7 @@ def _range(value: object, info: ValidationInfo) -> tuple[float, float]:
 def _names(value: object, info: ValidationInfo) -> list[str]:
     name = str(info.field_name)
     if not isinstance(value, list) or not all(isinstance(item, str) and item for item in value) or not value:
-        raise InvalidValueError(
-            f"{name} = {value!r}", "a list of names is needed", f'write {name} = ["s0", "s1"]'
-        )
+        raise InvalidValueError(f"{name} = {value!r}", "a list of names is needed", f'write {name} = ["s0", "s1"]')
     twice = next((item for item in value if value.count(item) > 1), None)
     if twice is not None:
         raise InvalidValueError(f'{name} holds "{twice}" twice', "each name may stand once")

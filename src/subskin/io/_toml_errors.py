@@ -29,9 +29,7 @@ def read_text(path: object) -> str:
         return data.decode("utf-8-sig")  # some editors put a mark before the first letter
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise FileError(
-            f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8"
-        ) from None
+        raise FileError(f"{path}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8") from None
 
 
 def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
@@ -123,9 +121,7 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
         found.append((error["type"] != "extra_forbidden", key_line(text, keys) or 0, keys, seen, rule, fix))
     # a key that is not known comes first: it is often the misspelt name of one that is missing
     *_, keys, seen, rule, fix = min(found, key=lambda item: item[:2])
-    return located(
-        text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix
-    )
+    return located(text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix)
 
 
 def _keys(model: Any, path: tuple[str, ...]) -> list[str]:

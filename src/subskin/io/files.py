@@ -68,9 +68,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", suffix=".part", dir=target.parent)
         os.close(handle)
     except FileNotFoundError:
-        raise FileError(
-            str(path), f"there is no folder {target.parent}", f"mkdir -p {target.parent}"
-        ) from None
+        raise FileError(str(path), f"there is no folder {target.parent}", f"mkdir -p {target.parent}") from None
     except (OSError, ValueError) as error:
         raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
     part = Path(name)

@@ -95,9 +95,7 @@ class FingerFile:
         time = table.numbers(column.name, finite=True, why="the time of each frame")
         return table.readings(self.names), time * column.scale
 
-    def pipeline(
-        self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None
-    ) -> Pipeline:
+    def pipeline(self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None) -> Pipeline:
         r"""From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
 
         Readings in SI units ("units"), relaxation undone where the file has [relaxation] ("relaxation"), drift taken
@@ -137,9 +135,7 @@ class FingerFile:
         stages["tare"] = Tare(self.finger, drift=self.drift if drift is None else drift)
         return Pipeline(stages if answer is None else {**stages, "found": answer})
 
-    def with_finger(
-        self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None
-    ) -> FingerFile:
+    def with_finger(self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None) -> FingerFile:
         """The same file with another finger's numbers in it, and `facts` in its [calibration].
 
         What does not change is left as it stands, comments are kept.
@@ -197,9 +193,7 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     """
     from ._schema import Document
 
-    document = validated(
-        text, name, Document, "it needs at least [skin] young and [sensors] count, pitch, depth"
-    )
+    document = validated(text, name, Document, "it needs at least [skin] young and [sensors] count, pitch, depth")
     try:
         return _build(document, text)
     except Misplaced as wrong:
@@ -243,9 +237,7 @@ def _array(document: _schema.Document) -> SensorArray:
         positions = _positions(table)
         transducers = _transducers(table.kind, table.exact, len(positions))
         parameters = _in_readings(document, transducers)
-        return SensorArray(
-            y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters
-        )
+        return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
     except SubskinError as error:
         raise Misplaced(error, "sensors", key_of(error)) from None
 
@@ -276,18 +268,13 @@ def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Tr
 
     if isinstance(kind, list):
         if len(kind) != count:
-            seen, rule = (
-                f"kind lists {len(kind)}",
-                f"one kind, or one for each of the {count} sensors, is needed",
-            )
+            seen, rule = (f"kind lists {len(kind)}", f"one kind, or one for each of the {count} sensors, is needed")
             raise InvalidValueError(seen, rule)
         return tuple(one(name) for name in kind)
     return one(kind)
 
 
-def _in_readings(
-    document: _schema.Document, transducers: Transducer | tuple[Transducer, ...]
-) -> dict[str, Any]:
+def _in_readings(document: _schema.Document, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
     """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
     from ._schema import reading_unit
 
@@ -295,9 +282,7 @@ def _in_readings(
     measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    given = {
-        key: _readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)
-    }
+    given = {key: _readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)}
     return {key: value for key, value in given.items() if value is not None}
 
 

@@ -101,19 +101,11 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
             raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
         touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2))
     with _in("accuracy"):
-        wanted = Accuracy(
-            accuracy.position,
-            accuracy.angle,
-            accuracy.force,
-            accuracy.unsure,
-            touch.feature,
-        )
+        wanted = Accuracy(accuracy.position, accuracy.angle, accuracy.force, accuracy.unsure, touch.feature)
     with _in("room"):
         space = Room((counts[0], counts[1]), (depths[0], depths[1]), room.least_pitch, longest)
     sensors = tuple(_sensor(table, i) for i, table in enumerate(document.sensor))
-    skins = tuple(
-        SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin)
-    )
+    skins = tuple(SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin))
     with _in("search"):
         effort = Effort(**document.search.model_dump())
     keys = {"span": ("touch", "span"), "largest_strain": ("touch", "largest_strain")}
@@ -193,9 +185,7 @@ def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks:
     document.add("sensors", tomlkit.item(sensors))
     document.add(
         "locate",
-        tomlkit.item(
-            {"friction": goals.touches.friction, "search": [format_quantity(end, "m") for end in search]}
-        ),
+        tomlkit.item({"friction": goals.touches.friction, "search": [format_quantity(end, "m") for end in search]}),
     )
     return tomlkit.dumps(document)
 

@@ -121,9 +121,7 @@ class Table:
         where = f"{self.name}, line 1" if self.text else self.name
         if self.columns and all(_is_number(name) for name in self.columns):
             seen = f"{where}: the first line holds numbers: {', '.join(self.columns)[:60]}"
-            return FileError(
-                seen, "the first line has to name the columns", "write a header line above the numbers"
-            )
+            return FileError(seen, "the first line has to name the columns", "write a header line above the numbers")
         if len(self.columns) == 1 and re.search(r"[;\t|]", self.columns[0]):
             seen = f'{where}: a single column "{self.columns[0][:60]}"'
             return FileError(seen, "columns have to be separated by commas", "export the table with commas")
@@ -144,12 +142,8 @@ class Table:
             if value is not None and not (isinstance(value, str) and _is_number(value)):
                 shown = f'"{value}"' if isinstance(value, str) else str(value)
                 seen = f'{self.position(row)}: column "{column}" holds {shown[:60]}'
-                return FileError(
-                    seen, "a number is needed", "correct the cell, or leave it empty if there is none"
-                )
-        return FileError(
-            f'{self.name}: column "{column}"', f"numbers are needed, not {self.arrow.column(column).type}"
-        )
+                return FileError(seen, "a number is needed", "correct the cell, or leave it empty if there is none")
+        return FileError(f'{self.name}: column "{column}"', f"numbers are needed, not {self.arrow.column(column).type}")
 
 
 def read_table(path: str | Path) -> Table:
@@ -180,9 +174,7 @@ def _parquet(data: bytes, name: str) -> pa.Table:
         table = pq.read_table(pa.BufferReader(data))
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         if data[-4:] != b"PAR1":
-            raise FileError(
-                name, "it ends in the middle: a Parquet file has a footer", "copy it again"
-            ) from None
+            raise FileError(name, "it ends in the middle: a Parquet file has a footer", "copy it again") from None
         raise FileError(name, f"it cannot be read as Parquet ({str(error).splitlines()[0][:80]})") from None
     _named(list(table.column_names), name)
     return table
@@ -242,9 +234,7 @@ def _broken(data: bytes, name: str, width: int, reason: str) -> FileError:
         if count != width:
             seen = f"{name}, line {line}: {count} cell{'s'[: count != 1]} where the header has {width}"
             if line == last and count < width:
-                return FileError(
-                    seen, "the file ends in the middle of a line", "copy it again, or delete that line"
-                )
+                return FileError(seen, "the file ends in the middle of a line", "copy it again, or delete that line")
             return FileError(seen, "every line needs as many cells as the header")
     return FileError(name, f"it cannot be read as CSV ({reason.splitlines()[0][:80]})")
 

@@ -21,39 +21,8 @@ _WORD, _POWER = r"[A-Za-zµμ°Ω%]+", r"(?:\^-?\d|\*\*-?\d)?"
 _UNIT = re.compile(rf"(?:1|{_WORD}){_POWER}(?:\s*[*/·]\s*{_WORD}{_POWER}){{0,4}}")
 _COMMON = (  # what a misspelt unit may have meant
     *("m", "mm", "cm", "um", "µm", "inch", "mil", "meter", "metre", "millimeter", "millimetre", "centimeter"),
-    *(
-        "micrometer",
-        "Pa",
-        "kPa",
-        "MPa",
-        "GPa",
-        "hPa",
-        "bar",
-        "mbar",
-        "psi",
-        "pascal",
-        "N",
-        "mN",
-        "kN",
-        "newton",
-    ),
-    *(
-        "deg",
-        "rad",
-        "degree",
-        "radian",
-        "s",
-        "ms",
-        "us",
-        "min",
-        "Hz",
-        "kHz",
-        "V",
-        "mV",
-        "ohm",
-        "kohm",
-        "percent",
-    ),
+    *("micrometer", "Pa", "kPa", "MPa", "GPa", "hPa", "bar", "mbar", "psi", "pascal", "N", "mN", "kN", "newton"),
+    *("deg", "rad", "degree", "radian", "s", "ms", "us", "min", "Hz", "kHz", "V", "mV", "ohm", "kohm", "percent"),
 )
 _SI = ("m", "Pa", "N", "V", "ohm", "A", "s", "Hz", "F", "T", "K", "N/m")
 
@@ -238,9 +207,7 @@ def format_quantity(value: float, unit: str) -> str:
     >>> format_quantity(0.0054, "m"), format_quantity(4e5, "Pa")
     ('5.4 mm', '0.4 MPa')
     """
-    scale, name = {"m": (1e-3, "mm"), "Pa": (1e6, "MPa"), "rad": (math.pi / 180, "deg")}.get(
-        unit, (1.0, unit)
-    )
+    scale, name = {"m": (1e-3, "mm"), "Pa": (1e6, "MPa"), "rad": (math.pi / 180, "deg")}.get(unit, (1.0, unit))
     return f"{value / scale:.9g} {name}".strip()
 
 

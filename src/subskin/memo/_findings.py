@@ -143,9 +143,7 @@ def slope() -> Numbers:
         "should": right / wide,
         "printed": float(eq21(1.0, 2.0, 0.1, ALPHA, 1.0)),
         "true": float(eq21_corrected(1.0, 1.0, 0.1, ALPHA, 1.0)),
-        "blind": float(
-            brentq(lambda x: float(eq21_corrected(1.0, 1.0, x, ALPHA, 1.0)), 0.5, 1.0, xtol=1e-15)
-        ),
+        "blind": float(brentq(lambda x: float(eq21_corrected(1.0, 1.0, x, ALPHA, 1.0)), 0.5, 1.0, xtol=1e-15)),
     }
 
 

@@ -76,7 +76,5 @@ def off_origin(x: FloatArray, y: FloatArray) -> FloatArray:
     """r^2 = x^2 + y^2, refused where it is 0: the stress of a line load is infinite there."""
     r2 = x**2 + y**2
     if not (r2 > 0).all():
-        raise InvalidValueError(
-            "x = 0, y = 0", "the stress is infinite where the load acts", "take a point off it"
-        )
+        raise InvalidValueError("x = 0, y = 0", "the stress is infinite where the load acts", "take a point off it")
     return r2

@@ -205,11 +205,7 @@ ERRATA: tuple[Erratum, ...] = (
         "eq18, eq18_corrected",
     ),
     Erratum(
-        "19",
-        "strain beneath any pressure",
-        "correct",
-        "A convolution of (8) with the pressure.",
-        functions="eq19",
+        "19", "strain beneath any pressure", "correct", "A convolution of (8) with the pressure.", functions="eq19"
     ),
     Erratum(
         "20",

@@ -193,11 +193,7 @@ def eq5(sigma_x: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
 
 
 def eq6(
-    sigma_x: npt.ArrayLike,
-    sigma_y: npt.ArrayLike,
-    sigma_z: npt.ArrayLike,
-    E: npt.ArrayLike,
-    nu: npt.ArrayLike = 0.5,
+    sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, sigma_z: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike = 0.5
 ) -> Strains:
     """Equation (6): Hooke's law, eps_x = [sigma_x - nu (sigma_y + sigma_z)]/E and so on around.
 
@@ -218,9 +214,7 @@ def eq6(
     [0.0, 0.0, 0.0]
     """
     sx, sy, sz, E, nu = given(sigma_x=sigma_x, sigma_y=sigma_y, sigma_z=sigma_z, E=E, nu=nu)
-    return Strains(
-        *(np.asarray((s - nu * (t + u)) / E) for s, t, u in ((sx, sy, sz), (sy, sx, sz), (sz, sx, sy)))
-    )
+    return Strains(*(np.asarray((s - nu * (t + u)) / E) for s, t, u in ((sx, sy, sz), (sy, sx, sz), (sz, sx, sy))))
 
 
 def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> PlaneStrain:
@@ -246,9 +240,7 @@ def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> Pla
     return PlaneStrain(np.broadcast_to((sx + sy) / 2, eps_x.shape), eps_x, np.asarray(-eps_x))
 
 
-def eq8(
-    P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, E: npt.ArrayLike
-) -> FloatArray:
+def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (8): strain along the depth under a line load, nu = 1/2, plane strain.
 
     eps_x = -3 P/(2 pi E r^4) [x cos(alpha) - y sin(alpha)] [x^2 - y^2]. Verdict: correct.
@@ -274,9 +266,7 @@ def eq8(
     """
     P, alpha, x, y, E = given(P=P, alpha=alpha, x=x, y=y, E=E)
     r2 = off_origin(x, y)
-    return np.asarray(
-        -3 * P / (2 * np.pi * E * r2**2) * (x * np.cos(alpha) - y * np.sin(alpha)) * (x**2 - y**2)
-    )
+    return np.asarray(-3 * P / (2 * np.pi * E * r2**2) * (x * np.cos(alpha) - y * np.sin(alpha)) * (x**2 - y**2))
 
 
 def eq9(rho: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
@@ -364,9 +354,7 @@ def eq11(rho: npt.ArrayLike, eps_x: npt.ArrayLike, eps_y: npt.ArrayLike, eps_z: 
     [1.2188, 1.2]
     """
     rho, ex, ey, ez = given(rho=rho, eps_x=eps_x, eps_y=eps_y, eps_z=eps_z)
-    return Resistance(
-        np.asarray(rho * (1 + ex) / ((1 + ey) * (1 + ez))), np.asarray(rho * (1 + ex - ey - ez))
-    )
+    return Resistance(np.asarray(rho * (1 + ex) / ((1 + ey) * (1 + ez))), np.asarray(rho * (1 + ex - ey - ez)))
 
 
 def eq11_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:

@@ -39,12 +39,7 @@ FIGURE_6 = Figure6(3.0, 2.5, (-0.048, 0.18, 0.19), y=1.5, alpha=-np.pi / 8, P=2 
 
 
 def eq12(
-    P: npt.ArrayLike,
-    alpha: npt.ArrayLike,
-    y: npt.ArrayLike,
-    x: npt.ArrayLike,
-    b: npt.ArrayLike,
-    E: npt.ArrayLike,
+    P: npt.ArrayLike, alpha: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayLike, E: npt.ArrayLike
 ) -> FloatArray:
     """Equation (12): what three sensors at depth x and spacing b read under a line load.
 
@@ -165,11 +160,7 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
     def product(t: float, u: float, v: float) -> FloatArray:
         return np.asarray(polynomial.polymul(plus(t), polynomial.polymul(minus(u), minus(v))))
 
-    terms = (
-        -product(pitch, 0.0, -pitch),
-        2 * product(0.0, -pitch, pitch),
-        -product(-pitch, 0.0, pitch),
-    )
+    terms = (-product(pitch, 0.0, -pitch), 2 * product(0.0, -pitch, pitch), -product(-pitch, 0.0, pitch))
     rows = np.stack(terms)
     return np.asarray((e @ rows)[..., ::-1])
 

@@ -157,9 +157,7 @@ def eq17(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike
     """
     P, R, E, nu = given(P=P, R=R, E=E, nu=nu)
     if not (P >= 0).all():
-        raise InvalidValueError(
-            f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed"
-        )
+        raise InvalidValueError(f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed")
     return np.asarray(2 * np.sqrt(4 * R * P * (1 - nu**2) / (np.pi * E)))
 
 
@@ -173,9 +171,7 @@ def eq17_corrected(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt
     """
     P, R, E, nu = given(P=P, R=R, E=E, nu=nu)
     if not (P >= 0).all():
-        raise InvalidValueError(
-            f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed"
-        )
+        raise InvalidValueError(f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed")
     return np.asarray(np.sqrt(4 * R * P * (1 - nu**2) / (np.pi * E)))
 
 

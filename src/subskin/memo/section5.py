@@ -206,9 +206,7 @@ def eq20_corrected(
     return _strain(P, x, y, alpha, E, a1, a2, widths=0.5)
 
 
-def eq21(
-    P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
-) -> FloatArray:
+def eq21(P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (21) as printed: slope of the strain beneath the centre of the contact.
 
     d eps_x/dy = -3 sqrt(3) P/(2 pi^2 a E) [x^2 - (a/2)^2] [x^2 + (a/2)^2]^(-2) sin(alpha). Verdict: **wrong**
@@ -239,9 +237,7 @@ def eq21(
     """
     P, a, x, alpha, E = given(P=P, a=a, x=x, alpha=alpha, E=E)
     h2 = (a / 2) ** 2
-    return np.asarray(
-        -3 * np.sqrt(3) * P / (2 * np.pi**2 * a * E) * (x**2 - h2) * (x**2 + h2) ** -2.0 * np.sin(alpha)
-    )
+    return np.asarray(-3 * np.sqrt(3) * P / (2 * np.pi**2 * a * E) * (x**2 - h2) * (x**2 + h2) ** -2.0 * np.sin(alpha))
 
 
 def eq21_corrected(
@@ -315,9 +311,7 @@ def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayL
     return np.asarray(-6 * np.sqrt(3) * P * np.sin(alpha) / (np.pi**2 * a**3 * E))
 
 
-def eq22_corrected(
-    P: npt.ArrayLike, half_width: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
-) -> FloatArray:
+def eq22_corrected(P: npt.ArrayLike, half_width: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """The slope `eq21_corrected` under a wide contact: -3 P sin(alpha)/(pi E half_width^2) [1/m].
 
     Examples
@@ -373,9 +367,7 @@ def _strain(
 def _each(at: Callable[..., float], x: FloatArray, *others: FloatArray) -> FloatArray:
     """`at` for each point of the broadcast arrays; the depth comes first and has to be positive."""
     if not (x > 0).all():
-        raise GeometryError(
-            f"x = {float(x.min()):.6g} m", "the strain is asked for beneath the surface", "take x > 0"
-        )
+        raise GeometryError(f"x = {float(x.min()):.6g} m", "the strain is asked for beneath the surface", "take x > 0")
     points = np.broadcast(x, *others)
     values = np.array([at(*map(float, point)) for point in points], dtype=np.float64)
     return values.reshape(points.shape)

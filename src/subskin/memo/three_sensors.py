@@ -231,9 +231,7 @@ def three_sensor(
     eps, positions = _check.real("readings", readings), _check.real("y", y, unit="m")
     for name, values in (("readings", eps), ("y", positions)):
         if values.shape != (3,):
-            raise GeometryError(
-                f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate"
-            )
+            raise GeometryError(f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate")
     if np.unique(positions).size < 3:
         raise GeometryError(f"y = {positions.tolist()}", "the three places have to differ")
     x = _check.scalar("depth", depth, unit="m", above=0.0)
@@ -241,9 +239,7 @@ def three_sensor(
     if plane not in ("strain", "stress"):
         raise InvalidValueError(f"plane = {plane!r}", 'has to be "strain" or "stress"')
     mu = _check.scalar("friction", friction, at_least=0.0)
-    tol = _check.scalar(
-        "tolerance", tolerance, at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %"
-    )
+    tol = _check.scalar("tolerance", tolerance, at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %")
 
     order = np.argsort(positions)
     middle = float(positions[order[1]])

@@ -58,8 +58,7 @@ def _intervals(axes: Axes, found: BlindCalibration, called: list[str]) -> None:
     prior = np.array([p.prior for p in found.parameters])
     moved = np.array([p.value - p.drawn for p in found.parameters]) / prior
     half, least = (
-        NORMAL_95 * np.array([getattr(p, name) for p in found.parameters]) / prior
-        for name in ("std", "limit")
+        NORMAL_95 * np.array([getattr(p, name) for p in found.parameters]) / prior for name in ("std", "limit")
     )
     row = np.arange(len(prior))
     axes.barh(row, 2 * NORMAL_95, left=-NORMAL_95, height=0.62, color=_PALE, label="as drawn")
@@ -85,9 +84,7 @@ def _progress(axes: Axes, found: BlindCalibration) -> None:
     used = int(found.used.sum())
     touches = np.geomspace(max(used / 30, 2), 100 * used, 60)
     ratios = np.array([(r.position, r.angle) for r in map(found.error_ratio, touches)])
-    for ratio, name, style in zip(
-        ratios.T, ("position", "angle"), ((BLUE, "-"), (ORANGE, "--")), strict=True
-    ):
+    for ratio, name, style in zip(ratios.T, ("position", "angle"), ((BLUE, "-"), (ORANGE, "--")), strict=True):
         if np.isfinite(ratio).all():
             axes.plot(touches, ratio, color=style[0], linestyle=style[1], label=f"rms error of {name}")
     axes.axvline(used, color=GREY, linewidth=0.5, zorder=0.5)

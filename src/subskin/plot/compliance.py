@@ -126,17 +126,11 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
         for first, last in _runs(regimes == r):
             axes.axvspan(ends[first], ends[last + 1], color=colour, linewidth=0, zorder=0)
             middle = np.sqrt(ends[first] * ends[last + 1])
-            axes.text(
-                middle, 0.97, name, ha="center", va="top", transform=axes.get_xaxis_transform(), fontsize=7.5
-            )
+            axes.text(middle, 0.97, name, ha="center", va="top", transform=axes.get_xaxis_transform(), fontsize=7.5)
     axes.set_xscale("log")
     axes.set_xlim(ends[0], ends[-1])
-    lines = axes.plot(
-        moduli, 100 * found.load_share[t, :, f], color=VERMILLION, label="force on the particle"
-    )
-    lines += axes.plot(
-        moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it"
-    )
+    lines = axes.plot(moduli, 100 * found.load_share[t, :, f], color=VERMILLION, label="force on the particle")
+    lines += axes.plot(moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it")
     axes.set_ylim(0, 126)
     axes.set_yticks([0, 25, 50, 75, 100])
     axes.set_ylabel("share [%]")
@@ -144,9 +138,7 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     wide = axes.twinx()
     wide.spines["right"].set_visible(True)
     ratio = found.half_width[t, :, f] / found.particle.half_width
-    lines += wide.plot(
-        moduli, ratio, color=BLUE, linestyle=(0, (4, 2)), label="half width of the contact (right)"
-    )
+    lines += wide.plot(moduli, ratio, color=BLUE, linestyle=(0, (4, 2)), label="half width of the contact (right)")
     wide.set_yscale("log")
     wide.set_ylabel("half width / particle's")
     for axis in (wide.yaxis, axes.xaxis):

@@ -100,9 +100,7 @@ def drift_figure(
             margin = 0.15 * float(np.ptp(seen))
             panels[1].set_ylim(float(seen.min()) - margin, float(seen.max()) + margin)
         of = f" [{unit}]" if unit else ""
-        panels[0].set(
-            ylabel=f"reading{of}", xlim=(clock[0], clock[-1] if clock[-1] > clock[0] else clock[0] + 1)
-        )
+        panels[0].set(ylabel=f"reading{of}", xlim=(clock[0], clock[-1] if clock[-1] > clock[0] else clock[0] + 1))
         panels[1].set(ylabel=f"offset{of}", xlabel="time [s]")
         panels[0].set_title(f"sensor {sensor}", fontweight="normal")
         handles, labels = panels[0].get_legend_handles_labels()

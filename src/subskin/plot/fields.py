@@ -75,9 +75,7 @@ def receptive_fields(finger: Finger, span: tuple[float, float] | None = None, *,
             axes.set(xlim=(_MM * left, _MM * right), xlabel="place of the load y [mm]   (▲ sensors)")
         lowest = panels[0].get_ylim()[0]
         for axes in panels:
-            axes.scatter(
-                _MM * y, np.full(y.size, lowest), c=colours, marker="^", s=14, clip_on=False, zorder=3
-            )
+            axes.scatter(_MM * y, np.full(y.size, lowest), c=colours, marker="^", s=14, clip_on=False, zorder=3)
             axes.set_ylim(bottom=lowest)
         panels[0].set_ylabel(f"reading per load [{per_load}]")
         figure.suptitle(title, fontsize=8, fontweight="bold", x=0.01, ha="left")

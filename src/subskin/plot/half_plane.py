@@ -30,9 +30,7 @@ _FLAT = 1e9
 """Stands for the radius of a flat skin, in depths, where a logarithm is taken."""
 
 
-def half_plane_map_figure(
-    values: Mapping[str, FloatArray], here: tuple[float, float] | None = None
-) -> Figure:
+def half_plane_map_figure(values: Mapping[str, FloatArray], here: tuple[float, float] | None = None) -> Figure:
     """Four maps of `subskin.design.half_plane_map`, with the number in each cell; flat skins are the top row.
 
     Parameters
@@ -47,17 +45,13 @@ def half_plane_map_figure(
     GeometryError
         Shapes that do not match, a thickness or a radius that does not ascend.
     """
-    heights, radii = (
-        np.atleast_1d(np.asarray(values[name], dtype=float)) for name in ("thickness", "radius")
-    )
+    heights, radii = (np.atleast_1d(np.asarray(values[name], dtype=float)) for name in ("thickness", "radius"))
     for name, sizes in (("thickness", heights), ("radius", radii)):
         if sizes.ndim != 1 or not (np.diff(sizes) > 0).all():
             raise GeometryError(f"{name} = {sizes.tolist()}", "ascending values are needed")
     for name, *_ in _PANELS:
         if values[name].shape != (radii.size, heights.size):
-            raise GeometryError(
-                f"{name} of shape {values[name].shape}", f"({radii.size}, {heights.size}) is needed"
-            )
+            raise GeometryError(f"{name} of shape {values[name].shape}", f"({radii.size}, {heights.size}) is needed")
     with house_style():
         figure = new_figure(DOUBLE, _HEIGHT)
         panels = figure.subplots(2, 2, sharex=True, sharey=True)
@@ -106,7 +100,5 @@ def _panel(axes: Axes, values: FloatArray, form: str, *, about_one: bool) -> Non
     for i, j in np.argwhere(np.isfinite(values)):
         red, green, blue, _ = image.cmap(norm(values[i, j]))
         ink = "w" if 0.3 * red + 0.59 * green + 0.11 * blue < 0.5 else BLACK
-        axes.text(
-            j + 0.5, i + 0.5, form % values[i, j], ha="center", va="center", fontsize=_NUMBER, color=ink
-        )
+        axes.text(j + 0.5, i + 0.5, form % values[i, j], ha="center", va="center", fontsize=_NUMBER, color=ink)
     axes.set_facecolor("#EEEEEE")

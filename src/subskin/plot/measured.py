@@ -21,9 +21,7 @@ _MM = 1e3
 _UNITS = {"": (100.0, "measured [%]"), "Pa": (1e-3, "measured [kPa]")}
 
 
-def draw_readings(
-    axes: Axes, finger: Finger, contact: Contact, estimate: Estimate | None, frame: FloatArray
-) -> None:
+def draw_readings(axes: Axes, finger: Finger, contact: Contact, estimate: Estimate | None, frame: FloatArray) -> None:
     """The frame, freed of offset and gain, against what the contact and the load found would give."""
     array = finger.array
     live, gain = array.live, np.where(array.live, array.gain, np.nan)
@@ -32,9 +30,7 @@ def draw_readings(
     units = {kind.unit for kind in array.transducers}
     scale, label = _UNITS.get(units.pop() if len(units) == 1 else "?", (1.0, "measured"))
 
-    loads: list[tuple[Contact, dict[str, Any]]] = [
-        (contact, {"color": BLACK, "linewidth": 3.2, "alpha": 0.25})
-    ]
+    loads: list[tuple[Contact, dict[str, Any]]] = [(contact, {"color": BLACK, "linewidth": 3.2, "alpha": 0.25})]
     if estimate is not None and np.isfinite(np.squeeze(estimate.position)):
         found = LineLoad(*(float(np.squeeze(v)) for v in (estimate.force, estimate.angle, estimate.position)))
         loads.append((found, {"color": VERMILLION, "linewidth": 1.1}))
@@ -45,14 +41,7 @@ def draw_readings(
         else:
             at, size = _MM * np.asarray(array.y)[live], scale * finger.measure(load)[live]
             axes.plot(at, size, "_", ms=10, color=style["color"], mew=style["linewidth"])
-    bars: dict[str, Any] = {
-        "ms": 4.5,
-        "mfc": "white",
-        "mec": BLACK,
-        "mew": 0.9,
-        "ecolor": BLACK,
-        "elinewidth": 0.8,
-    }
+    bars: dict[str, Any] = {"ms": 4.5, "mfc": "white", "mec": BLACK, "mew": 0.9, "ecolor": BLACK, "elinewidth": 0.8}
     axes.errorbar(_MM * np.asarray(array.y), scale * measured, yerr=scale * half, fmt="o", zorder=3, **bars)
     zero_line(axes)
     axes.margins(y=0.12)

@@ -19,19 +19,7 @@ from ..contact.punch import FlatPunch
 from ..contact.wedge import Wedge
 from ..memo import eq17, eq17_corrected, eq21, eq21_corrected
 from .memo_lines import UNIT_SKIN
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    SINGLE,
-    SKY,
-    VERMILLION,
-    new_figure,
-    stacked,
-    zero_line,
-)
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, SINGLE, SKY, VERMILLION, new_figure, stacked, zero_line
 
 __all__ = ["figure_9", "figure_11", "figure_12", "figure_13"]
 
@@ -64,13 +52,7 @@ def figure_9() -> Figure:
     _along(surface, 2, "pressure on the surface $p\\,a/P$")
     surface.set_ylim(0.0, 1.6)
     titles = ("Surface", "Depth $a/2$", "Depth $2\\,a$")
-    _finish(
-        figure,
-        "Vertices: flat punch and wedge",
-        (surface, near, far),
-        titles,
-        near.get_legend_handles_labels(),
-    )
+    _finish(figure, "Vertices: flat punch and wedge", (surface, near, far), titles, near.get_legend_handles_labels())
     return figure
 
 
@@ -164,11 +146,7 @@ def _along(axes: Axes, reach: int, label: str) -> None:
 
 
 def _finish(
-    figure: Figure,
-    title: str,
-    panels: Sequence[Axes],
-    titles: Sequence[str],
-    entries: tuple[list[Any], list[Any]],
+    figure: Figure, title: str, panels: Sequence[Axes], titles: Sequence[str], entries: tuple[list[Any], list[Any]]
 ) -> None:
     """Titles over the figure and its panels, and one legend below them all, where it covers nothing."""
     for axes, text in zip(panels, titles, strict=True):

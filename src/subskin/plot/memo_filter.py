@@ -64,9 +64,7 @@ def figure_14() -> Figure:
     signals[2].plot(sensors, samples, "o", ms=3, color=BLACK)
     signals[3].plot(y, strain, color=GREY, lw=0.9)
     signals[3].plot(y, strain + found.error[worst], color=ORANGE)
-    signals[3].text(
-        0.97, 0.06, "grey: true", transform=signals[3].transAxes, ha="right", fontsize=7, color=GREY
-    )
+    signals[3].text(0.97, 0.06, "grey: true", transform=signals[3].transAxes, ha="right", fontsize=7, color=GREY)
     low, high = 1.15 * strain.min(), 2.2 * strain.max()
     for axes in signals[1:]:
         axes.set_ylim(low, high)

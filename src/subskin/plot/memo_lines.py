@@ -11,19 +11,7 @@ from ..material import Material
 from ..memo import FIGURE_6, eq13
 from ..memo.three_sensors import Root, Verdict, three_sensor
 from ..skin.half_plane import HalfPlane
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SINGLE,
-    VERMILLION,
-    new_figure,
-    stacked,
-    zero_line,
-)
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, SINGLE, VERMILLION, new_figure, stacked, zero_line
 
 __all__ = ["figure_2", "figure_3", "figure_6"]
 
@@ -33,14 +21,7 @@ UNIT_SKIN = HalfPlane(Material(young=1.0, poisson=0.5))
 _DEPTHS = {1.0: BLACK, 1.5: BLUE, 2.0: VERMILLION, 3.0: GREEN}
 _REACH, _DEEPEST, _ABOVE = 6.0, 3.3, 1.9
 _PANELS = ((_DEEPEST + _ABOVE) / (2 * _REACH), 0.78)
-_ARROW = {
-    "arrowstyle": "-|>",
-    "color": BLACK,
-    "shrinkA": 0,
-    "shrinkB": 0,
-    "linewidth": 1.4,
-    "mutation_scale": 9,
-}
+_ARROW = {"arrowstyle": "-|>", "color": BLACK, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4, "mutation_scale": 9}
 
 
 def figure_2() -> Figure:

@@ -72,9 +72,5 @@ def _sensors(axes: Axes, found: RidgeGain, y: FloatArray, strain: FloatArray) ->
             position, np.interp(position, y, strain), "o" if number % 2 == 0 else "s", ms=4,
             mfc=BLACK if number % 2 == 0 else "white", mec=BLACK, mew=0.9, zorder=3,
         )  # fmt: skip
-    marks = [
-        axes.plot([], [], m, ms=4, mfc=c, mec=BLACK, mew=0.9)[0] for m, c in (("o", BLACK), ("s", "white"))
-    ]
-    axes.legend(
-        marks, ["sensor beneath a ridge", "between two"], loc="upper center", ncols=2, columnspacing=1.0
-    )
+    marks = [axes.plot([], [], m, ms=4, mfc=c, mec=BLACK, mew=0.9)[0] for m, c in (("o", BLACK), ("s", "white"))]
+    axes.legend(marks, ["sensor beneath a ridge", "between two"], loc="upper center", ncols=2, columnspacing=1.0)

@@ -43,9 +43,7 @@ def figure_18() -> Figure:
     _channels(channels, finger, one, force)
     _plane(plane, finger, one, force)
     _positions(positions, figure, finger)
-    for axes, title in zip(
-        (channels, plane, positions), ("Channels", "Readings", "Equal points"), strict=True
-    ):
+    for axes, title in zip((channels, plane, positions), ("Channels", "Readings", "Equal points"), strict=True):
         axes.set_title(title, fontweight="normal")
     figure.suptitle(
         "Two sensors: two points (black) and the one that reads the same (orange)",
@@ -122,9 +120,7 @@ def _positions(axes: Axes, figure: Figure, finger: Finger) -> None:
     far = np.abs(same.position - both.mean(axis=-1, keepdims=True))
     at = np.argmin(np.where(np.isfinite(far), far, np.inf), axis=-1)[..., None]
     position = np.take_along_axis(same.position, at, axis=-1)[..., 0]
-    image = axes.pcolormesh(
-        y, y, position, cmap="RdBu_r", vmin=-2, vmax=2, shading="nearest", rasterized=True
-    )
+    image = axes.pcolormesh(y, y, position, cmap="RdBu_r", vmin=-2, vmax=2, shading="nearest", rasterized=True)
     axes.set_aspect("equal")
     axes.set(xlabel="one point [depths]", ylabel="other point [depths]")
     axes.set(xticks=[-2, -1, 0, 1, 2], yticks=[-2, -1, 0, 1, 2])

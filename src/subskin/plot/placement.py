@@ -15,19 +15,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from .._check import FloatArray
 from ..design.placement import PlacementQuality, PlacementStudy
 from ..errors import GeometryError, InvalidValueError
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PINK,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-)
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, PINK, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["placement_figure", "placement_study_figure"]
 
@@ -64,9 +52,7 @@ def placement_figure(quality: PlacementQuality) -> Figure:
         worst, unsure = 1e3 * quality["position_worst"], 100 * (quality["ambiguous"] + quality["unfelt"])
         told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not told at worst"
         panels[0].set_title(f"place: {told}")
-        panels[1].set_title(
-            f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told"
-        )
+        panels[1].set_title(f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told")
         return settled(figure)
 
 
@@ -76,13 +62,7 @@ def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> 
     low = float(known.min()) if known.size else 1.0
     high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
     shown = axes.pcolormesh(
-        positions,
-        angles,
-        std.T,
-        norm=LogNorm(low, high),
-        cmap="cividis_r",
-        shading="nearest",
-        rasterized=True,
+        positions, angles, std.T, norm=LogNorm(low, high), cmap="cividis_r", shading="nearest", rasterized=True
     )
     unsure = (quality.ambiguous + quality.unfelt).T
     if (unsure >= 0.5).any():
@@ -154,9 +134,7 @@ def placement_study_figure(
     chosen = study.count[: len(_COLOURS)].tolist() if counts is None else [int(c) for c in counts]
     missing = [c for c in chosen if c not in study.count]
     if missing or not 0 < len(chosen) <= len(_COLOURS):
-        raise InvalidValueError(
-            f"counts = {chosen}", f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn"
-        )
+        raise InvalidValueError(f"counts = {chosen}", f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn")
     if study.pitch.shape[1] < 2:
         raise GeometryError("one spacing", "two or more are needed to draw a line")
     with house_style():
@@ -174,9 +152,7 @@ def placement_study_figure(
             allowed = np.where(unsure <= most, std, np.nan)
             if np.isfinite(allowed).any():
                 near = allowed <= (1 + within) * np.nanmin(allowed)
-                left.plot(
-                    ratio, np.where(near, std, np.nan), color=colour, lw=4, alpha=0.5, solid_capstyle="round"
-                )
+                left.plot(ratio, np.where(near, std, np.nan), color=colour, lw=4, alpha=0.5, solid_capstyle="round")
         for axes in (left, right):
             axes.set_yscale("log")
             axes.set_xlabel("spacing / depth")

@@ -57,9 +57,7 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
     ['pressure and shear [kPa]', 'resolution [mm]']
     """
     if found.shape != ():
-        raise GeometryError(
-            f"maps of shape {found.shape}", "one frame is drawn", "pressure_map(finger, frames[0])"
-        )
+        raise GeometryError(f"maps of shape {found.shape}", "one frame is drawn", "pressure_map(finger, frames[0])")
     if truth is not None and truth.shape != ():
         raise GeometryError(f"contacts of shape {truth.shape}", "one is compared with one frame")
     if not np.isfinite(found.normal_force):
@@ -89,9 +87,7 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
     curves = [("pressure", found.pressure, found.pressure_interval, BLUE)]
     if dragged:
         half = 1.959964 * found.shear_std
-        curves.append(
-            ("shear", found.shear, np.stack([found.shear - half, found.shear + half], -1), VERMILLION)
-        )
+        curves.append(("shear", found.shear, np.stack([found.shear - half, found.shear + half], -1), VERMILLION))
     for name, values, band, colour in curves:
         axes.fill_between(
             _MM * (y + origin), band[:, 0] / scale, band[:, 1] / scale, color=colour, alpha=0.2, linewidth=0,
@@ -105,9 +101,7 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
             real: FloatArray = np.array(getattr(truth, name)(fine))
             real[~np.isfinite(real)] = np.nan
             label = "what pressed" if k == 0 else None
-            axes.plot(
-                _MM * (fine + origin), real / scale, color=BLACK, linestyle="--", linewidth=0.9, label=label
-            )
+            axes.plot(_MM * (fine + origin), real / scale, color=BLACK, linestyle="--", linewidth=0.9, label=label)
             highest = max(highest, min(1.05 * float(np.nanmax(real)), 2 * highest))
     zero_line(axes)
     axes.set_ylim(lowest / scale - 0.08 * (highest - lowest) / scale, highest / scale)

@@ -87,9 +87,7 @@ def response_figure(found: SpatialResponse) -> Figure:
                 style: dict[str, Any] = {"color": COLOURS[load], "ls": "" if dots else _LINES[i]}
                 style |= {"marker": "osD"[i] if dots else "", "ms": 2.6}
                 size = magnitude[:, sensor, load]
-                lines += upper.plot(
-                    frequency, np.where(size > 0, size, np.nan), label=_named(found, sensor), **style
-                )
+                lines += upper.plot(frequency, np.where(size > 0, size, np.nan), label=_named(found, sensor), **style)
                 angle = np.where(size > _FLOOR * top, phase[:, sensor, load], np.nan)
                 if not (dots or i) and len(kinds) > 1:
                     style |= {"lw": 3.5, "alpha": 0.35}  # the others lie upon it

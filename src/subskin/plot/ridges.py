@@ -10,17 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from .._check import FloatArray
 from ..design.ridges import PressedRidges, RidgeGain
 from ..errors import GeometryError
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-)
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["pressed_ridges_figure", "ridge_figure"]
 
@@ -65,9 +55,7 @@ def ridge_figure(found: RidgeGain) -> Figure:
             draw(axes, found, equal)
             axes.set_title(title)
         if len(shape) == 1:
-            panels[0].set_ylim(
-                0.0, 1.05 * max(float(np.nanmax(g)) for g in (*found.equal_peak, *found.equal_load))
-            )
+            panels[0].set_ylim(0.0, 1.05 * max(float(np.nanmax(g)) for g in (*found.equal_peak, *found.equal_load)))
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         return settled(figure)
 
@@ -111,8 +99,7 @@ def _map(axes: Axes, found: RidgeGain, equal: str) -> None:
     pitch, width = found.pitch / found.depth, found.half_width / found.depth
     if np.ptp(pitch, axis=0).any() or np.ptp(width, axis=1).any():
         raise GeometryError(
-            "a table of gains with mixed axes",
-            "half widths go along the first axis, pitches along the second",
+            "a table of gains with mixed axes", "half widths go along the first axis, pitches along the second"
         )
     gain = np.ma.masked_invalid(getattr(found, equal).peak)
     filled = axes.contourf(pitch, width, np.log(gain), levels=np.log(_LEVELS), cmap="PuOr", extend="both")
@@ -148,8 +135,7 @@ def pressed_ridges_figure(found: PressedRidges) -> Figure:
     """
     if found.pitch.ndim != 1 or found.pitch.size < 3 or not (found.amplitude > 0).all():
         raise GeometryError(
-            f"presses of shape {found.pitch.shape}",
-            "a row of three or more, of ridges that have a height, is needed",
+            f"presses of shape {found.pitch.shape}", "a row of three or more, of ridges that have a height, is needed"
         )
     order = np.argsort(found.filling)[::-1]
     along = (1 / found.filling)[order]
@@ -167,16 +153,9 @@ def pressed_ridges_figure(found: PressedRidges) -> Figure:
         gains.set_ylim(0.0, 1.15 * float(max(found.solved.peak.max(), found.assumed.peak.max())))
         gains.set_ylabel("gain of the largest reading")
         gains.set_title("At the same load")
+        touches.plot(along, found.touching[order], "o-", color=BLUE, ms=3, label="share of the width that touches")
         touches.plot(
-            along, found.touching[order], "o-", color=BLUE, ms=3, label="share of the width that touches"
-        )
-        touches.plot(
-            along,
-            found.valley[order],
-            "s-",
-            color=VERMILLION,
-            ms=3,
-            label="pressure in the valley / at the crest",
+            along, found.valley[order], "s-", color=VERMILLION, ms=3, label="pressure in the valley / at the crest"
         )
         touches.set_ylim(-0.03, 1.25)
         touches.set_ylabel("share")

@@ -9,18 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
 from ..design.search import DesignedFinger, DesignStudy
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    ORANGE,
-    PINK,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-)
+from .style import BLACK, BLUE, DOUBLE, GREEN, ORANGE, PINK, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["design_map_figure"]
 
@@ -83,13 +72,7 @@ def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger,
     axes.set_facecolor("#EEEEEE")
     if min(shown.shape) > 1:
         mesh = axes.pcolormesh(
-            pitches,
-            depths,
-            shown,
-            norm=LogNorm(0.2, _TOP),
-            cmap="cividis_r",
-            shading="nearest",
-            rasterized=True,
+            pitches, depths, shown, norm=LogNorm(0.2, _TOP), cmap="cividis_r", shading="nearest", rasterized=True
         )
         axes.set(xscale="log", yscale="log")
         filled = np.where(np.isfinite(excess), excess, 2 * _TOP)
@@ -110,8 +93,6 @@ def _plain(axes: Axes, which: str, ends: tuple[float, float]) -> None:
     steps = (1, 2, 5) if ends[1] > 6 * ends[0] else (1, 1.25, 1.6, 2, 2.5, 3, 4, 5, 6, 8)
     powers = 10.0 ** np.arange(-3, 4)
     ticks = np.round(np.outer(powers, steps).ravel(), 6)
-    axis.set_major_locator(
-        FixedLocator(ticks[(ticks >= ends[0] * 0.99) & (ticks <= ends[1] * 1.01)].tolist())
-    )
+    axis.set_major_locator(FixedLocator(ticks[(ticks >= ends[0] * 0.99) & (ticks <= ends[1] * 1.01)].tolist()))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())

@@ -117,16 +117,12 @@ def finger_section(
     if component not in COMPONENTS:
         raise InvalidValueError(f"component = {component!r}", f"has to be one of {', '.join(COMPONENTS)}")
     if contact.shape:
-        raise GeometryError(
-            f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one"
-        )
+        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     if estimate is not None and np.size(estimate.status) != 1:
         raise GeometryError(f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed")
     frame = None if readings is None else _check.real("readings", readings, finite=False)
     if frame is not None and frame.shape != (len(finger.array),):
-        raise GeometryError(
-            f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors"
-        )
+        raise GeometryError(f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors")
 
     forces = _resultants(contact)
     left, right, bottom = _window(finger, forces)
@@ -136,9 +132,7 @@ def finger_section(
         inner = width - _LEFT - _RIGHT
         heights = [inner * (foot + top) / (right - left)]
         heights += [max(0.2 * inner, 20.0)] if frame is not None else []
-        figure, panels = stacked(
-            width, heights, left=_LEFT, right=_RIGHT, top=7.0 if title else 1.5, foot=_FOOT
-        )
+        figure, panels = stacked(width, heights, left=_LEFT, right=_RIGHT, top=7.0 if title else 1.5, foot=_FOOT)
         panels[0].set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
         box = panels[0].get_position()
         bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
@@ -248,12 +242,7 @@ def _inside(axes: Axes, finger: Finger, foot: float) -> None:
     """The rigid base, where it is in the picture, and the interfaces between layers."""
     skin = finger.skin
     if _MM * skin.thickness < foot:
-        grey: dict[str, Any] = {
-            "facecolor": "#DDDDDD",
-            "edgecolor": GREY,
-            "hatch": "////",
-            "label": "rigid base",
-        }
+        grey: dict[str, Any] = {"facecolor": "#DDDDDD", "edgecolor": GREY, "hatch": "////", "label": "rigid base"}
         axes.axhspan(_MM * skin.thickness, foot, linewidth=0, **grey)
         axes.axhline(_MM * skin.thickness, color=BLACK, linewidth=0.9)
     for depth in skin.interfaces:
@@ -298,17 +287,13 @@ def _arrow(axes: Axes, force: _Force, length: float, **style: Any) -> None:
     """The force on the skin: an arrow that ends on the surface, or leaves it where the force pulls."""
     away = (length * np.sin(force.angle), length * np.cos(force.angle))
     here, pulls = (force.position, 0.0), force.angle**2 > (np.pi / 2) ** 2
-    ends = (
-        (here, (force.position + away[0], away[1])) if pulls else ((force.position - away[0], -away[1]), here)
-    )
+    ends = (here, (force.position + away[0], away[1])) if pulls else ((force.position - away[0], -away[1]), here)
     axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", shrinkA=0, shrinkB=0, **style))
 
 
 def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     """The load found: its arrow, the wedge of its angle and the bar of its place, both 95 %."""
-    position, size, angle = (
-        float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle)
-    )
+    position, size, angle = (float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle))
     status = Status(int(np.squeeze(estimate.status))).name.lower().replace("_", " ")
     if not np.isfinite([position, size, angle]).all():
         axes.plot([], [], " ", label=f"found: {status}")
@@ -317,15 +302,11 @@ def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     force, length = _Force(_MM * position, size, angle), scale.length(size)
     turn = np.linspace(angle - half[2], angle + half[2], 31)
     rim = np.column_stack([force.position - length * np.sin(turn), -length * np.cos(turn)])
-    wedge = Polygon(
-        np.vstack([[force.position, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5
-    )
+    wedge = Polygon(np.vstack([[force.position, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5)
     axes.add_patch(wedge)
     thin: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.6 * scale.weight}
     _arrow(axes, force, length, mutation_scale=8 * scale.weight, zorder=4, **thin)
-    axes.errorbar(
-        force.position, 0.0, xerr=_MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4
-    )
+    axes.errorbar(force.position, 0.0, xerr=_MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4)
     degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.position, _MM * half[0])
     text = f"found ({status}): {_pm(size, half[1])} N/m at {degrees}°,{gap}y = {where} mm"
     axes.plot([], [], label=text, **thin)
@@ -343,14 +324,7 @@ def _sensors(axes: Axes, finger: Finger, estimate: Estimate | None) -> None:
     used = array.live if estimate is None else np.reshape(estimate.used, -1)
     for i in np.flatnonzero(half > 0):
         axes.plot([y[i] - half[i], y[i] + half[i]], [depth[i]] * 2, color=BLACK, linewidth=2.4, zorder=2.6)
-    dot: dict[str, Any] = {
-        "mfc": "white",
-        "mec": BLACK,
-        "mew": 0.9,
-        "ms": 5.0,
-        "zorder": 2.8,
-        "clip_on": False,
-    }
+    dot: dict[str, Any] = {"mfc": "white", "mec": BLACK, "mew": 0.9, "ms": 5.0, "zorder": 2.8, "clip_on": False}
     axes.plot(y[used], depth[used], "o", label="sensor", **dot)
     if not used.all():
         axes.plot(y[~used], depth[~used], "X", label="sensor left out", **dot)

@@ -105,9 +105,7 @@ def _profiles(printed: Axes, right: Axes) -> None:
             axes.plot(y, press * np.cos(angle) + drag * np.sin(angle), color=colour, label=f"α = {degrees}°")
             height = press[y.size // 2] * np.cos(angle)
             ends = np.array([-0.5, 0.5])
-            axes.plot(
-                ends, height + float(slope) * np.sin(angle) * ends, color=BLACK, linewidth=0.9, zorder=3
-            )
+            axes.plot(ends, height + float(slope) * np.sin(angle) * ends, color=BLACK, linewidth=0.9, zorder=3)
             axes.plot(0.0, height, "o", color=BLACK, ms=2.2, zorder=3)
         axes.plot([], [], color=BLACK, linewidth=0.9, label="slope beneath the centre")
         axes.set(xlim=(-_REACH, _REACH), xlabel="place along the skin $y/a$")
@@ -120,9 +118,7 @@ def _slopes(axes: Axes) -> None:
     x = np.linspace(0.0, 4.0, 801)
     wrong = float(eq22(1.0, 2.0, -np.pi / 2, 1.0))
     axes.plot(x, eq21_corrected(1.0, 1.0, x, -np.pi / 2, 1.0), color=BLACK, label="corrected")
-    axes.plot(
-        x, eq21(1.0, 2.0, x, -np.pi / 2, 1.0), color=VERMILLION, linestyle=_DASHED, label="(21) as printed"
-    )
+    axes.plot(x, eq21(1.0, 2.0, x, -np.pi / 2, 1.0), color=VERMILLION, linestyle=_DASHED, label="(21) as printed")
     axes.plot([0.0, 0.5], [wrong, wrong], color=ORANGE, linewidth=1.6, label="(22) as printed, wide contacts")
     text = f"zero at every angle: ${BLIND_DEPTH:.3f}\\,a$"
     axes.plot(BLIND_DEPTH, 0.0, "o", color=BLACK, ms=4.0, linestyle="none", label=text)

@@ -51,12 +51,8 @@ def slip_figure(judged: Slip, frame: int | tuple[int, ...] = (), probability: fl
         A frame that is not in the batch, or none given for a batch.
     """
     index = (frame,) if isinstance(frame, int) else tuple(frame)
-    if len(index) != len(judged.shape) or any(
-        not -n <= i < n for i, n in zip(index, judged.shape, strict=True)
-    ):
-        raise GeometryError(
-            f"frame = {frame!r} of a batch of shape {judged.shape}", "one frame is drawn", "frame=0"
-        )
+    if len(index) != len(judged.shape) or any(not -n <= i < n for i, n in zip(index, judged.shape, strict=True)):
+        raise GeometryError(f"frame = {frame!r} of a batch of shape {judged.shape}", "one frame is drawn", "frame=0")
     bound = _check.scalar("probability", probability, above=0.0, at_most=0.5)
     with house_style():
         figure = new_figure(130, 110)
@@ -165,16 +161,12 @@ def _zone(axes: Axes, judged: Slip, index: tuple[int, ...]) -> None:
     axes.text(1.03, -0.25, "slips", color=VERMILLION, va="center", fontsize=7)
     if stick > 0.15:
         axes.text(0, -0.25, "sticks", color="w", ha="center", va="center", fontsize=7)
-    axes.set(
-        xlim=(-1.45, 1.45), ylim=(-0.45, 2.0), xlabel="place in the contact, $y/a$", ylabel="traction / mean"
-    )
+    axes.set(xlim=(-1.45, 1.45), ylim=(-0.45, 2.0), xlabel="place in the contact, $y/a$", ylabel="traction / mean")
     axes.set_yticks([0, 1, 2])
     if stick == 0:
         axes.set_title("slides all over", fontweight="normal")
         return
-    axes.set_title(
-        f"sticks over {stick:.2f} of the contact, 95 % in {low:.2f} to {high:.2f}", fontweight="normal"
-    )
+    axes.set_title(f"sticks over {stick:.2f} of the contact, 95 % in {low:.2f} to {high:.2f}", fontweight="normal")
 
 
 def _tractions(contact: str, y: FloatArray, stick: float, ratio: float) -> tuple[FloatArray, FloatArray]:

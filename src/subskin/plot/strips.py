@@ -10,20 +10,7 @@ from matplotlib.figure import Figure
 from ..decide import TypeDecision
 from ..errors import GeometryError
 from ..estimate.estimate import Estimate, Status
-from .style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PINK,
-    SINGLE,
-    SKY,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-)
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SINGLE, SKY, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["contact_strip", "probability_strip"]
 
@@ -124,9 +111,7 @@ def probability_strip(said: TypeDecision) -> Figure:
         figure = new_figure(SINGLE, 62.0)
         axes = figure.subplots()
         for i, name in enumerate(said.names):
-            axes.bar(
-                frames, share[:, i], 1.0, base, color=_COLOURS[i % len(_COLOURS)], linewidth=0, label=name
-            )
+            axes.bar(frames, share[:, i], 1.0, base, color=_COLOURS[i % len(_COLOURS)], linewidth=0, label=name)
             base += share[:, i]
         axes.axhline(said.sure, color=BLACK, linewidth=0.6, linestyle="--", label=f"{said.sure:g}: decided")
         unsure = said.status == Status.AMBIGUOUS
@@ -140,7 +125,5 @@ def probability_strip(said: TypeDecision) -> Figure:
         _marks(axes, frames, said.status)
         handles, names = axes.get_legend_handles_labels()
         order = sorted(range(len(names)), key=lambda i: names[i] not in said.names)  # the kinds first
-        figure.legend(
-            [handles[i] for i in order], [names[i] for i in order], loc="outside upper left", ncols=3
-        )
+        figure.legend([handles[i] for i in order], [names[i] for i in order], loc="outside upper left", ncols=3)
         return settled(figure)

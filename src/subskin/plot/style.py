@@ -98,9 +98,7 @@ def new_figure(width: float, height: float, layout: Literal["constrained", "none
     """An empty figure of the given size [mm], drawn by Agg and known to no window."""
     figure = Figure(figsize=(width * _MM, height * _MM), dpi=_DPI)
     if layout == "constrained":
-        figure.set_layout_engine(
-            ConstrainedLayoutEngine(w_pad=2 / 72, h_pad=2 / 72, wspace=0.03, hspace=0.03)
-        )
+        figure.set_layout_engine(ConstrainedLayoutEngine(w_pad=2 / 72, h_pad=2 / 72, wspace=0.03, hspace=0.03))
     FigureCanvasAgg(figure)
     return figure
 
@@ -120,14 +118,7 @@ def settled(figure: Figure) -> Figure:
 
 
 def stacked(
-    width: float,
-    heights: Sequence[float],
-    *,
-    left: float,
-    right: float,
-    top: float,
-    foot: float,
-    gap: float = 3.0,
+    width: float, heights: Sequence[float], *, left: float, right: float, top: float, foot: float, gap: float = 3.0
 ) -> tuple[Figure, list[Axes]]:
     """A figure with panels one below the other, of one width and to the millimetre: a panel can be to scale.
 

@@ -32,15 +32,10 @@ class _Panel:
     label: str
 
 
-_PANELS = (
-    _Panel("position", 1e3, "error of place [mm]"),
-    _Panel("angle", 180 / np.pi, "error of angle [deg]"),
-)
+_PANELS = (_Panel("position", 1e3, "error of place [mm]"), _Panel("angle", 180 / np.pi, "error of angle [deg]"))
 
 
-def tolerance_figure(
-    budget: ToleranceBudget, position: float | None = None, angle: float | None = None
-) -> Figure:
+def tolerance_figure(budget: ToleranceBudget, position: float | None = None, angle: float | None = None) -> Figure:
     """A bar for each source of error, its rms, and a mark for the worst touch, on logarithmic axes.
 
     On the left errors of place, on the right those of the angle. With self-calibration, marks show what it leaves of
@@ -134,15 +129,11 @@ def _limits(axes: Axes, panel: _Panel, budget: ToleranceBudget, goal: float | No
     """The wanted accuracy, and an axis of whole numbers in plain figures that leaves out what costs nothing."""
     rows = [*budget.rows, budget.total, budget.together]
     after = [cost for r in budget.recovered for cost in (r.known, r.blind) if cost is not None]
-    every = np.concatenate(
-        [_values(panel, rows, "rms"), _values(panel, rows, "worst"), _values(panel, after, "rms")]
-    )
+    every = np.concatenate([_values(panel, rows, "rms"), _values(panel, rows, "worst"), _values(panel, after, "rms")])
     every = every[np.isfinite(every) & (every > 0)]
     top = float(every.max()) if every.size else 1.0
     if goal is not None:
-        axes.axvline(
-            panel.scale * goal, color=VERMILLION, linewidth=1.0, linestyle=(0, (4, 2)), label="wanted"
-        )
+        axes.axvline(panel.scale * goal, color=VERMILLION, linewidth=1.0, linestyle=(0, (4, 2)), label="wanted")
         top = max(top, panel.scale * goal)
     low = max(top / 10**_DECADES, 0.5 * float(every[every > top / 10**_DECADES].min()) if every.size else 0.0)
     axes.set_xlim(low, 1.6 * top)

@@ -140,26 +140,16 @@ def truth_against_estimate(
 def _legend(figure: Figure, *panels: Axes) -> None:
     """One legend below all panels, where it covers nothing: first the statuses, then the lines."""
     entries = {
-        label: handle
-        for axes in panels
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
     names = sorted(entries, key=lambda name: not isinstance(entries[name], ErrorbarContainer))
     figure.legend(
-        [entries[n] for n in names],
-        names,
-        loc="outside lower center",
-        ncols=3,
-        columnspacing=1.2,
-        markerscale=1.2,
+        [entries[n] for n in names], names, loc="outside lower center", ncols=3, columnspacing=1.2, markerscale=1.2
     )
 
 
 def _frames(
-    truth: npt.ArrayLike,
-    estimate: npt.ArrayLike | Estimate,
-    std: npt.ArrayLike | None,
-    status: npt.ArrayLike | None,
+    truth: npt.ArrayLike, estimate: npt.ArrayLike | Estimate, std: npt.ArrayLike | None, status: npt.ArrayLike | None
 ) -> _Frames:
     position: npt.ArrayLike
     if isinstance(estimate, Estimate):
@@ -173,9 +163,7 @@ def _frames(
         "truth": true,
         "estimate": _check.real("estimate", position, unit="m", finite=False),
         "std": _check.real("std", np.nan if std is None else std, unit="m", finite=False),
-        "status": _check.real(
-            "status", Status.OK if status is None else status, at_least=0, at_most=max(Status)
-        ),
+        "status": _check.real("status", Status.OK if status is None else status, at_least=0, at_most=max(Status)),
     }
     if (arrays["std"] < 0).any():
         _check.real("std", np.nan_to_num(arrays["std"]), unit="m", at_least=0.0)
@@ -206,10 +194,7 @@ def _found(axes: Axes, frames: _Frames) -> list[PolyCollection]:
     lost = frames.where(~np.isfinite(frames.found))
     if lost.truth.size:
         ticks = lost.thinned().truth
-        edge: dict[str, Any] = {
-            "transform": axes.get_xaxis_transform(),
-            "label": f"no place ({lost.truth.size})",
-        }
+        edge: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "label": f"no place ({lost.truth.size})"}
         axes.plot(ticks, np.full(ticks.size, 0.012), "|", color=BLACK, ms=6, mew=0.6, **edge)
     axes.set_ylabel("estimated place [mm]")
     return clouds
@@ -255,15 +240,7 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
             axes.fill_between(
                 position, low, high, color=SKY, alpha=0.3, linewidth=0, zorder=0.4, label="95 % of errors"
             )
-        axes.plot(
-            position,
-            middle,
-            color=BLACK,
-            linewidth=0.9,
-            linestyle=(0, (4, 2)),
-            zorder=2.5,
-            label="median error",
-        )
+        axes.plot(position, middle, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2.5, label="median error")
     axes.set(xlabel="true place [mm]", ylabel="error [mm]", ylim=(-1.08 * reach, 1.08 * reach))
     return clouds
 
@@ -294,13 +271,7 @@ def _points(axes: Axes, kind: Status, frames: _Frames, height: FloatArray, label
     look, few = _LOOK[kind], frames.truth.size <= 200
     thin, height = frames.thinned(), height[:: frames.truth.size // MANY + 1]
     bars = thin.half if few and np.isfinite(thin.half).any() else None
-    style: dict[str, Any] = {
-        "color": look.colour,
-        "ms": 3.0 if few else 1.5,
-        "mew": 0,
-        "elinewidth": 0.6,
-        "zorder": 2,
-    }
+    style: dict[str, Any] = {"color": look.colour, "ms": 3.0 if few else 1.5, "mew": 0, "elinewidth": 0.6, "zorder": 2}
     axes.errorbar(thin.truth, height, yerr=bars, fmt=look.marker, label=label, **style)
 
 

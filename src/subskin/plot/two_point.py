@@ -10,19 +10,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 from .._check import FloatArray
 from ..design.two_point import TwoPointLimen, TwoPointStudy
 from ..errors import GeometryError
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    ORANGE,
-    PINK,
-    SKY,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-)
+from .style import BLACK, BLUE, DOUBLE, GREEN, ORANGE, PINK, SKY, VERMILLION, house_style, new_figure, settled
 
 __all__ = ["two_point_figure", "two_point_study_figure"]
 
@@ -86,16 +74,7 @@ def _over_position(axes: Axes, found: TwoPointLimen) -> None:
     finite = worst[np.isfinite(worst)]
     low = float(finite.min()) if finite.size else ceiling / 10
     axes.set_ylim(0.5 * low, 1.3 * ceiling if never.any() or not finite.size else 1.5 * float(finite.max()))
-    axes.plot(
-        sensors,
-        np.full(sensors.size, 0.58 * low),
-        "o",
-        ms=4,
-        mfc="white",
-        mec=BLACK,
-        mew=0.9,
-        label="sensors",
-    )
+    axes.plot(sensors, np.full(sensors.size, 0.58 * low), "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
     _plain(axes)
     axes.set(xlabel="middle of the two points [mm]", ylabel="least separation told [mm]")
 

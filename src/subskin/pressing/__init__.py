@@ -1,17 +1,7 @@
 """Contact of a skin with a rigid body: indenters, and the solver that finds pressure, shear, stick and slip."""
 
 from .certificate import Certificate
-from .indenter import (
-    Cylinder,
-    Edge,
-    Flat,
-    Indenter,
-    ParticleOnFlat,
-    Profile,
-    RoundedFlat,
-    RoundedWedge,
-    SineRidges,
-)
+from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .press import press
 from .solution import ContactSolution, PressStatus
 

@@ -230,9 +230,7 @@ def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, 
                 gradient[i] -= multipliers[c] * sums[c, i]
             out = max(low[i] - x[i], x[i] - high[i]) if free[i] else 0.0
             back = (
-                not free[i]
-                and high[i] > low[i]
-                and (gradient[i] < -limit if x[i] == low[i] else gradient[i] > limit)
+                not free[i] and high[i] > low[i] and (gradient[i] < -limit if x[i] == low[i] else gradient[i] > limit)
             )
             if out > 0.0 or back:
                 far = np.inf if back else max(far, out)

@@ -68,8 +68,6 @@ def _thinned(pressed: ContactSolution, low: float, high: float) -> PressureProfi
         share = (pressed.y - nodes[0]) / wide
         at = np.clip(np.floor(share).astype(np.intp), 0, nodes.size - 2)
         part = np.clip(share - at, 0.0, 1.0)
-        total = np.bincount(at, values * (1 - part), nodes.size) + np.bincount(
-            at + 1, values * part, nodes.size
-        )
+        total = np.bincount(at, values * (1 - part), nodes.size) + np.bincount(at + 1, values * part, nodes.size)
         parts.append(total * step / wide)
     return PressureProfile(nodes, *parts)

@@ -95,9 +95,7 @@ class State:
     def finer(self, count: int, by: int, periodic: bool) -> State:
         """A start on the finer grid: also the nodes between free and fixed ones are free."""
         p, q = (finer(v, count, by, periodic) for v in (self.pressure, self.shear))
-        touches, sticks = (
-            finer(v.astype(np.float64), count, by, periodic) > 0 for v in (self.touches, self.sticks)
-        )
+        touches, sticks = (finer(v.astype(np.float64), count, by, periodic) > 0 for v in (self.touches, self.sticks))
         return replace(self, pressure=p, shear=q, touches=touches, sticks=sticks)
 
 
@@ -179,10 +177,7 @@ class _Mixer:
             self.least = size
             return position + 0.5 * change
         self.least = min(self.least, size)
-        self.positions, self.changes = (
-            [*self.positions[-_MEMORY:], position],
-            [*self.changes[-_MEMORY:], change],
-        )
+        self.positions, self.changes = ([*self.positions[-_MEMORY:], position], [*self.changes[-_MEMORY:], change])
         if len(self.positions) == 1:
             return position + change
         moves, turns = np.diff(self.positions, axis=0), np.diff(self.changes, axis=0)

@@ -50,12 +50,7 @@ class Grid:
 
     @classmethod
     def checked(
-        cls,
-        nodes: int | None,
-        window: float | None,
-        period: float | None,
-        datum: float | None,
-        tolerance: float,
+        cls, nodes: int | None, window: float | None, period: float | None, datum: float | None, tolerance: float
     ) -> Grid:
         """The same, checked one by one."""
         count = None if nodes is None else _check.scalar("nodes", nodes, at_least=16, at_most=_MOST_NODES)
@@ -148,9 +143,7 @@ def _case(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], count: in
     """The problem on `count` nodes, in the middle of as many equal parts of the window."""
     wide = ends[1] - ends[0]
     if grid.datum is not None and grid.datum < wide:
-        raise GeometryError(
-            f"datum = {grid.datum:.6g} m", f"the surface rests beyond the window, {wide:.6g} m wide"
-        )
+        raise GeometryError(f"datum = {grid.datum:.6g} m", f"the surface rests beyond the window, {wide:.6g} m wide")
     step = float(wide / count)
     y: FloatArray = np.asarray(ends[0] + step * (np.arange(count) + 0.5), dtype=np.float64)
     height = gap(y)
@@ -198,17 +191,13 @@ def _within(body: FloatArray, load: Load) -> None:
 
 def _repeatable(skin: Skin, period: float, load: Load) -> None:
     if np.isfinite(skin.period):
-        raise GeometryError(
-            f"period = {period:.6g} m on a {type(skin).__name__}", "only a flat skin goes on and on"
-        )
+        raise GeometryError(f"period = {period:.6g} m on a {type(skin).__name__}", "only a flat skin goes on and on")
     _upright(load, period)
 
 
 def _upright(load: Load, period: float) -> None:
     if load.moment is not None or load.tilt:
-        raise GeometryError(
-            f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn"
-        )
+        raise GeometryError(f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn")
 
 
 def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: State) -> float | None:
@@ -218,9 +207,7 @@ def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: State) ->
     share = (case.y - low) / h
     at = np.clip(np.floor(share).astype(np.intp), 0, _PARTS - 1)
     part = share - at
-    lower, upper = (
-        np.bincount(at + i, state.pressure * s, _PARTS + 1) for i, s in ((0, 1 - part), (1, part))
-    )
+    lower, upper = (np.bincount(at + i, state.pressure * s, _PARTS + 1) for i, s in ((0, 1 - part), (1, part)))
     hats = (lower + upper) * (case.step / h)
     most = min(_FAR, int(0.5 * skin.period / wide) - 1 if np.isfinite(skin.period) else _FAR) * _PARTS
     if most < _PARTS:
@@ -258,9 +245,7 @@ def _cut_off(case: Case, state: State, indenter: Indenter) -> tuple[bool, bool]:
 def _whole(case: Case, state: State, indenter: Indenter, fix: str) -> tuple[Case, State]:
     if any(_cut_off(case, state, indenter)):
         raise GeometryError(
-            f"a window of {case.step * case.y.size:.6g} m",
-            "the contact reaches its end, and would go on beyond",
-            fix,
+            f"a window of {case.step * case.y.size:.6g} m", "the contact reaches its end, and would go on beyond", fix
         )
     return case, state
 
@@ -311,13 +296,7 @@ def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Load, datum: float |
     )
 
 
-def _roughly(
-    skin: Skin,
-    gap: Gap,
-    load: Load,
-    ends: tuple[float, float],
-    datum: float | None,
-) -> tuple[Case, State]:
+def _roughly(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], datum: float | None) -> tuple[Case, State]:
     step = (ends[1] - ends[0]) / _COARSE
     y: FloatArray = np.asarray(ends[0] + step * (np.arange(_COARSE) + 0.5), dtype=np.float64)
     plain = Load(load.force, load.depth, load.moment, load.tilt, None, None, None)

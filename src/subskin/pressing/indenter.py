@@ -55,9 +55,7 @@ class Indenter(ABC):
                 f"period = {period:.6g} m", f"the body itself is {high - low:.6g} m wide", "a longer period"
             )
 
-    def _set(
-        self, name: str, unit: str = "m", above: float | None = None, at_least: float | None = None
-    ) -> None:
+    def _set(self, name: str, unit: str = "m", above: float | None = None, at_least: float | None = None) -> None:
         value = _check.scalar(name, getattr(self, name), unit=unit, above=above, at_least=at_least)
         object.__setattr__(self, name, value)
 
@@ -237,9 +235,7 @@ class SineRidges(Indenter):
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys = _positions(y)
-        return np.asarray(
-            2 * self.amplitude * np.sin(np.pi * ys / self.pitch) ** 2 + ys**2 / (2 * self.radius)
-        )
+        return np.asarray(2 * self.amplitude * np.sin(np.pi * ys / self.pitch) ** 2 + ys**2 / (2 * self.radius))
 
     def check_period(self, period: float) -> None:  # noqa: D102
         count = period / self.pitch
@@ -361,9 +357,7 @@ class Profile(Indenter):
         if not callable(function):
             raise InvalidValueError(f"function = {function!r}", "a function of the places y is needed")
         count = _check.scalar("points", points, at_least=2)
-        y = np.linspace(
-            _check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count)
-        )
+        y = np.linspace(_check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count))
         raw = _check.real("height", function(y), unit="m", fix="end the profile where the function does")
         if raw.shape != y.shape:
             raise GeometryError(f"height of shape {raw.shape}", f"the function has to return shape {y.shape}")
@@ -376,11 +370,7 @@ class Profile(Indenter):
         inside = (ys >= low) & (ys <= high)
         at = np.clip(ys, low, high)
         points = np.asarray(self.y, dtype=np.float64)
-        values = (
-            np.interp(at, points, np.asarray(self.height_at))
-            if self._function is None
-            else self._function(at)
-        )
+        values = np.interp(at, points, np.asarray(self.height_at)) if self._function is None else self._function(at)
         return np.asarray(np.where(inside, values, np.inf))
 
     @property

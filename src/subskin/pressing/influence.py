@@ -128,9 +128,7 @@ class Influence:
                 if self.periodic:
                     wide = np.concatenate([row[length - by + 1 :], row, row[: by - 1]])
                 else:
-                    wide = np.concatenate(
-                        [(1 if a == b else -1) * row[by - 1 : 0 : -1], row, np.full(by, row[-1])]
-                    )
+                    wide = np.concatenate([(1 if a == b else -1) * row[by - 1 : 0 : -1], row, np.full(by, row[-1])])
                 rows[a, b] = np.convolve(wide, shares, mode="valid")[:length:by]
         return self._coarser.setdefault(by, Influence(rows, self.periodic))
 
@@ -180,10 +178,7 @@ def _periodic_rows(skin: Skin, step: float, count: int) -> FloatArray:
     share = np.arange(1, count // 2 + 1) / count  # of the grid's own wavenumber
     grid = 2 * np.pi / step
     order, limit = 0, _long_times_k(skin, grid * 1e4)
-    while (
-        order < _ALIASES
-        and np.abs(_long_times_k(skin, grid * (order + 0.5)) - limit).max() > 1e-14 * limit[0, 0]
-    ):
+    while order < _ALIASES and np.abs(_long_times_k(skin, grid * (order + 0.5)) - limit).max() > 1e-14 * limit[0, 0]:
         order = 2 * order + 1
     hat = (np.sin(np.pi * share) / np.pi) ** 2
     above, below = zeta(3, order + 1 + share), zeta(3, order + 1 - share)

@@ -117,9 +117,7 @@ def press(
     (4,)
     """
     if not isinstance(skin, Skin):
-        raise InvalidValueError(
-            f"skin = {type(skin).__name__}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))"
-        )
+        raise InvalidValueError(f"skin = {type(skin).__name__}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
     if not isinstance(indenter, Indenter):
         raise InvalidValueError(
             f"indenter = {type(indenter).__name__}",
@@ -136,12 +134,7 @@ def press(
         )
     grid = Grid.checked(nodes, window, period, datum, tolerance)
     gap = _gap(skin, indenter, at)
-    if (
-        after is not None
-        and isinstance(after, ContactSolution)
-        and after.shear.any()
-        and load.friction is None
-    ):
+    if after is not None and isinstance(after, ContactSolution) and after.shear.any() and load.friction is None:
         raise InvalidValueError(
             "no friction after a press with friction", "the shear of the state before needs something to hold it",
             f"friction={after.friction:g}",
@@ -223,32 +216,22 @@ def _load(
     for name, value, unit in (("force", force, "N/m"), ("depth", depth, "m")):
         if value is not None and not _check.scalar(name, value, unit=unit) > 0:
             raise InvalidValueError(
-                f"{name} = {float(value):.6g} {unit}",
-                "the indenter never touches the skin",
-                f"give a {name} > 0",
+                f"{name} = {float(value):.6g} {unit}", "the indenter never touches the skin", f"give a {name} > 0"
             )
         values[name] = None if value is None else float(value)
-    for name, value, unit in (
-        ("moment", moment, "N"),
-        ("tangential", tangential, "N/m"),
-        ("slide", slide, "m"),
-    ):
+    for name, value, unit in (("moment", moment, "N"), ("tangential", tangential, "N/m"), ("slide", slide, "m")):
         values[name] = None if value is None else _check.scalar(name, value, unit=unit)
     if friction is None:
         for name in ("tangential", "slide"):
             if values[name]:
                 raise InvalidValueError(
-                    f"{name} = {values[name]:.6g}",
-                    "nothing is dragged without friction",
-                    "give friction=, e.g. 0.5",
+                    f"{name} = {values[name]:.6g}", "nothing is dragged without friction", "give friction=, e.g. 0.5"
                 )
         values["tangential"] = values["slide"] = None
         return Load(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
     if friction == 0 and values["tangential"]:
         raise InvalidValueError(
-            f"tangential = {values['tangential']:.6g} N/m at friction = 0",
-            "nothing holds that drag",
-            "friction > 0",
+            f"tangential = {values['tangential']:.6g} N/m at friction = 0", "nothing holds that drag", "friction > 0"
         )
     grip = np.inf if friction == np.inf else _check.scalar("friction", friction, at_least=0.0)
     if values["tangential"] is None and values["slide"] is None:

@@ -54,15 +54,9 @@ def judged(pressed: ContactSolution) -> tuple[PressStatus, str]:
     holds = f"every rule of contact holds to {worst:.1g}"
     touching = int((pressed.pressure > 0).sum())
     if _slides(pressed):
-        return (
-            PressStatus.SLIDES,
-            f"{holds}; friction {case.load.friction:g} holds no more, all of the contact slips",
-        )
+        return (PressStatus.SLIDES, f"{holds}; friction {case.load.friction:g} holds no more, all of the contact slips")
     if touching < _FEWEST:
-        return (
-            PressStatus.COARSE,
-            f"{holds}, but only {touching} nodes touch; more nodes or a narrower window",
-        )
+        return (PressStatus.COARSE, f"{holds}, but only {touching} nodes touch; more nodes or a narrower window")
     return PressStatus.OK, f"{holds}, on {touching} nodes that touch"
 
 

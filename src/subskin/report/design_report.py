@@ -109,9 +109,7 @@ def _checks(finger: DesignedFinger) -> Table:
 def _section(study: DesignStudy, finger: DesignedFinger) -> Figure:
     touch = _example_touch(study, finger)
     readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
-    found = finger.finger.locate(
-        readings, search=finger.quality.search, friction=study.goals.touches.friction
-    )
+    found = finger.finger.locate(readings, search=finger.quality.search, friction=study.goals.touches.friction)
     component = study.goals.sensors[finger.row.sensor].transducer.component
     return finger_section(finger.finger, touch, readings=readings, estimate=found, component=component)
 
@@ -178,11 +176,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
             "What each source of error costs by itself, finger 1 being read as if it had been made exactly: root mean "
             "squares over the touches, and the share of frames that are no longer told for sure."
         ),
-        Table(
-            ["source", "amount", "position", "angle", "force", "lost"],
-            rows,
-            strong=frozenset({len(rows) - 1}),
-        ),
+        Table(["source", "amount", "position", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})),
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
             "The same: bars are root mean squares, and what is wanted is for 95 % of the touches. What calibrating on "
@@ -220,19 +214,12 @@ def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
                 "from without bound", "nowhere for sure"
             )
         ),
-        Picture(
-            two_point_figure(found),
-            "Least distance of two touches that finger 1 tells from one, and how surely.",
-        ),
+        Picture(two_point_figure(found), "Least distance of two touches that finger 1 tells from one, and how surely."),
     ]
 
 
 def _from(distance: float) -> str:
-    return (
-        f"from {in_words(distance, 'm')} apart"
-        if np.isfinite(distance)
-        else "not at any distance that was tried"
-    )
+    return f"from {in_words(distance, 'm')} apart" if np.isfinite(distance) else "not at any distance that was tried"
 
 
 def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:

@@ -80,13 +80,10 @@ def _(block: Bullets) -> str:
 @_html.register
 def _(block: Table) -> str:
     def cells(row: Sequence[str], tag: str) -> str:
-        return "".join(
-            f"<{tag}{_class('text', i < block.left)}>{escape(cell)}</{tag}>" for i, cell in enumerate(row)
-        )
+        return "".join(f"<{tag}{_class('text', i < block.left)}>{escape(cell)}</{tag}>" for i, cell in enumerate(row))
 
     rows = "".join(
-        f"<tr{_class('strong', i in block.strong)}>{cells(row, 'td')}</tr>"
-        for i, row in enumerate(block.rows)
+        f"<tr{_class('strong', i in block.strong)}>{cells(row, 'td')}</tr>" for i, row in enumerate(block.rows)
     )
     caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
     return (

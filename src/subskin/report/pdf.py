@@ -81,9 +81,7 @@ def _look() -> dict[str, Any]:
         "cell": style("cell", fontSize=7, leading=9, spaceAfter=0),
         "number": style("number", fontSize=7, leading=9, spaceAfter=0, alignment=2),
         "head": style("head", fontName="DejaVuSans-Bold", fontSize=7, leading=9, spaceAfter=0),
-        "numberhead": style(
-            "numberhead", fontName="DejaVuSans-Bold", fontSize=7, leading=9, spaceAfter=0, alignment=2
-        ),
+        "numberhead": style("numberhead", fontName="DejaVuSans-Bold", fontSize=7, leading=9, spaceAfter=0, alignment=2),
     }
 
 
@@ -135,9 +133,7 @@ def _table(block: Table, look: dict[str, Any], width: float) -> Any:
         ("VALIGN", (0, 0), (-1, 0), "BOTTOM"),
         *(("BACKGROUND", (0, i + 1), (-1, i + 1), "#EAF3F9") for i in sorted(block.strong)),
     ]
-    return platypus.Table(
-        rows, colWidths=[w * scale for w in wide], repeatRows=1, hAlign="LEFT", style=look_of_rows
-    )
+    return platypus.Table(rows, colWidths=[w * scale for w in wide], repeatRows=1, hAlign="LEFT", style=look_of_rows)
 
 
 def _image(figure: Figure, width: float) -> Any:

@@ -64,14 +64,10 @@ def propagator(layer: Layer, s: FloatArray) -> FloatArray:
     square = s * s
     tail = 1 + square / 54 * (1 + square / 88 * (1 + square / 130))
     series = s**3 / 6 * (1 + square / 10 * (1 + square / 28 * tail))
-    half_difference = np.where(
-        small, series, 0.5 * (s * np.cosh(s) - np.sinh(s))
-    )  # lost by cancellation at small s
+    half_difference = np.where(small, series, 0.5 * (s * np.cosh(s) - np.sinh(s)))  # lost by cancellation at small s
     even, odd = np.cosh(s), np.sinh(s)
     factors = [even, -odd, 0.5 * s * odd, -half_difference]
-    return np.asarray(
-        sum(f[..., None, None] * m for f, m in zip(factors, (np.eye(4), a, b, a @ b), strict=True))
-    )
+    return np.asarray(sum(f[..., None, None] * m for f, m in zip(factors, (np.eye(4), a, b, a @ b), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -176,9 +172,7 @@ class Stack:
         top = self.layers[0]
         back_at_top = (_FLIP @ top.decaying)[2:] @ falls[-1] @ echoes[-1] @ falls[-1]
         sent = -np.linalg.inv(np.eye(2) + back_at_top)
-        extra = (
-            -back_at_top @ sent if remainder else sent
-        )  # less the half plane's: no difference is left to be small
+        extra = -back_at_top @ sent if remainder else sent  # less the half plane's: no difference is left to be small
         for j, layer in enumerate(self.layers):
             n = len(self.layers) - 1 - j
             down, up = layer.decaying, _FLIP @ layer.decaying
@@ -191,12 +185,7 @@ class Stack:
         return out
 
     def _fill_base(
-        self,
-        out: FloatArray,
-        x: FloatArray,
-        k: FloatArray,
-        positions: npt.NDArray[np.intp],
-        share: FloatArray,
+        self, out: FloatArray, x: FloatArray, k: FloatArray, positions: npt.NDArray[np.intp], share: FloatArray
     ) -> None:
         for i in np.flatnonzero(positions == len(self.layers)):
             base, allowed = self._base()

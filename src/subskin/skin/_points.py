@@ -25,9 +25,7 @@ def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tup
     """
     xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
     if (xs < 0).any():
-        raise GeometryError(
-            f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x"
-        )
+        raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
     if (xs > thickness * (1 + 1e-12)).any():
         raise GeometryError(
             f"x = {float(xs.max()):.6g} m", f"the skin is only {thickness:.6g} m thick", "a smaller depth"
@@ -36,16 +34,12 @@ def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tup
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
 
 
-def wave_points(
-    k: npt.ArrayLike, x: npt.ArrayLike, thickness: float = np.inf
-) -> tuple[FloatArray, FloatArray]:
+def wave_points(k: npt.ArrayLike, x: npt.ArrayLike, thickness: float = np.inf) -> tuple[FloatArray, FloatArray]:
     """Wavenumbers k >= 0, shape (m,), and depths, shape (d,); raises as `points`, and where there are more axes."""
     both = _check.real("k", k, unit="rad/m", at_least=0.0), points(x, 0.0, thickness)[0]
     for name, values in zip("kx", both, strict=True):
         if values.ndim > 1:
-            raise GeometryError(
-                f"{name} of shape {values.shape}", "a row of them is needed", f"{name}.ravel()"
-            )
+            raise GeometryError(f"{name} of shape {values.shape}", "a row of them is needed", f"{name}.ravel()")
     return np.atleast_1d(both[0]), np.atleast_1d(both[1])
 
 

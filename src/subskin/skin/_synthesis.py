@@ -70,12 +70,7 @@ def reach(contact: Contact, y: FloatArray) -> float:
 
 
 def synthesise(
-    contact: Contact,
-    x: FloatArray,
-    y: FloatArray,
-    k: FloatArray,
-    weights: FloatArray,
-    response: Response,
+    contact: Contact, x: FloatArray, y: FloatArray, k: FloatArray, weights: FloatArray, response: Response
 ) -> FloatArray:
     """Sum over k of weight * response * spectrum * exp(i k y) / pi: sigma_x, tau_xy, eps_y, shape (3, ...).
 

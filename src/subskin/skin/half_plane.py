@@ -60,9 +60,7 @@ class HalfPlane(Skin):
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InvalidValueError(
-                f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)"
-            )
+            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
         if self.plane not in ("strain", "stress"):
             raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"')
 
@@ -105,9 +103,7 @@ class HalfPlane(Skin):
         fields = mean, half, fall * np.concatenate([-kx, kx - 1], axis=-1)
         straight, across = self._softness
         deep = kx / (2 * self.material.shear)
-        with np.errstate(
-            divide="ignore", invalid="ignore"
-        ):  # no end to the displacement of waves without end
+        with np.errstate(divide="ignore", invalid="ignore"):  # no end to the displacement of waves without end
             share = fall / waves[:, None, None]
             ux = share * np.concatenate([straight + deep, -across - deep], axis=-1)
             uy = share * np.concatenate([deep - across, straight - deep], axis=-1)

@@ -63,9 +63,7 @@ class Layer:
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InvalidValueError(
-                f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)"
-            )
+            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
         fix = "leave out a layer that is not there"
         value = _check.scalar("thickness", self.thickness, unit="m", above=0.0, fix=fix)
         object.__setattr__(self, "thickness", value)
@@ -162,10 +160,7 @@ class Layered(Skin):
     @cached_property
     def modes(self) -> _modes.Stack:
         """The same layers, wavenumber by wavenumber."""
-        rows = [
-            _modes.Layer(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded")
-            for e in self.stack
-        ]
+        rows = [_modes.Layer(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded") for e in self.stack]
         return _modes.Stack(tuple(rows), self.base)
 
     @cached_property
@@ -220,9 +215,7 @@ class Layered(Skin):
 
         def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
             components = ("xx", "yy", "zz", "xy")
-            return [
-                _check.read_only(np.choose(positions, [getattr(t, c) for t in tensors])) for c in components
-            ]
+            return [_check.read_only(np.choose(positions, [getattr(t, c) for t in tensors])) for c in components]
 
         return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))
 
@@ -264,9 +257,7 @@ def _influence(skin: Layered, step: float, count: int) -> FloatArray:
         area = step * weights / np.pi
         if absolute:
             # log(distance / datum) stands for (cos(k y) - exp(-k datum)) / k: what that takes off is put back
-            constant = area @ (flat[:, i, i] * np.exp(-k * datum)) + flat[0, i, i] * k[
-                0
-            ] / np.pi * step * np.log(datum)
+            constant = area @ (flat[:, i, i] * np.exp(-k * datum)) + flat[0, i, i] * k[0] / np.pi * step * np.log(datum)
         else:
             constant = -area @ ((own - flat)[:, i, i] * np.exp(-((k * datum) ** 2)))
         out[i, i] += constant

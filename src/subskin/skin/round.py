@@ -70,9 +70,7 @@ class Round(Skin):
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
-            raise InvalidValueError(
-                f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)"
-            )
+            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
         outer = _check.scalar("radius", self.radius, unit="m", above=0.0)
         inner = _check.scalar("core_radius", self.core_radius, unit="m", above=0.0)
         if not np.exp(-DEEPEST) * outer < inner < outer:
@@ -102,9 +100,7 @@ class Round(Skin):
     ) -> Self:
         outer = self.radius if radius is None else _check.scalar("radius", radius, unit="m", above=0.0)
         if thickness is not None and not 0 < thickness < outer:
-            raise GeometryError(
-                f"thickness = {thickness:.6g} m", f"has to be > 0 and < the radius, {outer:.6g} m"
-            )
+            raise GeometryError(f"thickness = {thickness:.6g} m", f"has to be > 0 and < the radius, {outer:.6g} m")
         core = self.core_radius + (outer - self.radius) if thickness is None else outer - thickness
         return replace(self, material=self._one_each(materials)[0], radius=outer, core_radius=core)
 
@@ -150,17 +146,13 @@ class Round(Skin):
         centre = 0.5 * (low + high)
         half, turn = 0.5 * float(np.max(high - low, initial=0.0)), 2 * np.pi * self.radius
         if half > 0.25 * turn:
-            raise GeometryError(
-                f"a contact {2 * half:.6g} m wide", f"it reaches round the finger, {turn:.6g} m about"
-            )
+            raise GeometryError(f"a contact {2 * half:.6g} m wide", f"it reaches round the finger, {turn:.6g} m about")
         # whole turns only: a point on a contact's edge stays exactly there
         around = y - turn * np.round((y - centre) / turn)
         rho = 1 - np.minimum(x, self.thickness) / self.radius
         depth = -self.radius * np.log(rho)
         factor = 0.5 * self.radius * (1 - rho) * (1 + rho)
-        with np.errstate(
-            divide="ignore", invalid="ignore"
-        ):  # singular points are blanked, and warned of, below
+        with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
             z = complex_points(np.broadcast_to(depth, around.shape), around)
             t = periodic_transforms(contact, z, self.radius)
             surface = z.imag == 0

@@ -38,9 +38,7 @@ def _median(a, b, c):
 
 
 @compiled(exact=True)
-def follow(
-    readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, offset, free, frozen
-):
+def follow(readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, offset, free, frozen):
     """Follow the offsets over the frames from `begin`; returns (next frame, oldest frame of the window, question).
 
     readings, smooth, offset, frozen (m, n), time, free (m,): frames before `begin` have been seen, and of these only

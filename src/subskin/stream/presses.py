@@ -166,16 +166,12 @@ def segment(
             raise GeometryError(f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames")
     RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
     z = tracks.get("press")
-    found = (
-        _from_readings(data, seconds, before, hold) if z is None else _from_depth(z, seconds, before, hold)
-    )
+    found = _from_readings(data, seconds, before, hold) if z is None else _from_depth(z, seconds, before, hold)
     kept = found.base_stop > found.base_start
     first, stop, base_start, base_stop = (part[kept] for part in found)
     if not first.size:
         what = "no plateau of the indenter's depth" if z is not None else "no contact in the readings"
-        raise InvalidValueError(
-            what, "a recording needs a press with free skin before it", _fix(z is not None)
-        )
+        raise InvalidValueError(what, "a recording needs a press with free skin before it", _fix(z is not None))
     # the early part by time, not by frames: the rate may change
     until = seconds[first] + early * (seconds[stop - 1] - seconds[first])
     early_stop = np.clip(np.searchsorted(seconds, until, side="right"), first + 1, stop)
@@ -199,9 +195,7 @@ def _level(track: FloatArray | None, first: IndexArray, stop: IndexArray) -> Flo
 
 def _fix(by_depth: bool) -> str:
     if by_depth:
-        return (
-            "check the column, hold, and the sign of press: deeper is larger, a negative unit turns it round"
-        )
+        return "check the column, hold, and the sign of press: deeper is larger, a negative unit turns it round"
     return "give [recording] press, the indenter's depth, if it was recorded"
 
 
@@ -234,9 +228,7 @@ def _from_depth(z: FloatArray, time: FloatArray, before: float, hold: float) -> 
 def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: float) -> _Found:
     begin = max(int(np.searchsorted(time, time[0] + hold, side="right")), 1)
     seen = np.isfinite(data)
-    start = np.array(
-        [np.median(c[ok][:begin]) if ok.any() else 0.0 for c, ok in zip(data.T, seen.T, strict=True)]
-    )
+    start = np.array([np.median(c[ok][:begin]) if ok.any() else 0.0 for c, ok in zip(data.T, seen.T, strict=True)])
     move = np.where(seen, np.where(seen, data, 0.0) - start, 0.0)
     # each sensor's own way under a press; the recoil of relaxed rubber goes the other way
     largest = np.take_along_axis(move, np.abs(move).argmax(axis=0)[None, :], axis=0)

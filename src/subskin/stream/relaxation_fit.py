@@ -127,9 +127,7 @@ def fit_relaxation(
     if short.size:
         a, b = ends[short[0]]
         raise InvalidValueError(
-            f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s",
-            f"at least {_FEWEST} frames have to lie in it",
-            "leave it out",
+            f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s", f"at least {_FEWEST} frames have to lie in it", "leave it out"
         )
     return _Fit(data, clock, first, stop, terms, rest).result()
 
@@ -165,9 +163,7 @@ class _Fit:
         self.noise = np.maximum(self.noise, 1e-9 * largest or 1.0)
         self.lengths = np.array([clock[s][-1] - clock[s][0] for s in self.spans])
         if not self.lengths.max() > 0:
-            raise InvalidValueError(
-                "held stretches of no duration", "relaxation takes time", "longer stretches"
-            )
+            raise InvalidValueError("held stretches of no duration", "relaxation takes time", "longer stretches")
 
     def left(self, share: FloatArray, constants: FloatArray, sensors: slice = slice(None)) -> FloatArray:
         """What is left of the change in each held stretch, in units of the noise, shape (held frames, sensors)."""
@@ -229,9 +225,7 @@ class _Fit:
         return (float(found.x[0]), std) if std < 1.0 else (np.nan, np.nan)
 
 
-def _least(
-    left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]
-) -> Any:
+def _least(left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]) -> Any:
     from scipy.optimize import least_squares
 
     def flat(p: FloatArray) -> FloatArray:

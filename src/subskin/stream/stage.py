@@ -41,9 +41,7 @@ class Stage(ABC, Generic[State, Out]):
     """
 
     @abstractmethod
-    def step(
-        self, state: State | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
-    ) -> tuple[State, Out]:
+    def step(self, state: State | None, readings: npt.ArrayLike, time: npt.ArrayLike | None) -> tuple[State, Out]:
         """Take the next frames of a stream.
 
         Parameters
@@ -140,9 +138,7 @@ def in_order(
         raise InvalidValueError("time is missing", "a stream needs the time of each frame [s]")
     clock = _check.real("time", time, unit="s")
     if clock.shape != data.shape[:-1]:
-        raise GeometryError(
-            f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed"
-        )
+        raise GeometryError(f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed")
     clock = clock.reshape(-1)
     before = np.concatenate([[last], clock[:-1]])
     back = np.flatnonzero(clock < before)

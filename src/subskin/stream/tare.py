@@ -91,8 +91,7 @@ class Tared:
     def join(cls, parts: Sequence[Tared]) -> Tared:
         """Successive parts of one stream as one."""
         joined = {
-            name: join([getattr(part, name) for part in parts])
-            for name in ("readings", "offset", "free", "frozen")
+            name: join([getattr(part, name) for part in parts]) for name in ("readings", "offset", "free", "frozen")
         }
         return replace(parts[0], **joined)
 
@@ -180,8 +179,7 @@ class Tare(Stage[TareState, Tared]):
         for name, value in (("noise", noise), ("drift", drift), ("known", known)):
             if value.shape not in ((), (n,)):
                 raise GeometryError(
-                    f"{name} of shape {value.shape}",
-                    f"one value, or one for each of the {n} sensors, is needed",
+                    f"{name} of shape {value.shape}", f"one value, or one for each of the {n} sensors, is needed"
                 )
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
@@ -291,9 +289,7 @@ class Tare(Stage[TareState, Tared]):
     def _may_be_touch(self, away: FloatArray, spread: FloatArray, variance: FloatArray) -> bool:
         """Whether some pressing load, however it leans, makes these departures, by a model that is somewhat wrong."""
         wrong = _WRONG * float(np.nanmax(np.abs(away)))
-        status = self._status(
-            away, np.sqrt(np.asarray(self.noise) ** 2 + spread**2 + wrong**2), friction=np.inf
-        )
+        status = self._status(away, np.sqrt(np.asarray(self.noise) ** 2 + spread**2 + wrong**2), friction=np.inf)
         # too little for a touch by a single frame and the drift meanwhile: by the mean, and without?
         if status == Status.NO_CONTACT:
             status = self._status(away, np.sqrt(variance + wrong**2), friction=np.inf)

@@ -133,9 +133,7 @@ def climb(table, start, step, mu, force, which, touch, size, ends):
             at = min(max(here_y + (q // 3 - 1) * dy, ends[0, 0]), ends[0, 1])
             lean = min(max(here_angle + (q % 3 - 1) * da, ends[1, 0]), ends[1, 1])
             _field(table, start, step, at, a)
-            found = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)[
-                7 + which
-            ]
+            found = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)[7 + which]
             if found > best:
                 best, y, angle = found, at, lean
         if best == math.inf:

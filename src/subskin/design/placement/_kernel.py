@@ -202,16 +202,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     a (4, n): of `_field` at f; told: of `_bounds`.
     """
     start, step, m = scan[0], scan[1], int(scan[2])
-    uu, uf, ua, ff, fa, aa, det, variance = (
-        told[0],
-        told[1],
-        told[2],
-        told[3],
-        told[4],
-        told[5],
-        told[6],
-        told[7],
-    )
+    uu, uf, ua, ff, fa, aa, det, variance = (told[0], told[1], told[2], told[3], told[4], told[5], told[6], told[7])
     reach = max(6.0 * math.sqrt(variance), wide)
     for trial in range(2):
         before = math.floor((f - reach - start) / step)

@@ -74,9 +74,7 @@ def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
     """Two whole numbers, >= 2 places and >= 1 angle."""
     values = _check.real("grid", grid)
     if values.shape != (2,) or not (values == np.round(values)).all() or values[0] < 2 or values[1] < 1:
-        raise InvalidValueError(
-            f"grid = {grid!r}", "numbers of places and of angles are needed", f"grid={GRID}"
-        )
+        raise InvalidValueError(f"grid = {grid!r}", "numbers of places and of angles are needed", f"grid={GRID}")
     return int(values[0]), int(values[1])
 
 
@@ -84,14 +82,11 @@ def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.in
     """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
     numbers = np.atleast_1d(_check.real("counts", counts))
     if numbers.ndim != 1 or not numbers.size or not (numbers == np.round(numbers)).all():
-        raise InvalidValueError(
-            f"counts = {counts!r}", "a list of whole numbers is needed", "counts=[4, 6, 8]"
-        )
+        raise InvalidValueError(f"counts = {counts!r}", "a list of whole numbers is needed", "counts=[4, 6, 8]")
     needed = 2 if touches.friction == 0 else 3
     if numbers.min() < needed:
         raise InvalidValueError(
-            f"{int(numbers.min())} sensors",
-            f"a touch has {needed} unknowns, and takes as many sensors that respond",
+            f"{int(numbers.min())} sensors", f"a touch has {needed} unknowns, and takes as many sensors that respond"
         )
     return numbers.astype(np.int_)
 
@@ -99,6 +94,4 @@ def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.in
 def check_span(skin: Skin, touches: Touches) -> None:
     """Refuses touches that go round the skin and on."""
     if touches.span is not None and touches.span[1] - touches.span[0] > skin.period * (1 + 1e-12):
-        raise GeometryError(
-            f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span"
-        )
+        raise GeometryError(f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span")

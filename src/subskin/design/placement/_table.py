@@ -56,21 +56,13 @@ class Table:
         array = finger.array.select(live)
         noise = np.asarray(array.noise)
         if not (noise > 0).all():
-            raise InvalidValueError(
-                "noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4"
-            )
+            raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
         field = tabulate(finger, search).select(live)
         values = np.ascontiguousarray(np.swapaxes(field.coefficients / noise[:, None], 2, 3))
         return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
 
     def survey(
-        self,
-        touches: Touches,
-        positions: FloatArray,
-        directions: FloatArray,
-        ambiguity: float,
-        *,
-        bounds: bool = True,
+        self, touches: Touches, positions: FloatArray, directions: FloatArray, ambiguity: float, *, bounds: bool = True
     ) -> FloatArray:
         """`MAPS` of touches at places (p,) [m] and in `directions_of` angles (2, p, k), shape (7, p, k).
 
@@ -96,9 +88,7 @@ class Table:
         )
         return out
 
-    def worst(
-        self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray
-    ) -> FloatArray:
+    def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
         """Largest standard deviations of position, force and angle, uphill from the highest points of a grid."""
         climb = _compiled()[0].climb
         ends = np.array([positions[[0, -1]], angles[[0, -1]]])
@@ -147,9 +137,7 @@ class OneSensor:
         cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
         step = (search[1] - search[0]) / cells
         values = np.empty((cells, 5, 2, positions.size))
-        _compiled()[0].row_table(
-            self._values, self._start, self._step, np.array(positions), search[0], step, values
-        )
+        _compiled()[0].row_table(self._values, self._start, self._step, np.array(positions), search[0], step, values)
         return Table(values, search[0], step, self._depth)
 
 

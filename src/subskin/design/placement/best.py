@@ -182,9 +182,7 @@ def _nearest(study: PlacementStudy, limits: Mapping[str, float] | None) -> str:
     return f" ({', '.join(said)})" if said else ""
 
 
-def _run(
-    axis: npt.NDArray[np.float64 | np.int_], near: npt.NDArray[np.bool_], at: int
-) -> tuple[float, float]:
+def _run(axis: npt.NDArray[np.float64 | np.int_], near: npt.NDArray[np.bool_], at: int) -> tuple[float, float]:
     """Ends of the values about the one `at` for which `near` holds without a gap, in the order of size."""
     order = np.argsort(axis, kind="stable")
     member, here = near[order], int(np.flatnonzero(order == at)[0])

@@ -122,9 +122,7 @@ def best_positions(
     closest = float(np.diff(np.sort(np.asarray(array.y))).min())
     if closest < least * (1 - 1e-9):
         raise InvalidValueError(
-            f"sensors {closest:.6g} m apart",
-            f"gap = {least:.6g} m is more",
-            "begin with a row that keeps the gap",
+            f"sensors {closest:.6g} m apart", f"gap = {least:.6g} m is more", "begin with a row that keeps the gap"
         )
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
     amount = int(_check.scalar("tries", tries, at_least=1))

@@ -186,10 +186,7 @@ def placement_study(
             pool.shutdown(cancel_futures=True)
             raise
     shape = (len(kinds), depth.size, steps.shape[1], numbers.size)
-    values = {
-        name: _check.read_only(np.stack([r[name] for r in rows]).reshape(shape))
-        for name in PLACEMENT_MEASURES
-    }
+    values = {name: _check.read_only(np.stack([r[name] for r in rows]).reshape(shape)) for name in PLACEMENT_MEASURES}
     return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), seed, values)
 
 

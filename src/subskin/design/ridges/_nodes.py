@@ -60,10 +60,7 @@ def line_loads(contact: Contact, breaks: FloatArray, depth: float) -> LineLoads:
     found = [_of_one(part, breaks, depth) for part in parts]
     whole = LineLoads(*(np.concatenate(arrays, axis=-1) for arrays in zip(*found, strict=True)))
     size = np.abs(whole.normal).sum(axis=-1) + np.abs(whole.tangential).sum(axis=-1)
-    for sums, force in (
-        (whole.normal, contact.normal_force),
-        (whole.tangential, contact.tangential_force),
-    ):
+    for sums, force in ((whole.normal, contact.normal_force), (whole.tangential, contact.tangential_force)):
         miss = np.abs(sums.sum(axis=-1) - np.broadcast_to(force, shape))
         if not (miss <= _FORCE_ERROR * size).all():
             raise ConvergenceError(
@@ -94,9 +91,7 @@ def _of_one(contact: Contact, breaks: FloatArray, depth: float) -> LineLoads:
     weight = (length * part).reshape(*shape, -1)
     wider = contact.expand(1)
     tractions = (wider.pressure(y), wider.shear(y))
-    return LineLoads(
-        y, *(np.where(weight > 0, weight, 0.0) * np.where(weight > 0, t, 0.0) for t in tractions)
-    )
+    return LineLoads(y, *(np.where(weight > 0, weight, 0.0) * np.where(weight > 0, t, 0.0) for t in tractions))
 
 
 def _corners(contact: Contact, shape: tuple[int, ...], depth: float) -> list[FloatArray]:

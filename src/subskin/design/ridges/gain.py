@@ -154,8 +154,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         smooth, peak, ripple = largest(read, *ends, depth)
         if not smooth > 0:
             raise InvalidValueError(
-                f"a smooth contact that sensor {sensor} does not feel",
-                "a gain needs something to compare with",
+                f"a smooth contact that sensor {sensor} does not feel", "a gain needs something to compare with"
             )
         beneath, between = (float(np.abs(read(at)[1]).max()) for at in (crests, troughs))
         values = (smooth, _ratio(load, share), max(peak, beneath, between), beneath, between, ripple)
@@ -169,9 +168,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     )
 
 
-def read_ridged(
-    finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None
-) -> FloatArray:
+def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None) -> FloatArray:
     """Readings of the sensors under a contact whose pressure and drag ridges break up.
 
     As `Finger.read`; `finger.locate` takes them.
@@ -220,9 +217,7 @@ def _broken_up(
 ) -> tuple[tuple[int, ...], tuple[FloatArray, FloatArray], LineLoads]:
     """Shape of the batch, the contact's ends, and the contact as line loads, all of that shape."""
     if not isinstance(contact, Contact):
-        raise InvalidValueError(
-            f"contact = {contact!r}", "a Contact is needed", "Hertz(40.0, half_width=2e-3)"
-        )
+        raise InvalidValueError(f"contact = {contact!r}", "a Contact is needed", "Hertz(40.0, half_width=2e-3)")
     if not isinstance(ridges, Ridges):
         raise InvalidValueError(f"ridges = {ridges!r}", "Ridges are needed", "Ridges(pitch=3e-3)")
     shape = _check.broadcast(contact=np.empty(contact.shape), ridges=np.empty(ridges.batch))
@@ -231,9 +226,7 @@ def _broken_up(
 
 
 def _shares(ridges: Ridges, lines: LineLoads) -> FloatArray:
-    wide = replace(
-        ridges, pitch=np.asarray(ridges.pitch)[..., None], crest=np.asarray(ridges.crest)[..., None]
-    )
+    wide = replace(ridges, pitch=np.asarray(ridges.pitch)[..., None], crest=np.asarray(ridges.crest)[..., None])
     return wide.share(lines.y)
 
 

@@ -74,9 +74,7 @@ def best_ridge_pitch(finger: Finger) -> RidgePitch:
         sizes = spatial_response(finger, np.exp(near)).magnitude[own, :, own]
         best = near[own, np.argmax(sizes[..., 0], axis=1)]
         half *= 3 / _CLOSER
-    return _found(
-        np.asarray(np.exp(best)), spatial_response(finger, np.exp(best)).magnitude[own, own], at == 0
-    )
+    return _found(np.asarray(np.exp(best)), spatial_response(finger, np.exp(best)).magnitude[own, own], at == 0)
 
 
 def _finest(sizes: FloatArray) -> npt.NDArray[np.intp]:

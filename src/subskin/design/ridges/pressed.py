@@ -183,9 +183,7 @@ def press_ridges(
     )  # fmt: skip
 
 
-def _solved(
-    finger: Finger, sensor: int, smooth: PressureProfile, ridged: PressureProfile, pitch: float
-) -> Gains:
+def _solved(finger: Finger, sensor: int, smooth: PressureProfile, ridged: PressureProfile, pitch: float) -> Gains:
     """Largest readings under the one pressure over that under the other."""
     chosen = finger.array.select([sensor])
     depth = float(np.asarray(chosen.depth)[0])
@@ -197,8 +195,6 @@ def _solved(
 
     low, high = (float(f(float(c.nodes[i]) for c in (smooth, ridged))) for f, i in ((min, 0), (max, -1)))
     top, peak, ripple = largest(read, low, high, depth)
-    beneath, between = (
-        float(np.abs(read(ridge_positions(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5)
-    )
+    beneath, between = (float(np.abs(read(ridge_positions(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5))
     values = (max(peak, beneath, between), beneath, between, ripple)
     return Gains(*(np.asarray(v / top) for v in values))

@@ -159,9 +159,7 @@ class Ridges:
 
 def _check_shares(share: FloatArray) -> None:
     top = float(share[_SAMPLES // 2])
-    if not (
-        np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12
-    ):
+    if not (np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12):
         raise InvalidValueError(
             f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
             "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",

@@ -4,11 +4,4 @@ from .aliasing import AliasingError, aliasing_error
 from .density import SensorDensity, sensor_density
 from .sliding import SlidingSamples, sliding_samples
 
-__all__ = [
-    "AliasingError",
-    "SensorDensity",
-    "SlidingSamples",
-    "aliasing_error",
-    "sensor_density",
-    "sliding_samples",
-]
+__all__ = ["AliasingError", "SensorDensity", "SlidingSamples", "aliasing_error", "sensor_density", "sliding_samples"]

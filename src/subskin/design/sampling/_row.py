@@ -95,9 +95,7 @@ class Row:
 
     def filters(self, k: FloatArray) -> ComplexArray:
         """Reading per Pa of a wave of pressure and of shear, shape (m, 2)."""
-        parts = [
-            spatial_response(self.finger, k[i : i + _BLOCK]).amplitude[:, 0] for i in range(0, k.size, _BLOCK)
-        ]
+        parts = [spatial_response(self.finger, k[i : i + _BLOCK]).amplitude[:, 0] for i in range(0, k.size, _BLOCK)]
         return np.concatenate(parts)
 
     def arriving(self, k: FloatArray) -> ComplexArray:

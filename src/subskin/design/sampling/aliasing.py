@@ -80,12 +80,7 @@ class AliasingError:
 
 
 def aliasing_error(
-    finger: Finger,
-    contact: Contact,
-    pitch: float | None = None,
-    *,
-    sensor: int = 0,
-    shifts: int = 16,
+    finger: Finger, contact: Contact, pitch: float | None = None, *, sensor: int = 0, shifts: int = 16
 ) -> AliasingError:
     """What is lost between sensors: the strain sampled at their places, joined by sinc functions, against the true one.
 

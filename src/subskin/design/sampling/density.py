@@ -84,11 +84,7 @@ class SensorDensity:
 
 
 def sensor_density(
-    finger: Finger,
-    attenuation: npt.ArrayLike = 1e3,
-    *,
-    contact: Contact | None = None,
-    sensor: int = 0,
+    finger: Finger, attenuation: npt.ArrayLike = 1e3, *, contact: Contact | None = None, sensor: int = 0
 ) -> SensorDensity:
     """How closely sensors have to lie for the continuous reading to be recovered from theirs.
 
@@ -153,9 +149,7 @@ def sensor_density(
         if not sizes[:, load].any():
             name = ("pressure", "shear")[load]
             raise InvalidValueError(
-                f"a sensor at {row.depth:.6g} m",
-                f"it reads nothing of a {name}",
-                "another depth or transducer",
+                f"a sensor at {row.depth:.6g} m", f"it reads nothing of a {name}", "another depth or transducer"
             )
         own = sizes[:, load]
         peak[load], largest[load] = _summit(row, k, own, load)

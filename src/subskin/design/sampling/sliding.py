@@ -98,9 +98,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
         raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {count - 1}", "sensor=0")
     kinds = [
         (kind.linear_part, float(depth), float(width))
-        for kind, depth, width in zip(
-            array.transducers, np.asarray(array.depth), np.asarray(array.width), strict=True
-        )
+        for kind, depth, width in zip(array.transducers, np.asarray(array.depth), np.asarray(array.width), strict=True)
     ]
     alike = np.array([kind == kinds[sensor] for kind in kinds]) & array.live
     if not alike.any():

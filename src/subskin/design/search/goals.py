@@ -131,9 +131,7 @@ class Room:
         low, high = self.count
         if int(low) != low or int(high) != high or not 3 <= low <= high:
             raise InvalidValueError(
-                f"count = {list(self.count)!r}",
-                "two whole numbers are needed, 3 <= fewest <= most",
-                "3 and 12",
+                f"count = {list(self.count)!r}", "two whole numbers are needed, 3 <= fewest <= most", "3 and 12"
             )
         shallow, deep = self.depth
         if not (0 < shallow <= deep < np.inf):
@@ -255,9 +253,7 @@ class Goals:
         for name, amount in self.tolerances.items():
             _check.scalar(name, amount, at_least=0.0)
         object.__setattr__(
-            self,
-            "largest_strain",
-            _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0),
+            self, "largest_strain", _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
         )
         for name in ("sensors", "skins"):
             choices = tuple(getattr(self, name))

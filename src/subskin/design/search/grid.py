@@ -230,7 +230,4 @@ def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
     load = LineLoad(goals.strongest, angles[:, None], _LOOKED_AT * depth)
     state = goals.skins[k].skin.state(load, depth, 0.0)
     reading = np.abs(kind.transducer.linear_part.measure(state)).max()
-    return {
-        "strain": float(MaxCompressiveStrain().measure(state).max()),
-        "range": float(reading) / kind.largest,
-    }
+    return {"strain": float(MaxCompressiveStrain().measure(state).max()), "range": float(reading) / kind.largest}

@@ -134,9 +134,7 @@ def rank_fingers(
                 "narrower sensors, fewer of them, or a longer row",
             )
         raise ConvergenceError(
-            "no row feels the touches",
-            "at the weakest force noise hides them",
-            "less noise or a larger force",
+            "no row feels the touches", "at the weakest force noise hides them", "less noise or a larger force"
         )
     stopped = Event()
     found: list[DesignedFinger] = []
@@ -156,8 +154,7 @@ def rank_fingers(
     return DesignStudy(
         grid,
         tuple(
-            replace(f, wide=value, reasons=reasons_of(grid, f.row, looked))
-            for f, value in zip(kept, wide, strict=True)
+            replace(f, wide=value, reasons=reasons_of(grid, f.row, looked)) for f, value in zip(kept, wide, strict=True)
         ),
     )
 
@@ -238,14 +235,10 @@ def _made(budget: ToleranceBudget) -> dict[str, float]:
     }
 
 
-def _checks(
-    grid: DesignGrid, values: dict[str, float], made: dict[str, float], point: float
-) -> tuple[Check, ...]:
+def _checks(grid: DesignGrid, values: dict[str, float], made: dict[str, float], point: float) -> tuple[Check, ...]:
     """What was wanted against what the finger does, the tolerances of its making among it."""
     checks = [Check(c, float(np.hypot(values[c.name], made.get(c.name, 0.0)))) for c in grid.criteria]
     feature = grid.goals.accuracy.feature
     if feature is not None:
-        checks.append(
-            Check(Criterion("feature", "distance of two touches told from one", "m", feature), point)
-        )
+        checks.append(Check(Criterion("feature", "distance of two touches told from one", "m", feature), point))
     return tuple(checks)

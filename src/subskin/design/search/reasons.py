@@ -33,14 +33,10 @@ def in_words(value: float, unit: str) -> str:
     """
     if not np.isfinite(value):
         return "without bound"
-    least, text = {"m": (1e-6, "< 0.001 mm"), "rad": (2e-5, "< 0.001°"), "": (1e-4, "< 0.01 %")}.get(
-        unit, (0.0, "")
-    )
+    least, text = {"m": (1e-6, "< 0.001 mm"), "rad": (2e-5, "< 0.001°"), "": (1e-4, "< 0.01 %")}.get(unit, (0.0, ""))
     if 0 < value < least:
         return text
-    scale, name = {"m": (1e3, " mm"), "rad": (180 / np.pi, "°"), "": (100.0, " %")}.get(
-        unit, (1.0, f" {unit}")
-    )
+    scale, name = {"m": (1e3, " mm"), "rad": (180 / np.pi, "°"), "": (100.0, " %")}.get(unit, (1.0, f" {unit}"))
     return f"{value * scale:.3g}{name}"
 
 
@@ -175,9 +171,7 @@ def _information(grid: DesignGrid, excess: FloatArray, k: int, m: int, n: int) -
     index = (k, m, int(d), int(s), n)
     if not np.isfinite(plane[d, s]) or excess[index] <= 1:
         return []
-    position = (
-        f"depth {in_words(float(grid.depths[k, d]), 'm')} and pitch {in_words(float(grid.pitches[s]), 'm')}"
-    )
+    position = f"depth {in_words(float(grid.depths[k, d]), 'm')} and pitch {in_words(float(grid.pitches[s]), 'm')}"
     sentence = (
         f"The most information on average (D-optimality) would be had at {position}, which misses the goals: "
         f"{_worst(grid, index)}."

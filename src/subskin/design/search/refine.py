@@ -89,10 +89,7 @@ class Aim:
         planes = {name: value[self.skin, self.sensor, :, :, self.n] for name, value in grid.values.items()}
         excess = np.array(
             [
-                [
-                    self._excess({name: float(p[d, s]) for name, p in planes.items()})
-                    for s in range(grid.pitches.size)
-                ]
+                [self._excess({name: float(p[d, s]) for name, p in planes.items()}) for s in range(grid.pitches.size)]
                 for d in range(grid.depths.shape[1])
             ]
         )
@@ -144,18 +141,14 @@ class Aim:
         return best
 
 
-def limen(
-    finger: Finger, goals: Goals, against: Literal["point", "wide"], positions: int = 17
-) -> TwoPointLimen:
+def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], positions: int = 17) -> TwoPointLimen:
     """Distances at which two touches of the weakest force are told from one, in 90 % of frames at 1 % of false alarms.
 
     Angles are unknown; the touches have those of the middle and the ends of the cone.
     """
     angle: Literal["free", "normal"] = "free" if goals.touches.friction > 0 else "normal"
     largest = _DEPTHS * float(np.asarray(finger.array.depth).min())
-    if (
-        goals.accuracy.feature is not None
-    ):  # a distance counts where all larger ones are told too, a quarter beyond
+    if goals.accuracy.feature is not None:  # a distance counts where all larger ones are told too, a quarter beyond
         largest = max(largest, 1.25 * goals.accuracy.feature)
     return two_point_limen(
         finger, goals.touches, against=against, angle=angle, positions=positions, angles=3, largest=largest

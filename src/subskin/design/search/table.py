@@ -40,9 +40,7 @@ def _row(study: DesignStudy, finger: DesignedFinger, rank: int) -> dict[str, str
         "pitch": in_words(row.pitch, "m"),
         "depth": in_words(row.depth, "m"),
         "position": in_words(done.get("position_95", values["position_95"]), "m"),
-        "angle": in_words(done.get("angle_95", values["angle_95"]), "rad")
-        if goals.touches.friction > 0
-        else "-",
+        "angle": in_words(done.get("angle_95", values["angle_95"]), "rad") if goals.touches.friction > 0 else "-",
         "unsure": in_words(values["unsure"], ""),
     }
     if goals.accuracy.feature is not None:

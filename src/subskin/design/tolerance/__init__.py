@@ -4,13 +4,4 @@ from .budget import tolerance_budget
 from .result import Cost, Needed, Recovery, ToleranceBudget
 from .sources import SOURCES, Source, usual_tolerances
 
-__all__ = [
-    "SOURCES",
-    "Cost",
-    "Needed",
-    "Recovery",
-    "Source",
-    "ToleranceBudget",
-    "tolerance_budget",
-    "usual_tolerances",
-]
+__all__ = ["SOURCES", "Cost", "Needed", "Recovery", "Source", "ToleranceBudget", "tolerance_budget", "usual_tolerances"]

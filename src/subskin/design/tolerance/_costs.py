@@ -60,9 +60,7 @@ class Costs:
             near = joined(study.locate(study.readings(made)) for made in self.sides(name, amount))
             wide = near
             if spread == "finger":
-                wide = joined(
-                    study.locate(study.readings(made)) for made in self.sides(name, self._far * amount)
-                )
+                wide = joined(study.locate(study.readings(made)) for made in self.sides(name, self._far * amount))
             return summed_up(name, amount, near, np.abs(wide.errors).max(axis=0), linear)
         if name == "resolution":
             step = of_each_sensor(study.finger.array.resolution, amount)
@@ -97,9 +95,7 @@ class Costs:
                 refused = error
         if not out:
             raise InvalidValueError(
-                f"{name} off by {amount:.6g}",
-                f"no such finger ({refused.seen}: {refused.rule})",
-                "a smaller one",
+                f"{name} off by {amount:.6g}", f"no such finger ({refused.seen}: {refused.rule})", "a smaller one"
             )
         return out
 
@@ -173,9 +169,7 @@ def joined(parts: Iterable[Located]) -> Located:
     return Located(np.stack([e.errors for e in located]), np.stack([e.ok for e in located]))
 
 
-def summed_up(
-    name: str, amount: float, found: Located, worst: FloatArray, linear: FloatArray | None = None
-) -> Cost:
+def summed_up(name: str, amount: float, found: Located, worst: FloatArray, linear: FloatArray | None = None) -> Cost:
     """A row of the budget; `worst` (p, a, 3) is the error at each touch."""
     e = found.errors.reshape(-1, 3)
     answered = np.isfinite(e).all(axis=1)
@@ -205,8 +199,6 @@ def summed_up(
 
 def combined(rows: tuple[Cost, ...]) -> Cost:
     """The root of the sum of squares of each column; frames that are lost do not add up like that."""
-    names = [
-        f"{what}_{kind}" for what in ("position", "angle", "force") for kind in ("rms", "worst", "linear")
-    ]
+    names = [f"{what}_{kind}" for what in ("position", "angle", "force") for kind in ("rms", "worst", "linear")]
     values = {name: float(np.sqrt(sum(getattr(row, name) ** 2 for row in rows))) for name in names}
     return Cost("total", np.nan, "", "finger", **values, lost=np.nan)

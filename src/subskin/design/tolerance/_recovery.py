@@ -140,9 +140,7 @@ def _calibrated(
         readings = made.read(LineLoad(force, 0.0, positions), rng)
         try:
             return calibrate(study.finger, readings, positions, fit=fit, force=force, origin=0.0).finger
-        except (
-            ConvergenceError
-        ):  # normal touches do not tell Poisson's ratio from a gain to every kind of sensor
+        except ConvergenceError:  # normal touches do not tell Poisson's ratio from a gain to every kind of sensor
             rest = tuple(term for term in fit if term != "poisson")
             if rest in (tuple(fit), ()):
                 raise

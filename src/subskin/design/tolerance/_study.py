@@ -139,10 +139,7 @@ class Study:
         shape = (self.position.size, self.angle.size, len(array))
         moved = np.einsum("pnl,al->pan", table(self.position, derivative=1), self.load)
         field = table(self.position)[:, None]
-        columns = [
-            moved,
-            *(np.broadcast_to(field[..., k], shape) for k in range(1 if self.friction == 0 else 2)),
-        ]
+        columns = [moved, *(np.broadcast_to(field[..., k], shape) for k in range(1 if self.friction == 0 else 2))]
         jacobian = np.stack(columns, axis=-1) * weight[:, None]
         size = np.linalg.norm(jacobian, axis=-2, keepdims=True)
         u, s, v = np.linalg.svd(jacobian / np.where(size > 0, size, 1.0), full_matrices=False)

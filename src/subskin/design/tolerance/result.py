@@ -193,9 +193,7 @@ class ToleranceBudget:
             if value is not None
         }
         if not wanted:
-            raise InvalidValueError(
-                "no accuracy wanted", "position, angle or both are needed", "position=1e-4"
-            )
+            raise InvalidValueError("no accuracy wanted", "position, angle or both are needed", "position=1e-4")
         named = {row.source: row for row in self.rows}
         for source in keep:
             if source not in named:
@@ -206,19 +204,13 @@ class ToleranceBudget:
             rest = value**2 - sum(_rms(row, name) ** 2 for row in kept)
             if not rest > 0:
                 raise InvalidValueError(
-                    f"{name} = {value:.6g}",
-                    f"{', '.join(keep)} alone cost more than that",
-                    "tighten these too",
+                    f"{name} = {value:.6g}", f"{', '.join(keep)} alone cost more than that", "tighten these too"
                 )
             left[name] = float(np.sqrt(rest))
-        parts = {
-            name: max(sum(_rms(row, name) > _NO_PART * value for row in free), 1)
-            for name, value in left.items()
-        }
+        parts = {name: max(sum(_rms(row, name) > _NO_PART * value for row in free), 1) for name, value in left.items()}
         share = {name: value / np.sqrt(parts[name]) for name, value in left.items()}
         return tuple(
-            Needed(row.source, row.amount, row.unit, self._amount(row, left), self._amount(row, share))
-            for row in free
+            Needed(row.source, row.amount, row.unit, self._amount(row, left), self._amount(row, share)) for row in free
         )
 
     def _amount(self, row: Cost, allowed: dict[str, float]) -> float:

@@ -110,9 +110,7 @@ class TwoPointLimen:
         largest = f"{self.step[-1] * 1e3:.3g} mm"
         told = self.separation
         if np.isfinite(told).all():
-            text = (
-                f"told from {self.worst * 1e3:.3g} mm on at worst, {self.median * 1e3:.3g} mm at half of them"
-            )
+            text = f"told from {self.worst * 1e3:.3g} mm on at worst, {self.median * 1e3:.3g} mm at half of them"
         else:
             text = f"not told within {largest} in {np.isinf(told).mean():.0%} of touches"
         return f"two points against {one}, angle {self.angle}: {text}"

@@ -129,9 +129,7 @@ def metamers(
     order = np.argsort(~pushes, axis=1, kind="stable")
     most = max(int(pushes.sum(axis=1).max(initial=0)), 1)
     chosen = [
-        np.take_along_axis(np.where(pushes, values, np.nan), order, axis=1)[:, :most].reshape(
-            *reading.shape[:-1], most
-        )
+        np.take_along_axis(np.where(pushes, values, np.nan), order, axis=1)[:, :most].reshape(*reading.shape[:-1], most)
         for values in (found, size)
     ]
     turned = np.unwrap(np.arctan2(*curve(grid).T[::-1]))
@@ -144,9 +142,7 @@ def metamers(
     )
 
 
-def _touches(
-    position: npt.ArrayLike, force: npt.ArrayLike, angle: float
-) -> tuple[FloatArray, FloatArray, float]:
+def _touches(position: npt.ArrayLike, force: npt.ArrayLike, angle: float) -> tuple[FloatArray, FloatArray, float]:
     positions = np.atleast_1d(_check.real("position", position, unit="m"))
     forces = _check.real("force", force, unit="N/m", at_least=0.0)
     _check.broadcast(position=positions, force=forces)

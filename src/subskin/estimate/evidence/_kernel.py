@@ -90,9 +90,7 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
             for e in range(count):
                 apart &= e == p or abs(at[e, 1] - q) > 4.0 * _REACH / math.sqrt(curvature)
             if apart and low < spans[p, 0] and spans[p, 1] < high and spread < 0.01 * half:
-                here = (
-                    _log_weight(w, a[0], fits[p], mu, y, ends, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
-                )
+                here = _log_weight(w, a[0], fits[p], mu, y, ends, info, mean) + 0.5 * _LOG_2PI + math.log(spread)
                 total = _add(total, here + prior)
                 spans[p, 1] = -1.0  # done
         else:
@@ -108,11 +106,7 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
         while grown:
             grown = False
             for e in range(count):
-                if (
-                    spans[e, 1] >= first
-                    and spans[e, 0] <= last
-                    and (spans[e, 0] < first or spans[e, 1] > last)
-                ):
+                if spans[e, 1] >= first and spans[e, 0] <= last and (spans[e, 0] < first or spans[e, 1] > last):
                     first, last, grown = min(first, spans[e, 0]), max(last, spans[e, 1]), True
         members = 0
         for e in range(count):
@@ -222,9 +216,7 @@ def weigh_frames(
                 size = squares[k].size * m
                 scan(w_single, bases[k], edges[k], sums[:, :size], scans[:size])
                 s = scans[:size].reshape(squares[k].size, m)
-                part[LOG_EVIDENCE] = _survey(
-                    w, s, squares[k], explained, mu, fines[k], nodes[k], rows[k], step
-                )
+                part[LOG_EVIDENCE] = _survey(w, s, squares[k], explained, mu, fines[k], nodes[k], rows[k], step)
             else:
                 part[LOG_EVIDENCE] = _evidence(
                     w, tables[k], g[0], g[1], g[2], mu, ends, count, at[k], fits[k],

@@ -72,19 +72,13 @@ class Kind:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise InvalidValueError(
-                f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)'
-            )
+            raise InvalidValueError(f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)')
         if self.name in _SAID:
-            raise InvalidValueError(
-                f'name = "{self.name}"', "answers without a kind are called so", "another name"
-            )
+            raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
         line = issubclass(family_of(self.family), LineLoad)
         ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1]:
-            raise InvalidValueError(
-                f"half_width = {self.half_width!r}", "two half widths, ascending, are needed"
-            )
+            raise InvalidValueError(f"half_width = {self.half_width!r}", "two half widths, ascending, are needed")
         if line and ends[1] > 0:
             raise InvalidValueError(
                 f"half_width = {self.half_width!r} of a line load", "it has none", "leave out half_width"
@@ -142,29 +136,20 @@ class Evidence(Framewise):
             search = (float(y.min() - 0.5 * depth.max()), float(y.max() + 0.5 * depth.max()))
         self.friction = checked_friction(friction)
         super().__init__(
-            array,
-            _kernel,
-            needed=4 if self.friction > 0 else 3,
-            columns=KIND + EACH * len(names),
-            status=STATUS,
+            array, _kernel, needed=4 if self.friction > 0 else 3, columns=KIND + EACH * len(names), status=STATUS
         )
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(depth.min())
         table = tabulate(finger, search)
         self._ends = (table.start, table.stop)
-        self.fields = tuple(
-            Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in self.kinds
-        )
+        self.fields = tuple(Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in self.kinds)
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._positions = np.linspace(*self._ends, count)
         self._squares = tuple(
             np.linspace(
                 k.half_width[0] ** 2,
                 k.half_width[1] ** 2,
-                1
-                + int(
-                    np.ceil((k.half_width[1] ** 2 - k.half_width[0] ** 2) / (_SQUARE * self._shallowest**2))
-                ),
+                1 + int(np.ceil((k.half_width[1] ** 2 - k.half_width[0] ** 2) / (_SQUARE * self._shallowest**2))),
             )
             for k in self.kinds
         )

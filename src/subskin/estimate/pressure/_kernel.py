@@ -269,7 +269,5 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
         if count < 0 or not chi2 <= largest:
             row[STATUS] = _UNEXPLAINED
             continue
-        _totals(
-            row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along
-        )
+        _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along)
         _curves(row, x, shares[lean], squares[lean], prior, w, surface)

@@ -181,9 +181,7 @@ def half_widths(columns: FloatArray) -> FloatArray:
         at = padded[:, j]
         low = a + (half[j] - at[a]) / (at[a + 1] - at[a])
         high = b - (half[j] - at[b]) / (at[b - 1] - at[b])
-        if (a == 0) != (
-            b == count + 1
-        ):  # cut off by an end of the search: as wide on that side as on the other
+        if (a == 0) != (b == count + 1):  # cut off by an end of the search: as wide on that side as on the other
             low, high = (2 * peak[j] - high, high) if a == 0 else (low, 2 * peak[j] - low)
         out[j] = max(high, own[j]) - min(low, own[j])
     return out

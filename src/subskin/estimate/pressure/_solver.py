@@ -143,23 +143,7 @@ def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, l
             patience -= 1
         else:
             return _descend(
-                columns,
-                gram,
-                t,
-                w,
-                diagonal,
-                beside,
-                cost,
-                b,
-                on,
-                x,
-                slope,
-                r,
-                lower,
-                index,
-                z,
-                downhill,
-                tolerance,
+                columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance
             )
         for j in range(total):
             if on[j]:
@@ -170,9 +154,7 @@ def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, l
 
 
 @compiled()
-def _descend(
-    columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance
-):
+def _descend(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance):
     """The same from x, by Lawson and Hanson's way: downhill all along, one height more > 0 at a time."""
     total = x.size
     for j in range(total):
@@ -251,28 +233,7 @@ def turn(parts, columns, x, r, lower, index, count, along, c):
 
 
 @compiled()
-def settle(
-    parts,
-    gram,
-    t,
-    low,
-    high,
-    w,
-    diagonal,
-    beside,
-    cost,
-    b,
-    on,
-    columns,
-    x,
-    slope,
-    r,
-    lower,
-    index,
-    z,
-    c,
-    near,
-):
+def settle(parts, gram, t, low, high, w, diagonal, beside, cost, b, on, columns, x, slope, r, lower, index, z, c, near):
     """Least J over x >= 0 and over t in [low, high], from the guesses `on` and t: t and the count.
 
     Newton's method, with the bracket halved where it would leave it. With no second part t stays.

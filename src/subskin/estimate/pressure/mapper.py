@@ -184,9 +184,7 @@ class PressureMapper(Framewise):
         m = len(normal)
         blocks = 2 if self.shear == "free" else 1
         if self.shear == "free":
-            parts = np.concatenate(
-                [normal + self.friction * tangential, normal - self.friction * tangential]
-            )[None]
+            parts = np.concatenate([normal + self.friction * tangential, normal - self.friction * tangential])[None]
         elif self.shear == "proportional":
             parts = np.stack([normal, tangential])
         else:
@@ -229,9 +227,7 @@ def _strips(normal: FloatArray, tangential: FloatArray, widths: FloatArray) -> t
     fields = np.stack([normal, tangential])
     sums = np.concatenate([np.zeros_like(fields[:, :1]), np.cumsum(fields, axis=1)], axis=1)
     counts = [1, *(w for w in np.rint(widths).astype(int) if 1 < w < sums.shape[1])]
-    strips = np.ascontiguousarray(
-        np.concatenate([(sums[:, w:] - sums[:, :-w])[:, ::2] for w in counts], axis=1)
-    )
+    strips = np.ascontiguousarray(np.concatenate([(sums[:, w:] - sums[:, :-w])[:, ::2] for w in counts], axis=1))
     products = [np.einsum("mn,mn->m", strips[i], strips[k]) for i, k in ((0, 0), (0, 1), (1, 1))]
     return strips, np.stack(products, axis=1)
 

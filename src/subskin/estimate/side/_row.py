@@ -63,9 +63,7 @@ class Frames(NamedTuple):
             )
         raw = np.asarray(readings, dtype=np.float64)
         if raw.ndim == 0 or raw.shape[-1] != len(array):
-            raise GeometryError(
-                f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors"
-            )
+            raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors")
         centre, spread, known = known_only(position=position, position_std=position_std)
         gain = np.where(array.live, np.asarray(array.gain), 1.0)
         with np.errstate(invalid="ignore"):
@@ -170,15 +168,11 @@ class Response(NamedTuple):
     by_width: FloatArray
 
     @classmethod
-    def of(
-        cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None
-    ) -> Response:
+    def of(cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None) -> Response:
         """Changes by central differences."""
         h = _STEP * float(np.asarray(finger.array.depth).mean())
         if half_width is None:
-            unit, after, before = unit_readings(
-                finger, family, np.stack([position, position + h, position - h]), None
-            )
+            unit, after, before = unit_readings(finger, family, np.stack([position, position + h, position - h]), None)
             return cls(unit, (after - before) / (2 * h), np.zeros_like(unit))
         y, a = np.broadcast_arrays(position, half_width)
         positions = np.stack([y, y + h, y - h, y, y])
@@ -187,9 +181,7 @@ class Response(NamedTuple):
         return cls(unit, (after - before) / (2 * h), (more - less) / (2 * _STEP * a[..., None, None]))
 
 
-def unit_readings(
-    finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None
-) -> FloatArray:
+def unit_readings(finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None) -> FloatArray:
     """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain."""
     width = None if half_width is None else half_width[..., None]
     fields = finger.measure(unit_loads(family, position[..., None], width), linear=True)

@@ -134,9 +134,7 @@ def checked_width(
     """
     if issubclass(family, LineLoad):
         if half_width is not None or np.any(np.asarray(std) != 0):
-            raise InvalidValueError(
-                f"half_width = {half_width!r} of a line load", "it has none", "leave it out"
-            )
+            raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
         return None, np.zeros(()), np.array(True)
     if half_width is None:
         raise InvalidValueError(
@@ -247,9 +245,7 @@ def side_angle(
         variance = variance + (per_position * frames.position_std) ** 2 + (per_width * width_std) ** 2
         angle = np.arctan2(drag, normal)
         # a normal force that is not beyond its own noise is no measure for the drag
-        lost = np.abs(normal) < BEYOND * np.sqrt(
-            ((to_forces[..., 0, :] * frames.used_noise) ** 2).sum(axis=-1)
-        )
+        lost = np.abs(normal) < BEYOND * np.sqrt(((to_forces[..., 0, :] * frames.used_noise) ** 2).sum(axis=-1))
     columns = [made.unit]
     columns += [made.by_position] if (frames.position_std > 0).any() else []
     columns += [made.by_width] if (width_std > 0).any() else []

@@ -97,9 +97,7 @@ def side_angle_from_gradients(
     depths = np.unique(depth)
     if depths.size != 2:
         raise GeometryError(
-            f"sensors at {depths.size} depths",
-            "two rows are needed, each at one depth",
-            "SensorArray(depth=[...])",
+            f"sensors at {depths.size} depths", "two rows are needed, each at one depth", "SensorArray(depth=[...])"
         )
     if any(np.unique(np.asarray(array.y)[depth == d]).size < (depth == d).sum() for d in depths):
         raise GeometryError("two sensors at one place", "each has to have a place of its own in its row")
@@ -128,15 +126,11 @@ def side_angle_from_gradients(
         square = drag**2 + press**2
         turned = press[..., None] * rule[..., 0, :] - drag[..., None] * rule[..., 1, :]
         per_position = (press * drag_moved - drag * press_moved) / square
-        variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (
-            per_position * frames.position_std
-        ) ** 2
+        variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (per_position * frames.position_std) ** 2
         angle = np.arctan(drag / press)
     # a gradient that is not beyond its own noise is steep or shallow by chance, and says so of neither
     lost = np.abs(press) < BEYOND * np.sqrt(((rule[..., 1, :] * noise) ** 2).sum(axis=-1))
-    pressed = np.einsum("...n,...n->...", middle, frames.measured) * (
-        1 if isinstance(kind, MeanPressure) else -1
-    )
+    pressed = np.einsum("...n,...n->...", middle, frames.measured) * (1 if isinstance(kind, MeanPressure) else -1)
     return SideAngle.judged(
         frames.shape,
         angle,
@@ -155,9 +149,7 @@ def _blind_depth(skin: Skin) -> float:
     return float(blind_depth(skin, 1.0))
 
 
-def _truncation(
-    finger: Finger, skin: Skin, position: FloatArray, rule: FloatArray, angle: FloatArray
-) -> FloatArray:
+def _truncation(finger: Finger, skin: Skin, position: FloatArray, rule: FloatArray, angle: FloatArray) -> FloatArray:
     """Largest error of `rule` over the contacts of which it says this angle, the blind widths left out."""
     depth = float(np.asarray(finger.array.depth).mean())
     blind = depth / _blind_depth(skin)
@@ -167,9 +159,7 @@ def _truncation(
         if abs(width - blind) < _NEAR_BLIND * blind:
             continue
         family, half = (Hertz, np.asarray(width)) if width else (LineLoad, None)
-        drag, press = np.moveaxis(
-            rule @ unit_readings(finger, family, position, half), -2, 0
-        )  # (..., 2 forces)
+        drag, press = np.moveaxis(rule @ unit_readings(finger, family, position, half), -2, 0)  # (..., 2 forces)
         with np.errstate(divide="ignore", invalid="ignore"):
             true = (said * press[..., 0] - drag[..., 0]) / (drag[..., 1] - said * press[..., 1])
         worst = np.fmax(worst, np.abs(np.arctan(true) - angle))

@@ -20,11 +20,7 @@ __all__ = ["blind_depth", "side_angle_from_slope"]
 
 _BLIND = 1e-9
 """A slope times the depth, beside the strain, that counts as none: rounding, and the skins' own errors."""
-_SHALLOWEST, _DEEPEST, _SCAN = (
-    1e-3,
-    20.0,
-    240,
-)  # in half widths; the zero lies at 2 nu half widths as nu falls to 0
+_SHALLOWEST, _DEEPEST, _SCAN = (1e-3, 20.0, 240)  # in half widths; the zero lies at 2 nu half widths as nu falls to 0
 _STEP = 1e-4
 _REACH, _COUNT = 0.5, 24
 _THETA = np.pi * (np.arange(_COUNT) + 0.5) / _COUNT
@@ -61,9 +57,7 @@ class _Beneath(NamedTuple):
     def of(cls, skin: Skin, family: Family, depth: FloatArray, half_width: FloatArray | None) -> _Beneath:
         x, a = np.broadcast_arrays(depth, 0.0 if half_width is None else half_width)
         width = None if half_width is None else a[..., None, None]
-        strain = skin.strain(
-            unit_loads(family, 0.0, width), x[..., None, None], (x[..., None] * _NODES)[..., None]
-        )
+        strain = skin.strain(unit_loads(family, 0.0, width), x[..., None, None], (x[..., None] * _NODES)[..., None])
         press, drag = np.moveaxis(strain.xx, -1, 0)
         return cls(press @ _DERIVATIVES[0], drag @ _DERIVATIVES[1], press @ _DERIVATIVES[2])
 
@@ -131,9 +125,7 @@ def _shallowest_zero(skin: Skin, family: Family, a: float) -> float:
     if not change.size:
         return np.nan
     return float(
-        brentq(
-            lambda x: float(slope(x)), depths[change[0]], depths[change[0] + 1], xtol=1e-13 * a, rtol=1e-12
-        )
+        brentq(lambda x: float(slope(x)), depths[change[0]], depths[change[0] + 1], xtol=1e-13 * a, rtol=1e-12)
     )
 
 
@@ -231,9 +223,7 @@ def side_angle_from_slope(
         per_width = np.zeros(shape)
         if a is not None:
             more, less = (_Beneath.of(skin, kind, x, a * (1 + side * _STEP)) for side in (1, -1))
-            of_strain, of_slope = (
-                np.log(m / n) / (2 * _STEP * a) for m, n in ((more[0], less[0]), (more[1], less[1]))
-            )
+            of_strain, of_slope = (np.log(m / n) / (2 * _STEP * a) for m, n in ((more[0], less[0]), (more[1], less[1])))
             per_width = normal * drag / square * (of_strain - of_slope)
         variance = (per_slope * rise_std) ** 2 + (per_strain * value_std) ** 2
         variance = variance + (per_position * position_std) ** 2 + (per_width * width_std) ** 2

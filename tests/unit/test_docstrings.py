@@ -1,0 +1,222 @@
+"""Every public docstring says all that a caller needs: parameters, units, shapes, errors, an example, the source.
+
+A method may leave a parameter to the function that its text names in backticks; so may a class its errors.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+import textwrap
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from numpydoc.docscrape import NumpyDocString
+
+import subskin
+
+ROOT = Path(subskin.__file__).parent
+EDGE = {"cli", "__main__"}
+LATER = {
+    "design",
+    "pressing",
+    "memo",
+    "plot",
+    "contact",
+    "estimate",
+    "calibration",
+    "stream",
+    "io",
+    "decide",
+    "report",
+    "tensor",
+    "transducer",
+    "array",
+    "skin",
+    "load",
+    "response",
+    "material",
+    "finger",
+    "prepared",
+}  # rooms that are not yet complete
+NUMBER = re.compile(r"\b(float|array_like|ndarray|FloatArray)\b")
+UNIT = re.compile(r"\[[^\[\]]+\]")
+PURE = re.compile(  # what has no unit, in words
+    r"\[-\]|\b(shares?|ratios?|factors?|probabilit\w+|chances?|number|numbers|counts?|levels?|parts?|gains?|"
+    r"chi-square|sigmas?|standard deviations|quantiles?|percentiles?|poisson|friction|mu|nu|units? of|as of|of shape|"
+    r"multiples?|times|columns?|rows?|index|indices|scores?|weights?|odds|in order|relative)\b",
+    re.IGNORECASE,
+)
+SHAPE = re.compile(r"\bshapes?\b|\(\.\.\.|scalars?\b|one for (all|each)|\bfor each\b|\beach\b|as of `", re.IGNORECASE)
+FORMULA = re.compile(r"[\w)\]] = [^=\n]*[\w)]\s*(\*\*|\^|/|\bsqrt|\bexp|\blog)")
+SOURCE = re.compile(
+    r"eq\. ?\(|eqs\. ?\(|\bmemo\b|\b(18|19|20)\d\d\b|section \d|Fig\. \d|docs/|chapter|\bby definition\b"
+)
+NAMED = re.compile(r"`~?\.?([\w.]+)`")
+
+
+@dataclass(frozen=True, eq=False)
+class Public:
+    """A public class, function, method or property, with its docstring taken to pieces."""
+
+    name: str
+    thing: object
+    owner: type | None = None
+
+    @cached_property
+    def function(self):
+        """What is called: of a class its constructor, of a property its getter."""
+        thing = self.thing
+        if isinstance(thing, property):
+            return thing.fget
+        if isinstance(thing, cached_property):
+            return thing.func
+        return getattr(thing, "__func__", thing)
+
+    @cached_property
+    def text(self):
+        return inspect.cleandoc(self.function.__doc__ or "")
+
+    @cached_property
+    def parsed(self):
+        return NumpyDocString(self.text)
+
+    @cached_property
+    def entries(self):
+        """(names, all that is said of them) of what goes in and what the fields are."""
+        return [
+            ([name.strip(" *") for name in entry.name.split(",")], f"{entry.type} {' '.join(entry.desc)}")
+            for section in ("Parameters", "Other Parameters", "Attributes")
+            for entry in self.parsed[section]
+        ]
+
+    @cached_property
+    def described(self):
+        return {name for names, _ in self.entries for name in names} | set(NAMED.findall(self.text))
+
+    @cached_property
+    def parameters(self):
+        if isinstance(self.thing, property | cached_property):
+            return []
+        if isinstance(self.thing, type):
+            if issubclass(self.thing, Exception | Enum):
+                return []
+            if is_dataclass(self.thing):
+                return [f.name for f in fields(self.thing) if f.init and not f.name.startswith("_")]
+        try:
+            signature = inspect.signature(self.function)
+        except ValueError:
+            return []
+        return [name for name in signature.parameters if name not in {"self", "cls"} and name[0] != "_"]
+
+    @cached_property
+    def raises(self):
+        """Errors that its own lines raise."""
+        bodies = [self.function]
+        if isinstance(self.thing, type):
+            bodies = [vars(self.thing).get(name) for name in ("__init__", "__post_init__", "__new__")]
+        found = set()
+        for body in filter(inspect.isfunction, bodies):
+            try:
+                tree = ast.parse(textwrap.dedent(inspect.getsource(body)))
+            except (OSError, SyntaxError):  # made by dataclass
+                continue
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+                    found.add(ast.unparse(node.exc.func).split(".")[-1])
+        return {name for name in found if name.endswith(("Error", "Exit"))} - {"AttributeError", "NotImplementedError"}
+
+
+def rooms():
+    """Public modules that list their names."""
+    for path in sorted(ROOT.rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        parts = parts[:-1] if parts[-1] == "__init__" else parts
+        if not EDGE & set(parts) and not any(part.startswith("_") for part in parts):
+            module = import_module(".".join(("subskin", *parts)))
+            if hasattr(module, "__all__"):
+                yield module
+
+
+def public():
+    found = {}
+    for module in rooms():
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if not isinstance(thing, type) and not inspect.isfunction(thing):
+                continue
+            if not thing.__module__.startswith("subskin") or id(thing) in found:
+                continue
+            found[id(thing)] = Public(f"{thing.__module__}.{thing.__qualname__}", thing)
+            if isinstance(thing, type):
+                for member, value in vars(thing).items():
+                    kind = property | cached_property | staticmethod | classmethod
+                    if not member.startswith("_") and (inspect.isfunction(value) or isinstance(value, kind)):
+                        method = Public(f"{thing.__module__}.{thing.__qualname__}.{member}", value, thing)
+                        if not inherits(method):
+                            found[id(value)] = method
+    return list(found.values())
+
+
+def inherits(method):
+    """Whether a base has the same method, with a docstring that serves both."""
+    name = method.name.rsplit(".", 1)[1]
+    return not method.text and any(getattr(base, name, None) is not None for base in method.owner.__mro__[1:])
+
+
+THINGS = public()
+BY_NAME = {}
+for one in THINGS:
+    BY_NAME.setdefault(one.name.rsplit(".", 1)[1], []).append(one)
+
+
+def helpers(one):
+    """Public things that a docstring names in backticks, the class of a method, and itself."""
+    named = [other for name in NAMED.findall(one.text) for other in BY_NAME.get(name.rsplit(".", 1)[-1], ())]
+    owner = [other for other in THINGS if one.owner is not None and other.thing is one.owner]
+    return [one, *owner, *named]
+
+
+def returned(one):
+    """Names of classes that a function with an example gives back."""
+    return set(re.findall(r"\w+", str(getattr(one.function, "__annotations__", {}).get("return", ""))))
+
+
+SHOWN = {name for one in THINGS if ">>>" in one.text for name in returned(one)}
+
+
+def lacks(one):
+    """What is missing in one docstring, in words."""
+    missing = []
+    if not one.text:
+        return ["a docstring"]
+    known = set().union(*(other.described for other in helpers(one)))
+    missing += [f"parameter {name}" for name in one.parameters if name not in known]
+    for names, said in one.entries:
+        if NUMBER.search(said) and "bool" not in said and not UNIT.search(said) and not PURE.search(said):
+            missing.append(f"unit of {', '.join(names)}")
+    arrays = [names for names, said in one.entries if re.search(r"array_like|ndarray|FloatArray", said)]
+    if arrays and not any(SHAPE.search(other.text) for other in helpers(one)):
+        missing.append(f"shape of {', '.join(name for names in arrays for name in names)}")
+    said = " ".join(other.text for other in helpers(one))
+    missing += [f"Raises {name}" for name in sorted(one.raises) if name not in said]
+    if one.owner is None and not issubclass(type(one.thing), type(Enum)):
+        is_error = isinstance(one.thing, type) and issubclass(one.thing, Exception)
+        if ">>>" not in one.text and not is_error and one.name.rsplit(".", 1)[1] not in SHOWN:
+            missing.append("an example")
+    prose = one.text.split(">>>")[0]
+    if FORMULA.search(prose) and not SOURCE.search(" ".join(other.text for other in helpers(one)[:2])):
+        missing.append("the source of its formula")
+    return missing
+
+
+@pytest.mark.parametrize(
+    "one", [one for one in THINGS if one.name.split(".")[1] not in LATER], ids=lambda one: one.name
+)
+def test_it_says_all(one):
+    assert lacks(one) == []
