@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.decide import CANNOT_TELL, Kind, contact_type, usual_kinds
+from subskin.decide import UNDECIDED, Kind, contact_type, usual_kinds
 
 FULL_SCALE = 3 / (2 * np.pi)
 
@@ -75,10 +75,10 @@ def test_cannot_tell_with_four_sensors_and_a_free_width():
     kinds = tuple(Kind(n, n, (0.02, 1.2)) for n in ("wedge", "punch", "hertz"))
     touches = [ss.Hertz(1.0, a, y, half_width=0.5) for a, y in ((0.0, 0.2), (0.3, -0.4), (-0.4, 0.1), (0.1, 0.6))]
     said = contact_type(tip, [tip.read(t) for t in touches], kinds)
-    assert said.decision.tolist() == [CANNOT_TELL] * 4
+    assert said.decision.tolist() == [UNDECIDED] * 4
     assert said.name.tolist() == ["cannot tell"] * 4
     assert said.status.tolist() == [ss.Status.AMBIGUOUS] * 4
-    assert (said.best != CANNOT_TELL).all()
+    assert (said.best != UNDECIDED).all()
     assert (said.residual < 1e-3).all()
     more = finger(6, noise=1e-4)
     six = contact_type(more, [more.read(t) for t in touches], kinds)
@@ -90,8 +90,8 @@ def test_sure_sets_where_a_kind_is_decided_for():
     readings = tip.read(TOUCHES["vertex"])
     kinds = (Kind("line", "line"), Kind("vertex", "wedge", (0.1, 0.35)))
     top = contact_type(tip, readings, kinds).probability.max()
-    assert contact_type(tip, readings, kinds, sure=top - 1e-9).decision != CANNOT_TELL
-    assert contact_type(tip, readings, kinds, sure=top + 1e-9).decision == CANNOT_TELL
+    assert contact_type(tip, readings, kinds, sure=top - 1e-9).decision != UNDECIDED
+    assert contact_type(tip, readings, kinds, sure=top + 1e-9).decision == UNDECIDED
 
 
 def test_odd_frames_get_a_status_and_no_kind():
@@ -105,7 +105,7 @@ def test_odd_frames_get_a_status_and_no_kind():
     assert [ss.Status(s).name for s in said.status] == expected
     words = ["round side", "round side", "incomplete", "no contact", "unexplained", "incomplete"]
     assert said.name.tolist() == words
-    assert (said.best[2:] == CANNOT_TELL).all()
+    assert (said.best[2:] == UNDECIDED).all()
     for values in (said.probability[:, 0], said.position, said.force, said.half_width):
         assert np.isnan(values[2:]).all()
         assert np.isfinite(values[:2]).all()

@@ -3,12 +3,13 @@
 from ..estimate.evidence import Kind
 from .friction import Friction
 from .grip import least_force
-from .slip import Slip, SlipVerdict, slip
+from .slip import Slip, slip
 from .stick import stick_zone
-from .type_decision import CANNOT_TELL, TypeDecision, contact_type, usual_kinds
+from .type_decision import UNDECIDED, TypeDecision, contact_type, usual_kinds
+from .verdict import SlipVerdict
 
 __all__ = [
-    "CANNOT_TELL",
+    "UNDECIDED",
     "Friction",
     "Kind",
     "Slip",

@@ -11,15 +11,13 @@ import numpy.typing as npt
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
+from ._cone_kernel import EDGE, SURE, fill_cells
 
-__all__ = ["Forces", "beyond", "cells_beyond", "falling_root", "forces_of", "of_frames", "picked", "widths"]
+__all__ = ["Forces", "beyond", "cells_beyond", "checked", "falling_root", "forces_of", "of_frames", "picked", "widths"]
 
 BoolArray = npt.NDArray[np.bool_]
 
 _BLOCK = 1 << 18
-_EDGE = 1e-6
-_SURE = 8.0
-"""Standard deviations from 0 at which a normal force is taken to press for certain: the rest is 6e-16."""
 
 
 class Forces(NamedTuple):
@@ -41,12 +39,7 @@ def forces_of(estimate: Estimate) -> tuple[Forces, BoolArray, BoolArray]:
 
     Readings are linear in (N, T), so that errors are Gaussian there.
     """
-    if not isinstance(estimate, Estimate):
-        raise InvalidValueError(
-            f"estimate = {repr(estimate)[:60]}",
-            "what Finger.locate or Finger.fit returned is needed",
-            "decide.slip(finger.fit(readings), friction=0.5)",
-        )
+    checked(estimate)
     load, widest = estimate.load, estimate.friction
     square = np.asarray(load.covariance)
     forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
@@ -55,8 +48,19 @@ def forces_of(estimate: Estimate) -> tuple[Forces, BoolArray, BoolArray]:
     told = found & np.isfinite(np.stack(forces)).all(axis=0) & (forces.tt > 0)
     edge = np.zeros_like(told)
     if np.isfinite(widest):
-        edge = found & (np.abs(forces.tangential) >= widest * forces.normal * (1 - _EDGE))
+        edge = found & (np.abs(forces.tangential) >= widest * forces.normal * (1 - EDGE))
     return forces, told, edge
+
+
+def checked(estimate: Estimate) -> Estimate:
+    """What is an estimate; an error for what is not."""
+    if not isinstance(estimate, Estimate):
+        raise InvalidValueError(
+            f"estimate = {repr(estimate)[:60]}",
+            "what Finger.locate or Finger.fit returned is needed",
+            "decide.slip(finger.fit(readings), friction=0.5)",
+        )
+    return estimate
 
 
 def widths(load: Forces, mu: FloatArray, side: float) -> FloatArray:
@@ -67,67 +71,16 @@ def widths(load: Forces, mu: FloatArray, side: float) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(square, floor * floor)))
 
 
-def cell_mean(low: FloatArray, middle: FloatArray, high: FloatArray) -> FloatArray:
-    """Mean of Phi(z) over a cell at whose ends and middle z is given; z is a straight line there, and a little bent.
-
-    With G the integral of Phi and H that of G: the line gives (G2 - G1) / D, the bend 4 b times the mean of
-    t (1 - t) phi, which is (G1 + G2) / D^2 - 2 (H2 - H1) / D^3.
-    """
-    from scipy.special import ndtr
-
-    # from the lower tail: near 1, Phi would be a difference of large numbers
-    flip = np.where(low + high > 0, -1.0, 1.0)
-    low, middle, high = flip * low, flip * middle, flip * high
-    apart = high - low
-    centre = 0.5 * (low + high)
-    bend = middle - centre
-    close = np.abs(apart) < 0.02
-    width = np.where(close, 1.0, apart)
-    below, above, bell = ndtr(low), ndtr(high), _bell(centre)
-    bell_low, bell_high = _bell(low), _bell(high)
-    g_low, g_high = low * below + bell_low, high * above + bell_high
-    h_low = 0.5 * ((low * low + 1) * below + low * bell_low)
-    h_high = 0.5 * ((high * high + 1) * above + high * bell_high)
-    square = apart * apart
-    line = np.where(
-        close,
-        ndtr(centre) - centre * bell * square / 24 * (1 + (centre * centre - 3) * square / 80),
-        (g_high - g_low) / width,
-    )
-    bent = np.where(
-        close,
-        bell * (1 / 6 + (centre * centre - 1) * square / 240),
-        ((g_low + g_high) - 2 * (h_high - h_low) / width) / (width * width),
-    )
-    mean = np.maximum(line + 4 * bend * bent, 0.0)
-    return np.asarray(np.where(flip < 0, 1 - mean, mean))
-
-
-def _bell(z: FloatArray) -> FloatArray:
-    return np.asarray(np.exp(-0.5 * np.minimum(np.abs(z), 40.0) ** 2) / np.sqrt(2 * np.pi))
-
-
-def _deviations(load: Forces, mu: FloatArray, side: float) -> FloatArray:
-    """How far side T lies beyond mu N, in standard deviations."""
-    return np.asarray((side * load.tangential[..., None] - mu * load.normal[..., None]) / widths(load, mu, side))
-
-
-def cells_beyond(load: Forces, edges: FloatArray) -> FloatArray:
-    """P(|T| > mu N), its mean over mu in each cell between the `edges` (..., k + 1); shape (..., k)."""
-    ends, centres = np.asarray(edges), 0.5 * (edges[..., :-1] + edges[..., 1:])
-    total: FloatArray = np.zeros(())
-    for side in (1.0, -1.0):
-        z, middle = (_deviations(load, mu, side) for mu in (ends, centres))
-        total = total + cell_mean(z[..., :-1], middle, z[..., 1:])
-    unsure = load.normal < _SURE * np.sqrt(np.maximum(load.nn, 0.0))
-    if unsure.any():
-        both = _both(load.at(np.flatnonzero(unsure)), _rows(edges, unsure))
+def cells_beyond(load: Forces, edges: FloatArray, scale: FloatArray | None = None) -> FloatArray:
+    """P(|T| > scale mu N), its mean over mu in each cell; edges (frames or 1, k + 1), result (frames, k)."""
+    total = np.empty((load.normal.size, edges.shape[-1] - 1))
+    factor = np.ones(load.normal.size) if scale is None else scale
+    fill_cells(*load, edges, factor, total)
+    unsure = np.flatnonzero(load.normal < SURE * np.sqrt(np.maximum(load.nn, 0.0)))
+    if unsure.size:
+        both = _both(load.at(unsure), factor[unsure, None] * picked(edges, unsure))
         total[unsure] = np.maximum(total[unsure] - both, 0.0)
-    return np.asarray(np.minimum(total, 1.0))
-
-
-def _rows(values: FloatArray, which: BoolArray) -> FloatArray:
-    return np.asarray(np.broadcast_to(values, (*which.shape, values.shape[-1]))[which])
+    return np.minimum(total, 1.0, out=total)
 
 
 def _both(load: Forces, edges: FloatArray) -> FloatArray:
@@ -159,52 +112,20 @@ def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.Array
     for first in range(0, frames, step):
         part = slice(first, first + step)
         ends, weights = (v if v.shape[0] == 1 else v[part] for v in (edges, masses))
-        values = cells_beyond(Forces(*(v[part] for v in load)), factor[part, None] * ends)
-        out[part] = (values * weights).sum(axis=-1)
+        out[part] = (cells_beyond(Forces(*(v[part] for v in load)), ends, factor[part]) * weights).sum(axis=-1)
     return out
 
 
 def falling_root(
-    f: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], low: FloatArray, high: FloatArray
+    f: Callable[..., FloatArray], low: FloatArray, high: FloatArray, index: npt.NDArray[np.intp]
 ) -> FloatArray:
-    """Where f(x, index) falls through 0 between `low` and `high` (n,), to 1e-12 of x; f > 0 at low, <= 0 at high.
+    """Where f(x, index) falls through 0 between `low` and `high` (n,), to 1e-12 of x; f > 0 at low, <= 0 at high."""
+    from scipy.optimize.elementwise import find_root
 
-    Chandrupatla (1997): inverse quadratic interpolation where it is safe, halving elsewhere.
-    """
-    every = np.arange(low.size)
-    b, a = np.array(low, dtype=np.float64), np.array(high, dtype=np.float64)
-    fb, fa = f(b, every), f(a, every)
-    c, fc, t = b.copy(), fb.copy(), np.full(low.size, 0.5)
-    out = np.where(fa == 0, a, 0.5 * (a + b))
-    left = np.flatnonzero((fa != 0) & (a != b))
-    for _ in range(200):
-        if not left.size:
-            break
-        x = a[left] + t[left] * (b[left] - a[left])
-        fx = f(x, left)
-        same = np.sign(fx) == np.sign(fa[left])
-        c[left], fc[left] = np.where(same, a[left], b[left]), np.where(same, fa[left], fb[left])
-        b[left], fb[left] = np.where(same, b[left], a[left]), np.where(same, fb[left], fa[left])
-        a[left], fa[left] = x, fx
-        best = np.where(np.abs(fx) < np.abs(fb[left]), x, b[left])
-        out[left] = best
-        with np.errstate(divide="ignore"):
-            limit = 1e-12 * np.abs(best) / np.abs(b[left] - a[left])
-        t[left] = _next(a[left], b[left], c[left], fx, fb[left], fc[left], limit)
-        left = left[(limit < 0.5) & (fx != 0)]
-    return out
-
-
-def _next(
-    a: FloatArray, b: FloatArray, c: FloatArray, fa: FloatArray, fb: FloatArray, fc: FloatArray, limit: FloatArray
-) -> FloatArray:
-    """How far from a towards b the next trial is."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        position, value = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        safe = (value**2 < position) & ((1 - value) ** 2 < 1 - position)
-        t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-    t = np.where(safe & np.isfinite(t), t, 0.5)
-    return np.clip(t, np.minimum(limit, 0.5), np.maximum(1 - limit, 0.5))
+    found = find_root(
+        f, (low, high), args=(index,), tolerances={"xatol": 0.0, "xrtol": 1e-12, "fatol": 0.0, "frtol": 0.0}
+    )
+    return np.asarray(found.x)
 
 
 def of_frames(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -12,10 +13,10 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
-from ._cone import Forces, forces_of, of_frames
+from ._cone import Forces, forces_of, of_frames, picked
 from ._learning import check_possible, posterior
 
-__all__ = ["Friction", "density_of", "friction_of"]
+__all__ = ["Friction", "density_of", "friction_of", "rows_of"]
 
 _CELLS = 64
 _NORMAL_REACH = 6.0
@@ -131,10 +132,13 @@ class Friction:
         masses = np.diff(ndtr(lower)) + np.diff(-ndtr(-np.maximum(z, 0.0)))
         return cls(edges, masses)
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape of the batch: () for one friction."""
         return np.broadcast_shapes(np.shape(self.edges)[:-1], np.shape(self.masses)[:-1])
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"edges": self.edges, "masses": self.masses}  # without what was worked out
 
     def __repr__(self) -> str:
         if self.shape:
@@ -147,23 +151,28 @@ class Friction:
         edges = np.asarray(self.edges)
         return np.asarray(0.5 * (edges[..., 1:] + edges[..., :-1]))
 
-    @property
+    @cached_property
     def mean(self) -> FloatArray:
         """Mean, shape (...)."""
         return _check.read_only((self._centres * np.asarray(self.masses)).sum(axis=-1))
 
-    @property
+    @cached_property
     def std(self) -> FloatArray:
         """Standard deviation, shape (...)."""
         away = self._centres - self.mean[..., None]
         within = np.diff(np.asarray(self.edges)) ** 2 / 12
         return _check.read_only(np.sqrt(((away**2 + within) * np.asarray(self.masses)).sum(axis=-1)))
 
-    @property
+    @cached_property
     def high(self) -> FloatArray:
         """The largest coefficient that is possible at all, shape (...)."""
         ends = np.asarray(self.edges)[..., 1:]
         return _check.read_only(np.where(np.asarray(self.masses) > 0, ends, -np.inf).max(axis=-1))
+
+    @cached_property
+    def facts(self) -> FloatArray:
+        """Mean, standard deviation and `high`, shape (..., 3)."""
+        return _check.read_only(np.stack(np.broadcast_arrays(self.mean, self.std, self.high), axis=-1))
 
     def quantile(self, probability: npt.ArrayLike) -> FloatArray:
         """The coefficient below which it lies with a probability; shape (...) and then the probability's.
@@ -273,13 +282,19 @@ def friction_of(friction: Friction | float) -> Friction:
     return friction if isinstance(friction, Friction) else Friction.known(friction)
 
 
+def rows_of(friction: Friction, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Edges, masses, and (mean, std, high) for each frame, (frames, ...), or the one row that serves all, (1, ...)."""
+    edges, masses, facts = np.asarray(friction.edges), np.asarray(friction.masses), friction.facts
+    if not friction.shape:
+        return edges[None], masses[None], facts[None]
+    rows = [of_frames(np.moveaxis(v, -1, 0), (v.shape[-1], *shape)) for v in (edges, masses, facts)]
+    first, second, third = (np.moveaxis(v, 0, -1).reshape(-1, v.shape[0]) for v in rows)
+    return first, second, third
+
+
 def density_of(
     friction: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]
 ) -> tuple[FloatArray, FloatArray]:
     """Edges and masses for the frames of a flat index, (frames, ...), or the one row that serves all, (1, ...)."""
-    edges, masses = np.asarray(friction.edges), np.asarray(friction.masses)
-    if not friction.shape:
-        return edges[None], masses[None]
-    rows = [of_frames(np.moveaxis(v, -1, 0), (v.shape[-1], *shape)) for v in (edges, masses)]
-    first, second = (np.moveaxis(v, 0, -1).reshape(-1, v.shape[0])[index] for v in rows)
-    return first, second
+    edges, masses, _ = rows_of(friction, shape)
+    return picked(edges, index), picked(masses, index)

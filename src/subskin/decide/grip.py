@@ -98,22 +98,15 @@ def _fits(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
         raise GeometryError(f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all")
 
 
-def _falls_below(excess: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], scale: FloatArray) -> FloatArray:
+def _falls_below(excess: Callable[..., FloatArray], scale: FloatArray) -> FloatArray:
     """The least normal force >= 0 at which `excess` is no more than 0, from a first guess of its size."""
+    from scipy.optimize.elementwise import bracket_root
+
     every = np.arange(scale.size)
     out = np.where(excess(np.zeros(scale.size), every) <= 0, 0.0, np.inf)
-    low, high = np.zeros(scale.size), np.array(scale)
-    left = np.flatnonzero(out > 0)
-    found: list[npt.NDArray[np.intp]] = []
-    for _ in range(_DOUBLINGS):
-        if not left.size:
-            break
-        below = excess(high[left], left) <= 0
-        found.append(left[below])
-        left = left[~below]
-        low[left] = high[left]
-        high[left] *= 2
-    index = np.concatenate(found) if found else np.zeros(0, dtype=np.intp)
-    if index.size:
-        out[index] = falling_root(lambda x, at: excess(x, index[at]), low[index], high[index])
+    index = np.flatnonzero(out > 0)
+    ends = bracket_root(excess, np.zeros(index.size), scale[index], xmin=0.0, args=(index,), maxiter=_DOUBLINGS)
+    low, high = (np.asarray(end)[ends.success] for end in ends.bracket)
+    index = index[ends.success]
+    out[index] = falling_root(excess, low, high, index)
     return out

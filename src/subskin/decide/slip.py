@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -13,30 +12,19 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ..estimate import Estimate, Status
+from ..estimate import Estimate, Layout
 from ..pressing import Indenter
 from ..skin import Skin
-from ._cone import BoolArray, Forces, beyond, falling_root, forces_of, of_frames, picked
-from .friction import Friction, density_of, friction_of
+from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, picked
+from ._cone_kernel import CUT_OFF, JUDGED, UNSURE, VERDICT, judge_frames
+from .friction import Friction, density_of, friction_of, rows_of
 from .stick import checked_contact, stick_share, stick_zone
+from .verdict import SlipVerdict
 
-__all__ = ["Slip", "SlipVerdict", "slip"]
+__all__ = ["Slip", "slip"]
 
 _INTERVAL = (0.025, 0.975)
 _FARTHEST = 1e9
-
-
-class SlipVerdict(IntEnum):
-    """What to make of a frame; the thresholds are those of `slip`."""
-
-    HOLDS = 0
-    """The probability of slip is below the first threshold."""
-    AT_RISK = 1
-    """It is between the two."""
-    SLIPS = 2
-    """It is at the second or above. A contact that slides lies on the cone: its frames scatter about 1/2."""
-    CANNOT_TELL = 3
-    """No load, or one of two, or one that the estimator's own cone cut off where friction may hold more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,52 +173,45 @@ def slip(
     ['HOLDS', 'AT_RISK', 'SLIPS']
     """
     mu = friction_of(friction)
-    low, high = _thresholds(thresholds)
+    limits = _thresholds(thresholds)
     checked_contact(contact)
     if (skin is None) != (indenter is None):
         raise InvalidValueError(
             f"skin = {skin!r}, indenter = {indenter!r}", "the solver needs both", "skin=finger.skin"
         )
-    load, told, edge = forces_of(estimate)
-    shape = estimate.shape
-    told &= (load.normal > 0) & ~(edge & (estimate.friction < of_frames(mu.high, shape)))
-    index = np.flatnonzero(told)
-    values = np.full((4, told.size), np.nan)
-    if index.size:
-        values[:, index] = _numbers(load.at(index), mu, shape, index)
-    margin, margin_std, probability, ratio = (_check.read_only(v.reshape(shape)) for v in values)
-    normal, tangential = (_check.read_only(np.where(told, v, np.nan)) for v in (load.normal, load.tangential))
-    verdict = np.where(probability < low, SlipVerdict.HOLDS, SlipVerdict.AT_RISK)
-    verdict = np.where(probability >= high, SlipVerdict.SLIPS, verdict)
-    sure = told & (estimate.status == Status.OK)
-    judged = np.array(np.where(sure, verdict, SlipVerdict.CANNOT_TELL), dtype=np.int8)
-    at_edge = np.array(edge)
-    judged.flags.writeable = at_edge.flags.writeable = False
+    table = checked(estimate).table
+    judged = np.empty((*table.shape[:-1], JUDGED))
+    rows, every = judged.reshape(-1, JUDGED), rows_of(mu, estimate.shape)
+    judge_frames(table.reshape(-1, table.shape[-1]), _columns(estimate.layout), estimate.friction, *every, limits, rows)
+    if rows[:, UNSURE].any():
+        index = np.flatnonzero(rows[:, UNSURE])
+        rows[index, 4] = beyond(forces_of(estimate)[0].at(index), *(picked(v, index) for v in every[:2]))
+        sure = rows[index, VERDICT] != SlipVerdict.CANNOT_TELL
+        rows[index[sure], VERDICT] = np.searchsorted(limits, rows[index[sure], 4], side="right")
+    judged.flags.writeable = False
+    normal, tangential, margin, margin_std, probability, ratio = (judged[..., k] for k in range(VERDICT))
+    verdict, at_edge = np.array(judged[..., VERDICT], dtype=np.int8), np.array(judged[..., CUT_OFF], dtype=np.bool_)
+    verdict.flags.writeable = at_edge.flags.writeable = False
     bodies = None if skin is None or indenter is None else (skin, indenter)
     return Slip(
-        normal, tangential, margin, margin_std, probability, ratio, at_edge, judged,
+        normal, tangential, margin, margin_std, probability, ratio, at_edge, verdict,
         estimate.status, estimate, mu, contact, bodies,
     )  # fmt: skip
 
 
-def _numbers(load: Forces, mu: Friction, shape: tuple[int, ...], index: npt.NDArray[np.intp]) -> list[FloatArray]:
-    """Margin, its deviation, probability and ratio of some of the frames."""
-    mean, std = (of_frames(v, shape).reshape(-1)[index] for v in (mu.mean, mu.std))
-    pulled = np.abs(load.tangential)
-    across = load.tt - 2 * mean * np.sign(load.tangential) * load.nt + mean**2 * load.nn
-    deviation = np.sqrt(np.maximum(across + std**2 * (load.normal**2 + load.nn), 0.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(pulled > 0, pulled / (mean * load.normal), 0.0)
-    return [mean * load.normal - pulled, deviation, beyond(load, *density_of(mu, shape, index)), ratio]
+@cache
+def _columns(layout: Layout) -> tuple[int, int, int, int, int]:
+    square = layout.square
+    return layout.components, int(square[1, 1]), int(square[1, 2]), int(square[2, 2]), layout.status
 
 
-def _thresholds(values: Any) -> tuple[float, float]:
+def _thresholds(values: Any) -> FloatArray:
     pair = _check.real("thresholds", values, at_least=0.0, at_most=1.0)
     if pair.shape != (2,) or not pair[0] <= pair[1]:
         raise InvalidValueError(
             f"thresholds = {values!r}", "two probabilities, ascending, are needed", "thresholds=(1e-3, 0.5)"
         )
-    return float(pair[0]), float(pair[1])
+    return pair
 
 
 def _ratio_at(load: Forces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
@@ -245,5 +226,5 @@ def _ratio_at(load: Forces, edges: FloatArray, masses: FloatArray, probability: 
     out = np.where(f(end, every) > 0, np.inf, 0.0)
     index = np.flatnonzero((out == 0) & (f(-end, every) > 0))
     if index.size:
-        out[index] = np.exp(falling_root(lambda x, at: f(x, index[at]), -end[index], end[index]))
+        out[index] = np.exp(falling_root(f, -end[index], end[index], index))
     return out

@@ -16,9 +16,9 @@ from ..estimate.evidence import Evidence, Kind, columns
 from ..finger import Finger
 from ..prepared import prepared
 
-__all__ = ["CANNOT_TELL", "TypeDecision", "contact_type", "usual_kinds"]
+__all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
 
-CANNOT_TELL = -1
+UNDECIDED = -1
 """In place of a kind's number where no kind is probable enough."""
 
 _KINDS = (("line", "line", (0.0, 0.0)), ("vertex", "wedge", (0.1, 0.35)), ("flat side", "punch", (0.5, 1.2)),
@@ -85,16 +85,16 @@ class TypeDecision(FrameTable):
 
     @property
     def best(self) -> npt.NDArray[np.intp]:
-        """Number of the most probable kind, however probable; `CANNOT_TELL` (-1) where there is no answer."""
+        """Number of the most probable kind, however probable; `UNDECIDED` (-1) where there is no answer."""
         share = self.probability
-        return np.asarray(np.where(np.isfinite(share[..., 0]), np.argmax(share, axis=-1), CANNOT_TELL))
+        return np.asarray(np.where(np.isfinite(share[..., 0]), np.argmax(share, axis=-1), UNDECIDED))
 
     @property
     def decision(self) -> npt.NDArray[np.intp]:
-        """Number of the kind decided for; `CANNOT_TELL` (-1) where none is as probable as `sure`."""
+        """Number of the kind decided for; `UNDECIDED` (-1) where none is as probable as `sure`."""
         share = self.probability
         with np.errstate(invalid="ignore"):
-            return np.asarray(np.where(share.max(axis=-1) >= self.sure, self.best, CANNOT_TELL))
+            return np.asarray(np.where(share.max(axis=-1) >= self.sure, self.best, UNDECIDED))
 
     @property
     def name(self) -> npt.NDArray[np.str_]:
@@ -108,7 +108,7 @@ class TypeDecision(FrameTable):
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame; `AMBIGUOUS` where the readings cannot tell."""
         status = self.table[..., columns.STATUS].astype(np.int8)
-        unsure = (status == Status.OK) & (self.decision == CANNOT_TELL)
+        unsure = (status == Status.OK) & (self.decision == UNDECIDED)
         return np.asarray(np.where(unsure, np.int8(Status.AMBIGUOUS), status))
 
     def _of_best(self, column: int) -> FloatArray:

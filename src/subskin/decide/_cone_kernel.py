@@ -1,0 +1,139 @@
+"""How much of a Gaussian load lies beyond the friction cone, cell by cell of the density of mu: compiled loops."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .._check import FloatArray
+from .._compiled import compiled
+from ..estimate import Status
+from .verdict import SlipVerdict
+
+__all__ = ["CUT_OFF", "EDGE", "JUDGED", "SURE", "UNSURE", "VERDICT", "fill_cells", "judge_frames"]
+
+EDGE = 1e-6
+"""Share of the cone within which a load lies on its edge."""
+SURE = 8.0
+"""Standard deviations from 0 at which a normal force is taken to press for certain: the rest is 6e-16."""
+
+JUDGED = 9
+"""Columns that are filled: N, T, margin, its standard deviation, probability, ratio, and what follows."""
+VERDICT, CUT_OFF, UNSURE = 6, 7, 8
+"""Columns: the verdict; the load lies on the edge of the estimator's own cone; it may pull, and so be counted twice."""
+
+_OK, _AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipVerdict.CANNOT_TELL)
+
+_HALF = math.sqrt(0.5)
+_BELL = 1 / math.sqrt(2 * math.pi)
+_CLOSE = 0.02
+"""Ends of a cell so close together that a series serves where differences would lose digits."""
+
+
+@compiled(inline=True, exact=True)
+def _tail(z: float) -> float:
+    """Phi(z)."""
+    return 0.5 * math.erfc(-_HALF * z)
+
+
+@compiled(inline=True, exact=True)
+def _bell(z: float) -> float:
+    return _BELL * math.exp(-0.5 * min(abs(z), 40.0) ** 2)
+
+
+@compiled(exact=True)
+def _cell_mean(low: float, middle: float, high: float) -> float:
+    """Mean of Phi(z) over a cell at whose ends and middle z is given; z is a straight line there, and a little bent.
+
+    With G the integral of Phi and H that of G: the line gives (G2 - G1) / D, the bend 4 b times the mean of
+    t (1 - t) phi, which is (G1 + G2) / D^2 - 2 (H2 - H1) / D^3.
+    """
+    flip = low + high > 0  # from the lower tail: near 1, Phi would be a difference of large numbers
+    if flip:
+        low, middle, high = -low, -middle, -high
+    apart, centre = high - low, 0.5 * (low + high)
+    if abs(apart) < _CLOSE:
+        bell, square = _bell(centre), apart * apart
+        line = _tail(centre) - centre * bell * square / 24 * (1 + (centre * centre - 3) * square / 80)
+        bent = bell * (1 / 6 + (centre * centre - 1) * square / 240)
+    else:
+        below, above, bell_low, bell_high = _tail(low), _tail(high), _bell(low), _bell(high)
+        g_low, g_high = low * below + bell_low, high * above + bell_high
+        h_low = 0.5 * ((low * low + 1) * below + low * bell_low)
+        h_high = 0.5 * ((high * high + 1) * above + high * bell_high)
+        line = (g_high - g_low) / apart
+        bent = ((g_low + g_high) - 2 * (h_high - h_low) / apart) / (apart * apart)
+    mean = max(line + 4 * (middle - centre) * bent, 0.0)
+    return float(1 - mean if flip else mean)
+
+
+@compiled(inline=True, exact=True)
+def _deviations(n: float, t: float, nn: float, nt: float, tt: float, mu: float) -> float:
+    """How far t lies beyond mu n, in standard deviations."""
+    floor = 1e-12 * (abs(t) + mu * abs(n)) + 1e-300
+    return (t - mu * n) / math.sqrt(max(tt - 2 * mu * nt + mu * mu * nn, floor * floor))
+
+
+@compiled(exact=True)
+def _fill(
+    n: float, t: float, nn: float, nt: float, tt: float, edges: FloatArray, scale: float, out: FloatArray
+) -> None:  # fmt: skip
+    for side in (1.0, -1.0):
+        low = _deviations(n, side * t, nn, side * nt, tt, scale * edges[0])
+        for k in range(out.size):
+            end = scale * edges[k + 1]
+            middle = _deviations(n, side * t, nn, side * nt, tt, 0.5 * (scale * edges[k] + end))
+            high = _deviations(n, side * t, nn, side * nt, tt, end)
+            mean = _cell_mean(low, middle, high)
+            out[k] = mean if side > 0 else out[k] + mean
+            low = high
+
+
+@compiled(exact=True)
+def fill_cells(
+    normal: FloatArray, tangential: FloatArray, nn: FloatArray, nt: FloatArray, tt: FloatArray,
+    edges: FloatArray, scale: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """P(T > mu N) + P(-T > mu N), its mean over mu in each cell; edges (frames or 1, k + 1), out (frames, k)."""
+    for i in range(out.shape[0]):
+        row = edges[min(i, edges.shape[0] - 1)]
+        _fill(normal[i], tangential[i], nn[i], nt[i], tt[i], row, scale[i], out[i])
+
+
+@compiled(exact=True)
+def judge_frames(
+    table: FloatArray, columns: tuple[int, int, int, int, int], widest: float,
+    edges: FloatArray, masses: FloatArray, facts: FloatArray, limits: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Each frame of an estimate's table beside the cone of friction; NaN where nothing can be told.
+
+    columns are those of N, of its variance, of the covariance, of T's variance, and of the status; facts (frames or 1,
+    3) mean, standard deviation and upper end of mu; limits the two thresholds; out (frames, JUDGED).
+    """
+    cells = np.empty(masses.shape[1])
+    normal, c_nn, c_nt, c_tt, c_status = columns
+    for i in range(out.shape[0]):
+        n, t, nn, nt, tt = table[i, normal], table[i, normal + 1], table[i, c_nn], table[i, c_nt], table[i, c_tt]
+        row = min(i, edges.shape[0] - 1)
+        mean, std, most = facts[row]
+        found = table[i, c_status] == _OK or table[i, c_status] == _AMBIGUOUS
+        out[i] = np.nan
+        out[i, CUT_OFF] = found and math.isfinite(widest) and abs(t) >= widest * n * (1 - EDGE)
+        out[i, VERDICT], out[i, UNSURE] = _CANNOT_TELL, 0.0
+        # where the estimator was told that there is no friction, the drag was not measured
+        if not (found and math.isfinite(n + t + nn + nt + tt) and tt > 0 and n > 0):
+            continue
+        if out[i, CUT_OFF] and widest < most:
+            continue
+        _fill(n, t, nn, nt, tt, edges[row], 1.0, cells)
+        total = 0.0
+        for k in range(cells.size):
+            total += min(cells[k], 1.0) * masses[row, k]
+        across = tt - 2 * mean * math.copysign(1.0, t) * nt + mean * mean * nn
+        out[i, 0], out[i, 1], out[i, 2], out[i, 4] = n, t, mean * n - abs(t), total
+        out[i, 3] = math.sqrt(max(across + std * std * (n * n + nn), 0.0))
+        out[i, 5] = abs(t) / (mean * n) if t != 0 else 0.0
+        out[i, UNSURE] = n < SURE * math.sqrt(nn)
+        if table[i, c_status] == _OK:
+            out[i, VERDICT] = (total >= limits[0]) + (total >= limits[1])
