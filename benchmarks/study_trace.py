@@ -1,0 +1,95 @@
+"""How far one command walks through the house: files passed, functions, calls, and moves between files.
+
+    python benchmarks/study_trace.py [--frames 100] [--json FILE] [-- ARGUMENTS OF subskin]
+
+By default `subskin locate finger.toml readings.csv -o out.csv` of a finger of 6 sensors. Counted by `sys.setprofile` are
+calls of functions of subskin, when its modules have been read and the loops compiled by one run before; a move is a call
+or a return from one of its files to another. Asked for: at most 20 files and 200 moves (0.1.0: 39 and 503).
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+from _common import arguments, show
+
+FINGER = """
+[skin]
+kind = "half_plane"
+young = "0.4 MPa"
+
+[sensors]
+count = 6
+pitch = "1.5 mm"
+depth = "2 mm"
+noise = 5e-4
+"""
+
+
+def traced(run: Any, root: str) -> tuple[Counter[str], Counter[str], int]:
+    """Calls by file and by function, and moves between files."""
+    files: Counter[str] = Counter()
+    functions: Counter[str] = Counter()
+    moves, stack = 0, [""]
+
+    def profile(frame: FrameType, event: str, _: Any) -> None:
+        nonlocal moves
+        name = frame.f_code.co_filename
+        if event not in ("call", "return") or not name.startswith(root) or frame.f_code.co_name == "<module>":
+            return
+        name = name.removeprefix(root).lstrip("/")
+        if event == "call":
+            files[name] += 1
+            functions[f"{name}:{frame.f_code.co_qualname}"] += 1
+            moves += name != stack[-1]
+            stack.append(name)
+        elif len(stack) > 1:
+            stack.pop()
+
+    sys.setprofile(profile)
+    try:
+        run()
+    finally:
+        sys.setprofile(None)
+    return files, functions, moves
+
+
+def main() -> None:
+    """Run and print."""
+    import subskin
+    from subskin.cli import main as subskin_main
+    from subskin.io.finger_file import load_finger
+
+    options = arguments(__doc__, frames=100)
+    root = str(Path(subskin.__file__).parent)
+    with tempfile.TemporaryDirectory() as folder:
+        toml, table, out = (Path(folder) / name for name in ("finger.toml", "readings.csv", "out.csv"))
+        toml.write_text(FINGER)
+        finger = load_finger(toml)
+        finger = getattr(finger, "finger", finger)
+        position = np.random.default_rng(0).uniform(-3e-3, 3e-3, options.frames)
+        readings = finger.read(subskin.LineLoad(20.0, angle=0.2, position=position), rng=np.random.default_rng(1))
+        head = ",".join(f"s{i}" for i in range(readings.shape[1]))
+        np.savetxt(table, readings, delimiter=",", header=head, comments="")
+        command = ["locate", str(toml), str(table), "-o", str(out)]
+        if subskin_main(command):
+            raise SystemExit("subskin locate failed")
+        files, functions, moves = traced(lambda: subskin_main(command), root)
+    show(
+        f"subskin locate, {options.frames} frames",
+        ["files", "functions", "calls", "moves between files"],
+        [[str(len(files)), str(len(functions)), str(files.total()), str(moves)]],
+        options.json,
+    )
+    show("Calls by file", ["file", "calls"], [[name, str(n)] for name, n in files.most_common()], options.json)
+
+
+if __name__ == "__main__":
+    main()
