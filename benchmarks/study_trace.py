@@ -1,10 +1,10 @@
 """How far one command walks through the house: files passed, functions, calls, and moves between files.
 
-    python benchmarks/study_trace.py [--frames 100] [--json FILE] [-- ARGUMENTS OF subskin]
+    python benchmarks/study_trace.py [--frames 100] [--json FILE]
 
-By default `subskin locate finger.toml readings.csv -o out.csv` of a finger of 6 sensors. Counted by `sys.setprofile` are
-calls of functions of subskin, when its modules have been read and the loops compiled by one run before; a move is a call
-or a return from one of its files to another. Asked for: at most 20 files and 200 moves (0.1.0: 39 and 503).
+The command is `subskin locate finger.toml readings.csv -o out.csv`, of a finger of 6 sensors. Counted by
+`sys.setprofile` are calls of functions of subskin, when its modules have been read and the loops compiled by one run
+before; a move is a call from one of its files to another. Asked for: at most 20 files and 200 moves.
 """
 
 from __future__ import annotations
