@@ -32,7 +32,6 @@ LATER = {
     "calibration",
     "stream",
     "io",
-    "decide",
     "report",
     "tensor",
     "transducer",
@@ -49,7 +48,7 @@ COUNTED = re.compile(r"\b(bool|of int|of str)\b")
 UNIT = re.compile(r"\[[^\[\]]+\]")
 PURE = re.compile(  # what has no unit, in words
     r"\[-\]|\b(shares?|ratios?|factors?|probabilit\w+|chances?|number|numbers|counts?|levels?|parts?|gains?|"
-    r"chi-square|sigmas?|standard deviations|quantiles?|percentiles?|poisson|friction|mu|nu|units? of|as of|of shape|"
+    r"chi-square|sigmas?|standard deviations|quantiles?|percentiles?|poisson|friction|mu|nu|units?|as of|of shape|"
     r"multiples?|times|columns?|rows?|index|indices|scores?|weights?|odds|in order|relative)\b",
     re.IGNORECASE,
 )

@@ -35,7 +35,7 @@ class Friction:
     Parameters
     ----------
     edges : array_like, shape (..., k + 1)
-        Edges of the cells, >= 0, ascending. A cell of no width is a value that is known.
+        Edges of the cells [-], >= 0, ascending. A cell of no width is a value that is known.
     masses : array_like, shape (..., k)
         Their probabilities, >= 0; scaled to the sum 1. Leading axes are frictions of their own, one for each frame.
 
@@ -74,7 +74,7 @@ class Friction:
 
     @classmethod
     def known(cls, value: npt.ArrayLike) -> Self:
-        """A coefficient that is known, or one for each frame.
+        """A coefficient `value` that is known, or one for each frame.
 
         Examples
         --------
@@ -86,7 +86,7 @@ class Friction:
 
     @classmethod
     def between(cls, low: npt.ArrayLike, high: npt.ArrayLike, cells: int = _CELLS) -> Self:
-        """Anything from `low` to `high`, all as likely.
+        """Anything from `low` to `high`, all as likely, on a grid of so many `cells`.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Friction:
 
     @classmethod
     def normal(cls, mean: float, std: float, cells: int = 2 * _CELLS) -> Self:
-        """A normal density of mean and standard deviation, as far as 6 of these, and above 0.
+        """A normal density of `mean` and standard deviation `std`, to 6 of these and above 0, in so many `cells`.
 
         Examples
         --------
@@ -175,7 +175,7 @@ class Friction:
         return _check.read_only(np.stack(np.broadcast_arrays(self.mean, self.std, self.high), axis=-1))
 
     def quantile(self, probability: npt.ArrayLike) -> FloatArray:
-        """The coefficient below which it lies with a probability; shape (...) and then the probability's.
+        """The coefficient below which it lies with a `probability`; shape (...) and then the probability's.
 
         Examples
         --------
@@ -200,8 +200,8 @@ class Friction:
 
         A slip at the estimated load says mu = |T|/N, a hold says mu >= |T|/N, both within the estimate's error and
         with nothing known before of N (Bayes; docs/slip.md). Each frame counts as a load of its own, tried without
-        knowing mu: of a load that is held for a while give one estimate, from the mean of its readings, for the
-        largest of many readings of one load is larger than the load. Frames without a load, and those at the edge of
+        knowing mu. Of a load that is held for a while give one estimate, from the mean of its readings: the largest of
+        many readings of one load is larger than the load. Frames without a load, and those at the edge of
         the estimator's own cone, say nothing. The grid is drawn anew where the density has become narrow; it leaves
         out less than 1e-12 at either end.
 
@@ -260,7 +260,7 @@ class Friction:
 
 
 def _quantile(edges: FloatArray, masses: FloatArray, p: FloatArray) -> FloatArray:
-    """Inverse of the cumulative, which rises in straight lines; where it is flat, the place at which it began to be."""
+    """Inverse of the cumulative, which rises in straight lines; where it is flat, where it began to be."""
     some = masses > 0
     share = np.cumsum(masses[some])
     share /= share[-1]

@@ -40,7 +40,7 @@ def least_force(
     friction : Friction or float
         What is known of the coefficient.
     probability : float, optional
-        The bound, in (0, 1).
+        The largest probability of slip allowed, in (0, 1).
     rise : array_like, shape (...), optional
         What T changes by until the grip has followed [N/m]: its rate of rise times the time that this takes.
     rise_std : array_like, shape (...), optional

@@ -46,7 +46,13 @@ def stick_zone(
     normal: npt.ArrayLike,
     tangential: npt.ArrayLike,
     friction: npt.ArrayLike,
-    **options: Any,
+    *,
+    nodes: int | None = None,
+    window: float | None = None,
+    period: float | None = None,
+    datum: float | None = None,
+    tolerance: float = 1e-9,
+    max_strain: float = 0.5,
 ) -> FloatArray:
     """The part of a contact's width that sticks, by the contact solver: any indenter on any skin.
 
@@ -61,8 +67,8 @@ def stick_zone(
         Normal and tangential force [N/m].
     friction : array_like, shape (...)
         Coefficient of friction [-], > 0.
-    **options
-        Those of `subskin.press`, such as `nodes`.
+    nodes, window, period, datum, tolerance, max_strain : optional
+        As of `subskin.press`.
 
     Returns
     -------
@@ -88,6 +94,8 @@ def stick_zone(
     mu = _check.real("friction", friction, above=0.0)
     shape = _check.broadcast(normal=wanted[0], tangential=wanted[1], friction=mu)
     flat = [np.broadcast_to(v, shape).reshape(-1) for v in (*wanted, mu)]
+    options = {"nodes": nodes, "window": window, "period": period, "datum": datum}
+    options |= {"tolerance": tolerance, "max_strain": max_strain}
     shares = [_share(skin, indenter, float(n), float(t), float(m), options) for n, t, m in zip(*flat, strict=True)]
     return _check.read_only(np.array(shares, dtype=np.float64).reshape(shape))
 

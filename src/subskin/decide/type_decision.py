@@ -28,7 +28,7 @@ _KINDS = (("line", "line", (0.0, 0.0)), ("vertex", "wedge", (0.1, 0.35)), ("flat
 def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     """A line, a vertex (wedge, half width 0.1 to 0.35 depth), a flat and a round side (0.5 to 1.2 depth), alike likely.
 
-    The depth is that of the shallowest sensor.
+    The depth is that of the shallowest sensor of `finger`.
 
     Examples
     --------
@@ -49,7 +49,7 @@ class TypeDecision(FrameTable):
     Parameters
     ----------
     table : ndarray, shape (..., 1 + 6 kinds)
-        The packed results; read them by name.
+        The packed results, in columns of their own units; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on.
     kinds : tuple of Kind
@@ -123,7 +123,7 @@ class TypeDecision(FrameTable):
 
     @property
     def position(self) -> FloatArray:
-        """Place y of the most probable kind's best contact [m]."""
+        """Position y of the most probable kind's best contact [m]."""
         return self._of_best(columns.POSITION)
 
     @property
@@ -154,7 +154,7 @@ def contact_type(
 ) -> TypeDecision:
     """What kind of contact pressed, from readings of shape (..., n), by Bayesian evidence.
 
-    For each kind the likelihood of the readings is averaged over all that is unknown of it: its place alike over
+    For each kind the likelihood of the readings is averaged over all that is unknown of it: its position alike over
     `search`, its half width alike over the kind's range, its angle alike within the friction cone, its force alike on
     a logarithmic scale. Times the kind's prior this is its probability, up to what all share. The averages are prepared
     on the first call and kept with the finger. Source: docs/deciding.md; MacKay, Information Theory, Inference, and
@@ -165,7 +165,7 @@ def contact_type(
     finger : Finger
         The forward model, with the sensors' noise: at least four sensors, three where friction is 0.
     readings : array_like, shape (..., n)
-        Raw readings; NaN marks a missing one.
+        Raw readings, each in its sensor's unit; NaN marks a missing one.
     kinds : sequence of Kind, optional
         What may have pressed; `usual_kinds` by default.
     sure : float, optional
