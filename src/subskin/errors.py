@@ -41,6 +41,10 @@ class SubskinError(ValueError):
         self.seen, self.rule, self.fix = seen, rule, fix
         super().__init__(f"{seen}: {rule}." + (f" Fix: {fix}." if fix else ""))
 
+    def __reduce__(self) -> tuple[type[SubskinError], tuple[str, str, str]]:
+        """Pickled and copied by its three parts: an exception alone would hand on its message only."""
+        return type(self), (self.seen, self.rule, self.fix)
+
 
 class InvalidValueError(SubskinError):
     """A value that the physics or the interface does not allow."""
