@@ -57,7 +57,7 @@ with house_style():
     for panel in panels[:, 0]:
         panel.set(ylabel="depth $x/a$", yticks=[0, 1, 2, 3])
     for panel in panels[1]:
-        panel.set(xlabel="place $y/a$")
+        panel.set(xlabel="position $y/a$")
     figure.colorbar(
         drawn, ax=panels, label=r"strain $\varepsilon_x$ [%]", ticks=levels, format="%g"
     )

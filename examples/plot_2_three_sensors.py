@@ -3,8 +3,8 @@ Three sensors: Fig. 6 of the memo
 =================================
 
 Three strain sensors leave a polynomial of degree eight in the place of the load, the memo's eq. (13). Each
-of its real roots is a load that would explain the readings exactly, or a place that came in when
-denominators were cleared. The memo's Fig. 6 takes the sensors at a depth of 3 and a spacing of 2.5, and
+of its real roots is a load that would explain the readings exactly, or a position that came in when
+denominators were cleared. The memo's Fig. 6 takes the sensors at a depth of 3 and a pitch of 2.5, and
 gives three readings.
 
 The memo prints them positive in compression, against its own eq. (12); here they are negated, so that
@@ -88,7 +88,7 @@ with house_style():
     below.set(
         xlim=(-8, 9),
         ylim=(-0.6, 0.6),
-        xlabel="place along the skin",
+        xlabel="position along the skin",
         ylabel=r"strain $\varepsilon_x$",
     )
     below.set_title("what each makes at the sensors' depth")

@@ -1,5 +1,5 @@
 r"""
-Calibrating on touches at known places
+Calibrating on touches at known positions
 ======================================
 
 Four barometers are cast in rubber. Drawn at a depth of 5 mm they lie deeper, each has its own gain and
@@ -69,7 +69,7 @@ with house_style():
         label = f"sensor {i}: {calibration.health[i].name.lower()}"
         axes.plot(1e3 * motor[::2], above[::2], "o", color=colour, ms=3.5, label=label)
         axes.plot(1e3 * motor[1::2], above[1::2], "o", color=colour, ms=3.5, mfc="white")
-    axes.set(xlabel="place on the motor's axis [mm]", ylabel="reading less offset [kPa]")
+    axes.set(xlabel="position on the motor's axis [mm]", ylabel="reading less offset [kPa]")
     axes.set_title("filled: used to calibrate, open: held out")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 

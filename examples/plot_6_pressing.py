@@ -45,7 +45,7 @@ with house_style():
             lw=0.8,
         )
     above.set(
-        xlabel="place along the finger [mm]",
+        xlabel="position along the finger [mm]",
         ylabel="pressure [kPa]",
         xlim=(-1.3, 1.3),
         ylim=(0, 90),
@@ -53,7 +53,7 @@ with house_style():
     above.set_title("pressure")
     above.legend()
     below.axhline(0, color=GREY, lw=0.5)
-    below.set(xlabel="place along the finger [mm]", ylabel="strain along the depth [%]")
+    below.set(xlabel="position along the finger [mm]", ylabel="strain along the depth [%]")
     below.set_title("eight sensors, 1.5 mm deep")
 
 # %%
