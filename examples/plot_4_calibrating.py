@@ -69,7 +69,9 @@ with house_style():
         label = f"sensor {i}: {calibration.health[i].name.lower()}"
         axes.plot(1e3 * motor[::2], above[::2], "o", color=colour, ms=3.5, label=label)
         axes.plot(1e3 * motor[1::2], above[1::2], "o", color=colour, ms=3.5, mfc="white")
-    axes.set(xlabel="position on the motor's axis [mm]", ylabel="reading less offset [kPa]")
+    axes.set(
+        xlabel="position on the motor's axis [mm]", ylabel="reading less offset [kPa]"
+    )
     axes.set_title("filled: used to calibrate, open: held out")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 

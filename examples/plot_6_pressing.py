@@ -53,7 +53,9 @@ with house_style():
     above.set_title("pressure")
     above.legend()
     below.axhline(0, color=GREY, lw=0.5)
-    below.set(xlabel="position along the finger [mm]", ylabel="strain along the depth [%]")
+    below.set(
+        xlabel="position along the finger [mm]", ylabel="strain along the depth [%]"
+    )
     below.set_title("eight sensors, 1.5 mm deep")
 
 # %%
