@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -92,13 +93,9 @@ def circle(graph: dict[Path, set[Path]]) -> list[str]:
     return []
 
 
-ROOMS_WITHOUT_CIRCLES = ("skin",)
-
-
-@pytest.mark.parametrize("room", ROOMS_WITHOUT_CIRCLES)
-def test_no_circle_between_the_files_of_a_room(room):
-    graph = {path: imported(path) for path in MODULES if path.parts[0] == room}
-    assert sum(len(files) for files in graph.values()) > len(graph)  # the walk sees imports
+def test_no_circle_between_files():
+    graph = {path: imported(path) for path in MODULES}
+    assert sum(len(files) for files in graph.values()) > 2 * len(graph)  # the walk sees imports
     assert circle(graph) == []
 
 
@@ -108,13 +105,51 @@ def test_the_walk_sees_a_circle():
     assert circle({a: {b, c}, b: {c}}) == []
 
 
-@pytest.mark.parametrize("room", ROOMS_WITHOUT_CIRCLES)
-def test_its_private_files_are_its_own(room):
-    takers = {
-        f"{path} takes {file}"
+def room_of(path: Path) -> str:
+    return path.parts[0].removesuffix(".py")
+
+
+def is_private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__")
+
+
+def taken(path: Path, source: str) -> list[str]:
+    """What the file at `path` takes from another room that is private there: a file, or a name in one."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            for alias in node.names:
+                parts = (*base.parts, alias.name)
+                own = parts[0] == room_of(path) or len(parts) == 1
+                if not own and any(is_private(part) for part in parts[1:]):
+                    found.append("/".join(parts))
+    return found
+
+
+def test_what_is_private_stays_in_its_room():
+    assert [f"{path} takes {what}" for path in MODULES for what in taken(path, (ROOT / path).read_text())] == []
+
+
+@pytest.mark.parametrize(
+    "source", ["from ..skin._points import points", "from ..skin.base import _helper", "from ..skin import _points"]
+)
+def test_the_walk_sees_what_is_private(source):
+    assert len(taken(Path("contact/line.py"), source)) == 1
+
+
+@pytest.mark.parametrize(
+    "source", ["from ._points import points", "from .._check import real", "from .. import _check"]
+)
+def test_the_walk_passes_what_is_the_rooms_own(source):
+    assert taken(Path("skin/round.py"), source) == []
+
+
+def test_a_class_has_a_name_of_its_own():
+    names = Counter(
+        node.name
         for path in MODULES
-        if path.parts[0] != room
-        for file in imported(path)
-        if file.parts[0] == room and any(part.startswith("_") and part != "__init__.py" for part in file.parts)
-    }
-    assert takers == set()
+        for node in ast.walk(ast.parse((ROOT / path).read_text()))
+        if isinstance(node, ast.ClassDef) and not is_private(node.name)
+    )
+    assert [name for name, count in names.items() if count > 1] == []

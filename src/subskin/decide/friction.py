@@ -28,9 +28,9 @@ _LOST = 1e-12
 class Friction:
     """The coefficient of friction mu as a density: constant in each cell of a grid, the cells' masses summing to 1.
 
-    There is one mu: that which holds a contact, and that at which it slides on. Of most surfaces the second is a
-    little less. A slip that was seen tells the second, and a grip made after it holds by the difference more than it
-    says; a range has to reach down to it.
+    Here there is one mu. Most surfaces have two, for they slide on at a little less than they held before. A slip gives
+    the lower one, so a grip made after it holds by the difference more than is stated. A range has to reach down to the
+    lower one.
 
     Parameters
     ----------
