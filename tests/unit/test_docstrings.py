@@ -55,7 +55,7 @@ PURE = re.compile(  # what has no unit, in words
 SHAPE = re.compile(r"\bshapes?\b|\(\.\.\.|scalars?\b|one for (all|each)|\bfor each\b|\beach\b|as of `", re.IGNORECASE)
 FORMULA = re.compile(r"[\w)\]] = [^=\n]*[\w)]\s*(\*\*|\^|/|\bsqrt|\bexp|\blog)")
 SOURCE = re.compile(
-    r"eq\. ?\(|eqs\. ?\(|\bmemo\b|\b(18|19|20)\d\d\b|section \d|Fig\. \d|docs/|chapter|\bby definition\b"
+    r"eq\. ?\(|Equation \(\d|eqs\. ?\(|\bmemo\b|\b(18|19|20)\d\d\b|section \d|Fig\. \d|docs/|chapter|\bby definition\b"
 )
 NAMED = re.compile(r"`~?\.?([\w.]+)`")
 

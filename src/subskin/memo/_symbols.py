@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import inspect
+from collections.abc import Callable
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy.typing as npt
 
@@ -10,11 +12,19 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
 
-__all__ = ["SYMBOLS", "Symbol", "given", "off_origin"]
+__all__ = ["SYMBOLS", "Symbol", "described", "given", "off_origin"]
+
+_In, _Out = ParamSpec("_In"), TypeVar("_Out")
 
 
 class Symbol(NamedTuple):
-    """What a symbol stands for, its unit, and whether only positive values make sense."""
+    """What a symbol stands for (`meaning`), its `unit`, and whether only `positive` values make sense.
+
+    Examples
+    --------
+    >>> SYMBOLS["d"]
+    Symbol(meaning='depth of the sensors', unit='m', positive=True)
+    """
 
     meaning: str
     unit: str
@@ -29,14 +39,14 @@ SYMBOLS = {
     "theta": Symbol("angle from the inward normal to the field point, or vertex angle of a wedge", "rad"),
     "alpha": Symbol("inclination of the force", "rad"),
     "x": Symbol("depth", "m"),
-    "y": Symbol("place along the surface", "m"),
-    "y0": Symbol("place along the surface", "m"),
+    "y": Symbol("position along the surface", "m"),
+    "y0": Symbol("position along the surface", "m"),
     "z": Symbol("length along the contact", "m", True),
     "a": Symbol("half width of the contact in (14) to (17), its width in (18) to (22)", "m", True),
     "a1": Symbol("left edge of the contact", "m"),
     "a2": Symbol("right edge of the contact", "m"),
     "half_width": Symbol("half the width of the contact", "m", True),
-    "b": Symbol("spacing of the sensors", "m", True),
+    "b": Symbol("pitch of the sensors", "m", True),
     "d": Symbol("depth of the sensors", "m", True),
     "R": Symbol("radius of the cylinder", "m", True),
     "K": Symbol("constant of the wedge's pressure, E / (pi (1 - nu^2))", "Pa", True),
@@ -54,6 +64,21 @@ SYMBOLS = {
 }
 
 
+def described(equation: Callable[_In, _Out]) -> Callable[_In, _Out]:
+    """The same function, its docstring completed by what `SYMBOLS` says of its parameters."""
+    head, _, examples = inspect.cleandoc(equation.__doc__ or "").partition("\n\nExamples\n")
+    head += "\n\nParameters\n----------"
+    for name in inspect.signature(equation).parameters:
+        if name in SYMBOLS:
+            meaning, unit, positive = SYMBOLS[name]
+            bound = ", > 0" if positive else ""
+            head += f"\n{name} : array_like\n    {meaning[0].upper()}{meaning[1:]} [{unit or '-'}]{bound}."
+    head += "\n\nRaises\n------\nInvalidValueError, GeometryError\n    "
+    head += "A value that its symbol cannot have; shapes that do not broadcast."
+    equation.__doc__ = f"{head}\n\nExamples\n{examples}"
+    return equation
+
+
 def given(**values: npt.ArrayLike) -> tuple[FloatArray, ...]:
     """The values as float arrays in the order given, each checked by what its symbol stands for.
 
@@ -64,10 +89,10 @@ def given(**values: npt.ArrayLike) -> tuple[FloatArray, ...]:
     GeometryError
         Shapes that do not broadcast.
     """
-    arrays = {}
-    for name, value in values.items():
-        symbol = SYMBOLS[name]
-        arrays[name] = _check.real(name, value, unit=symbol.unit, above=0.0 if symbol.positive else None)
+    arrays = {
+        name: _check.real(name, value, unit=SYMBOLS[name].unit, above=0.0 if SYMBOLS[name].positive else None)
+        for name, value in values.items()
+    }
     _check.broadcast(**arrays)
     return tuple(arrays.values())
 

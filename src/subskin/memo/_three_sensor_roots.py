@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ SAME = 1e-10
 """Relative accuracy to which two distances count as equal."""
 # No tolerance below what rounding does to readings and places that were computed.
 _ROUNDING = 64 * float(np.finfo(float).eps)
+_FINEST = 4 * float(np.finfo(float).eps)
 
 
 class Jet(NamedTuple):
@@ -102,15 +104,12 @@ class Determinant:
 
     def expand(self) -> tuple[FloatArray, FloatArray]:
         """Coefficients of the powers of f, ascending, and the sums of the terms' sizes in each."""
-        expanded = []
-        for term in self.terms:
-            square = np.array([1 + term.s**2, -2 * term.s, 1.0])
-            poly = term.coefficient * P.polymul(square, square)
-            for position, slope in term.factors:
+        table = np.zeros((3, 5 + max(len(term.factors) for term in self.terms)))
+        for row, (coefficient, s, factors) in zip(table, self.terms, strict=True):
+            square = [1 + s**2, -2 * s, 1.0]
+            poly = coefficient * P.polymul(square, square)
+            for position, slope in factors:
                 poly = P.polymul(poly, [1 + slope * position, -slope])
-            expanded.append(np.asarray(poly))
-        table = np.zeros((3, max(map(len, expanded))))
-        for row, poly in zip(table, expanded, strict=True):
             row[: len(poly)] = poly
         return table.sum(axis=0), np.abs(table).sum(axis=0)
 
@@ -120,10 +119,12 @@ def real_roots(determinant: Determinant, tolerance: float) -> tuple[list[RealRoo
 
     The eigenvalues of the companion matrices of the polynomial and of its derivative cut the axis into
     intervals; the product form, which does not suffer from the expansion, then shows which of them hold a
-    change of sign, and Newton's method kept within the interval finds it. A place where the derivative
+    change of sign, and Brent's method finds it. A position where the derivative
     vanishes and the value is as small as a relative change `tolerance` of the readings could make it is a
     double root.
     """
+    from scipy.optimize import brentq
+
     tol = max(tolerance, _ROUNDING)
     coefficients, sizes = determinant.expand()
     degree = len(coefficients) - 1
@@ -147,21 +148,15 @@ def real_roots(determinant: Determinant, tolerance: float) -> tuple[list[RealRoo
                 if abs(jet.v) <= tol * size:
                     doubles.append(position)
         cuts.add(position)
-    simple = [_bracketed(determinant, lo, hi) for lo, hi in _sign_changes(determinant, sorted(cuts))]
+    brackets = _sign_changes(determinant, sorted(cuts))
+    simple = [float(brentq(lambda f: determinant(f)[0].v, *ends, xtol=1e-300, rtol=_FINEST)) for ends in brackets]
     return _merge(determinant, simple, doubles, tol), full_degree
 
 
 def _sign_changes(determinant: Determinant, cuts: list[float]) -> list[tuple[float, float]]:
-    brackets = []
-    last: tuple[float, float] | None = None
-    for position in cuts:
-        value = determinant(position)[0].v
-        if value == 0:
-            continue  # a root itself: its neighbours differ in sign
-        if last is not None and (value > 0) != (last[1] > 0):
-            brackets.append((last[0], position))
-        last = (position, value)
-    return brackets
+    # a cut that is a root itself is left out: its neighbours differ in sign
+    signed = [(f, value > 0) for f in cuts if (value := determinant(f)[0].v) != 0]
+    return [(lo, hi) for (lo, below), (hi, above) in pairwise(signed) if below != above]
 
 
 def _polish_turn(determinant: Determinant, start: float) -> float | None:
@@ -183,28 +178,6 @@ def _polish_turn(determinant: Determinant, start: float) -> float | None:
     return None
 
 
-def _bracketed(determinant: Determinant, lo: float, hi: float) -> float:
-    """The root between lo and hi, where the signs differ, by Newton's method kept inside by bisection."""
-    rising = determinant(hi)[0].v > 0
-    position = 0.5 * (lo + hi)
-    for _ in range(200):
-        jet, _size = determinant(position)
-        if jet.v == 0:
-            return position
-        if (jet.v > 0) == rising:
-            hi = position
-        else:
-            lo = position
-        step = jet.v / jet.d if jet.d else np.inf
-        following = position - step
-        if not lo < following < hi:
-            following = 0.5 * (lo + hi)
-        if abs(following - position) <= 2e-16 * abs(following) or not lo < following < hi:
-            return following
-        position = following
-    return position
-
-
 def _merge(determinant: Determinant, simple: list[float], doubles: list[float], tol: float) -> list[RealRoot]:
     """Simple and double roots in order; what the readings' accuracy cannot tell apart becomes one root."""
     marked = sorted([(position, 1) for position in simple] + [(position, 2) for position in doubles])
@@ -220,8 +193,5 @@ def _merge(determinant: Determinant, simple: list[float], doubles: list[float], 
     roots = []
     for group in groups:
         turning = [position for position, kind in group if kind == 2]
-        if turning:
-            roots.append(RealRoot(float(np.mean(turning)), len(turning) + 1))
-        else:
-            roots.append(RealRoot(group[0][0], 1))
+        roots.append(RealRoot(float(np.mean(turning)) if turning else group[0][0], len(turning) + 1))
     return roots

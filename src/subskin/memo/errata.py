@@ -24,7 +24,7 @@ _JUDGEMENTS: Mapping[Judgement, str] = {
 
 @dataclass(frozen=True)
 class Erratum:
-    """What was found about one equation, or a few that belong together.
+    """What was found about one equation, or a few that belong together; `ERRATA` holds all of them.
 
     Parameters
     ----------
@@ -42,6 +42,11 @@ class Erratum:
         The equation as printed and as it should read, in LaTeX, where they differ.
     functions : str, optional
         The functions of `subskin.memo`, published form first.
+
+    Examples
+    --------
+    >>> [erratum.equation for erratum in ERRATA if erratum.judgement == "wrong"]
+    ['17', '18', '20', '21', '22', '25']
     """
 
     equation: str

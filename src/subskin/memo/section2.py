@@ -14,32 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
-from ._symbols import given, off_origin
+from ._symbols import described, given, off_origin
 
 __all__ = [
-    "PlaneStrain",
-    "PlaneStress",
-    "PolarStress",
-    "Resistance",
-    "Strains",
-    "eq1",
-    "eq2",
-    "eq3",
-    "eq4",
-    "eq5",
-    "eq6",
-    "eq7",
-    "eq8",
-    "eq9",
-    "eq10",
-    "eq10_corrected",
-    "eq11",
-    "eq11_corrected",
-]
+    "PlaneStrain", "PlaneStress", "PolarStress", "Resistance", "Strains",
+    "eq1", "eq2", "eq3", "eq4", "eq5", "eq6", "eq7", "eq8", "eq9", "eq10", "eq10_corrected", "eq11", "eq11_corrected",
+]  # fmt: skip
 
 
 class PolarStress(NamedTuple):
-    """Stresses in polar coordinates about the load [Pa]."""
+    """Stresses `sigma_r`, `sigma_theta`, `tau_r_theta` [Pa] in polar coordinates about the load."""
 
     sigma_r: FloatArray
     sigma_theta: FloatArray
@@ -47,7 +31,7 @@ class PolarStress(NamedTuple):
 
 
 class PlaneStress(NamedTuple):
-    """Stresses in the plane [Pa], tension positive."""
+    """Stresses `sigma_x`, `sigma_y`, `tau_xy` [Pa] in the plane, tension positive."""
 
     sigma_x: FloatArray
     sigma_y: FloatArray
@@ -55,7 +39,7 @@ class PlaneStress(NamedTuple):
 
 
 class Strains(NamedTuple):
-    """Strains along the axes [-], tension positive."""
+    """Strains `eps_x`, `eps_y`, `eps_z` [-] along the axes, tension positive."""
 
     eps_x: FloatArray
     eps_y: FloatArray
@@ -63,7 +47,7 @@ class Strains(NamedTuple):
 
 
 class PlaneStrain(NamedTuple):
-    """What follows in plane strain: the stress along the contact [Pa] and the two strains [-]."""
+    """What follows in plane strain: the stress `sigma_z` [Pa] along the contact, the strains `eps_x`, `eps_y` [-]."""
 
     sigma_z: FloatArray
     eps_x: FloatArray
@@ -71,23 +55,17 @@ class PlaneStrain(NamedTuple):
 
 
 class Resistance(NamedTuple):
-    """A chain of approximations as printed: its first member and its last [ohm, for a unit block]."""
+    """A chain of approximations as printed: its first member, `ratio`, and its last, `first_order` [ohm]."""
 
     ratio: FloatArray
     first_order: FloatArray
 
 
+@described
 def eq1(P: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress:
     """Equation (1): stress under a normal line load, sigma_r = -2 P cos(theta) / (pi r), the others zero.
 
     Verdict: correct.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    r, theta : array_like
-        Distance from the load [m] and angle from the inward normal [rad].
 
     Examples
     --------
@@ -97,17 +75,11 @@ def eq1(P: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress
     return eq2(P, 0.0, r, theta)
 
 
+@described
 def eq2(P: npt.ArrayLike, alpha: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress:
     """Equation (2): stress under an inclined line load, sigma_r = -2 P cos(alpha + theta) / (pi r).
 
     Verdict: correct. Note the sign: the load drags the skin towards -y for alpha > 0.
-
-    Parameters
-    ----------
-    P, alpha : array_like
-        Force per length [N/m] and its inclination [rad].
-    r, theta : array_like
-        Distance from the load [m] and angle from the inward normal [rad].
 
     Examples
     --------
@@ -121,15 +93,11 @@ def eq2(P: npt.ArrayLike, alpha: npt.ArrayLike, r: npt.ArrayLike, theta: npt.Arr
     return PolarStress(sigma_r, np.zeros_like(sigma_r), np.zeros_like(sigma_r))
 
 
+@described
 def eq3(sigma_r: npt.ArrayLike, theta: npt.ArrayLike) -> PlaneStress:
     """Equation (3): the radial stress in cartesian coordinates.
 
     sigma_x = sigma_r cos^2, sigma_y = sigma_r sin^2, tau_xy = sigma_r sin cos (of theta). Verdict: correct.
-
-    Parameters
-    ----------
-    sigma_r, theta : array_like
-        Radial stress [Pa] and its direction from the inward normal [rad].
 
     Examples
     --------
@@ -141,24 +109,13 @@ def eq3(sigma_r: npt.ArrayLike, theta: npt.ArrayLike) -> PlaneStress:
     return PlaneStress(*(np.asarray(sigma_r * part) for part in (c**2, s**2, s * c)))
 
 
+@described
 def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> PlaneStress:
     """Equation (4): stress under a line load in cartesian coordinates.
 
     sigma_x = -2 P/(pi r) cos(alpha + theta) cos^2(theta), sigma_y with sin^2 and tau_xy with sin cos, where
     r^2 = x^2 + y^2, cos(theta) = x/r, sin(theta) = y/r and cos(alpha + theta) = (x cos(alpha) - y
     sin(alpha))/r. Verdict: correct.
-
-    Parameters
-    ----------
-    P, alpha : array_like
-        Force per length [N/m] and its inclination [rad].
-    x, y : array_like
-        Field point from the load [m], depth first.
-
-    Raises
-    ------
-    InvalidValueError
-        The point is the load's own.
 
     Examples
     --------
@@ -172,16 +129,12 @@ def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
     return PlaneStress(*(np.asarray(sigma_r * part) for part in (cos**2, sin**2, sin * cos)))
 
 
+@described
 def eq5(sigma_x: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (5): Hooke's law as first given, eps_x = sigma_x / E.
 
     Verdict: incomplete. It holds for stress along one axis alone, and the memo does not use it: (6) takes its
     place.
-
-    Parameters
-    ----------
-    sigma_x, E : array_like
-        Stress along the depth and modulus of elasticity [Pa].
 
     Examples
     --------
@@ -192,19 +145,13 @@ def eq5(sigma_x: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     return np.asarray(sigma_x / E)
 
 
+@described
 def eq6(
     sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, sigma_z: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike = 0.5
 ) -> Strains:
     """Equation (6): Hooke's law, eps_x = [sigma_x - nu (sigma_y + sigma_z)]/E and so on around.
 
     Verdict: correct.
-
-    Parameters
-    ----------
-    sigma_x, sigma_y, sigma_z : array_like
-        Stresses along the axes [Pa].
-    E, nu : array_like
-        Modulus of elasticity [Pa] and Poisson's ratio [-], 0.5 in the memo.
 
     Examples
     --------
@@ -217,18 +164,12 @@ def eq6(
     return Strains(*(np.asarray((s - nu * (t + u)) / E) for s, t, u in ((sx, sy, sz), (sy, sx, sz), (sz, sx, sy))))
 
 
+@described
 def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> PlaneStrain:
     """Equation (7): plane strain at nu = 1/2.
 
     sigma_z = (sigma_x + sigma_y)/2, eps_x = 3/(4E) (sigma_x - sigma_y), eps_y = 3/(4E) (sigma_y - sigma_x).
     Verdict: correct.
-
-    Parameters
-    ----------
-    sigma_x, sigma_y : array_like
-        Stresses in the plane [Pa].
-    E : array_like
-        Modulus of elasticity [Pa].
 
     Examples
     --------
@@ -240,24 +181,11 @@ def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> Pla
     return PlaneStrain(np.broadcast_to((sx + sy) / 2, eps_x.shape), eps_x, np.asarray(-eps_x))
 
 
+@described
 def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (8): strain along the depth under a line load, nu = 1/2, plane strain.
 
     eps_x = -3 P/(2 pi E r^4) [x cos(alpha) - y sin(alpha)] [x^2 - y^2]. Verdict: correct.
-
-    Parameters
-    ----------
-    P, alpha : array_like
-        Force per length [N/m] and its inclination [rad].
-    x, y : array_like
-        Field point from the load [m], depth first.
-    E : array_like
-        Modulus of elasticity [Pa].
-
-    Raises
-    ------
-    InvalidValueError
-        The point is the load's own.
 
     Examples
     --------
@@ -269,17 +197,11 @@ def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
     return np.asarray(-3 * P / (2 * np.pi * E * r2**2) * (x * np.cos(alpha) - y * np.sin(alpha)) * (x**2 - y**2))
 
 
+@described
 def eq9(rho: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
     """Equation (9): resistance of a block with electrodes above and below, R = rho L/A = rho x/(y z).
 
     Verdict: correct.
-
-    Parameters
-    ----------
-    rho : array_like
-        Resistivity [ohm m].
-    x, y, z : array_like
-        Height and sides of the block [m].
 
     Examples
     --------
@@ -290,6 +212,7 @@ def eq9(rho: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike
     return np.asarray(rho * x / (y * z))
 
 
+@described
 def eq10(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> Resistance:
     """Equation (10): resistance of a unit block in plane strain.
 
@@ -297,13 +220,6 @@ def eq10(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> Resistance:
 
     Verdict: correct to first order only. It takes eps_y = -eps_x, which keeps the volume to first order; see
     `eq10_corrected`.
-
-    Parameters
-    ----------
-    rho : array_like
-        Resistivity [ohm m].
-    eps_x : array_like
-        Strain along the depth [-].
 
     Examples
     --------
@@ -314,17 +230,11 @@ def eq10(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> Resistance:
     return Resistance(np.asarray(rho * (1 + e) / (1 - e)), np.asarray(rho * (1 + 2 * e)))
 
 
+@described
 def eq10_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:
     """Equation (10) for a body that keeps its volume: R = rho (1 + eps_x)^2, its section being 1/(1 + eps_x).
 
     It holds in plane stress too, where it takes the place of (11).
-
-    Parameters
-    ----------
-    rho : array_like
-        Resistivity [ohm m].
-    eps_x : array_like
-        Strain along the depth [-].
 
     Examples
     --------
@@ -335,18 +245,12 @@ def eq10_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:
     return np.asarray(rho * (1 + e) ** 2)
 
 
+@described
 def eq11(rho: npt.ArrayLike, eps_x: npt.ArrayLike, eps_y: npt.ArrayLike, eps_z: npt.ArrayLike) -> Resistance:
     """Equation (11): the same in plane stress.
 
     R = rho (1 + eps_x)/((1 + eps_y)(1 + eps_z)), about rho (1 + eps_x - eps_y - eps_z), which is rho (1 + 2
     eps_x) at nu = 1/2. Verdict: correct to first order only; see `eq11_corrected`.
-
-    Parameters
-    ----------
-    rho : array_like
-        Resistivity [ohm m].
-    eps_x, eps_y, eps_z : array_like
-        Strains along the depth, the surface and the contact [-].
 
     Examples
     --------
@@ -357,6 +261,7 @@ def eq11(rho: npt.ArrayLike, eps_x: npt.ArrayLike, eps_y: npt.ArrayLike, eps_z: 
     return Resistance(np.asarray(rho * (1 + ex) / ((1 + ey) * (1 + ez))), np.asarray(rho * (1 + ex - ey - ez)))
 
 
+@described
 def eq11_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:
     """Equation (11) for a body that keeps its volume: as `eq10_corrected`, whatever each side's strain.
 

@@ -16,54 +16,43 @@ from numpy.polynomial import polynomial
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError
-from ._symbols import given
+from ._symbols import described, given
 
 __all__ = ["FIGURE_6", "Figure6", "eq12", "eq13", "eq13_coefficients"]
 
 
 class Figure6(NamedTuple):
-    """The example of Fig. 6, lengths in one unit and forces in units of E times that length."""
+    """The example of Fig. 6, lengths in one unit and forces in units of E times that length.
+
+    `depth` and `pitch` of the sensors; the readings as `printed`, positive in compression: the negative of what (12)
+    gives; position `y`, inclination `alpha` [rad] and `P` / E of the load whose readings, rounded, are printed.
+
+    Examples
+    --------
+    >>> FIGURE_6.pitch / FIGURE_6.depth
+    0.8333333333333334
+    """
 
     depth: float
     pitch: float
     printed: tuple[float, float, float]
-    """The readings as printed, positive in compression: the negative of what (12) gives."""
     y: float
     alpha: float
     P: float
-    """Place, inclination [rad] and P/E of the load whose readings, rounded, are the printed ones."""
 
 
 FIGURE_6 = Figure6(3.0, 2.5, (-0.048, 0.18, 0.19), y=1.5, alpha=-np.pi / 8, P=2 * np.pi / 3)
 """Fig. 6 as printed, and the round numbers behind it: found by reconstruction, not given in the memo."""
 
 
+@described
 def eq12(
     P: npt.ArrayLike, alpha: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayLike, E: npt.ArrayLike
 ) -> FloatArray:
-    """Equation (12): what three sensors at depth x and spacing b read under a line load.
+    """Equation (12): what three sensors at depth x and pitch b read under a line load.
 
     With t = y + b, y, y - b for the sensors 1, 2, 3: eps = -3 P [x cos(alpha) - t sin(alpha)] [x^2 - t^2] /
-    (2 pi E [x^2 + t^2]^2). Verdict: correct.
-
-    Parameters
-    ----------
-    P, alpha, y : array_like
-        Force per length [N/m], its inclination [rad] and its place [m].
-    x, b : array_like
-        Depth, > 0, and spacing of the sensors [m].
-    E : array_like
-        Modulus of elasticity [Pa].
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        Strains [-] of the sensors, tension positive.
-
-    Raises
-    ------
-    GeometryError
-        Sensors that do not lie beneath the surface.
+    (2 pi E [x^2 + t^2]^2), shape (..., 3), tension positive. Verdict: correct.
 
     Examples
     --------
@@ -84,26 +73,15 @@ def eq12(
     return np.stack(np.broadcast_arrays(*readings), axis=-1)
 
 
+@described
 def eq13(eps_x: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
     """Equation (13): the polynomial in the load's place that vanishes where three readings agree, as printed.
 
     f(y) = 2 eps_2 [x^2 + y^2]^2 [x^2 - (y-b)^2] [x^2 - (y+b)^2] - eps_1 [x^2 + (y+b)^2]^2 [x^2 - y^2] [x^2 -
     (y-b)^2]
-    - eps_3 [x^2 + (y-b)^2]^2 [x^2 - y^2] [x^2 - (y+b)^2]. Verdict: correct, with caveats: see `ERRATA`.
+    - eps_3 [x^2 + (y-b)^2]^2 [x^2 - y^2] [x^2 - (y+b)^2], in m^8. Verdict: correct, with caveats: see `ERRATA`.
 
-    Parameters
-    ----------
-    eps_x : array_like, shape (..., 3)
-        Readings of the sensors [-].
-    y : array_like
-        Trial place of the load [m].
-    x, b : array_like
-        Depth and spacing of the sensors [m].
-
-    Returns
-    -------
-    ndarray
-        f(y) [m^8].
+    `eps_x` holds the three readings, shape (..., 3).
 
     Examples
     --------
@@ -135,7 +113,7 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
     eps_x : array_like, shape (..., 3)
         Readings of the sensors [-].
     x, b : float
-        Depth and spacing of the sensors [m].
+        Depth and pitch of the sensors [m].
 
     Returns
     -------
@@ -161,8 +139,7 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
         return np.asarray(polynomial.polymul(plus(t), polynomial.polymul(minus(u), minus(v))))
 
     terms = (-product(pitch, 0.0, -pitch), 2 * product(0.0, -pitch, pitch), -product(-pitch, 0.0, pitch))
-    rows = np.stack(terms)
-    return np.asarray((e @ rows)[..., ::-1])
+    return np.asarray((e @ np.stack(terms))[..., ::-1])
 
 
 def _readings(eps_x: npt.ArrayLike) -> FloatArray:

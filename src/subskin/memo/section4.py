@@ -11,29 +11,16 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ._symbols import given
+from ._symbols import described, given
 
 __all__ = ["eq14", "eq15", "eq15_constant", "eq16", "eq17", "eq17_corrected"]
 
 
+@described
 def eq14(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     """Equation (14): pressure under a rectangular indenter, P / (pi sqrt(a^2 - y^2)) for abs(y) < a, else 0.
 
-    Verdict: correct as a pressure; its sign is against (1) to (8).
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    a : array_like
-        Half width of the contact [m].
-    y : array_like
-        Place from its centre [m].
-
-    Returns
-    -------
-    ndarray
-        Pressure [Pa], positive in compression; 0 at the very edges, as printed.
+    In Pa; 0 at the very edges, as printed. Verdict: correct as a pressure; its sign is against (1) to (8).
 
     Examples
     --------
@@ -44,33 +31,12 @@ def eq14(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     return np.asarray(np.where(np.abs(y) < a, P / (np.pi * np.sqrt(_inside(a, y))), 0.0))
 
 
+@described
 def eq15(K: npt.ArrayLike, theta: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     """Equation (15): pressure under a wedge, K cot(theta/2) arccosh(a/abs(y)) for abs(y) < a, else 0.
 
-    Verdict: correct as a pressure, with K = E/(pi (1 - nu^2)), which the memo leaves open (`eq15_constant`).
-    The flanks slope by cot(theta/2), which linear theory wants small: not so for the wedge of 90 degrees that
-    the memo names.
-
-    Parameters
-    ----------
-    K : array_like
-        Constant [Pa].
-    theta : array_like
-        Vertex angle [rad], in (0, pi).
-    a : array_like
-        Half width of the contact [m].
-    y : array_like
-        Place from the tip [m].
-
-    Returns
-    -------
-    ndarray
-        Pressure [Pa], positive in compression; infinite at the tip.
-
-    Raises
-    ------
-    InvalidValueError
-        A vertex angle that is not between 0 and pi.
+    In Pa; infinite at the tip. Verdict: correct as a pressure, with the K of `eq15_constant`, which the memo leaves
+    open. The flanks slope by cot(theta/2), which linear theory wants small: not so for the memo's wedge of 90 degrees.
 
     Examples
     --------
@@ -85,8 +51,9 @@ def eq15(K: npt.ArrayLike, theta: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayL
     return np.asarray(np.where(np.abs(y) < a, K / np.tan(theta / 2) * np.arccosh(ratio), 0.0))
 
 
+@described
 def eq15_constant(E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
-    """The constant of (15), K = E/(pi (1 - nu^2)) [Pa], which the memo leaves open.
+    """Equation (15)'s constant, K = E/(pi (1 - nu^2)) [Pa], which the memo leaves open.
 
     Examples
     --------
@@ -97,25 +64,12 @@ def eq15_constant(E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
     return np.asarray(E / (np.pi * (1 - nu**2)))
 
 
+@described
 def eq16(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     """Equation (16): pressure under a cylinder, 2 P/(pi a^2) sqrt(a^2 - y^2); 0 outside.
 
-    Verdict: correct as a pressure; its sign is against (1) to (8). a is the half width, so (17) does not go
+    In Pa. Verdict: correct as a pressure; its sign is against (1) to (8). a is the half width, so (17) does not go
     with it.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    a : array_like
-        Half width of the contact [m].
-    y : array_like
-        Place from its centre [m].
-
-    Returns
-    -------
-    ndarray
-        Pressure [Pa], positive in compression.
 
     Examples
     --------
@@ -126,43 +80,23 @@ def eq16(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     return np.asarray(np.where(np.abs(y) < a, 2 * P / (np.pi * a**2) * np.sqrt(_inside(a, y)), 0.0))
 
 
+@described
 def eq17(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
     """Equation (17) as printed, "half width of the contact": a = 2 [4 R P (1 - nu^2)/(pi E)]^(1/2).
 
     Verdict: **wrong**. This is the whole width; `eq17_corrected` is the half width that (16) needs.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m], >= 0.
-    R : array_like
-        Radius of the cylinder [m].
-    E, nu : array_like
-        Modulus of elasticity [Pa] and Poisson's ratio [-].
-
-    Returns
-    -------
-    ndarray
-        a as printed [m].
-
-    Raises
-    ------
-    InvalidValueError
-        P < 0: a cylinder that is pulled has no such contact.
 
     Examples
     --------
     >>> eq17(P=np.pi, R=1.0, E=4.0, nu=0.0).item(), eq17_corrected(P=np.pi, R=1.0, E=4.0, nu=0.0).item()
     (2.0, 1.0)
     """
-    P, R, E, nu = given(P=P, R=R, E=E, nu=nu)
-    if not (P >= 0).all():
-        raise InvalidValueError(f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed")
-    return np.asarray(2 * np.sqrt(4 * R * P * (1 - nu**2) / (np.pi * E)))
+    return 2 * eq17_corrected(P, R, E, nu)
 
 
+@described
 def eq17_corrected(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
-    """Half width of the contact of a cylinder, a = [4 R P (1 - nu^2)/(pi E)]^(1/2); arguments as of `eq17`.
+    """Equation (17) mended: half the width of the contact, a = [4 R P (1 - nu^2)/(pi E)]^(1/2).
 
     Examples
     --------

@@ -15,41 +15,20 @@ import numpy.typing as npt
 from .._check import FloatArray
 from ..errors import GeometryError
 from ._quadrature import over_contact
-from ._symbols import given
+from ._symbols import described, given
 
 __all__ = [
-    "eq18",
-    "eq18_corrected",
-    "eq19",
-    "eq20",
-    "eq20_corrected",
-    "eq21",
-    "eq21_corrected",
-    "eq22",
-    "eq22_corrected",
-]
+    "eq18", "eq18_corrected", "eq19", "eq20", "eq20_corrected", "eq21", "eq21_corrected", "eq22", "eq22_corrected",
+]  # fmt: skip
 
 
+@described
 def eq18(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     """Equation (18) as printed: the pressure between the edges a1 and a2.
 
     2P/(pi a^2) [a^2 - (y - (a1 + a2)/2)^2]^(1/2) for a1 < y < a2, with a = a2 - a1.
 
     Verdict: **wrong**. With a twice too large it does not fall to zero at the edges and carries 0.609 P.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    a1, a2 : array_like
-        Edges of the contact [m].
-    y : array_like
-        Place [m].
-
-    Returns
-    -------
-    ndarray
-        Pressure [Pa], positive in compression.
 
     Examples
     --------
@@ -59,8 +38,9 @@ def eq18(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLik
     return _semi_ellipse(P, a1, a2, y, widths=1.0)
 
 
+@described
 def eq18_corrected(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
-    """Equation (18) with a = (a2 - a1)/2: the pressure (16) from a1 to a2; arguments as of `eq18`.
+    """Equation (18) with a = (a2 - a1)/2: the pressure (16) from a1 to a2.
 
     Examples
     --------
@@ -70,6 +50,7 @@ def eq18_corrected(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: np
     return _semi_ellipse(P, a1, a2, y, widths=0.5)
 
 
+@described
 def eq19(
     pressure: Callable[[FloatArray], FloatArray],
     x: npt.ArrayLike,
@@ -85,33 +66,9 @@ def eq19(
     The integral of -3 [x cos(alpha) - y0 sin(alpha)] [x^2 - y0^2] P(y - y0)/(2 pi E r^4) over y0, with r^2 =
     x^2 + y0^2.
 
-    Verdict: correct. Evaluated by quadrature, to about 1e-12 of the largest value for a pressure that is
-    smooth between its edges and kinks.
-
-    Parameters
-    ----------
-    pressure : callable
-        Pressure [Pa] at places [m], zero outside (a1, a2); the shear is its tan(alpha)-fold.
-    x, y : array_like
-        Depth, > 0, and place [m].
-    alpha : array_like
-        Inclination [rad].
-    E : array_like
-        Modulus of elasticity [Pa].
-    a1, a2 : float
-        Edges of the contact [m].
-    kinks : sequence of float, optional
-        Places where the pressure is not smooth [m], e.g. the tip of a wedge.
-
-    Returns
-    -------
-    ndarray
-        eps_x [-].
-
-    Raises
-    ------
-    GeometryError
-        A point that is not beneath the surface; a2 <= a1.
+    Verdict: correct. Evaluated by quadrature, to about 1e-12 of the largest value. `pressure` is a function that gives
+    the pressure [Pa] at positions [m], zero outside (a1, a2), and the shear is its tan(alpha)-fold; `kinks` are
+    positions between these edges where it is not smooth [m], e.g. the tip of a wedge.
 
     Examples
     --------
@@ -137,6 +94,7 @@ def eq19(
     return _each(at, x, y, alpha) / E
 
 
+@described
 def eq20(
     P: npt.ArrayLike,
     x: npt.ArrayLike,
@@ -151,29 +109,6 @@ def eq20(
     eps_x = -3P/(pi^2 a^2 E) times the integral from y - a2 to y - a1 of [x cos(alpha) - y0 sin(alpha)]/(x^2 +
     y0^2)^2 [x^2 - y0^2] [a^2 - (y - y0 - (a1 + a2)/2)^2]^(1/2) dy0. Verdict: **wrong**, as (18) is.
 
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    x, y : array_like
-        Depth, > 0, and place [m].
-    alpha : array_like
-        Inclination [rad].
-    E : array_like
-        Modulus of elasticity [Pa].
-    a1, a2 : array_like
-        Edges of the contact [m].
-
-    Returns
-    -------
-    ndarray
-        eps_x [-].
-
-    Raises
-    ------
-    GeometryError
-        A point that is not beneath the surface; a2 <= a1.
-
     Examples
     --------
     Deep beneath it is the strain of a line load of 0.609 P.
@@ -183,9 +118,10 @@ def eq20(
     >>> round(float(eq20(P=1.0, x=100.0, y=20.0, alpha=0.3, E=1.0, a1=-0.5, a2=0.5) / line), 4)
     0.609
     """
-    return _strain(P, x, y, alpha, E, a1, a2, widths=1.0)
+    return _strain(1.0, P=P, x=x, y=y, alpha=alpha, E=E, a1=a1, a2=a2)
 
 
+@described
 def eq20_corrected(
     P: npt.ArrayLike,
     x: npt.ArrayLike,
@@ -195,7 +131,7 @@ def eq20_corrected(
     a1: npt.ArrayLike,
     a2: npt.ArrayLike,
 ) -> FloatArray:
-    """Equation (20) with a = (a2 - a1)/2: strain beneath a sliding cylinder; arguments as of `eq20`.
+    """Equation (20) with a = (a2 - a1)/2: strain beneath a sliding cylinder.
 
     Examples
     --------
@@ -203,32 +139,15 @@ def eq20_corrected(
     >>> round(strain.item(), 6), round(-3 / np.pi * 0.5 * (1 - 0.5 / np.sqrt(1.25)), 6).item()
     (-0.263936, -0.263936)
     """
-    return _strain(P, x, y, alpha, E, a1, a2, widths=0.5)
+    return _strain(0.5, P=P, x=x, y=y, alpha=alpha, E=E, a1=a1, a2=a2)
 
 
+@described
 def eq21(P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (21) as printed: slope of the strain beneath the centre of the contact.
 
     d eps_x/dy = -3 sqrt(3) P/(2 pi^2 a E) [x^2 - (a/2)^2] [x^2 + (a/2)^2]^(-2) sin(alpha). Verdict: **wrong**
-    in four ways, see `ERRATA`; use `eq21_corrected`.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    a : array_like
-        Width of the contact, a2 - a1 [m].
-    x : array_like
-        Depth [m].
-    alpha : array_like
-        Inclination [rad].
-    E : array_like
-        Modulus of elasticity [Pa].
-
-    Returns
-    -------
-    ndarray
-        The expression as printed; its unit is not that of a slope of strain, 1/m, but 1/m^2.
+    in four ways, see `ERRATA`; its unit is not that of a slope of strain, 1/m, but 1/m^2. Use `eq21_corrected`.
 
     Examples
     --------
@@ -240,31 +159,14 @@ def eq21(P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayL
     return np.asarray(-3 * np.sqrt(3) * P / (2 * np.pi**2 * a * E) * (x**2 - h2) * (x**2 + h2) ** -2.0 * np.sin(alpha))
 
 
+@described
 def eq21_corrected(
     P: npt.ArrayLike, half_width: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
 ) -> FloatArray:
-    """Slope of the strain beneath the centre of a sliding cylinder, in place of (21); nu = 1/2, plane strain.
+    """Equation (21) mended: slope of the strain beneath the centre of a sliding cylinder, nu = 1/2, plane strain.
 
     d eps_x/dy = -3 P sin(alpha)/(pi E a^2) [1 - x (x^2 + 2 a^2)/s^3], s^2 = x^2 + a^2, a the half width. It
     vanishes for every alpha at x = 0.786 a, a depth to keep the sensors away from.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    half_width : array_like
-        Half the width of the contact [m].
-    x : array_like
-        Depth [m].
-    alpha : array_like
-        Inclination [rad].
-    E : array_like
-        Modulus of elasticity [Pa].
-
-    Returns
-    -------
-    ndarray
-        d eps_x/dy [1/m], on the memo's axis.
 
     Examples
     --------
@@ -278,6 +180,7 @@ def eq21_corrected(
     return np.asarray(-3 * P * np.sin(alpha) / (np.pi * E * a**2) * bracket)
 
 
+@described
 def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (22) as printed: the slope (21) where the contact is wide.
 
@@ -285,22 +188,6 @@ def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayL
 
     Verdict: **wrong**: (21) itself tends to the opposite sign, and both have the wrong dimension and
     magnitude. Use `eq22_corrected`.
-
-    Parameters
-    ----------
-    P : array_like
-        Force per length [N/m].
-    a : array_like
-        Width of the contact, a2 - a1 [m].
-    alpha : array_like
-        Inclination [rad].
-    E : array_like
-        Modulus of elasticity [Pa].
-
-    Returns
-    -------
-    ndarray
-        The expression as printed [1/m^2].
 
     Examples
     --------
@@ -311,8 +198,9 @@ def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayL
     return np.asarray(-6 * np.sqrt(3) * P * np.sin(alpha) / (np.pi**2 * a**3 * E))
 
 
+@described
 def eq22_corrected(P: npt.ArrayLike, half_width: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
-    """The slope `eq21_corrected` under a wide contact: -3 P sin(alpha)/(pi E half_width^2) [1/m].
+    """Equation (22) mended, the slope `eq21_corrected` under a wide contact: -3 P sin(alpha)/(pi E half_width^2) [1/m].
 
     Examples
     --------
@@ -338,18 +226,9 @@ def _semi_ellipse(
     return np.asarray(np.where(inside, 2 * P / (np.pi * a**2) * np.sqrt(square), 0.0))
 
 
-def _strain(
-    P: npt.ArrayLike,
-    x: npt.ArrayLike,
-    y: npt.ArrayLike,
-    alpha: npt.ArrayLike,
-    E: npt.ArrayLike,
-    a1: npt.ArrayLike,
-    a2: npt.ArrayLike,
-    widths: float,
-) -> FloatArray:
+def _strain(widths: float, **values: npt.ArrayLike) -> FloatArray:
     """The integral of (20), with a = widths * (a2 - a1)."""
-    P, x, y, alpha, E, left, right = given(P=P, x=x, y=y, alpha=alpha, E=E, a1=a1, a2=a2)
+    P, x, y, alpha, E, left, right = given(**values)
 
     def at(x: float, y: float, alpha: float, a1: float, a2: float) -> float:
         a = widths * (a2 - a1)

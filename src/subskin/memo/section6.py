@@ -9,12 +9,13 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ._quadrature import over_contact
-from ._symbols import given
+from ._symbols import described, given
+from .section5 import eq19
 
 __all__ = ["eq23", "eq24", "eq25", "eq25_corrected", "eq26", "eq26_corrected"]
 
 
+@described
 def eq23(
     pressure: Callable[[FloatArray], FloatArray],
     d: npt.ArrayLike,
@@ -24,25 +25,9 @@ def eq23(
     a2: float,
     kinks: Sequence[float] = (),
 ) -> FloatArray:
-    """Equation (23): strain beneath a pressure, the integral of P(y)/E h(y0 - y) over y. Verdict: correct.
+    """Equation (23): strain beneath a pressure, the integral of P(y)/E h(y0 - y) over y.
 
-    Parameters
-    ----------
-    pressure : callable
-        Pressure [Pa] at places [m], zero outside (a1, a2).
-    d, y0 : array_like
-        Depth and place of the sensor [m].
-    E : array_like
-        Modulus of elasticity [Pa].
-    a1, a2 : float
-        Edges of the pressure [m].
-    kinks : sequence of float, optional
-        Places where the pressure is not smooth [m].
-
-    Returns
-    -------
-    ndarray
-        eps_x [-].
+    Verdict: correct; it is (19) without a tangential load, where `eq19` says what `pressure` and `kinks` are.
 
     Examples
     --------
@@ -51,33 +36,14 @@ def eq23(
     1.0
     """
     d, y0, E = given(d=d, y0=y0, E=E)
-    left, right = (float(v) for v in given(a1=a1, a2=a2))
-    points = np.broadcast(d, y0, E)
-    values = []
-    for depth, position, young in points:
-
-        def integrand(y: FloatArray, d: float = depth, y0: float = position, E: float = young) -> FloatArray:
-            return np.asarray(pressure(y)) / E * eq24(d, y0 - y)
-
-        closest = min(depth, 1e-12 * abs(right - left)) if len(kinks) else depth
-        values.append(over_contact(integrand, left, right, (position, *kinks), closest))
-    return np.array(values, dtype=np.float64).reshape(points.shape)
+    return eq19(pressure, d, y0, 0.0, E, a1, a2, kinks)
 
 
+@described
 def eq24(d: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     """Equation (24): strain times E under a unit normal line load, -3 d (d^2 - y^2)/(2 pi (d^2 + y^2)^2).
 
     Verdict: correct.
-
-    Parameters
-    ----------
-    d, y : array_like
-        Depth and distance along the surface [m].
-
-    Returns
-    -------
-    ndarray
-        h(y) [1/m].
 
     Examples
     --------
@@ -88,22 +54,11 @@ def eq24(d: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     return np.asarray(-3 * d * (d**2 - y**2) / (2 * np.pi * (d**2 + y**2) ** 2))
 
 
+@described
 def eq25(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
     """Equation (25) as printed: spectrum of h(y), H(s) = -3 pi d s exp(-d abs(2 pi s)).
 
     Verdict: **wrong for s < 0**: h(y) is even, so its spectrum is; `eq25_corrected` has abs(s).
-
-    Parameters
-    ----------
-    s : array_like
-        Spatial frequency [1/m].
-    d : array_like
-        Depth [m].
-
-    Returns
-    -------
-    ndarray
-        H(s) [-], as printed.
 
     Examples
     --------
@@ -114,10 +69,9 @@ def eq25(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
     return np.asarray(-3 * np.pi * d * s * np.exp(-d * np.abs(2 * np.pi * s)))
 
 
+@described
 def eq25_corrected(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
-    """Spectrum of h(y) for either sign of s: H(s) = -3 pi d abs(s) exp(-2 pi d abs(s)).
-
-    Arguments as of `eq25`.
+    """Equation (25) for either sign of s: H(s) = -3 pi d abs(s) exp(-2 pi d abs(s)).
 
     Examples
     --------
@@ -128,23 +82,12 @@ def eq25_corrected(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
     return np.asarray(-3 * np.pi * d * np.abs(s) * np.exp(-2 * np.pi * d * np.abs(s)))
 
 
+@described
 def eq26(f: npt.ArrayLike) -> FloatArray:
     """Equation (26), left side as printed: the attenuation exp(-1)/(f exp(-f)) against the peak at f = 1.
 
-    f is 2 pi s d.
-
     Verdict: the formula is right, the printed root f = 10.2 of "attenuation = 10^3" is rounded down, and the
     sensor density s d > 3.2 that follows falls short; see `eq26_corrected`.
-
-    Parameters
-    ----------
-    f : array_like
-        2 pi times spatial frequency times depth [-].
-
-    Returns
-    -------
-    ndarray
-        Attenuation [-].
 
     Examples
     --------
@@ -155,20 +98,11 @@ def eq26(f: npt.ArrayLike) -> FloatArray:
     return np.asarray(np.exp(f - 1) / f)
 
 
+@described
 def eq26_corrected(attenuation: npt.ArrayLike = 1e3) -> FloatArray:
-    """The root of (26) without rounding: f = -W_{-1}(-1/(e attenuation)), W_{-1} being Lambert's function.
+    """Equation (26) solved without rounding: f = -W_{-1}(-1/(e attenuation)), W_{-1} being Lambert's function.
 
     Samples at twice f make the sensor density s d = f/pi.
-
-    Parameters
-    ----------
-    attenuation : array_like, optional
-        Wanted ratio of the peak response to that at f [-], >= 1.
-
-    Raises
-    ------
-    InvalidValueError
-        An attenuation below 1.
 
     Examples
     --------

@@ -54,7 +54,7 @@ class Degeneracy(Enum):
 
 @dataclass(frozen=True)
 class Note:
-    """A degeneracy that was met, and what it means here."""
+    """A degeneracy that was met, its `kind`, and what it means here, as `text`; `three_sensor` makes them."""
 
     kind: Degeneracy
     text: str
@@ -66,15 +66,13 @@ class Note:
 class Sensitivity(NamedTuple):
     """Standard deviations to first order, per unit standard deviation of independent errors of the readings.
 
-    Infinite where the Jacobian is singular; NaN where there is no load.
+    Of `position` [m], `force` [N/m] and `angle` [rad]: infinite where the Jacobian is singular, NaN where there is no
+    load.
     """
 
     position: float
-    """Of the place [m]."""
     force: float
-    """Of the magnitude [N/m]."""
     angle: float
-    """Of the angle [rad]."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ class Root:
     residual : float
         Largest reading that the load leaves unexplained, relative to the largest reading.
     det_jacobian : float
-        Determinant of d(readings) / d(position / depth, N / (E depth), T / (E depth)); 0 at a double root.
+        Determinant of d(readings) / d(position / depth, N / (E depth), T / (E depth)) [-]; 0 at a double root.
     sensitivity : Sensitivity
         How errors of the readings come through.
     """
@@ -144,7 +142,7 @@ class ThreeSensorSolution:
         return tuple(root for root in self.roots if root.verdict is Verdict.ACCEPTED)
 
     def has(self, kind: Degeneracy) -> bool:
-        """Whether a note of this kind was made."""
+        """Whether a note of this `kind` was made."""
         return any(note.kind is kind for note in self.notes)
 
 
