@@ -25,9 +25,7 @@ EDGE = {"cli", "__main__"}
 LATER = {
     "design",
     "pressing",
-    "memo",
     "plot",
-    "contact",
     "estimate",
     "calibration",
     "stream",
@@ -57,6 +55,7 @@ FORMULA = re.compile(r"[\w)\]] = [^=\n]*[\w)]\s*(\*\*|\^|/|\bsqrt|\bexp|\blog)")
 SOURCE = re.compile(
     r"eq\. ?\(|Equation \(\d|eqs\. ?\(|\bmemo\b|\b(18|19|20)\d\d\b|section \d|Fig\. \d|docs/|chapter|\bby definition\b"
 )
+WORD = re.compile(r"\w+")
 NAMED = re.compile(r"`~?\.?([\w.]+)`")
 
 
@@ -187,11 +186,21 @@ def helpers(one):
 
 
 def returned(one):
-    """Names of classes that a function with an example gives back."""
+    """Names of classes that a function with an example gives back; what those hold is shown with them."""
     return set(re.findall(r"\w+", str(getattr(one.function, "__annotations__", {}).get("return", ""))))
 
 
+def parts(name):
+    """Names of classes that the fields of a class hold."""
+    kinds = [one.thing for one in BY_NAME.get(name, ()) if isinstance(one.thing, type)]
+    return {
+        word for kind in kinds for note in vars(kind).get("__annotations__", {}).values() for word in WORD.findall(note)
+    }
+
+
 SHOWN = {name for one in THINGS if ">>>" in one.text for name in returned(one)}
+while more := {part for name in SHOWN for part in parts(name)} - SHOWN:
+    SHOWN |= more
 
 
 def lacks(one):

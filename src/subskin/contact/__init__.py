@@ -7,12 +7,13 @@ decisions, simulations and commands take (`families`).
 from importlib import import_module
 from pkgutil import iter_modules
 
-from .base import Contact, ContactSum, ProportionalContact, Spectrum, Transforms, transforms_of
+from .base import Contact, ContactSum, Spectrum, Transforms, transforms_of
 from .families import contact_of, families, family_of
 from .hertz import Hertz
 from .line import LineLoad
 from .partial_slip import PartialSlip
 from .profile import PressureProfile
+from .proportional import ProportionalContact
 from .punch import FlatPunch
 from .spread import SpreadContact
 from .strip import Strip

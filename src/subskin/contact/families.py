@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from .. import _check
 from ..errors import InvalidValueError
-from .base import Contact, ProportionalContact
+from .base import Contact
 from .line import LineLoad
+from .proportional import ProportionalContact
 from .spread import SpreadContact
 
 __all__ = ["Family", "contact_of", "families", "family_of"]

@@ -27,24 +27,9 @@ then already 2 % off at the edge of the contact, and the surface slopes by 0.3."
 class Hertz(SpreadContact, name="hertz"):
     """A cylinder on the skin: pressure 2N/(pi a^2) sqrt(a^2 - y^2), F(z) = -2/(z + s), s = sqrt(z^2 - a^2).
 
-    Source: memo eq. (16); docs/theory.md; Johnson, Contact Mechanics (1985), section 4.2. The
-    drag is proportional to the pressure: the contact slides. Where it sticks in the middle see `PartialSlip`.
-
-    Parameters
-    ----------
-    force : array_like
-        Magnitude P of the resultant [N/m], >= 0.
-    angle : array_like, optional
-        Angle from the inward normal [rad], positive where it drags the skin towards +y.
-    position : array_like, optional
-        Centre y [m].
-    half_width : array_like
-        Half the width a [m], > 0; required.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A value out of range; shapes that do not broadcast.
+    Source: memo eq. (16); docs/theory.md; Johnson, Contact Mechanics (1985), section 4.2. Parameters as of
+    `SpreadContact`. The drag is proportional to the pressure: the contact slides. Where it sticks in the middle see
+    `PartialSlip`.
 
     Examples
     --------
@@ -69,7 +54,7 @@ class Hertz(SpreadContact, name="hertz"):
         """A rigid cylinder of `radius` R [m] on a skin of `material`, in plane strain.
 
         a = 2 sqrt(N R (1 - nu^2) / (pi E)) with N = P cos(angle). The memo's eq. (17) is twice this, the full
-        width (docs/errata.md). `parameters` are the subclass's own.
+        width (docs/errata.md). `parameters` are the subclass's own, the others as of `SpreadContact`.
 
         Raises
         ------

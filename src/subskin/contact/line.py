@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
-from .base import Contact, ContactSum, ProportionalContact, Transforms
+from .base import Contact, ContactSum, Transforms
+from .proportional import ProportionalContact
 
 __all__ = ["LineLoad"]
 
@@ -20,14 +21,7 @@ _MANY_LOADS, _MANY_POINTS = 8, 4096
 class LineLoad(ProportionalContact, name="line"):
     """A load on a line of no width, F(z) = -1/z (Flamant 1892; memo eqs. 1 to 4).
 
-    Parameters
-    ----------
-    force : array_like
-        Magnitude P [N/m], >= 0.
-    angle : array_like, optional
-        Angle from the inward normal [rad], positive where it drags the skin towards +y.
-    position : array_like, optional
-        Place y [m].
+    Parameters as of `ProportionalContact`.
 
     Examples
     --------
@@ -70,7 +64,7 @@ class _Lines(ContactSum):
 
     @cached_property
     def _loads(self) -> FloatArray:
-        """Place, normal and tangential force of each, shape (3, n)."""
+        """Position, normal and tangential force of each, shape (3, n)."""
         rows = [[part.position for part in self.parts]]  # type: ignore[attr-defined]
         rows += [[part.normal_force for part in self.parts], [part.tangential_force for part in self.parts]]
         return np.array(rows, dtype=np.float64)

@@ -24,19 +24,11 @@ class PartialSlip(Hertz):
 
     The shear is mu times the Hertz pressure, less the same on the narrower stick zone, c = a sqrt(1 - |T|/(mu
     N)). Source: docs/theory.md; Johnson, Contact Mechanics (1985),
-    section 7.2. It holds for a force that presses first and then drags.
+    section 7.2. It holds for a force that presses first and then drags, |tan(angle)| <= friction. Other
+    parameters as of `SpreadContact`.
 
     Parameters
     ----------
-    force : array_like
-        Magnitude P of the resultant [N/m], >= 0.
-    angle : array_like, optional
-        Angle from the inward normal [rad], positive where it drags the skin towards +y; |tan(angle)| <=
-        friction.
-    position : array_like, optional
-        Centre y [m].
-    half_width : array_like
-        Half the width a [m], > 0; required.
     friction : array_like
         Coefficient of friction mu [-], > 0; required.
 
@@ -55,9 +47,8 @@ class PartialSlip(Hertz):
     friction: npt.ArrayLike = np.nan  # required, as half_width is
 
     def __post_init__(self) -> None:
-        self._set(
-            "friction", _check.real("friction", self.friction, above=0.0, fix="rubber on glass: 1; a dry finger: 0.5")
-        )
+        fix = "rubber on glass: 1; a dry finger: 0.5"
+        self._set("friction", _check.real("friction", self.friction, above=0.0, fix=fix))
         super().__post_init__()
         pulled, held = np.abs(self.tangential_force), np.asarray(self.friction) * self.normal_force
         rounding = 1e-12 * np.asarray(self.force)  # angle = arctan(mu) is on the edge of the cone, not beyond

@@ -18,8 +18,7 @@ from .functions import FAR, far_shear_field, gap, log_ratio, shear_field
 __all__ = ["PressureProfile"]
 
 _FAR_ELEMENT = 10.0
-"""Beyond this many half lengths from a stretch its formulas cancel, and their series converges in seven
-terms."""
+"""Beyond this many half lengths from a stretch its formulas cancel, and their series converges in seven terms."""
 
 _TERMS = 7
 _MOMENTS = 10
@@ -28,13 +27,12 @@ _BLOCK = 1 << 15
 
 @dataclass(frozen=True, init=False)
 class PressureProfile(Contact):
-    """Pressure and, independently, shear that vary linearly between nodes and vanish beyond the first and the
-    last.
+    """Pressure and, independently, shear that vary linearly between nodes and vanish beyond the first and the last.
 
     Each stretch between two nodes adds (p_b - p_a) + p(z) log((z - b)/(z - a)) to F(z), where p(z) is the
     straight line itself taken at z. Source: docs/theory.md; Johnson, Contact Mechanics
     (1985), section 2.6. A uniform strip and a ramp are the shortest ones: two nodes. Any smooth pressure is
-    approached with the square of the spacing.
+    approached with the square of the nodes' distance.
 
     Parameters
     ----------
@@ -48,13 +46,12 @@ class PressureProfile(Contact):
     Attributes
     ----------
     nodes, node_pressure, node_shear : ndarray, shape (..., n)
-        What was given, broadcast.
+        What was given, broadcast [m], [Pa], [Pa].
 
     Raises
     ------
     InvalidValueError, GeometryError
-        A value that is not finite; fewer than two nodes, nodes that do not ascend, shapes that do not
-        broadcast.
+        A value that is not finite; fewer than two nodes, nodes that do not ascend, shapes that do not broadcast.
 
     Examples
     --------
@@ -75,9 +72,8 @@ class PressureProfile(Contact):
         if not ys.ndim or ys.shape[-1] < 2 or shape[-1] != ys.shape[-1]:
             raise GeometryError(f"y of shape {ys.shape}", "at least two nodes, one for each pressure, are needed")
         if not (np.diff(ys) > 0).all():
-            raise GeometryError(
-                f"y = {ys.tolist()}", "the nodes have to ascend", "np.sort, and a + b for a jump inside"
-            )
+            fix = "np.sort, and a + b for a jump inside"
+            raise GeometryError(f"y = {ys.tolist()}", "the nodes have to ascend", fix)
         self._store(np.broadcast_to(ys, shape), np.broadcast_to(ps, shape), np.broadcast_to(qs, shape))
 
     def _store(self, *values: FloatArray) -> None:
@@ -97,7 +93,8 @@ class PressureProfile(Contact):
     def breaks(self) -> FloatArray:  # noqa: D102
         return self.nodes
 
-    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
+    def transforms(self, z: ComplexArray) -> Transforms:
+        """As `transforms_of`."""
         shape = np.broadcast_shapes(self.shape, z.shape)
         p, dp, q, dq = (np.zeros(shape, dtype=np.complex128) for _ in range(4))
         step = max(1, _BLOCK // max(1, int(np.prod(shape))))

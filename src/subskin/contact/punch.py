@@ -11,8 +11,9 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
-from .base import Spectrum, Transforms, scaled
+from .base import Spectrum, Transforms
 from .functions import jinc, root
+from .proportional import scaled
 from .spread import SpreadContact
 
 __all__ = ["FlatPunch"]
@@ -23,27 +24,15 @@ class FlatPunch(SpreadContact, name="punch"):
     """A rigid flat punch: pressure (N + 2 M y / a^2) / (pi sqrt(a^2 - y^2)), y from its centre.
 
     F(z) = -1/s for a unit force, -2/(s (z + s)) for a unit moment, s = sqrt(z^2 - a^2). Source: memo eq.
-    (14); docs/theory.md and "punch moment"; Johnson, Contact Mechanics (1985), section
-    2.8. The shear has the shape of the force's part alone: a moment tilts, it does not drag.
+    (14); docs/theory.md; Johnson, Contact Mechanics (1985), section
+    2.8. The shear has the shape of the force's part alone: a moment tilts, it does not drag. Other
+    parameters and errors as of `SpreadContact`.
 
     Parameters
     ----------
-    force : array_like
-        Magnitude P of the resultant [N/m], >= 0.
-    angle : array_like, optional
-        Angle from the inward normal [rad], positive where it drags the skin towards +y.
-    position : array_like, optional
-        Centre y [m].
-    half_width : array_like
-        Half the width a [m], > 0; required.
     moment : array_like, optional
         Moment M of the pressure about the centre [N m/m], positive where it presses harder towards +y. By
         keyword.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A value out of range; shapes that do not broadcast.
 
     Warns
     -----
@@ -112,4 +101,4 @@ class FlatPunch(SpreadContact, name="punch"):
 
     def singular_points(self) -> tuple[FloatArray, ...]:
         """Both edges: the stress grows like 1/sqrt(distance)."""
-        return self._edges()
+        return self.support

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from .base import ProportionalContact
 from .functions import FAR, far_shear_field
+from .proportional import ProportionalContact
 from .quadrature import cauchy
 
 __all__ = ["SpreadContact"]
@@ -23,21 +23,34 @@ class SpreadContact(ProportionalContact):
     """A symmetric contact on |y - position| <= half_width.
 
     A subclass gives `unit_pressure` and `unit_spectrum`. One with a closed form adds `unit_transform`, and `SERIES`,
-    the even moments of its pressure for unit resultant and unit half width: F = -(1/z) sum of SERIES[k] (a/z)^(2k). Far
-    away they take the place of the closed form where that would cancel. One with a name, `class Mine(SpreadContact,
-    name="mine")`, is a family that fits, decisions and simulations know.
+    the even moments of its pressure for unit resultant and unit half width (docs/theory.md): F = -(1/z) sum of
+    SERIES[k] (a/z)^(2k). Far away they take the place of the closed form where that would cancel. One with a name,
+    `class Mine(SpreadContact, name="mine")`, is a family that fits, decisions and simulations know.
 
     Parameters
     ----------
     force, angle, position : array_like
-        As of every contact.
+        Magnitude [N/m], angle [rad] and centre [m], as of `ProportionalContact`.
     half_width : array_like
-        Half the contact's width a [m], > 0; required.
+        Half the contact's width a [m], > 0, of a shape that broadcasts against theirs; required.
 
     Raises
     ------
     InvalidValueError, GeometryError
         A value out of range; shapes that do not broadcast.
+
+    Examples
+    --------
+    A family of one's own, whose pressure falls to both sides in a straight line.
+
+    >>> import numpy as np, subskin as ss
+    >>> class Ramp(ss.contact.SpreadContact):
+    ...     def unit_pressure(self, y):
+    ...         return np.maximum(1 - np.abs(y) / self.half_width, 0.0) / self.half_width
+    ...     def unit_spectrum(self, k):
+    ...         return np.sinc(0.5 * k * self.half_width / np.pi) ** 2
+    >>> float(Ramp(force=40.0, half_width=1e-3).pressure(0.0))
+    40000.0
     """
 
     half_width: npt.ArrayLike = np.nan  # required: NaN is refused below, and the order of arguments kept
@@ -73,12 +86,8 @@ class SpreadContact(ProportionalContact):
 
     @property
     def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
-        low, high = self._edges()
-        return low, high
-
-    def _edges(self) -> tuple[FloatArray, ...]:
         centre = np.asarray(self.position, dtype=np.float64)
-        return tuple(np.broadcast_to(centre + side * self._a, self.shape) for side in (-1, 1))
+        return np.broadcast_to(centre - self._a, self.shape), np.broadcast_to(centre + self._a, self.shape)
 
 
 def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArray:

@@ -18,23 +18,7 @@ class Strip(SpreadContact, name="strip"):
     """Uniform pressure and shear over |y - position| <= half_width, F(z) = log((z - a) / (z + a)) / (2 a).
 
     Source: docs/theory.md; Johnson, Contact Mechanics (1985), section 2.5. For a pressure
-    that varies along the contact see `PressureProfile`.
-
-    Parameters
-    ----------
-    force : array_like
-        Magnitude P of the resultant [N/m], >= 0.
-    angle : array_like, optional
-        Angle from the inward normal [rad], positive where it drags the skin towards +y.
-    position : array_like, optional
-        Centre y [m].
-    half_width : array_like
-        Half the width a [m], > 0; required.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A value out of range; shapes that do not broadcast.
+    that varies along the contact see `PressureProfile`. Parameters as of `SpreadContact`.
 
     Examples
     --------
@@ -58,4 +42,4 @@ class Strip(SpreadContact, name="strip"):
 
     def singular_points(self) -> tuple[FloatArray, ...]:
         """Both ends: the pressure jumps there, and under drag sigma_y grows like a logarithm."""
-        return self._edges()
+        return self.support

@@ -26,23 +26,8 @@ _STEEPEST = 0.3
 class Wedge(SpreadContact, name="wedge"):
     """A blunt rigid wedge: pressure N/(pi a) arccosh(a/|y|), F(z) = -arcsin(a/z) / a.
 
-    Source: memo eq. (15); docs/theory.md; Johnson, Contact Mechanics (1985), section 5.2.
-
-    Parameters
-    ----------
-    force : array_like
-        Magnitude P of the resultant [N/m], >= 0.
-    angle : array_like, optional
-        Angle of the resultant from the inward normal [rad], positive where it drags the skin towards +y.
-    position : array_like, optional
-        Place y of the tip [m].
-    half_width : array_like
-        Half the width a of the contact [m], > 0; required.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A value out of range; shapes that do not broadcast.
+    Source: memo eq. (15); docs/theory.md; Johnson, Contact Mechanics (1985), section 5.2. Parameters as of
+    `SpreadContact`; the tip is at `position`.
 
     Examples
     --------
@@ -65,7 +50,8 @@ class Wedge(SpreadContact, name="wedge"):
     ) -> Self:
         """A wedge of `vertex_angle` theta [rad] on a skin of `material`, in plane strain.
 
-        a = N tan(theta/2) (1 - nu^2) / E with N = P cos(angle): the load that goes with the memo's eq. (15).
+        a = N tan(theta/2) (1 - nu^2) / E with N = P cos(angle): the load that goes with the memo's eq. (15). Other parameters as of
+        `SpreadContact`.
 
         Raises
         ------

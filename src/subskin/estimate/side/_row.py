@@ -11,7 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...contact import LineLoad
-from ...contact.base import ProportionalContact
+from ...contact import ProportionalContact
 from ...contact.families import Family
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
