@@ -194,7 +194,10 @@ def parts(name):
     """Names of classes that the fields of a class hold."""
     kinds = [one.thing for one in BY_NAME.get(name, ()) if isinstance(one.thing, type)]
     return {
-        word for kind in kinds for note in vars(kind).get("__annotations__", {}).values() for word in WORD.findall(note)
+        word
+        for kind in kinds
+        for note in vars(kind).get("__annotations__", {}).values()
+        for word in WORD.findall(str(note))
     }
 
 

@@ -50,8 +50,8 @@ class Wedge(SpreadContact, name="wedge"):
     ) -> Self:
         """A wedge of `vertex_angle` theta [rad] on a skin of `material`, in plane strain.
 
-        a = N tan(theta/2) (1 - nu^2) / E with N = P cos(angle): the load that goes with the memo's eq. (15). Other parameters as of
-        `SpreadContact`.
+        a = N tan(theta/2) (1 - nu^2) / E with N = P cos(angle): the load that goes with the memo's eq. (15).
+        Other parameters as of `SpreadContact`.
 
         Raises
         ------

@@ -10,8 +10,7 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
-from ...contact import LineLoad
-from ...contact import ProportionalContact
+from ...contact import LineLoad, ProportionalContact
 from ...contact.families import Family
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
