@@ -28,13 +28,14 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
     skin: Any = document["skin"]
     sensors: Any = document["sensors"]
     _edit_skin(skin, old.skin, new.skin)
+    moved = not _same(np.asarray(old.array.y), np.asarray(new.array.y))
+    for name in ("count", "pitch", "centre") if moved else ():
+        sensors.pop(name, None)
     for name, unit in _PER_SENSOR.items():
         before, after = (np.asarray(getattr(f.array, name)) for f in (old, new))
         if not _same(before, after):
             _set(sensors, name, _values(after, unit))
-    if not _same(np.asarray(old.array.y), np.asarray(new.array.y)):
-        for name in ("count", "pitch", "centre"):
-            sensors.pop(name, None)
+    if moved:
         _set(sensors, "y", [format_quantity(float(v), "m") for v in np.asarray(new.array.y)])
     if "calibration" in document:
         del document["calibration"]
@@ -72,17 +73,22 @@ def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
 
 
 def _set(table: Any, name: str, value: Any) -> None:
-    """Set a key; a new one goes below the last that has a value, not below the comments that end the table."""
+    """Set a key; a new one goes below the last that has a value, not below the comments that end the table.
+
+    It is text that trails the last value, so values are set after all keys that go.
+    """
     import tomlkit
 
     if name in table:
         table[name] = value
         return
-    keys = [key for key in table if not isinstance(table[key], dict)]
-    if keys:
-        table.value._insert_after(keys[-1], name, tomlkit.item(value))
-    else:
+    keys = [key for key in table if not isinstance(table[key], dict | tomlkit.items.AoT)]
+    if table.is_inline_table() or table.is_super_table() or not keys:
         table.add(name, value)
+        return
+    last = table.value.item(keys[-1]).trivia
+    last.trail = f"{last.trail.rstrip()}\n" if not last.trail.endswith("\n") else last.trail
+    last.trail += f"{last.indent}{name} = {tomlkit.item(value).as_string()}\n"
 
 
 def _same(a: FloatArray, b: FloatArray) -> bool:
