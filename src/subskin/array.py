@@ -45,17 +45,17 @@ class SensorArray:
     transducer : Transducer or sequence of Transducer, optional
         What each measures.
     gain : array_like, optional
-        Reading per unit measured. 0 marks a dead sensor: it is left out of every estimate.
+        Reading per unit measured [reading/unit]. 0 marks a dead sensor: it is left out of every estimate.
     offset : array_like, optional
-        Reading of the untouched skin.
+        Reading of the untouched skin [reading].
     noise : array_like, optional
-        Standard deviation of a reading, >= 0.
+        Standard deviation of a reading [reading], >= 0.
     width : array_like, optional
         Width along y over which the quantity is averaged [m], >= 0.
     low, high : array_like, optional
-        Range of a reading; at either end the sensor is saturated.
+        Range of a reading [reading]; at either end the sensor is saturated.
     resolution : array_like, optional
-        Step to which a reading is rounded, >= 0; 0 for none.
+        Step to which a reading is rounded [reading], >= 0; 0 for none.
 
     Raises
     ------
@@ -83,9 +83,8 @@ class SensorArray:
     def __post_init__(self) -> None:
         y = np.atleast_1d(_check.real("y", self.y, unit="m"))
         if y.ndim != 1 or not y.size:
-            raise GeometryError(
-                f"y of shape {y.shape}", "one position a sensor is needed, shape (n,)", "y=[-1e-3, 1e-3]"
-            )
+            rule = "one position a sensor is needed, shape (n,)"
+            raise GeometryError(f"y of shape {y.shape}", rule, "y=[-1e-3, 1e-3]")
         object.__setattr__(self, "y", _check.read_only(y))
         for name, limits in _PER_SENSOR.items():
             values = _check.real(name, getattr(self, name), **limits)
@@ -98,10 +97,8 @@ class SensorArray:
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
         kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
         if len(kinds) != y.size or not all(isinstance(k, Transducer) for k in kinds):
-            raise GeometryError(
-                f"transducer = {self.transducer!r}",
-                f"one Transducer, or one for each of the {y.size} sensors, is needed",
-            )
+            rule = f"one Transducer, or one for each of the {y.size} sensors, is needed"
+            raise GeometryError(f"transducer = {self.transducer!r}", rule)
         object.__setattr__(self, "transducer", kinds)
         ends = np.isfinite(np.array([self.low, self.high]))
         object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
@@ -124,14 +121,10 @@ class SensorArray:
             Number of sensors, >= 1.
         pitch : float
             Distance from one to the next [m], > 0.
-        depth : array_like
-            Depths [m], > 0.
         centre : float, optional
             Position y of the middle of the row [m].
-        transducer : Transducer or sequence of Transducer, optional
-            What each measures; `NormalStrain` if left out.
-        **parameters
-            The others of the class: `gain`, `offset`, `noise`, `width`, `low`, `high`, `resolution`.
+        depth, transducer, **parameters
+            As of `SensorArray`.
 
         Raises
         ------
@@ -192,7 +185,7 @@ class SensorArray:
         Parameters
         ----------
         measured : ndarray, shape (..., n)
-            What the transducers measure, in their units.
+            What the transducers measure [`unit` of each].
         rng : numpy.random.Generator, optional
             Adds each sensor's noise; without it there is none.
 
@@ -219,12 +212,7 @@ class SensorArray:
         return np.asarray(np.clip(np.where(within & (step > 0), rounded, readings), low, high))
 
     def usable(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
-        """Which readings, shape (..., n), can be used: finite, within the range, of a live sensor.
-
-        Parameters
-        ----------
-        readings : ndarray, shape (..., n)
-            In the unit of the readings.
+        """Which `readings`, shape (..., n), can be used: finite, within the range, of a live sensor.
 
         Examples
         --------
@@ -235,12 +223,6 @@ class SensorArray:
         return np.asarray(self.inside(readings) & self.live)
 
     def inside(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
-        """Which readings, shape (..., n), are finite and within the range, be the sensor live or not.
-
-        Parameters
-        ----------
-        readings : ndarray, shape (..., n)
-            In the unit of the readings.
-        """
+        """Which `readings`, shape (..., n), are finite and within the range, be the sensor live or not."""
         within = (readings > np.asarray(self.low)) & (readings < np.asarray(self.high))
         return np.asarray(within & np.isfinite(readings))

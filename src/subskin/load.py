@@ -19,7 +19,8 @@ class Load:
     """A load on the surface: its position and its components, normal first.
 
     With d the number of coordinates of a position, d = 1 is a load per length of a long contact, (N, T) in N/m; d = 2
-    is a local contact's, (N, Ty, Tz) in N. N presses inwards, T drags the surface. Force, angle and azimuth follow.
+    is a local contact's, (N, Ty, Tz) in N. N presses inwards, T drags the surface. Force, angle and azimuth follow
+    (docs/conventions.md).
 
     Parameters
     ----------
@@ -28,7 +29,7 @@ class Load:
     components : array_like, shape (..., d + 1)
         Normal force, then the drag [N/m or N].
     covariance : array_like, shape (..., 2 d + 1, 2 d + 1), optional
-        Of (position, components), in their units; None where it is not known.
+        Of (position, components) [products of m, N/m or N]; None where it is not known.
 
     Raises
     ------
@@ -143,7 +144,7 @@ class Load:
         return np.sqrt(np.diagonal(self.polar, axis1=-2, axis2=-1))
 
     def within(self, friction: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether the load presses within the friction cone, abs(T) <= mu N, shape (...)."""
+        """Whether the load presses within the cone of `friction` mu [-], abs(T) <= mu N, shape (...)."""
         return (self.normal >= 0) & (self.drag <= np.asarray(friction) * self.normal)
 
 

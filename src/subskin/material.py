@@ -51,12 +51,12 @@ class Material:
 
     @property
     def shear(self) -> float:
-        """Shear modulus G = E / (2 (1 + nu)) [Pa]."""
+        """Shear modulus, by definition G = E / (2 (1 + nu)) [Pa]."""
         return self.young / (2 * (1 + self.poisson))
 
     @property
     def bulk(self) -> float:
-        """Bulk modulus K = E / (3 (1 - 2 nu)) [Pa]; infinite at nu = 1/2."""
+        """Bulk modulus, by definition K = E / (3 (1 - 2 nu)) [Pa]; infinite at nu = 1/2."""
         slack = 1 - 2 * self.poisson
         return self.young / (3 * slack) if slack > 0 else float("inf")
 

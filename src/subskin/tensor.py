@@ -42,7 +42,7 @@ class _Tensor:
 
 @dataclass(frozen=True, eq=False)
 class Stress(_Tensor):
-    """Stress [Pa], positive in tension; `xy` is the shear stress tau_xy.
+    """Stress [Pa], positive in tension: `xx`, `yy`, `zz` and `xy`, the shear stress tau_xy, arrays of one shape.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class Stress(_Tensor):
 
 @dataclass(frozen=True, eq=False)
 class Strain(_Tensor):
-    """Strain [-], positive in extension; `xy` is the tensor component, half the engineering shear `gamma_xy`.
+    """Strain [-], positive in extension: `xx`, `yy`, `zz` and `xy`, half the engineering shear `gamma_xy`.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Strain(_Tensor):
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Stress and strain at the same points."""
+    """Stress and strain at the same points: `stress` [Pa] and `strain` [-]."""
 
     stress: Stress
     strain: Strain
@@ -107,7 +107,15 @@ class State:
 
 
 class Deferred(State):
-    """A state whose stress and strain are worked out when they are asked for, by functions of no argument."""
+    """A state whose `stress` and `strain` are worked out when they are asked for, by functions of no argument.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stress = Stress(*np.zeros((4, 3)))
+    >>> Deferred(lambda: stress, lambda: 1 / 0).stress.shape
+    (3,)
+    """
 
     def __init__(self, stress: Callable[[], Stress], strain: Callable[[], Strain]) -> None:
         self.__dict__.update(_stress=stress, _strain=strain)

@@ -89,7 +89,7 @@ class Transducer(Named, ABC):
         Parameters
         ----------
         measured : ndarray, shape (...)
-            What `measure` returns, in `unit`.
+            What `measure` returns [`unit`].
 
         Raises
         ------
@@ -122,7 +122,7 @@ class NormalStrain(Transducer, name="normal_strain"):
 
 @dataclass(frozen=True)
 class LateralStrain(Transducer, name="lateral_strain"):
-    """Strain along the surface, eps_y [-]: a gauge lying in the skin. At nu = 1/2 in plane strain it is -eps_x."""
+    """Strain along the surface, eps_y [-]: a gauge lying in the skin; -eps_x at nu = 1/2 in plane strain."""
 
     unit, component = "", "strain.yy"
 
@@ -251,7 +251,7 @@ def kinds() -> dict[str, type[Transducer]]:
 
 
 def kind_of(transducer: Transducer) -> str:
-    """The name by which `transducer_of` finds a transducer's class: that of `kinds`, else "module:Class".
+    """The name by which `transducer_of` finds the class of `transducer`: that of `kinds`, else "module:Class".
 
     Examples
     --------

@@ -84,7 +84,7 @@ class FingerFile:
         return self.finger.locator(**options)
 
     def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
-        """Raw readings of a table, shape (m, n), and the time of each frame [s], by the columns of [recording].
+        """Raw readings of a `table`, shape (m, n), and the time of each frame [s], by the columns of [recording].
 
         Raises
         ------
@@ -154,17 +154,32 @@ def load_finger(path: str | Path) -> FingerFile:
     FileError
         A file that cannot be read, is no TOML, or holds a wrong key or value. The message names the file, the line,
         what was seen, the rule and the fix.
+
+    Examples
+    --------
+    >>> load_finger("finger.toml")
+    Traceback (most recent call last):
+    subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
     """
     return parse_finger(read_text(path), str(path))
 
 
 def save_finger(file: FingerFile, path: str | Path) -> None:
-    """Write `file` to `path`, whole or not at all.
+    r"""Write `file` to `path`, whole or not at all.
 
     Raises
     ------
     FileError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = parse_finger("skin = {young = 4e5}\nsensors = {y = [0.0], depth = 2e-3}")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save_finger(file, f"{folder}/finger.toml")
+    ...     load_finger(f"{folder}/finger.toml").names
+    ('s0',)
     """
     write_bytes(path, file.text.encode("utf-8"))
 

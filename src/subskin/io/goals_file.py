@@ -57,6 +57,12 @@ def load_goals(path: str | Path) -> GoalsFile:
     FileError
         A file that cannot be read, is no TOML, or holds a wrong key or value. The message names the file, the line,
         what was seen, the rule and the fix.
+
+    Examples
+    --------
+    >>> load_goals("goals.toml")
+    Traceback (most recent call last):
+    subskin.errors.FileError: goals.toml: there is no such file. Fix: check the name and the folder.
     """
     return parse_goals(read_text(path), str(path))
 
@@ -68,6 +74,12 @@ def parse_goals(text: str, name: str = "goals.toml") -> GoalsFile:
     ------
     FileError
         As `load_goals`.
+
+    Examples
+    --------
+    >>> parse_goals("")
+    Traceback (most recent call last):
+    subskin.errors.FileError: goals.toml is empty: it needs [touch], [accuracy], [room], [[sensor]] and [[skin]].
     """
     from ._goals_schema import GoalsDocument
 
@@ -161,7 +173,23 @@ def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:
 
 
 def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks: list[str]) -> str:
-    """The `finger.toml` of a design that looks for loads within `search` [m]; `remarks` stand on top as comments."""
+    """The `finger.toml` of the design `row` for the goals of `file`.
+
+    It looks for loads within `search` [m]; `remarks` stand on top as comments.
+
+    Examples
+    --------
+    >>> file = parse_goals('''
+    ... touch = {force = "20 N/m", span = "10 mm"}
+    ... accuracy = {position = "0.5 mm"}
+    ... room = {count = 4, depth = "2 mm", least_pitch = "2 mm"}
+    ... sensor = [{name = "gauge", kind = "normal_strain", noise = 1e-4}]
+    ... skin = [{name = "soft", young = "0.4 MPa"}]
+    ... ''')
+    >>> row = Row(skin=0, sensor=0, count=4, depth=2e-3, pitch=2e-3)
+    >>> finger_text(file, row, (-5e-3, 5e-3), ["tried"]).splitlines()[:3]
+    ['# tried', '[skin]', 'young = "0.4 MPa"']
+    """
     import tomlkit
 
     kind, goals = file.goals.sensors[row.sensor], file.goals

@@ -30,6 +30,15 @@ class FolderStore:
     ------
     FileError
         A folder that cannot be made.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     store = FolderStore(folder)
+    ...     store.put("first", {"unsure": np.array([0.25])})
+    ...     store.get("first")["unsure"].tolist(), store.get("second")
+    ([0.25], None)
     """
 
     def __init__(self, folder: str | Path) -> None:
@@ -40,7 +49,7 @@ class FolderStore:
             raise FileError(str(folder), f"it cannot be made ({error.strerror or error})") from None
 
     def get(self, key: str) -> Mapping[str, FloatArray] | None:
-        """The row of that name, or None; a file that was damaged counts as none."""
+        """The row called `key`, or None; a file that was damaged counts as none."""
         try:
             data = io.BytesIO((self.folder / f"{key}.npz").read_bytes())
         except OSError:
@@ -52,7 +61,7 @@ class FolderStore:
             return None
 
     def put(self, key: str, row: Mapping[str, FloatArray]) -> None:
-        """Keep a row, whole or not at all."""
+        """Keep `row` by the name `key`, whole or not at all."""
         file = io.BytesIO()
         arrays: dict[str, Any] = dict(row)
         np.savez_compressed(file, **arrays)

@@ -147,13 +147,19 @@ class Table:
 
 
 def read_table(path: str | Path) -> Table:
-    """Read a CSV file (with a header line), a Parquet file (.parquet, .pq), or CSV from standard input ("-").
+    """Read the table at `path`: CSV (with a header line), Parquet (.parquet, .pq), or CSV from standard input ("-").
 
     Raises
     ------
     FileError
         A file that cannot be read, is empty, is cut off, or has lines of different lengths. The message names the
         file and the line.
+
+    Examples
+    --------
+    >>> read_table("touches.csv")
+    Traceback (most recent call last):
+    subskin.errors.FileError: touches.csv: there is no such file. Fix: check the name and the folder.
     """
     name = "standard input" if str(path) == "-" else str(path)
     data = read_bytes(path)
@@ -240,7 +246,7 @@ def _broken(data: bytes, name: str, width: int, reason: str) -> FileError:
 
 
 def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
-    """Write columns of equal length as Parquet (.parquet, .pq) or CSV (any other name; "-" is standard output).
+    """Write `columns` of equal length to `path`: Parquet (.parquet, .pq) or CSV (any other; "-" is standard output).
 
     The file appears whole or not at all. NaN becomes an empty cell.
 
@@ -250,6 +256,14 @@ def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence
         Columns of different lengths.
     FileError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_table(f"{folder}/touches.csv", {"y": [1e-3, np.nan], "z": [0, 1]})
+    ...     read_table(f"{folder}/touches.csv").numbers("y").tolist()
+    [0.001, nan]
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

@@ -89,7 +89,7 @@ def quantity(value: object, to: str, name: str) -> float:
     Parameters
     ----------
     value : str, int or float
-        What was written.
+        What was written [`to`, if a bare number].
     to : str
         SI unit of the result: "m", "Pa", "rad", "N/m", ...; "" for a plain number.
     name : str
@@ -200,7 +200,7 @@ def _si_name(unit: Any) -> str:
 
 
 def format_quantity(value: float, unit: str) -> str:
-    """`value` in SI as text in the unit that people use for it, to nine digits.
+    """`value` in the SI `unit` as text in the unit that people use for it, to nine digits.
 
     Examples
     --------

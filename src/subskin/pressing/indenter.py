@@ -34,7 +34,7 @@ class Indenter(ABC):
 
     @abstractmethod
     def height(self, y: npt.ArrayLike) -> FloatArray:
-        """Height [m] at y [m], of the same shape; infinite where the body has ended."""
+        """Height [m] at `y` [m], of the same shape; infinite where the body has ended."""
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -179,7 +179,7 @@ class RoundedWedge(Indenter):
     Parameters
     ----------
     slope : float
-        Rise of either side, > 0; cot(theta / 2) for a wedge of vertex angle theta.
+        Rise of either side [-], > 0; cot(theta / 2) for a wedge of vertex angle theta.
     tip_radius : float, optional
         Radius of the tip [m], >= 0: the parabola that touches both sides at y = +-slope * tip_radius. 0 is sharp.
 
@@ -344,7 +344,7 @@ class Profile(Indenter):
     def from_function(
         cls, function: Callable[[FloatArray], npt.ArrayLike], low: float, high: float, points: int = 4097
     ) -> Profile:
-        """A profile given by a function of the place y [m], from `low` to `high` [m].
+        """A profile given by a `function` of the position y [m], from `low` to `high` [m].
 
         The function itself is evaluated at the solver's nodes; `points` are for finding its lowest point.
 

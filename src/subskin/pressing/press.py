@@ -61,7 +61,7 @@ def press(
         Moment of the pressure about `position` [N], with the tilt to be found; or the tilt [rad], kept. Positive
         loads the side of +y. No tilt if left out.
     friction : float, optional
-        Coulomb's coefficient, >= 0; without it there is no shear. np.inf for surfaces glued wherever they touch, as
+        Coulomb's coefficient [-], >= 0; without it there is no shear. np.inf for surfaces glued wherever they touch, as
         beneath a punch; where the extent of the contact has to be found, gluing asks for pulls, and seldom settles.
     tangential, slide : float, optional
         Tangential force on the skin [N/m] or the indenter's way along the surface [m], towards +y; with friction only.
@@ -83,7 +83,7 @@ def press(
     tolerance : float, optional
         Greatest gap beneath the body and greatest creep where it sticks, in shares of the displacements; >= 1e-12.
     max_strain : float, optional
-        Strain above which the theory of small strains is not believed and an error is raised; np.inf to see anyway.
+        Strain [-] above which the theory of small strains is not believed and an error is raised; np.inf to see anyway.
 
     Returns
     -------

@@ -39,27 +39,11 @@ class PressStatus(IntEnum):
 class ContactSolution:
     """A skin pressed by an indenter, as `press` found it.
 
-    Attributes
-    ----------
-    status : PressStatus
-    reason : str
-        The status in words.
-    certificate : Certificate
-        Every rule of contact, checked afresh.
-    force, tangential, moment : float
-        Resultants of the tractions: normal and tangential force [N/m], moment of the pressure about `position` [N].
-    depth, tilt, slide : float
-        The indenter's place: how far it has gone in [m], its rotation [rad], positive where the side of +y goes in, and
-        its way along the surface [m]. depth and slide are NaN where the skin has no ground and no `datum` is given.
-    y, pressure, shear, gap, slip : ndarray
-        All (n,): nodes [m], the tractions there [Pa], the distance that is left between the bodies [m], infinite where
-        there is no body, and how far the skin has slipped along the indenter since the start or the state before [m].
-    edges : ndarray
-        (m, 2), where the bodies touch, from place to place [m]; several where the profile has gaps to close.
-    stick : ndarray
-        (k, 2), where they touch and do not slip [m]; none without friction.
-    iterations : int
-        Steps of conjugate gradients, on all grids.
+    `skin`, `indenter` and `position` [m] are those of `press`; `status` and `reason` say what to make of the answer,
+    and `certificate` how far it is from every rule of contact. `depth` and `slide` [m] are how far the indenter has
+    gone in, and along the surface; NaN where the skin has no ground and no `datum` is given. At the nodes, shape (n,):
+    `gap`, the distance left between the bodies [m], infinite where there is no body, and `slip`, how far the skin has
+    slipped along the indenter since the start or the state before [m]. `case`, `state` and `lateral` are the solver's.
     """
 
     skin: Skin
@@ -81,35 +65,43 @@ class ContactSolution:
         return f"ContactSolution({self.status.name}, force={self.force:.4g} N/m, {where}: {self.reason})"
 
     @property
-    def y(self) -> FloatArray:  # noqa: D102
+    def y(self) -> FloatArray:
+        """Nodes [m], shape (n,)."""
         return _check.read_only(self.case.y + self.position)
 
     @property
-    def pressure(self) -> FloatArray:  # noqa: D102
+    def pressure(self) -> FloatArray:
+        """Pressure at the nodes [Pa], shape (n,)."""
         return self.state.pressure
 
     @property
-    def shear(self) -> FloatArray:  # noqa: D102
+    def shear(self) -> FloatArray:
+        """Shear at the nodes [Pa], shape (n,)."""
         return self.state.shear
 
     @property
-    def force(self) -> float:  # noqa: D102
+    def force(self) -> float:
+        """Normal force [N/m]."""
         return float(self.pressure.sum() * self.case.step)
 
     @property
-    def tangential(self) -> float:  # noqa: D102
+    def tangential(self) -> float:
+        """Tangential force [N/m]."""
         return float(self.shear.sum() * self.case.step)
 
     @property
-    def moment(self) -> float:  # noqa: D102
+    def moment(self) -> float:
+        """Moment of the pressure about `position` [N]."""
         return float((self.pressure * self.case.y).sum() * self.case.step)
 
     @property
-    def tilt(self) -> float:  # noqa: D102
+    def tilt(self) -> float:
+        """Rotation of the indenter [rad], positive where the side of +y goes in."""
         return self.state.tilt
 
     @property
-    def iterations(self) -> int:  # noqa: D102
+    def iterations(self) -> int:
+        """Steps of conjugate gradients, on all grids."""
         return self.state.steps
 
     @property
@@ -129,7 +121,8 @@ class ContactSolution:
         return PressureProfile(y, values[0], values[1] if self.friction is not None else None)
 
     @cached_property
-    def edges(self) -> FloatArray:  # noqa: D102
+    def edges(self) -> FloatArray:
+        """Where the bodies touch [m], shape (m, 2), from end to end; several where the profile has gaps to close."""
         step, p, y = self.case.step, self.pressure, self.y
         out = []
         for first, last in _runs(p > 0):
@@ -154,7 +147,8 @@ class ContactSolution:
         return float(self.edges[-1, 1] - self.edges[0, 0]) / 2
 
     @cached_property
-    def stick(self) -> FloatArray:  # noqa: D102
+    def stick(self) -> FloatArray:
+        """Where they touch and do not slip [m], shape (k, 2); none without friction."""
         if self.friction is None:
             return _check.read_only(np.zeros((0, 2)))
         return self._zones(self.state.sticks & (self.pressure > 0))

@@ -256,7 +256,7 @@ class Skin(ABC):
         return self.materials[0] if len(self.materials) == 1 else None
 
     def material_at(self, depth: float) -> Material:
-        """The material at a depth [m]; at an interface that of the layer above."""
+        """The material at `depth` [m]; at an interface that of the layer above."""
         return self.materials[bisect_left(self.interfaces, depth)]
 
     @property
@@ -275,6 +275,6 @@ class Skin(ABC):
         return 2 * np.pi / self.curvature if self.curvature else np.inf
 
     def surface_drop(self, y: npt.ArrayLike) -> FloatArray:
-        """How far the undeformed surface lies beneath its tangent at y = 0 [m], at y [m]; 0 for a flat skin."""
+        """How far the undeformed surface lies beneath its tangent at y = 0 [m], at `y` [m]; 0 for a flat skin."""
         ys, c = _check.real("y", y, unit="m"), self.curvature
         return np.asarray(2 / c * np.sin(0.5 * c * ys) ** 2) if c else np.zeros_like(ys)

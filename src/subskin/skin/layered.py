@@ -55,6 +55,12 @@ class Layer:
     ------
     InvalidValueError
         A thickness that is not > 0, a bond of another name.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> print(ss.Layered(Layer(ss.Material(young=0.4e6), thickness=6e-3)))
+    6 mm (0.4 MPa, nu 0.5) on a rigid base
     """
 
     material: Material
@@ -88,8 +94,8 @@ class Layered(Skin):
 
     Raises
     ------
-    InvalidValueError
-        No layer, or something that is none.
+    InvalidValueError, GeometryError
+        No layer, or something that is none; a layer 10,000 times as thick as another.
 
     Examples
     --------
