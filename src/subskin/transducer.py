@@ -122,7 +122,7 @@ class NormalStrain(Transducer, name="normal_strain"):
 
 @dataclass(frozen=True)
 class LateralStrain(Transducer, name="lateral_strain"):
-    """Strain along the surface, eps_y [-]: a gauge lying in the skin; -eps_x at nu = 1/2 in plane strain."""
+    """Strain along the surface, eps_y [-]: a gauge lying in the skin; -eps_x in plane strain, memo eq. (7)."""
 
     unit, component = "", "strain.yy"
 
