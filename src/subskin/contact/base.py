@@ -28,9 +28,8 @@ __all__ = ["Contact", "ContactSum", "Spectrum", "Transforms", "sum_of", "transfo
 class Transforms(NamedTuple):
     """Cauchy transforms of the pressure (`p`) and of the shear (`q`), and their derivatives (`dp`, `dq`).
 
-    `hq` is Im(q + i x dq). Deep beneath a contact its two parts cancel all but a share of (half width /
-    depth)^2, which is then all the stress that a drag causes there; so each contact says how to find it
-    without that loss.
+    `hq` is Im(q + i x dq). Deep beneath a contact its two parts cancel all but a share of (half width / depth)^2, which
+    is then all the stress that a drag causes there; so each contact says how to find it without that loss.
     """
 
     p: ComplexArray

@@ -48,10 +48,9 @@ def log_ratio(
 ) -> ComplexArray:
     """log((z - end) / (z - start)) for a stretch of half length `h`.
 
-    Its imaginary part is the angle that the stretch subtends. The point is given by its depth and its
-    distances along y from the start, the end and the centre, which only the caller can find without loss. On
-    the surface at an end the angle is pi/2 and the logarithm finite, so that the infinities of neighbouring
-    stretches cancel.
+    Its imaginary part is the angle that the stretch subtends. The point is given by its depth and its distances along y
+    from the start, the end and the centre, which only the caller can find without loss. On the surface at an end the
+    angle is pi/2 and the logarithm finite, so that the infinities of neighbouring stretches cancel.
     """
     to_start = np.maximum(from_start**2 + x**2, _NEAREST**2)
     to_end = np.maximum(from_end**2 + x**2, _NEAREST**2)
@@ -81,8 +80,7 @@ def shear_field(z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArra
 def far_shear_field(z: ComplexArray, moments: Sequence[FloatArray]) -> FloatArray:
     """Im(F + i x F') far away, from the moments m_k = integral of t^k p(t) dt about the origin of z.
 
-    F = -sum of m_k / z^(k+1), so F + i x F' = -sum of m_k (y - i k x) / z^(k+2): the part that cancels, i x,
-    is gone.
+    F = -sum of m_k / z^(k+1), so F + i x F' = -sum of m_k (y - i k x) / z^(k+2): the part that cancels, i x, is gone.
     """
     inverse = 1 / z
     total = np.zeros_like(z)

@@ -29,10 +29,9 @@ _BLOCK = 1 << 15
 class PressureProfile(Contact):
     """Pressure and, independently, shear that vary linearly between nodes and vanish beyond the first and the last.
 
-    Each stretch between two nodes adds (p_b - p_a) + p(z) log((z - b)/(z - a)) to F(z), where p(z) is the
-    straight line itself taken at z. Source: docs/theory.md; Johnson, Contact Mechanics
-    (1985), section 2.6. A uniform strip and a ramp are the shortest ones: two nodes. Any smooth pressure is
-    approached with the square of the nodes' distance.
+    Each stretch between two nodes adds (p_b - p_a) + p(z) log((z - b)/(z - a)) to F(z), where p(z) is the straight line
+    itself taken at z. Source: docs/theory.md; Johnson, Contact Mechanics (1985), section 2.6. A uniform strip and a
+    ramp are the shortest ones: two nodes. Any smooth pressure is approached with the square of the nodes' distance.
 
     Parameters
     ----------

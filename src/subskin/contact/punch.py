@@ -31,8 +31,7 @@ class FlatPunch(SpreadContact, name="punch"):
     Parameters
     ----------
     moment : array_like, optional
-        Moment M of the pressure about the centre [N m/m], positive where it presses harder towards +y. By
-        keyword.
+        Moment M of the pressure about the centre [N m/m], positive where it presses harder towards +y. By keyword.
 
     Warns
     -----

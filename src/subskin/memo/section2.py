@@ -1,9 +1,8 @@
 """Section 2 of the memo: stress and strain beneath a line load, and a resistor as the sensor (eqs. 1 to 11).
 
-The load acts at the origin; (x, y) = (r cos theta, r sin theta) is the field point. A positive alpha drags
-the skin towards -y: the resultant is (P cos alpha, -P sin alpha). The memo's y axis thus runs against the
-project's, y_memo = position - y, and tau_xy changes its sign with it; sigma_x, sigma_y and the strains do
-not.
+The load acts at the origin; (x, y) = (r cos theta, r sin theta) is the field point. A positive alpha drags the skin
+towards -y: the resultant is (P cos alpha, -P sin alpha). The memo's y axis thus runs against the project's, y_memo =
+position - y, and tau_xy changes its sign with it; sigma_x, sigma_y and the strains do not.
 """
 
 from __future__ import annotations
@@ -113,9 +112,8 @@ def eq3(sigma_r: npt.ArrayLike, theta: npt.ArrayLike) -> PlaneStress:
 def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> PlaneStress:
     """Equation (4): stress under a line load in cartesian coordinates.
 
-    sigma_x = -2 P/(pi r) cos(alpha + theta) cos^2(theta), sigma_y with sin^2 and tau_xy with sin cos, where
-    r^2 = x^2 + y^2, cos(theta) = x/r, sin(theta) = y/r and cos(alpha + theta) = (x cos(alpha) - y
-    sin(alpha))/r. Verdict: correct.
+    sigma_x = -2 P/(pi r) cos(alpha + theta) cos^2(theta), sigma_y with sin^2 and tau_xy with sin cos, where r^2 = x^2 +
+    y^2, cos(theta) = x/r, sin(theta) = y/r and cos(alpha + theta) = (x cos(alpha) - y sin(alpha))/r. Verdict: correct.
 
     Examples
     --------
@@ -133,8 +131,7 @@ def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
 def eq5(sigma_x: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (5): Hooke's law as first given, eps_x = sigma_x / E.
 
-    Verdict: incomplete. It holds for stress along one axis alone, and the memo does not use it: (6) takes its
-    place.
+    Verdict: incomplete. It holds for stress along one axis alone, and the memo does not use it: (6) takes its place.
 
     Examples
     --------

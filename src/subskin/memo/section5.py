@@ -1,8 +1,7 @@
 """Section 5 of the memo: strain beneath a cylinder with tangential load, and its slope (eqs. 18 to 22).
 
-The axis is that of (1) to (8): a positive alpha drags the skin towards -y. The memo's a is here the width
-a2 - a1, which makes (18), (20), (21) and (22) wrong. What takes their place has `_corrected` after its
-name, and a `half_width`.
+The axis is that of (1) to (8): a positive alpha drags the skin towards -y. The memo's a is here the width a2 - a1,
+which makes (18), (20), (21) and (22) wrong. What takes their place has `_corrected` after its name, and a `half_width`.
 """
 
 from __future__ import annotations

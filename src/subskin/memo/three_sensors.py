@@ -159,10 +159,9 @@ def three_sensor(
 ) -> ThreeSensorSolution:
     """Every line load that explains three readings of normal strain in a half plane.
 
-    Three readings leave a polynomial of degree 8 in the load's position (memo eq. 13), with up to eight real
-    roots. All of them are found, each with its load and a verdict. The memo takes nu = 1/2, plane strain and
-    equal spacing; here any nu, either plane state and any three places will do. For other skins, sensors or
-    counts see `Finger.locate`.
+    Three readings leave a polynomial of degree 8 in the load's position (memo eq. 13), with up to eight real roots. All
+    of them are found, each with its load and a verdict. The memo takes nu = 1/2, plane strain and equal spacing; here
+    any nu, either plane state and any three places will do. For other skins, sensors or counts see `Finger.locate`.
 
     Parameters
     ----------
@@ -181,9 +180,8 @@ def three_sensor(
     friction : float, optional
         Coefficient of friction mu [-], >= 0: a load with abs(T) > mu N is taken to slip.
     tolerance : float, optional
-        Relative accuracy of the readings, at most 0.1. What so small a change of them could merge, make
-        complex or send to infinity is treated as if it had: two roots as one double root, a leading
-        coefficient as zero.
+        Relative accuracy of the readings, at most 0.1. What so small a change of them could merge, make complex or send
+        to infinity is treated as if it had: two roots as one double root, a leading coefficient as zero.
 
     Returns
     -------

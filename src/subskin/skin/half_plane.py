@@ -112,9 +112,8 @@ class HalfPlane(Skin):
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
 
-        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (docs/theory.md).
-        Displacements themselves are known only up to a constant in a half plane; their gradient is not. Warns
-        as `state` does.
+        From 2 G d/dy(u_y + i u_x) = (kappa F - conj(F))/2 + conj(T), F = T + i N (docs/theory.md). Displacements
+        themselves are known only up to a constant in a half plane; their gradient is not. Warns as `state` does.
 
         Examples
         --------
