@@ -89,9 +89,8 @@ class SensorArray:
         for name, limits in _PER_SENSOR.items():
             values = _check.real(name, getattr(self, name), **limits)
             if values.shape not in ((), (1,), y.shape):
-                raise GeometryError(
-                    f"{name} of shape {values.shape}", f"one value, or one for each of the {y.size} sensors, is needed"
-                )
+                seen = f"{name} of shape {values.shape}"
+                raise GeometryError(seen, f"one value, or one for each of the {y.size} sensors, is needed")
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(values, y.shape).copy()))
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")

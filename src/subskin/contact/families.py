@@ -60,9 +60,8 @@ def family_of(family: str | Family) -> Family:
         return known[family]
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family
-    raise InvalidValueError(
-        f"family = {family!r}", "a name or a subclass of SpreadContact is needed", f"one of {', '.join(known)}"
-    )
+    seen = f"family = {family!r}"
+    raise InvalidValueError(seen, "a name or a subclass of SpreadContact is needed", f"one of {', '.join(known)}")
 
 
 def contact_of(family: str | Family, half_width: npt.ArrayLike | None = None) -> Callable[..., ProportionalContact]:

@@ -95,9 +95,7 @@ def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArra
     alpha = _check.real("angle", angle, unit="rad")
     normal = np.where(np.abs(alpha) < np.pi / 2, _check.real("force", force, unit="N/m") * np.cos(alpha), 0.0)
     if not (normal > 0).all():
-        raise InvalidValueError(
-            f"normal force = {float(np.min(normal)):.6g} N/m",
-            f"the width of a {name} follows from its load only where that presses: force > 0, |angle| < pi/2",
-            "give half_width yourself",
-        )
+        seen = f"normal force = {float(np.min(normal)):.6g} N/m"
+        rule = f"the width of a {name} follows from its load only where that presses: force > 0, |angle| < pi/2"
+        raise InvalidValueError(seen, rule, "give half_width yourself")
     return normal

@@ -59,10 +59,8 @@ def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
     """The numbers that differ; a skin of another kind, or with other layers, would be another file."""
     before, after = (numbers(skin) if type(skin) in KINDS.values() else {} for skin in (old, new))
     if type(old) is not type(new) or not after.keys() == before.keys() != set():
-        raise InvalidValueError(
-            f"a finger whose skin is {new}", f"the file describes {old}, of which only numbers can change",
-            f"files know {', '.join(KINDS)}; start from a file with this kind of skin",
-        )  # fmt: skip
+        seen, rule = f"a finger whose skin is {new}", f"the file describes {old}, of which only numbers can change"
+        raise InvalidValueError(seen, rule, f"files know {', '.join(KINDS)}; start from a file with this kind of skin")
     for path, value in after.items():
         if value != before[path]:
             inner = table

@@ -216,9 +216,8 @@ def _semi_ellipse(
     """2P/(pi a^2) [a^2 - (y - centre)^2]^(1/2) between the edges, with a = widths * (a2 - a1)."""
     P, left, right, y = given(P=P, a1=a1, a2=a2, y=y)
     if not (right > left).all():
-        raise GeometryError(
-            f"a1 = {left}, a2 = {right}", "the right edge has to lie right of the left one", "swap them"
-        )
+        seen = f"a1 = {left}, a2 = {right}"
+        raise GeometryError(seen, "the right edge has to lie right of the left one", "swap them")
     a = widths * (right - left)
     inside = (left < y) & (y < right)
     square = np.maximum(a**2 - (y - (left + right) / 2) ** 2, 0.0)

@@ -80,11 +80,9 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Load, grid: Grid) -> t
         case, state = _whole(case, solve(case), indenter, "give a wider window, or less force")
         where = _touches_beyond(skin, indenter, case, state)
         if where is not None:
-            raise GeometryError(
-                f"a window of {grid.window:.6g} m",
-                f"beyond it, at y = {where:.6g} m from the indenter's centre, the bodies overlap",
-                "a wider window, or none",
-            )
+            seen = f"a window of {grid.window:.6g} m"
+            rule = f"beyond it, at y = {where:.6g} m from the indenter's centre, the bodies overlap"
+            raise GeometryError(seen, rule, "a wider window, or none")
         return case, state
     low, high = _window(skin, indenter, gap, load, grid.datum)
     for _ in range(_WIDER):
@@ -102,11 +100,8 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Load, grid: Grid) -> t
         low, high = max(low, indenter.ends[0]), min(high, indenter.ends[1])
         if high - low > 0.5 * skin.period:
             break
-    raise GeometryError(
-        f"a grid {high - low:.6g} m wide",
-        "the bodies touch beyond it as well, however wide it is made",
-        "a body that ends, period=, window=, or less force",
-    )
+    seen, rule = f"a grid {high - low:.6g} m wide", "the bodies touch beyond it as well, however wide it is made"
+    raise GeometryError(seen, rule, "a body that ends, period=, window=, or less force")
 
 
 def continued(
@@ -123,11 +118,9 @@ def continued(
     for name, value in had.items():
         asked = getattr(grid, name)
         if asked is not None and (value is None or not np.isclose(asked, value, rtol=1e-9, atol=0.0)):
-            raise GeometryError(
-                f"{name} = {asked:.6g} after a press with {'none' if value is None else f'{value:.6g}'}",
-                "a press goes on with the grid of the one before",
-                f"leave out {name}, or give it to the first press",
-            )
+            seen = f"{name} = {asked:.6g} after a press with {'none' if value is None else f'{value:.6g}'}"
+            rule = "a press goes on with the grid of the one before"
+            raise GeometryError(seen, rule, f"leave out {name}, or give it to the first press")
     if before.influence.periodic:
         _upright(load, width)
     _touchable(before.y, before.height, load)
@@ -151,11 +144,9 @@ def _case(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], count: in
     _within(y[np.isfinite(height)], load)
     periodic = grid.period is not None
     if periodic and not skin.grounded and load.depth is not None and not load.depth < height.mean():
-        raise InvalidValueError(
-            f"depth = {load.depth:.6g} m",
-            "pressed in to the profile's mean, the bodies touch all along, and no force brings them deeper",
-            f"less than {height.mean():.6g} m, or a force",
-        )
+        seen = f"depth = {load.depth:.6g} m"
+        rule = "pressed in to the profile's mean, the bodies touch all along, and no force brings them deeper"
+        raise InvalidValueError(seen, rule, f"less than {height.mean():.6g} m, or a force")
     op = influence(skin, step, count, periodic, grid.datum)
     return Case(op, step, y, height, load, np.zeros(count), grid.tolerance, gap, grid.datum)
 
@@ -163,17 +154,11 @@ def _case(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], count: in
 def _touchable(y: FloatArray, height: FloatArray, load: Load) -> None:
     half = 0.5 * float(y[1] - y[0])
     if not np.isfinite(height).any():
-        raise InvalidValueError(
-            f"no part of the indenter between y = {y[0] - half:.6g} and {y[-1] + half:.6g} m from its centre",
-            "the indenter never touches the skin",
-            "a wider window, or another position",
-        )
+        seen = f"no part of the indenter between y = {y[0] - half:.6g} and {y[-1] + half:.6g} m from its centre"
+        raise InvalidValueError(seen, "the indenter never touches the skin", "a wider window, or another position")
     if load.depth is not None and not load.tilt and load.moment is None and not (height < load.depth).any():
-        raise InvalidValueError(
-            f"depth = {load.depth:.6g} m",
-            "the indenter never touches the skin",
-            f"its lowest point is {height.min():.6g} m above it",
-        )
+        seen, rule = f"depth = {load.depth:.6g} m", "the indenter never touches the skin"
+        raise InvalidValueError(seen, rule, f"its lowest point is {height.min():.6g} m above it")
 
 
 def _within(body: FloatArray, load: Load) -> None:
@@ -182,11 +167,9 @@ def _within(body: FloatArray, load: Load) -> None:
         return
     arm = load.moment / load.force
     if not body[0] < arm < body[-1]:
-        raise GeometryError(
-            f"moment = {load.moment:.6g} N at force = {load.force:.6g} N/m",
-            f"the resultant has to pass through the body, from {body[0]:.6g} to {body[-1]:.6g} m",
-            f"it would at {arm:.6g} m; less moment",
-        )
+        seen = f"moment = {load.moment:.6g} N at force = {load.force:.6g} N/m"
+        rule = f"the resultant has to pass through the body, from {body[0]:.6g} to {body[-1]:.6g} m"
+        raise GeometryError(seen, rule, f"it would at {arm:.6g} m; less moment")
 
 
 def _repeatable(skin: Skin, period: float, load: Load) -> None:
@@ -244,9 +227,8 @@ def _cut_off(case: Case, state: State, indenter: Indenter) -> tuple[bool, bool]:
 
 def _whole(case: Case, state: State, indenter: Indenter, fix: str) -> tuple[Case, State]:
     if any(_cut_off(case, state, indenter)):
-        raise GeometryError(
-            f"a window of {case.step * case.y.size:.6g} m", "the contact reaches its end, and would go on beyond", fix
-        )
+        seen = f"a window of {case.step * case.y.size:.6g} m"
+        raise GeometryError(seen, "the contact reaches its end, and would go on beyond", fix)
     return case, state
 
 
@@ -289,11 +271,8 @@ def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Load, datum: float |
             return _snapped(0.5 * (left + right), min(_rung(_MARGIN * (right - left)), most), low, high)
     if not touched:
         _touchable(case.y, case.height, load)
-    raise GeometryError(
-        f"a grid {ends[1] - ends[0]:.6g} m wide",
-        "the contact reaches its ends, however wide it is made",
-        "press less, give the body an end, or window=",
-    )
+    seen, rule = f"a grid {ends[1] - ends[0]:.6g} m wide", "the contact reaches its ends, however wide it is made"
+    raise GeometryError(seen, rule, "press less, give the body an end, or window=")
 
 
 def _roughly(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], datum: float | None) -> tuple[Case, State]:
@@ -337,11 +316,8 @@ def _first_guess(skin: Skin, gap: Gap, load: Load, middle: float) -> float:
     if enough.any():
         return float(widths[int(np.argmax(enough))])
     if np.isinf(skin.period):
-        raise GeometryError(
-            f"a body that rises by {heights[-1]:.3g} m over {widths[-1]:.3g} m, on a flat skin",
-            "they would touch all along",
-            "a body that ends, period=, window=, or a Round skin",
-        )
+        seen = f"a body that rises by {heights[-1]:.3g} m over {widths[-1]:.3g} m, on a flat skin"
+        raise GeometryError(seen, "they would touch all along", "a body that ends, period=, window=, or a Round skin")
     return float(widths[-1])
 
 

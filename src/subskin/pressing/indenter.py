@@ -51,9 +51,8 @@ class Indenter(ABC):
         """
         low, high = self.ends
         if np.isfinite(high - low) and high - low > period * (1 + 1e-9):
-            raise GeometryError(
-                f"period = {period:.6g} m", f"the body itself is {high - low:.6g} m wide", "a longer period"
-            )
+            seen = f"period = {period:.6g} m"
+            raise GeometryError(seen, f"the body itself is {high - low:.6g} m wide", "a longer period")
 
     def _set(self, name: str, unit: str = "m", above: float | None = None, at_least: float | None = None) -> None:
         value = _check.scalar(name, getattr(self, name), unit=unit, above=above, at_least=at_least)
@@ -240,11 +239,8 @@ class SineRidges(Indenter):
     def check_period(self, period: float) -> None:  # noqa: D102
         count = period / self.pitch
         if not np.isclose(count, round(count), rtol=0.0, atol=1e-6) or round(count) < 1:
-            raise GeometryError(
-                f"period = {period:.6g} m",
-                f"ridges repeat every {self.pitch:.6g} m",
-                f"a whole number of pitches, e.g. {max(round(count), 1) * self.pitch:.6g}",
-            )
+            seen, rule = f"period = {period:.6g} m", f"ridges repeat every {self.pitch:.6g} m"
+            raise GeometryError(seen, rule, f"a whole number of pitches, e.g. {max(round(count), 1) * self.pitch:.6g}")
 
 
 @dataclass(frozen=True)
@@ -326,17 +322,12 @@ class Profile(Indenter):
         y = _check.real("y", self.y, unit="m", fix=fix)
         height = _check.real("height_at", self.height_at, unit="m", fix=fix)
         if y.ndim != 1 or y.shape != height.shape or y.size < 2:
-            raise GeometryError(
-                f"y of shape {y.shape}, height_at of shape {height.shape}",
-                "a profile needs two points or more, a height for each place",
-            )
+            seen = f"y of shape {y.shape}, height_at of shape {height.shape}"
+            raise GeometryError(seen, "a profile needs two points or more, a height for each place")
         if not (np.diff(y) > 0).all():
             at = int(np.argmin(np.diff(y)))
-            raise GeometryError(
-                f"y[{at}] = {y[at]:.6g}, y[{at + 1}] = {y[at + 1]:.6g}",
-                "the places have to ascend",
-                "sort the points by place, and keep one of each",
-            )
+            seen = f"y[{at}] = {y[at]:.6g}, y[{at + 1}] = {y[at + 1]:.6g}"
+            raise GeometryError(seen, "the places have to ascend", "sort the points by place, and keep one of each")
         object.__setattr__(self, "y", y)
         object.__setattr__(self, "height_at", _check.read_only(height - height.min()))
 

@@ -119,26 +119,19 @@ def press(
     if not isinstance(skin, Skin):
         raise InvalidValueError(f"skin = {type(skin).__name__}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
     if not isinstance(indenter, Indenter):
-        raise InvalidValueError(
-            f"indenter = {type(indenter).__name__}",
-            "an Indenter is needed",
-            "Cylinder(radius=8e-3), or Profile.from_function",
-        )
+        seen = f"indenter = {type(indenter).__name__}"
+        raise InvalidValueError(seen, "an Indenter is needed", "Cylinder(radius=8e-3), or Profile.from_function")
     load = _load(force, depth, moment, tilt, friction, tangential, slide)
     at = _check.scalar("position", position, unit="m")
     if abs(at) > 0.25 * skin.period:
-        raise GeometryError(
-            f"position = {at:.6g} m on a finger of {skin.period:.6g} m about",
-            "a body comes from above, and reaches the quarter on either side of y = 0",
-            "turn the finger: put its sensors, not the body, elsewhere",
-        )
+        seen = f"position = {at:.6g} m on a finger of {skin.period:.6g} m about"
+        rule = "a body comes from above, and reaches the quarter on either side of y = 0"
+        raise GeometryError(seen, rule, "turn the finger: put its sensors, not the body, elsewhere")
     grid = Grid.checked(nodes, window, period, datum, tolerance)
     gap = _gap(skin, indenter, at)
     if after is not None and isinstance(after, ContactSolution) and after.shear.any() and load.friction is None:
-        raise InvalidValueError(
-            "no friction after a press with friction", "the shear of the state before needs something to hold it",
-            f"friction={after.friction:g}",
-        )  # fmt: skip
+        rule, fix = "the shear of the state before needs something to hold it", f"friction={after.friction:g}"
+        raise InvalidValueError("no friction after a press with friction", rule, fix)
     known = skin.grounded or grid.period is not None or grid.datum is not None
     if after is not None:
         _same(after, skin, at, gap)
@@ -189,11 +182,8 @@ def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArr
         raise InvalidValueError(f"after = {repr(after)[:60]}", "what an earlier press returned is needed")
     case = after.case
     if after.skin != skin or after.position != at or not np.array_equal(gap(case.y), case.height):
-        raise GeometryError(
-            "after= of another skin, indenter or position",
-            "the history of friction is that of one contact",
-            "press the same bodies at the same place",
-        )
+        seen, rule = "after= of another skin, indenter or position", "the history of friction is that of one contact"
+        raise GeometryError(seen, rule, "press the same bodies at the same place")
 
 
 def _load(
@@ -215,24 +205,21 @@ def _load(
     values = {}
     for name, value, unit in (("force", force, "N/m"), ("depth", depth, "m")):
         if value is not None and not _check.scalar(name, value, unit=unit) > 0:
-            raise InvalidValueError(
-                f"{name} = {float(value):.6g} {unit}", "the indenter never touches the skin", f"give a {name} > 0"
-            )
+            seen = f"{name} = {float(value):.6g} {unit}"
+            raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
         values[name] = None if value is None else float(value)
     for name, value, unit in (("moment", moment, "N"), ("tangential", tangential, "N/m"), ("slide", slide, "m")):
         values[name] = None if value is None else _check.scalar(name, value, unit=unit)
     if friction is None:
         for name in ("tangential", "slide"):
             if values[name]:
-                raise InvalidValueError(
-                    f"{name} = {values[name]:.6g}", "nothing is dragged without friction", "give friction=, e.g. 0.5"
-                )
+                seen = f"{name} = {values[name]:.6g}"
+                raise InvalidValueError(seen, "nothing is dragged without friction", "give friction=, e.g. 0.5")
         values["tangential"] = values["slide"] = None
         return Load(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
     if friction == 0 and values["tangential"]:
-        raise InvalidValueError(
-            f"tangential = {values['tangential']:.6g} N/m at friction = 0", "nothing holds that drag", "friction > 0"
-        )
+        seen = f"tangential = {values['tangential']:.6g} N/m at friction = 0"
+        raise InvalidValueError(seen, "nothing holds that drag", "friction > 0")
     grip = np.inf if friction == np.inf else _check.scalar("friction", friction, at_least=0.0)
     if values["tangential"] is None and values["slide"] is None:
         values["tangential"] = 0.0

@@ -27,9 +27,8 @@ def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tup
     if (xs < 0).any():
         raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
     if (xs > thickness * (1 + 1e-12)).any():
-        raise GeometryError(
-            f"x = {float(xs.max()):.6g} m", f"the skin is only {thickness:.6g} m thick", "a smaller depth"
-        )
+        seen = f"x = {float(xs.max()):.6g} m"
+        raise GeometryError(seen, f"the skin is only {thickness:.6g} m thick", "a smaller depth")
     shape = _check.broadcast(x=xs, y=ys)
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
 

@@ -219,9 +219,8 @@ class Skin(ABC):
         given = {"materials": materials, "thickness": thickness, "radius": radius}
         for name, value in given.items():
             if value is not None:
-                raise InvalidValueError(
-                    f"{name} of a {type(self).__name__}", f"it has no single {name} that can be changed"
-                )
+                seen = f"{name} of a {type(self).__name__}"
+                raise InvalidValueError(seen, f"it has no single {name} that can be changed")
         return self
 
     def _one_each(self, materials: Materials) -> tuple[Material, ...]:

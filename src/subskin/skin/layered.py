@@ -121,11 +121,9 @@ class Layered(Skin):
             raise InvalidValueError(f"layers = {given!r}", "one Layer or more are needed", fix)
         thin, thick = (extreme(layer.thickness for layer in layers) for extreme in (min, max))
         if thick > _SPAN * thin:
-            raise GeometryError(
-                f"layers of {thin:.3g} and {thick:.3g} m",
-                f"one may be {_SPAN:.0e} times as thick as another: their waves are summed together",
-                "leave out the thin one, or take the thick one at the bottom for base=",
-            )
+            seen = f"layers of {thin:.3g} and {thick:.3g} m"
+            rule = f"one may be {_SPAN:.0e} times as thick as another: their waves are summed together"
+            raise GeometryError(seen, rule, "leave out the thin one, or take the thick one at the bottom for base=")
         object.__setattr__(self, "layers", layers)
         if self.base is not None and not isinstance(self.base, Material):
             raise InvalidValueError(f"base = {self.base!r}", "a Material is needed, or None for a rigid base")
@@ -228,9 +226,8 @@ class Layered(Skin):
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
         waves, depths = wave_points(k, x, self.thickness)
         if not waves.all() and any(layer.bond == "frictionless" for layer in self.stack):
-            raise InvalidValueError(
-                "a wave without end, k = 0", "under a layer that slides its drag has no limit", "k > 0"
-            )
+            seen = "a wave without end, k = 0"
+            raise InvalidValueError(seen, "under a layer that slides its drag has no limit", "k > 0")
         waves = np.where(waves > 0, waves, _LONG / self._total)
         y = self.modes.amplitudes(waves, depths).transpose(1, 0, 2, 3)
         double = 2 * self.stack[0].material.shear

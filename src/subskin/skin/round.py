@@ -74,11 +74,9 @@ class Round(Skin):
         outer = _check.scalar("radius", self.radius, unit="m", above=0.0)
         inner = _check.scalar("core_radius", self.core_radius, unit="m", above=0.0)
         if not np.exp(-DEEPEST) * outer < inner < outer:
-            raise GeometryError(
-                f"core_radius = {inner:.6g} m, radius = {outer:.6g} m",
-                "the core has to lie within the finger and have at least a twentieth of its radius",
-                f"core_radius between {0.05 * outer:.3g} and {outer:.3g} m",
-            )
+            seen = f"core_radius = {inner:.6g} m, radius = {outer:.6g} m"
+            rule = "the core has to lie within the finger and have at least a twentieth of its radius"
+            raise GeometryError(seen, rule, f"core_radius between {0.05 * outer:.3g} and {outer:.3g} m")
         object.__setattr__(self, "radius", outer)
         object.__setattr__(self, "core_radius", inner)
 
@@ -170,11 +168,9 @@ class Round(Skin):
         waves, depths = wave_points(k, x, self.thickness)
         n = np.round(waves * self.radius)
         if (np.abs(waves * self.radius - n) > 1e-9 * np.maximum(n, 1)).any():
-            raise InvalidValueError(
-                f"k * radius = {(waves * self.radius).tolist()}",
-                "waves on a round finger close: k has to be a whole number over the radius",
-                "k = n / skin.radius",
-            )
+            seen = f"k * radius = {(waves * self.radius).tolist()}"
+            rule = "waves on a round finger close: k has to be a whole number over the radius"
+            raise InvalidValueError(seen, rule, "k = n / skin.radius")
         parts = self._ring.amplitudes(n, depths).transpose(2, 1, 0, 3)
         along, ux, uy = parts[2:] / (2 * self.material.shear)
         state = hooke(np.stack([*parts[:2], along]), self.material)
@@ -183,11 +179,8 @@ class Round(Skin):
     def surface_influence(self, step: float, count: int) -> FloatArray:  # noqa: D102
         h = _check.scalar("step", step, unit="m", above=0.0)
         if h * count > _FARTHEST * self.period:
-            raise GeometryError(
-                f"distances of up to {h * count:.6g} m",
-                f"the finger is only {self.period:.6g} m about",
-                "a narrower window",
-            )
+            seen = f"distances of up to {h * count:.6g} m"
+            raise GeometryError(seen, f"the finger is only {self.period:.6g} m about", "a narrower window")
         return _influence(self, h, int(count))
 
 
