@@ -56,7 +56,7 @@ def test_modules_with_a_page_say_what_is_public(name: str) -> None:
 def test_every_key_of_the_finger_file_is_on_the_page_of_the_command_line() -> None:
     schema = importlib.import_module("subskin.io._schema")
     page = (ROOT / "docs/cli.md").read_text("utf-8")
-    tables = {name: field.annotation for name, field in schema.Document.model_fields.items()}
+    tables = {name: field.annotation for name, field in schema.FingerDocument.model_fields.items()}
     assert len(tables) >= 5
     for name, annotation in tables.items():
         assert f"[{name}]" in page

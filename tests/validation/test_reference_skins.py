@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.skin._layer_modes import Layer, Stack
+from subskin.skin._layer_modes import Sheet, Stack
 from subskin.skin._ring_modes import Ring
 
 TOLERANCE = 1e-10  # of the largest component at the point
@@ -35,7 +35,7 @@ def test_bonded_layer(bonded):
     for point in bonded:
         nu, k, height, depth = (float(point[name]) for name in ("nu", "k", "H", "d"))
         shear = 1 / (1 + nu)  # E = 2
-        stack = Stack((Layer(nu, shear, height, True),), None)
+        stack = Stack((Sheet(nu, shear, height, True),), None)
         y = stack.amplitudes(np.array([k]), np.array([depth]))[0, 0]
         for load, name in enumerate(("normal_p_cos", "tangential_q_sin")):
             expected = [point[name][key] for key in ("ux", "uy", "sx", "txy")]
@@ -51,7 +51,7 @@ def test_layer_cut_in_two_is_the_same(bonded):
     for point in bonded[::7]:
         nu, k, height, depth = (float(point[name]) for name in ("nu", "k", "H", "d"))
         shear = 1 / (1 + nu)
-        layers = tuple(Layer(nu, shear, share * height, True) for share in (0.3, 0.45, 0.25))
+        layers = tuple(Sheet(nu, shear, share * height, True) for share in (0.3, 0.45, 0.25))
         y = Stack(layers, None).amplitudes(np.array([k]), np.array([depth]))[0, 0]
         for load, name in enumerate(("normal_p_cos", "tangential_q_sin")):
             expected = [point[name][key] for key in ("ux", "uy", "sx", "txy")]

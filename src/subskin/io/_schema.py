@@ -12,7 +12,7 @@ from .units import quantity, si_unit, unit_scale
 __all__ = [
     "CalibrationTable",
     "ColumnTable",
-    "Document",
+    "FingerDocument",
     "Length",
     "Lengths",
     "LocateTable",
@@ -190,7 +190,7 @@ class CalibrationTable(StrictTable):
     std: dict[str, Any] = {}
 
 
-class Document(StrictTable):
+class FingerDocument(StrictTable):
     """The whole file."""
 
     skin: SkinTable

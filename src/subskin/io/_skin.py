@@ -14,7 +14,7 @@ from ..skin import KINDS, Layer, Skin
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["Misplaced", "build_skin", "key_of", "numbers"]
+__all__ = ["Misplaced", "about", "build_skin", "key_of", "numbers"]
 
 _EXAMPLE = {
     "young": 'young = "0.4 MPa"',
@@ -29,6 +29,20 @@ class Misplaced(Exception):
 
     def __init__(self, error: SubskinError, *path: str) -> None:
         self.error, self.path = error, path
+
+
+class about:
+    """Errors of the model in this block are about keys of the table `path`."""
+
+    def __init__(self, *path: str) -> None:
+        self._path = path
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, SubskinError):
+            raise Misplaced(error, *self._path, key_of(error)) from None
 
 
 def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
@@ -81,10 +95,8 @@ def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
             value = _made(Material, value, (*path, name))
         if value is not None:
             values[name] = value
-    try:
+    with about(*path):
         return kind(**values)
-    except SubskinError as error:
-        raise Misplaced(error, *path, key_of(error)) from None
 
 
 def numbers(skin: Any, *path: str | int) -> dict[tuple[str | int, ...], Any]:

@@ -12,7 +12,7 @@ from ..errors import InvalidValueError
 from ..finger import Finger
 from ..skin import KINDS, Skin
 from ._skin import numbers
-from .units import format_quantity
+from .units import format_quantity, rounded
 
 __all__ = ["edited"]
 
@@ -67,7 +67,7 @@ def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
             for part in path[:-1]:
                 inner = inner[part]
             unit = {"young": "Pa", "poisson": ""}.get(str(path[-1]), "m")
-            _set(inner, str(path[-1]), format_quantity(value, unit) if unit else _number(value))
+            _set(inner, str(path[-1]), format_quantity(value, unit) if unit else rounded(value))
 
 
 def _set(table: Any, name: str, value: Any) -> None:
@@ -95,15 +95,11 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
 
 def _values(values: FloatArray, unit: str) -> Any:
     """One value where all sensors have the same, a list otherwise."""
-    texts = [format_quantity(float(v), unit) if unit else _number(float(v)) for v in values]
+    texts = [format_quantity(float(v), unit) if unit else rounded(float(v)) for v in values]
     return texts[0] if len(set(texts)) == 1 else texts
-
-
-def _number(value: float) -> float:
-    return float(f"{value:.9g}")
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, float):
-        return _number(value)
+        return rounded(value)
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value

@@ -18,7 +18,7 @@ from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
 from ..transducer import Transducer, VolumeResistance, transducer_of
-from ._skin import Misplaced, build_skin, key_of
+from ._skin import Misplaced, about, build_skin
 from ._toml_errors import misplaced, read_text, short, validated
 from .files import write_bytes
 from .units import quantity, si_unit, unit_scale
@@ -206,22 +206,20 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     >>> len(file.finger.array), file.names, round(float(file.finger.array.depth[0]), 6)
     (4, ('s0', 's1', 's2', 's3'), 0.005)
     """
-    from ._schema import Document
+    from ._schema import FingerDocument
 
-    document = validated(text, name, Document, "it needs at least [skin] young and [sensors] count, pitch, depth")
+    document = validated(text, name, FingerDocument, "it needs at least [skin] young and [sensors] count, pitch, depth")
     try:
         return _build(document, text)
     except Misplaced as wrong:
         raise misplaced(text, name, wrong.path, wrong.error) from None
 
 
-def _build(document: _schema.Document, text: str) -> FingerFile:
+def _build(document: _schema.FingerDocument, text: str) -> FingerFile:
     recording = document.recording
     skin, array = build_skin(document.skin), _array(document)
-    try:
+    with about("sensors"):
         finger = Finger(skin, array)
-    except SubskinError as error:
-        raise Misplaced(error, "sensors", key_of(error)) from None
     names = tuple(f"s{i}" for i in range(len(array))) if recording is None else tuple(recording.sensors)
     if len(names) != len(array):
         seen = f"sensors names {len(names)} columns"
@@ -246,15 +244,13 @@ def _build(document: _schema.Document, text: str) -> FingerFile:
     )
 
 
-def _array(document: _schema.Document) -> SensorArray:
+def _array(document: _schema.FingerDocument) -> SensorArray:
     table = document.sensors
-    try:
+    with about("sensors"):
         positions = _positions(table)
         transducers = _transducers(table.kind, table.exact, len(positions))
         parameters = _in_readings(document, transducers)
         return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
-    except SubskinError as error:
-        raise Misplaced(error, "sensors", key_of(error)) from None
 
 
 def _positions(table: _schema.SensorsTable) -> list[float]:
@@ -289,7 +285,7 @@ def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Tr
     return one(kind)
 
 
-def _in_readings(document: _schema.Document, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
+def _in_readings(document: _schema.FingerDocument, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
     """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
     from ._schema import reading_unit
 
@@ -324,13 +320,11 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
 
     scale = 1.0 if table.unit is None else unit_scale(table.unit, si_unit(table.unit, "unit"), "unit")
     time, position, press = (column(k, u) for k, u in (("time", "s"), ("position", "m"), ("press", "m")))
-    try:
+    with about("recording"):
         return RecordingFormat(
             sensors=tuple(table.sensors), scale=scale, time=time or Column("time"), position=position, press=press,
             early=table.early, before=table.before, hold=table.hold,
         )  # fmt: skip
-    except SubskinError as error:
-        raise Misplaced(error, "recording", key_of(error)) from None
 
 
 def _relaxation(table: _schema.RelaxationTable | None) -> Relaxation | None:
@@ -338,17 +332,13 @@ def _relaxation(table: _schema.RelaxationTable | None) -> Relaxation | None:
         return None
     from ..stream.relaxation import Relaxation
 
-    try:
+    with about("relaxation"):
         return Relaxation(table.share, table.time)
-    except SubskinError as error:
-        raise Misplaced(error, "relaxation", key_of(error)) from None
 
 
-def _drift(document: _schema.Document) -> npt.ArrayLike | None:
+def _drift(document: _schema.FingerDocument) -> npt.ArrayLike | None:
     from ._schema import reading_unit
 
-    try:
+    with about("tare"):
         drift = _readings(document.tare.drift, f"{reading_unit(document.recording) or 1}/s", "drift")
         return None if drift is None else _check.real("drift", drift, at_least=0.0)
-    except SubskinError as error:
-        raise Misplaced(error, "tare", "drift") from None

@@ -16,9 +16,9 @@ from ..design.search import Accuracy, Effort, Room, Row, SensorKind, SkinChoice
 from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError, SubskinError
 from ..transducer import kind_of, transducer_of
-from ._skin import Misplaced, build_skin, key_of
+from ._skin import Misplaced, about, build_skin, key_of
 from ._toml_errors import misplaced, read_text, validated
-from .units import format_quantity, quantity
+from .units import format_quantity, quantity, rounded
 
 if TYPE_CHECKING:
     from . import _goals_schema
@@ -108,17 +108,17 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
         rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
         raise Misplaced(InvalidValueError(f"depth lists {len(depths)}", rule, fix), "room", "depth")
     longest = np.inf if room.longest_row is None else room.longest_row
-    with _in("touch"):
+    with about("touch"):
         if not touch.span > 0:
             raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
         touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2))
-    with _in("accuracy"):
+    with about("accuracy"):
         wanted = Accuracy(accuracy.position, accuracy.angle, accuracy.force, accuracy.unsure, touch.feature)
-    with _in("room"):
+    with about("room"):
         space = Room((counts[0], counts[1]), (depths[0], depths[1]), room.least_pitch, longest)
     sensors = tuple(_sensor(table, i) for i, table in enumerate(document.sensor))
     skins = tuple(SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin))
-    with _in("search"):
+    with about("search"):
         effort = Effort(**document.search.model_dump())
     keys = {"span": ("touch", "span"), "largest_strain": ("touch", "largest_strain")}
     keys |= {name: ("tolerances", name) for name in document.tolerances}
@@ -141,28 +141,14 @@ def _tolerances(table: Mapping[str, Any]) -> dict[str, float]:
             fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(_TOLERANCES)}"
             wrong = InvalidValueError(f'key "{name}"', "no such tolerance is known", fix)
             raise Misplaced(wrong, "tolerances", name)
-        with _in("tolerances"):
+        with about("tolerances"):
             amounts[name] = quantity(value, _TOLERANCES[name].unit, name)
     return amounts
 
 
-class _in:
-    """Errors of the model in this block are about keys of the table `path`."""
-
-    def __init__(self, *path: str) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, SubskinError):
-            raise Misplaced(error, *self._path, key_of(error)) from None
-
-
 def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:
     path = ("sensor", str(i))
-    with _in(*path):
+    with about(*path):
         transducer = transducer_of(table.kind)
         values = {
             key: quantity(getattr(table, key), transducer.unit, key)
@@ -202,22 +188,17 @@ def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks:
         "pitch": format_quantity(row.pitch, "m"),
         "depth": format_quantity(row.depth, "m"),
         "kind": kind_of(kind.transducer),
-        "noise": _nine(kind.noise),
+        "noise": rounded(kind.noise),
     }
     if kind.width:
         sensors["width"] = format_quantity(kind.width, "m")
     if np.isfinite(kind.largest):
-        sensors |= {"low": _nine(-kind.largest), "high": _nine(kind.largest)}
+        sensors |= {"low": rounded(-kind.largest), "high": rounded(kind.largest)}
     if kind.resolution:
-        sensors["resolution"] = _nine(kind.resolution)
+        sensors["resolution"] = rounded(kind.resolution)
     document.add("sensors", tomlkit.item(sensors))
     document.add(
         "locate",
         tomlkit.item({"friction": goals.touches.friction, "search": [format_quantity(end, "m") for end in search]}),
     )
     return tomlkit.dumps(document)
-
-
-def _nine(value: float) -> float:
-    """A reading, in SI as a file without [recording] has it, without the last digits of rounding."""
-    return float(f"{value:.9g}")

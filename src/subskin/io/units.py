@@ -211,6 +211,11 @@ def format_quantity(value: float, unit: str) -> str:
     return f"{value / scale:.9g} {name}".strip()
 
 
+def rounded(value: float) -> float:
+    """`value` without the last digits of rounding."""
+    return float(f"{value:.9g}")
+
+
 def _short(value: object) -> str:
     text = f'"{value}"' if isinstance(value, str) else repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import NamedTuple, ParamSpec, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy.typing as npt
 
@@ -14,7 +14,7 @@ from ..errors import InvalidValueError
 
 __all__ = ["SYMBOLS", "Symbol", "described", "given", "off_origin"]
 
-_In, _Out = ParamSpec("_In"), TypeVar("_Out")
+_Equation = TypeVar("_Equation", bound=Callable[..., object])
 
 
 class Symbol(NamedTuple):
@@ -64,7 +64,7 @@ SYMBOLS = {
 }
 
 
-def described(equation: Callable[_In, _Out]) -> Callable[_In, _Out]:
+def described(equation: _Equation) -> _Equation:
     """The same function, its docstring completed by what `SYMBOLS` says of its parameters."""
     head, _, examples = inspect.cleandoc(equation.__doc__ or "").partition("\n\nExamples\n")
     head += "\n\nParameters\n----------"

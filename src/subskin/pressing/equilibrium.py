@@ -17,7 +17,7 @@ from .._check import FloatArray
 from .bounded import BoolArray, Problem, finer
 from .influence import Influence
 
-__all__ = ["Case", "Load", "State", "solve"]
+__all__ = ["Case", "Prescribed", "Settled", "solve"]
 
 _COARSEST = 128
 _BY = 4
@@ -30,7 +30,7 @@ _WORSE = 3.0
 
 
 @dataclass(frozen=True)
-class Load:
+class Prescribed:
     """What is prescribed: force or depth, moment or tilt, tangential force or slide; None for what is found.
 
     Units as in `press`; `friction` is None where there is none.
@@ -56,7 +56,7 @@ class Case:
     step: float
     y: FloatArray
     height: FloatArray
-    load: Load
+    load: Prescribed
     shift: FloatArray
     tolerance: float
     profile: Callable[[FloatArray], FloatArray]
@@ -75,7 +75,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class State:
+class Settled:
     """Pressure and shear at the nodes [Pa], and the indenter's place; what a grid's solution starts from, or is.
 
     `touches` and `sticks` are the nodes whose pressure or shear is between its bounds. depth and slide count from an
@@ -92,14 +92,14 @@ class State:
     scale: float
     steps: int
 
-    def finer(self, count: int, by: int, periodic: bool) -> State:
+    def finer(self, count: int, by: int, periodic: bool) -> Settled:
         """A start on the finer grid: also the nodes between free and fixed ones are free."""
         p, q = (finer(v, count, by, periodic) for v in (self.pressure, self.shear))
         touches, sticks = (finer(v.astype(np.float64), count, by, periodic) > 0 for v in (self.touches, self.sticks))
         return replace(self, pressure=p, shear=q, touches=touches, sticks=sticks)
 
 
-def solve(case: Case, start: State | None = None) -> State:
+def solve(case: Case, start: Settled | None = None) -> Settled:
     """Equilibrium on the grid of `case`; without a start, by way of coarser grids."""
     count, periodic = case.influence.count, case.influence.periodic
     if start is None and count >= _BY * _COARSEST:
@@ -113,7 +113,7 @@ def solve(case: Case, start: State | None = None) -> State:
     return found
 
 
-def _first(case: Case) -> State:
+def _first(case: Case) -> Settled:
     """By force everything touches, by depth what the undeformed skin would; and nothing is known."""
     count, load = case.y.size, case.load
     touches = np.isfinite(case.height)
@@ -127,10 +127,10 @@ def _first(case: Case) -> State:
     p = level * touches
     # an even pressure, repeated, moves nothing but the mean; a node's own would
     scale = max(float(np.abs(case.influence.apply(0, 0, p)).max()), own * float(p.max()))
-    return State(p, np.zeros(count), touches, touches, 0.0, load.tilt, 0.0, scale, 0)
+    return Settled(p, np.zeros(count), touches, touches, 0.0, load.tilt, 0.0, scale, 0)
 
 
-def _settle(case: Case, start: State) -> State:
+def _settle(case: Case, start: Settled) -> Settled:
     """Pressure and shear in turn until neither disturbs the other.
 
     Turn by turn the disturbance falls by a factor that is poor where the two are strongly coupled (a stiff skin on a
@@ -185,7 +185,7 @@ class _Mixer:
         return np.asarray(position + change - weights @ (moves + turns))
 
 
-def _normal(case: Case, state: State, gap: FloatArray, body: BoolArray, limit: float) -> State:
+def _normal(case: Case, state: Settled, gap: FloatArray, body: BoolArray, limit: float) -> Settled:
     """The pressure beneath the indenter, the shear being what it is."""
     load, y = case.load, case.y
     f, rows, targets = gap, [], []
@@ -210,7 +210,7 @@ def _normal(case: Case, state: State, gap: FloatArray, body: BoolArray, limit: f
     return replace(state, pressure=found.x, touches=found.free, depth=depth, tilt=tilt, steps=steps)
 
 
-def _tangential(case: Case, state: State, limit: float) -> State:
+def _tangential(case: Case, state: Settled, limit: float) -> Settled:
     """The shear within what friction holds, the pressure being what it is."""
     load, op, p = case.load, case.influence, state.pressure
     mu = float(load.friction or 0.0)

@@ -11,7 +11,7 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
-from .equilibrium import Case, Load, State, solve
+from .equilibrium import Case, Prescribed, Settled, solve
 from .indenter import Indenter
 from .influence import influence
 
@@ -66,7 +66,7 @@ class Grid:
         return cls(None if count is None else int(count), wide, repeat, rest, limit)
 
 
-def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Load, grid: Grid) -> tuple[Case, State]:
+def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid) -> tuple[Case, Settled]:
     """A problem on a grid of its own, and its solution."""
     count = grid.nodes or _NODES
     if grid.period is not None:
@@ -105,8 +105,8 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Load, grid: Grid) -> t
 
 
 def continued(
-    before: Case, state: State, lateral: FloatArray, grid: Grid, load: Load, indenter: Indenter
-) -> tuple[Case, State]:
+    before: Case, state: Settled, lateral: FloatArray, grid: Grid, load: Prescribed, indenter: Indenter
+) -> tuple[Case, Settled]:
     """The next problem on the grid of the last, and its solution; slip counts from there."""
     width = before.step * before.y.size
     had = {
@@ -132,13 +132,12 @@ def continued(
     return _whole(case, found, indenter, "give a wider window to the first press, or less force")
 
 
-def _case(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], count: int, grid: Grid) -> Case:
+def _case(skin: Skin, gap: Gap, load: Prescribed, ends: tuple[float, float], count: int, grid: Grid) -> Case:
     """The problem on `count` nodes, in the middle of as many equal parts of the window."""
     wide = ends[1] - ends[0]
     if grid.datum is not None and grid.datum < wide:
         raise GeometryError(f"datum = {grid.datum:.6g} m", f"the surface rests beyond the window, {wide:.6g} m wide")
-    step = float(wide / count)
-    y: FloatArray = np.asarray(ends[0] + step * (np.arange(count) + 0.5), dtype=np.float64)
+    step, y = _nodes(ends, count)
     height = gap(y)
     _touchable(y, height, load)
     _within(y[np.isfinite(height)], load)
@@ -151,7 +150,13 @@ def _case(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], count: in
     return Case(op, step, y, height, load, np.zeros(count), grid.tolerance, gap, grid.datum)
 
 
-def _touchable(y: FloatArray, height: FloatArray, load: Load) -> None:
+def _nodes(ends: tuple[float, float], count: int) -> tuple[float, FloatArray]:
+    """The step between nodes in the middle of equal parts of a window, and these nodes."""
+    step = float((ends[1] - ends[0]) / count)
+    return step, np.asarray(ends[0] + step * (np.arange(count) + 0.5), dtype=np.float64)
+
+
+def _touchable(y: FloatArray, height: FloatArray, load: Prescribed) -> None:
     half = 0.5 * float(y[1] - y[0])
     if not np.isfinite(height).any():
         seen = f"no part of the indenter between y = {y[0] - half:.6g} and {y[-1] + half:.6g} m from its centre"
@@ -161,7 +166,7 @@ def _touchable(y: FloatArray, height: FloatArray, load: Load) -> None:
         raise InvalidValueError(seen, rule, f"its lowest point is {height.min():.6g} m above it")
 
 
-def _within(body: FloatArray, load: Load) -> None:
+def _within(body: FloatArray, load: Prescribed) -> None:
     """Raise where no pressure beneath the body has the force and the moment."""
     if load.moment is None or load.force is None:
         return
@@ -172,18 +177,18 @@ def _within(body: FloatArray, load: Load) -> None:
         raise GeometryError(seen, rule, f"it would at {arm:.6g} m; less moment")
 
 
-def _repeatable(skin: Skin, period: float, load: Load) -> None:
+def _repeatable(skin: Skin, period: float, load: Prescribed) -> None:
     if np.isfinite(skin.period):
         raise GeometryError(f"period = {period:.6g} m on a {type(skin).__name__}", "only a flat skin goes on and on")
     _upright(load, period)
 
 
-def _upright(load: Load, period: float) -> None:
+def _upright(load: Prescribed, period: float) -> None:
     if load.moment is not None or load.tilt:
         raise GeometryError(f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn")
 
 
-def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: State) -> float | None:
+def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Settled) -> float | None:
     """Where the bodies overlap most beyond the window, from the indenter's centre; None where they do not."""
     wide, low = case.step * case.y.size, case.y[0] - 0.5 * case.step
     h = wide / _PARTS
@@ -216,7 +221,7 @@ def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: State) ->
     return found
 
 
-def _cut_off(case: Case, state: State, indenter: Indenter) -> tuple[bool, bool]:
+def _cut_off(case: Case, state: Settled, indenter: Indenter) -> tuple[bool, bool]:
     """Whether the contact runs into either end of the window where the body goes on."""
     low, high = indenter.ends
     return (
@@ -225,14 +230,14 @@ def _cut_off(case: Case, state: State, indenter: Indenter) -> tuple[bool, bool]:
     )
 
 
-def _whole(case: Case, state: State, indenter: Indenter, fix: str) -> tuple[Case, State]:
+def _whole(case: Case, state: Settled, indenter: Indenter, fix: str) -> tuple[Case, Settled]:
     if any(_cut_off(case, state, indenter)):
         seen = f"a window of {case.step * case.y.size:.6g} m"
         raise GeometryError(seen, "the contact reaches its end, and would go on beyond", fix)
     return case, state
 
 
-def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Load, datum: float | None) -> tuple[float, float]:
+def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, datum: float | None) -> tuple[float, float]:
     """Ends of a window from the indenter's centre [m], wider than the contact, or as wide as the body.
 
     Widths come from a ladder, so that presses of about the same width share one grid, and what is known of the skin on
@@ -249,10 +254,14 @@ def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Load, datum: float |
         if np.isfinite(most) and load.moment is None:
             middle = _lowest(gap, max(low, -0.5 * most), min(high, 0.5 * most))
         width = _first_guess(skin, gap, load, middle)
+    plain = replace(load, tangential=None, slide=None, friction=None)
     touched, widest = False, min(_WIDEST * width, most)
     for _ in range(_TRIES):
         ends = _snapped(middle, min(_rung(width), most), low, high)
-        case, state = _roughly(skin, gap, load, ends, datum)
+        step, y = _nodes(ends, _COARSE)
+        op = influence(skin, step, _COARSE, periodic=False, datum=datum)
+        case = Case(op, step, y, gap(y), plain, np.zeros(_COARSE), 1e-4, gap, datum)
+        state = solve(case)
         touched = True if state.pressure.any() else touched
         at = np.flatnonzero(state.pressure > 0)
         if not at.size:
@@ -275,15 +284,6 @@ def _window(skin: Skin, indenter: Indenter, gap: Gap, load: Load, datum: float |
     raise GeometryError(seen, rule, "press less, give the body an end, or window=")
 
 
-def _roughly(skin: Skin, gap: Gap, load: Load, ends: tuple[float, float], datum: float | None) -> tuple[Case, State]:
-    step = (ends[1] - ends[0]) / _COARSE
-    y: FloatArray = np.asarray(ends[0] + step * (np.arange(_COARSE) + 0.5), dtype=np.float64)
-    plain = Load(load.force, load.depth, load.moment, load.tilt, None, None, None)
-    op = influence(skin, step, _COARSE, periodic=False, datum=datum)
-    case = Case(op, step, y, gap(y), plain, np.zeros(_COARSE), 1e-4, gap, datum)
-    return case, solve(case)
-
-
 def _rung(width: float) -> float:
     """The next width of the ladder."""
     return float(_LADDER ** np.ceil(np.log(width) / np.log(_LADDER) - 1e-9))
@@ -299,7 +299,7 @@ def _snapped(middle: float, width: float, low: float, high: float) -> tuple[floa
     return first, last
 
 
-def _first_guess(skin: Skin, gap: Gap, load: Load, middle: float) -> float:
+def _first_guess(skin: Skin, gap: Gap, load: Prescribed, middle: float) -> float:
     """A width at which a half plane as soft as the surface would carry the load: P = E* h, h being the height there."""
     widths = 2.0 ** np.arange(-30, 4)
     widths = widths[widths < 0.5 * skin.period]

@@ -12,13 +12,15 @@ from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
 from .certificate import certify, displaced
-from .equilibrium import Load
+from .equilibrium import Prescribed
 from .grid import Grid, continued, fresh
 from .indenter import Indenter
 from .solution import ContactSolution, PressStatus
 from .verdict import believable, judged
 
 __all__ = ["press"]
+
+_UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
 
 
 def press(
@@ -121,7 +123,7 @@ def press(
     if not isinstance(indenter, Indenter):
         seen = f"indenter = {type(indenter).__name__}"
         raise InvalidValueError(seen, "an Indenter is needed", "Cylinder(radius=8e-3), or Profile.from_function")
-    load = _load(force, depth, moment, tilt, friction, tangential, slide)
+    load = _load(tilt, friction, force=force, depth=depth, moment=moment, tangential=tangential, slide=slide)
     at = _check.scalar("position", position, unit="m")
     if abs(at) > 0.25 * skin.period:
         seen = f"position = {at:.6g} m on a finger of {skin.period:.6g} m about"
@@ -148,21 +150,11 @@ def press(
     else:
         case, state = fresh(skin, indenter, gap, load, grid)
     moved = displaced(case.influence, case, state, case.height, case.shift)
-    pressed = ContactSolution(
-        skin,
-        indenter,
-        at,
-        PressStatus.OK,
-        "",
-        certify(case, state, moved),
-        depth=state.depth if known else np.nan,
-        slide=state.slide if known and load.friction is not None else np.nan,
-        case=case,
-        state=state,
-        gap=_check.read_only(moved.gap),
-        slip=_check.read_only(moved.slip),
-        lateral=_check.read_only(moved.lateral),
-    )
+    fields = (_check.read_only(values) for values in (moved.gap, moved.slip, moved.lateral))
+    depth = state.depth if known else np.nan
+    slide = state.slide if known and load.friction is not None else np.nan
+    certificate = certify(case, state, moved)
+    pressed = ContactSolution(skin, indenter, at, PressStatus.OK, "", certificate, depth, slide, case, state, *fields)
     believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
     status, reason = judged(pressed)
     return replace(pressed, status=status, reason=reason)
@@ -186,41 +178,32 @@ def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArr
         raise GeometryError(seen, rule, "press the same bodies at the same place")
 
 
-def _load(
-    force: float | None,
-    depth: float | None,
-    moment: float | None,
-    tilt: float,
-    friction: float | None,
-    tangential: float | None,
-    slide: float | None,
-) -> Load:
+def _load(tilt: float, friction: float | None, **given: float | None) -> Prescribed:
     """What is prescribed, checked."""
-    if (force is None) == (depth is None):
-        raise InvalidValueError(f"force = {force}, depth = {depth}", "one of the two has to be given")
-    if moment is not None and tilt:
-        raise InvalidValueError(f"moment = {moment}, tilt = {tilt}", "one of the two can be given")
-    if tangential is not None and slide is not None:
-        raise InvalidValueError(f"tangential = {tangential}, slide = {slide}", "one of the two can be given")
+    if (given["force"] is None) == (given["depth"] is None):
+        raise InvalidValueError(f"force = {given['force']}, depth = {given['depth']}", "one of the two has to be given")
+    asked = {**given, "tilt": tilt or None}
+    for one, other in (("moment", "tilt"), ("tangential", "slide")):
+        if asked[one] is not None and asked[other] is not None:
+            seen = f"{one} = {asked[one]}, {other} = {asked[other]}"
+            raise InvalidValueError(seen, "one of the two can be given")
     values = {}
-    for name, value, unit in (("force", force, "N/m"), ("depth", depth, "m")):
-        if value is not None and not _check.scalar(name, value, unit=unit) > 0:
-            seen = f"{name} = {float(value):.6g} {unit}"
+    for name, value in given.items():
+        values[name] = None if value is None else _check.scalar(name, value, unit=_UNITS[name])
+        if value is not None and name in ("force", "depth") and not value > 0:
+            seen = f"{name} = {float(value):.6g} {_UNITS[name]}"
             raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
-        values[name] = None if value is None else float(value)
-    for name, value, unit in (("moment", moment, "N"), ("tangential", tangential, "N/m"), ("slide", slide, "m")):
-        values[name] = None if value is None else _check.scalar(name, value, unit=unit)
     if friction is None:
         for name in ("tangential", "slide"):
             if values[name]:
                 seen = f"{name} = {values[name]:.6g}"
                 raise InvalidValueError(seen, "nothing is dragged without friction", "give friction=, e.g. 0.5")
         values["tangential"] = values["slide"] = None
-        return Load(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
+        return Prescribed(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
     if friction == 0 and values["tangential"]:
         seen = f"tangential = {values['tangential']:.6g} N/m at friction = 0"
         raise InvalidValueError(seen, "nothing holds that drag", "friction > 0")
     grip = np.inf if friction == np.inf else _check.scalar("friction", friction, at_least=0.0)
     if values["tangential"] is None and values["slide"] is None:
         values["tangential"] = 0.0
-    return Load(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=grip)
+    return Prescribed(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=grip)

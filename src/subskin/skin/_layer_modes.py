@@ -19,7 +19,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from ..material import Material
 
-__all__ = ["Layer", "Stack"]
+__all__ = ["Sheet", "Stack"]
 
 _THIN = 2.0
 """Below this k H the stack is propagated: exp(2 k H) is then still a small loss, above it the modes lose none."""
@@ -28,7 +28,7 @@ _FLIP = np.diag([-1.0, 1.0, 1.0, -1.0])
 _SHIFT = np.array([[1.0, -1.0], [1.0, -1.0]])  # A + 1 on the modes that decay, in terms of their tractions
 
 
-class Layer(NamedTuple):
+class Sheet(NamedTuple):
     """What the modes need of a layer: Poisson's ratio, shear modulus [Pa], thickness [m], whether it sticks below."""
 
     poisson: float
@@ -56,7 +56,7 @@ def decay(s: FloatArray) -> FloatArray:
     return np.asarray(np.exp(-s) * (np.eye(2) + s * _SHIFT))
 
 
-def propagator(layer: Layer, s: FloatArray) -> FloatArray:
+def propagator(layer: Sheet, s: FloatArray) -> FloatArray:
     """exp(-s A), which carries the amplitudes up by s = k x, shape (..., 4, 4)."""
     a = layer.generator
     b = a @ a - np.eye(4)  # b b = 0, for the eigenvalues are double
@@ -74,7 +74,7 @@ def propagator(layer: Layer, s: FloatArray) -> FloatArray:
 class Stack:
     """Layers from the surface down on a rigid base (None) or on a half plane."""
 
-    layers: tuple[Layer, ...]
+    layers: tuple[Sheet, ...]
     base: Material | None
 
     @property
@@ -97,15 +97,15 @@ class Stack:
         out[:, :, :2] /= k[:, None, None]
         return out
 
-    def _base(self) -> tuple[Layer, FloatArray]:
+    def _base(self) -> tuple[Sheet, FloatArray]:
         """A layer standing for what lies beneath, and the amplitudes that it allows at its top."""
         if self.base is None:
             rigid = self.layers[-1]
             return rigid, np.concatenate([np.zeros((2, 2)), np.eye(2)])
-        below = Layer(self.base.poisson, self.base.shear, np.inf, True)
+        below = Sheet(self.base.poisson, self.base.shear, np.inf, True)
         return below, below.decaying
 
-    def _joined(self, upper: Layer, lower: Layer, allowed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _joined(self, upper: Sheet, lower: Sheet, allowed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Amplitudes allowed above an interface, given those below, and the factor that finds those from these."""
         scaled = allowed.copy()
         scaled[..., 2:, :] *= lower.shear / upper.shear
@@ -195,7 +195,7 @@ class Stack:
         """In which layer each depth lies; an interface belongs to the layer above it."""
         return np.asarray(np.searchsorted(self.tops[1:], x, side="left"))
 
-    def _unscaled(self, layer: Layer, y: FloatArray) -> FloatArray:
+    def _unscaled(self, layer: Sheet, y: FloatArray) -> FloatArray:
         """Tractions of a layer over 2Gk of the first, as they are at the surface."""
         y[..., 2:, :] *= layer.shear / self.layers[0].shear
         return y

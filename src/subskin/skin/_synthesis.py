@@ -13,9 +13,9 @@ from ..contact.base import Contact
 from ..material import Material
 from ..tensor import State, Strain, Stress
 
-__all__ = ["Response", "hooke", "panels", "reach", "remembered", "synthesise"]
+__all__ = ["Answer", "hooke", "panels", "reach", "remembered", "synthesise"]
 
-Response = Callable[[FloatArray], FloatArray]
+Answer = Callable[[FloatArray], FloatArray]
 """Amplitudes at depths x, shape (x, k, 3, 2): of sigma_x, tau_xy and eps_y, under p = cos(k y) and under q = sin(k y).
 
 sigma_x and eps_y go with cos(k y), tau_xy with sin(k y).
@@ -46,7 +46,7 @@ def panels(last: float, reach: float) -> tuple[FloatArray, FloatArray]:
     return (edges[:-1, None] + half * (1 + _NODES)).reshape(-1), (half * _WEIGHTS).reshape(-1)
 
 
-def remembered(response: Response) -> Response:
+def remembered(response: Answer) -> Answer:
     """The same, which keeps its last answer where that is small: sensors ask for the same depths again and again."""
     kept: list[FloatArray] = []
 
@@ -70,7 +70,7 @@ def reach(contact: Contact, y: FloatArray) -> float:
 
 
 def synthesise(
-    contact: Contact, x: FloatArray, y: FloatArray, k: FloatArray, weights: FloatArray, response: Response
+    contact: Contact, x: FloatArray, y: FloatArray, k: FloatArray, weights: FloatArray, response: Answer
 ) -> FloatArray:
     """Sum over k of weight * response * spectrum * exp(i k y) / pi: sigma_x, tau_xy, eps_y, shape (3, ...).
 

@@ -19,7 +19,7 @@ from ..tensor import State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._points import points, wave_points
-from ._synthesis import Response, hooke, panels, reach, remembered, synthesise
+from ._synthesis import Answer, hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 
@@ -164,7 +164,7 @@ class Layered(Skin):
     @cached_property
     def modes(self) -> _modes.Stack:
         """The same layers, wavenumber by wavenumber."""
-        rows = [_modes.Layer(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded") for e in self.stack]
+        rows = [_modes.Sheet(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded") for e in self.stack]
         return _modes.Stack(tuple(rows), self.base)
 
     @cached_property
@@ -180,7 +180,7 @@ class Layered(Skin):
         flat = HalfPlane(first).at(xs, ys)
 
         @lru_cache(maxsize=_LENGTHS)
-        def waves(far: float) -> tuple[FloatArray, FloatArray, Response]:
+        def waves(far: float) -> tuple[FloatArray, FloatArray, Answer]:
             k, weights = panels(_DECAY / self._decay(xs), far)
             return k, weights, remembered(lambda depths: self._response(k, depths))
 
