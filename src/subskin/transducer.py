@@ -110,54 +110,49 @@ class Transducer(Named, ABC):
         return self
 
 
+class _Component(Transducer):
+    """What is one quantity of the state, of the name `_of`."""
+
+    _of: ClassVar[str]
+
+    def measure(self, state: State) -> FloatArray:
+        quantity: FloatArray = attrgetter(self._of)(state)
+        return quantity
+
+
 @dataclass(frozen=True)
-class NormalStrain(Transducer, name="normal_strain"):
+class NormalStrain(_Component, name="normal_strain"):
     """Strain along the depth, eps_x [-] (memo eq. 8): a strain gauge standing in the skin."""
 
-    unit = ""
-
-    def measure(self, state: State) -> FloatArray:  # noqa: D102
-        return state.strain.xx
+    unit, _of = "", "strain.xx"
 
 
 @dataclass(frozen=True)
-class LateralStrain(Transducer, name="lateral_strain"):
-    """Strain along the surface, eps_y [-]: a gauge lying in the skin; -eps_x in plane strain, memo eq. (7)."""
+class LateralStrain(_Component, name="lateral_strain"):
+    """Strain along the surface, eps_y [-]: a gauge lying in the skin; -eps_x in plane strain at nu = 1/2 (memo eq. 7)."""
 
-    unit, component = "", "strain.yy"
-
-    def measure(self, state: State) -> FloatArray:  # noqa: D102
-        return state.strain.yy
+    unit, component, _of = "", "strain.yy", "strain.yy"
 
 
 @dataclass(frozen=True)
-class ShearStrain(Transducer, name="shear_strain"):
+class ShearStrain(_Component, name="shear_strain"):
     """Engineering shear strain gamma_xy = 2 eps_xy [-]."""
 
-    unit, component = "", "strain.xy"
-
-    def measure(self, state: State) -> FloatArray:  # noqa: D102
-        return state.strain.gamma_xy
+    unit, component, _of = "", "strain.xy", "strain.gamma_xy"
 
 
 @dataclass(frozen=True)
-class NormalStress(Transducer, name="normal_stress"):
+class NormalStress(_Component, name="normal_stress"):
     """Stress along the depth, sigma_x [Pa], negative under a press."""
 
-    unit, component = "Pa", "stress.xx"
-
-    def measure(self, state: State) -> FloatArray:  # noqa: D102
-        return state.stress.xx
+    unit, component, _of = "Pa", "stress.xx", "stress.xx"
 
 
 @dataclass(frozen=True)
-class MeanPressure(Transducer, name="mean_pressure"):
+class MeanPressure(_Component, name="mean_pressure"):
     """Hydrostatic pressure -(sigma_x + sigma_y + sigma_z)/3 [Pa]: a barometer cast in rubber."""
 
-    unit, component = "Pa", "mean_pressure"
-
-    def measure(self, state: State) -> FloatArray:  # noqa: D102
-        return state.stress.mean_pressure
+    unit, component, _of = "Pa", "mean_pressure", "stress.mean_pressure"
 
 
 @dataclass(frozen=True)
@@ -220,13 +215,10 @@ class VolumeResistance(Transducer, name="volume_resistance"):
 
 
 @dataclass(frozen=True)
-class EnergyDensity(Transducer, name="energy_density"):
+class EnergyDensity(_Component, name="energy_density"):
     """Strain energy density [J/m^3], one of the quantities fitted to slowly adapting receptors. Not linear."""
 
-    unit, linear = "J/m^3", False
-
-    def measure(self, state: State) -> FloatArray:  # noqa: D102
-        return state.energy_density
+    unit, linear, _of = "J/m^3", False, "energy_density"
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,7 @@ class Table:
             values = np.full(len(self), np.nan)
         elif pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind):
             cast = data.cast(pa.float64(), safe=False)
-            values = cast.to_numpy(zero_copy_only=False) if not cast.null_count else _with_nan(cast)
+            values = cast.fill_null(float("nan")).to_numpy(zero_copy_only=False)
         else:
             raise self._not_numbers(column)
         values = np.array(values, dtype=np.float64)
@@ -304,10 +304,6 @@ def _needs_quotes(column: Any) -> bool:
     if not pa.types.is_string(column.type):
         return False
     return bool(pc.any(pc.match_substring_regex(column, '[",\\r\\n]')).as_py())
-
-
-def _with_nan(data: Any) -> FloatArray:
-    return np.asarray(data.fill_null(float("nan")).to_numpy(zero_copy_only=False), dtype=np.float64)
 
 
 def _is_number(text: str) -> bool:

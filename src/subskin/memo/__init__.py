@@ -1,9 +1,9 @@
 """MIT AI Memo 771 as published: its equations by number, and its errata.
 
-`eq1` to `eq26` are the equations **as printed**, in the memo's own symbols, SI units and axes (each
-section's module says them). Where one is wrong there is a second function, e.g. `eq17_corrected`; the
-printed one is for comparison only. `ERRATA` says what was found and computes the numbers; `python -m
-subskin.memo` prints it as the page that the documentation shows.
+`eq1` to `eq26` are the equations **as printed**, in the memo's own symbols, SI units and axes (each section's module
+says them). Where one is wrong there is a second function, e.g. `eq17_corrected`; the printed one is for comparison
+only. One without a verdict is correct. `ERRATA` says what was found and computes the numbers; `python -m subskin.memo`
+prints it as the page that the documentation shows.
 
 Every function takes numbers or arrays that broadcast as in NumPy, and raises `InvalidValueError` for a
 value that is not finite or, for a length, modulus, resistivity or radius, not positive (`SYMBOLS` lists

@@ -26,14 +26,14 @@ READINGS = (-0.3, -0.5, -0.2)
 def resultant() -> Numbers:
     """Force that acts on the half disc from its arc, turned round: the load, in units of P."""
 
-    def along_x(theta: FloatArray) -> FloatArray:
-        return np.asarray(-eq2(1.0, ALPHA, 1.0, theta).sigma_r * np.cos(theta))
+    def radial(theta: FloatArray) -> FloatArray:
+        return -eq2(1.0, ALPHA, 1.0, theta).sigma_r
 
-    def along_y(theta: FloatArray) -> FloatArray:
-        return np.asarray(-eq2(1.0, ALPHA, 1.0, theta).sigma_r * np.sin(theta))
-
-    quarter = np.pi / 2
-    return {"Fx": over_contact(along_x, -quarter, quarter), "Fy": over_contact(along_y, -quarter, quarter)}
+    arc = -np.pi / 2, np.pi / 2
+    return {
+        "Fx": over_contact(lambda theta: radial(theta) * np.cos(theta), *arc),
+        "Fy": over_contact(lambda theta: radial(theta) * np.sin(theta), *arc),
+    }
 
 
 def uniaxial() -> Numbers:

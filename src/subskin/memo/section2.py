@@ -64,8 +64,6 @@ class Resistance(NamedTuple):
 def eq1(P: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress:
     """Equation (1): stress under a normal line load, sigma_r = -2 P cos(theta) / (pi r), the others zero.
 
-    Verdict: correct.
-
     Examples
     --------
     >>> eq1(P=np.pi, r=2.0, theta=0.0).sigma_r.item()
@@ -78,7 +76,7 @@ def eq1(P: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress
 def eq2(P: npt.ArrayLike, alpha: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress:
     """Equation (2): stress under an inclined line load, sigma_r = -2 P cos(alpha + theta) / (pi r).
 
-    Verdict: correct. Note the sign: the load drags the skin towards -y for alpha > 0.
+    Note the sign: the load drags the skin towards -y for alpha > 0.
 
     Examples
     --------
@@ -96,7 +94,7 @@ def eq2(P: npt.ArrayLike, alpha: npt.ArrayLike, r: npt.ArrayLike, theta: npt.Arr
 def eq3(sigma_r: npt.ArrayLike, theta: npt.ArrayLike) -> PlaneStress:
     """Equation (3): the radial stress in cartesian coordinates.
 
-    sigma_x = sigma_r cos^2, sigma_y = sigma_r sin^2, tau_xy = sigma_r sin cos (of theta). Verdict: correct.
+    sigma_x = sigma_r cos^2, sigma_y = sigma_r sin^2, tau_xy = sigma_r sin cos (of theta).
 
     Examples
     --------
@@ -113,7 +111,7 @@ def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
     """Equation (4): stress under a line load in cartesian coordinates.
 
     sigma_x = -2 P/(pi r) cos(alpha + theta) cos^2(theta), sigma_y with sin^2 and tau_xy with sin cos, where r^2 = x^2 +
-    y^2, cos(theta) = x/r, sin(theta) = y/r and cos(alpha + theta) = (x cos(alpha) - y sin(alpha))/r. Verdict: correct.
+    y^2, cos(theta) = x/r, sin(theta) = y/r and cos(alpha + theta) = (x cos(alpha) - y sin(alpha))/r.
 
     Examples
     --------
@@ -148,8 +146,6 @@ def eq6(
 ) -> Strains:
     """Equation (6): Hooke's law, eps_x = [sigma_x - nu (sigma_y + sigma_z)]/E and so on around.
 
-    Verdict: correct.
-
     Examples
     --------
     Equal pressure from all sides does not change an incompressible body.
@@ -166,7 +162,6 @@ def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> Pla
     """Equation (7): plane strain at nu = 1/2.
 
     sigma_z = (sigma_x + sigma_y)/2, eps_x = 3/(4E) (sigma_x - sigma_y), eps_y = 3/(4E) (sigma_y - sigma_x).
-    Verdict: correct.
 
     Examples
     --------
@@ -182,7 +177,7 @@ def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> Pla
 def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
     """Equation (8): strain along the depth under a line load, nu = 1/2, plane strain.
 
-    eps_x = -3 P/(2 pi E r^4) [x cos(alpha) - y sin(alpha)] [x^2 - y^2]. Verdict: correct.
+    eps_x = -3 P/(2 pi E r^4) [x cos(alpha) - y sin(alpha)] [x^2 - y^2].
 
     Examples
     --------
@@ -197,8 +192,6 @@ def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
 @described
 def eq9(rho: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
     """Equation (9): resistance of a block with electrodes above and below, R = rho L/A = rho x/(y z).
-
-    Verdict: correct.
 
     Examples
     --------

@@ -51,7 +51,7 @@ def eq12(
     """Equation (12): what three sensors at depth x and pitch b read under a line load.
 
     With t = y + b, y, y - b for the sensors 1, 2, 3: eps = -3 P [x cos(alpha) - t sin(alpha)] [x^2 - t^2] /
-    (2 pi E [x^2 + t^2]^2), shape (..., 3), tension positive. Verdict: correct.
+    (2 pi E [x^2 + t^2]^2), shape (..., 3), tension positive.
 
     Examples
     --------

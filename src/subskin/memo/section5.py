@@ -65,7 +65,7 @@ def eq19(
     The integral of -3 [x cos(alpha) - y0 sin(alpha)] [x^2 - y0^2] P(y - y0)/(2 pi E r^4) over y0, with r^2 =
     x^2 + y0^2.
 
-    Verdict: correct. Evaluated by quadrature, to about 1e-12 of the largest value. `pressure` is a function that gives
+    Evaluated by quadrature, to about 1e-12 of the largest value. `pressure` is a function that gives
     the pressure [Pa] at positions [m], zero outside (a1, a2), and the shear is its tan(alpha)-fold; `kinks` are
     positions between these edges where it is not smooth [m], e.g. the tip of a wedge.
 

@@ -43,8 +43,6 @@ def eq23(
 def eq24(d: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
     """Equation (24): strain times E under a unit normal line load, -3 d (d^2 - y^2)/(2 pi (d^2 + y^2)^2).
 
-    Verdict: correct.
-
     Examples
     --------
     >>> round(eq24(d=1.0, y=0.0).item() * 2 * np.pi, 12), eq24(d=1.0, y=1.0).item()

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .._check import FloatArray
 
@@ -56,7 +55,7 @@ class Ring:
 
         x points inwards, so tau_xy = -srt. With `remainder` less the full disk's (`_disk`).
         """
-        thin = self._thin(n)
+        thin = (n + 1) * np.log(1 / self._eps) < _THIN
         out = np.empty((depth.size, n.size, 5, 2))
         for i, r in enumerate(self.radius - depth):
             disk = self._shown(self._disk(n, r))
@@ -65,9 +64,6 @@ class Ring:
             if (~thin).any():
                 out[i, ~thin] = self._shown(self._echo(n[~thin], r)) + (not remainder) * disk[~thin]
         return out
-
-    def _thin(self, n: FloatArray) -> npt.NDArray[np.bool_]:
-        return np.asarray((n + 1) * np.log(1 / self._eps) < _THIN)
 
     def _shown(self, parts: _Parts) -> FloatArray:
         """sigma_x, tau_xy, 2G eps_y, 2G u_x and 2G u_y, by Hooke's law in plane strain: shape (n, 5, 2)."""
@@ -88,7 +84,8 @@ class Ring:
         high = np.where(n > 1, n, 2.0)[:, None]
         a, c = (q - p) / (2 * (high + 1)), (q - 0.5 * high * (q - p)) / (high - 1)
         one, two = r * self._kappa * a * power, -r * power * ((high + 1) * a + c / rho**2)
-        return _Parts(2 * (q - p) * power, x, np.zeros_like(x), *_split(one, two, m > 1))
+        moved = (np.where(m > 1, total, 0.0) for total in (one + two, one - two))
+        return _Parts(2 * (q - p) * power, x, np.zeros_like(x), *moved)
 
     def _echo(self, n: FloatArray, r: float) -> _Parts:
         """What the core adds to `_disk`."""
@@ -196,7 +193,3 @@ class Ring:
             term = term @ step / k
             total = total + term
         return total
-
-
-def _split(one: FloatArray, two: FloatArray, valid: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    return np.where(valid, one + two, 0.0), np.where(valid, one - two, 0.0)
