@@ -231,13 +231,19 @@ def _build(document: _schema.FingerDocument, text: str) -> FingerFile:
         if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
             rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
             raise Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
+    relaxation = None
+    if document.relaxation is not None:
+        from ..stream.relaxation import Relaxation
+
+        with about("relaxation"):
+            relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
     return FingerFile(
         finger=finger,
         names=names,
         search=given.search,
         options=options,
         recording=_recording(recording),
-        relaxation=_relaxation(document.relaxation),
+        relaxation=relaxation,
         drift=_drift(document),
         origin=document.calibration.origin,
         text=text,
@@ -325,15 +331,6 @@ def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
             sensors=tuple(table.sensors), scale=scale, time=time or Column("time"), position=position, press=press,
             early=table.early, before=table.before, hold=table.hold,
         )  # fmt: skip
-
-
-def _relaxation(table: _schema.RelaxationTable | None) -> Relaxation | None:
-    if table is None:
-        return None
-    from ..stream.relaxation import Relaxation
-
-    with about("relaxation"):
-        return Relaxation(table.share, table.time)
 
 
 def _drift(document: _schema.FingerDocument) -> npt.ArrayLike | None:

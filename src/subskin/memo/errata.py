@@ -304,7 +304,9 @@ def markdown() -> str:
     lines = [_HEAD, "| equation | subject | judgement |", "|---|---|---|"]
     lines += [f"| {_numbered(e.equation)} | {e.subject} | {_JUDGEMENTS[e.judgement]} |" for e in ERRATA]
     for e in ERRATA:
-        lines += ["", f"## {_numbered(e.equation)} {e.subject}", "", _sentence(e)]
+        judged = "**Wrong" if e.judgement == "wrong" else _JUDGEMENTS[e.judgement].capitalize()
+        judged += ".**" if e.judgement == "wrong" else "."
+        lines += ["", f"## {_numbered(e.equation)} {e.subject}", "", judged]
         if e.published:
             lines += [*_displayed("As printed:", e.published), *_displayed("Instead:", e.corrected)]
         lines += ["", e.finding]
@@ -319,11 +321,6 @@ def _displayed(words: str, formula: str) -> list[str]:
 
 def _numbered(equation: str) -> str:
     return f"({equation})" if equation[0].isdigit() else equation
-
-
-def _sentence(e: Erratum) -> str:
-    text = _JUDGEMENTS[e.judgement]
-    return "**Wrong.**" if e.judgement == "wrong" else f"{text[0].upper()}{text[1:]}."
 
 
 def _code(names: str) -> str:

@@ -70,7 +70,10 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid
     """A problem on a grid of its own, and its solution."""
     count = grid.nodes or _NODES
     if grid.period is not None:
-        _repeatable(skin, grid.period, load)
+        if np.isfinite(skin.period):
+            seen = f"period = {grid.period:.6g} m on a {type(skin).__name__}"
+            raise GeometryError(seen, "only a flat skin goes on and on")
+        _upright(load, grid.period)
         indenter.check_period(grid.period)
         ends = (-grid.period / 2, grid.period / 2)
         case = _case(skin, gap, load, ends, 1 << (count - 1).bit_length(), grid)
@@ -175,12 +178,6 @@ def _within(body: FloatArray, load: Prescribed) -> None:
         seen = f"moment = {load.moment:.6g} N at force = {load.force:.6g} N/m"
         rule = f"the resultant has to pass through the body, from {body[0]:.6g} to {body[-1]:.6g} m"
         raise GeometryError(seen, rule, f"it would at {arm:.6g} m; less moment")
-
-
-def _repeatable(skin: Skin, period: float, load: Prescribed) -> None:
-    if np.isfinite(skin.period):
-        raise GeometryError(f"period = {period:.6g} m on a {type(skin).__name__}", "only a flat skin goes on and on")
-    _upright(load, period)
 
 
 def _upright(load: Prescribed, period: float) -> None:

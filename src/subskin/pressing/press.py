@@ -130,7 +130,11 @@ def press(
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
         raise GeometryError(seen, rule, "turn the finger: put its sensors, not the body, elsewhere")
     grid = Grid.checked(nodes, window, period, datum, tolerance)
-    gap = _gap(skin, indenter, at)
+
+    def gap(y: FloatArray) -> FloatArray:
+        """The gap of the undeformed bodies, y from the indenter's centre."""
+        return np.asarray(indenter.height(y) + skin.surface_drop(y + at))
+
     if after is not None and isinstance(after, ContactSolution) and after.shear.any() and load.friction is None:
         rule, fix = "the shear of the state before needs something to hold it", f"friction={after.friction:g}"
         raise InvalidValueError("no friction after a press with friction", rule, fix)
@@ -158,15 +162,6 @@ def press(
     believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
     status, reason = judged(pressed)
     return replace(pressed, status=status, reason=reason)
-
-
-def _gap(skin: Skin, indenter: Indenter, at: float) -> Callable[[FloatArray], FloatArray]:
-    """The gap of the undeformed bodies at places from the indenter's centre."""
-
-    def gap(y: FloatArray) -> FloatArray:
-        return np.asarray(indenter.height(y) + skin.surface_drop(y + at))
-
-    return gap
 
 
 def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:

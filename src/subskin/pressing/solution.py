@@ -151,12 +151,8 @@ class ContactSolution:
         """Where they touch and do not slip [m], shape (k, 2); none without friction."""
         if self.friction is None:
             return _check.read_only(np.zeros((0, 2)))
-        return self._zones(self.state.sticks & (self.pressure > 0))
-
-    def _zones(self, member: npt.NDArray[np.bool_]) -> FloatArray:
-        """From place to place, an end being half-way between nodes, or the contact's own."""
-        half, y = 0.5 * self.case.step, self.y
-        runs = [(y[a] - half, y[b] + half) for a, b in _runs(member)]
+        half, y = 0.5 * self.case.step, self.y  # an end is half-way between nodes, or the contact's own
+        runs = [(y[a] - half, y[b] + half) for a, b in _runs(self.state.sticks & (self.pressure > 0))]
         zones = np.array(runs, dtype=np.float64).reshape(-1, 2)
         return _check.read_only(np.clip(zones, self.edges[0, 0], self.edges[-1, 1]))
 

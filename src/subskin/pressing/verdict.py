@@ -30,7 +30,7 @@ _NODES = 32
 
 def believable(pressed: ContactSolution, limit: float) -> None:
     """Raise where the strains are above the limit, warn where they are not small."""
-    strain, slope = _greatest_strain(pressed), _greatest_slope(pressed)
+    strain, slope = _greatest_strain(pressed), _slope(pressed, pressed.case.height)
     if strain > limit:
         raise InvalidValueError(
             f"a force of {pressed.force:.6g} N/m", f"the skin would be strained by {100 * strain:.0f} %, "
@@ -56,19 +56,13 @@ def judged(pressed: ContactSolution) -> tuple[PressStatus, str]:
     if worst > bound:
         return PressStatus.NOT_SETTLED, f"{name} is {worst:.2g}, and {bound:.2g} was to be reached"
     holds = f"every rule of contact holds to {worst:.1g}"
-    touching = int((pressed.pressure > 0).sum())
-    if _slides(pressed):
-        return (PressStatus.SLIDES, f"{holds}; friction {case.load.friction:g} holds no more, all of the contact slips")
-    if touching < _FEWEST:
-        return (PressStatus.COARSE, f"{holds}, but only {touching} nodes touch; more nodes or a narrower window")
-    return PressStatus.OK, f"{holds}, on {touching} nodes that touch"
-
-
-def _slides(pressed: ContactSolution) -> bool:
-    """Whether all of the contact is dragged one way by all that friction gives."""
-    friction, q = pressed.friction, pressed.shear[pressed.pressure > 0]
-    one_way = bool((q > 0).all() or (q < 0).all())
-    return friction is not None and friction > 0 and one_way and not pressed.stick.size
+    drag = pressed.shear[pressed.pressure > 0]
+    one_way = bool((drag > 0).all() or (drag < 0).all())
+    if pressed.friction is not None and pressed.friction > 0 and one_way and not pressed.stick.size:
+        return PressStatus.SLIDES, f"{holds}; friction {pressed.friction:g} holds no more, all of the contact slips"
+    if drag.size < _FEWEST:
+        return PressStatus.COARSE, f"{holds}, but only {drag.size} nodes touch; more nodes or a narrower window"
+    return PressStatus.OK, f"{holds}, on {drag.size} nodes that touch"
 
 
 def _cut_short(pressed: ContactSolution) -> bool:
@@ -104,13 +98,8 @@ def _greatest_strain(pressed: ContactSolution) -> float:
     return max(linear, 0.5 * turned**2)
 
 
-def _greatest_slope(pressed: ContactSolution) -> float:
-    """Greatest slope between the undeformed bodies where they touch, over a sixteenth of the contact."""
-    return _slope(pressed, pressed.case.height)
-
-
 def _slope(pressed: ContactSolution, height: FloatArray) -> float:
-    """Greatest slope of a line over a sixteenth of the contact, within any one place that touches."""
+    """Greatest slope of a line, such as that between the undeformed bodies, over a sixteenth of what touches."""
     span = max(1, int((pressed.pressure > 0).sum()) // 16)
     rises = np.abs(height[span:] - height[:-span])
     touching = np.concatenate([[0], np.cumsum(pressed.pressure > 0)])
