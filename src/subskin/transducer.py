@@ -129,8 +129,9 @@ class NormalStrain(_Component, name="normal_strain"):
 
 @dataclass(frozen=True)
 class LateralStrain(_Component, name="lateral_strain"):
-    """Strain along the surface, eps_y [-]: a gauge lying in the skin;
-    -eps_x in plane strain at nu = 1/2 (memo eq. 7).
+    """Strain along the surface, eps_y [-]: a gauge lying in the skin.
+
+    At nu = 1/2 in plane strain it is -eps_x (memo eq. 7).
     """
 
     unit, component, _of = "", "strain.yy", "strain.yy"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,15 @@ __all__ = [
     "RoundedWedge",
     "SineRidges",
 ]
+
+_SIZES: dict[str, dict[str, Any]] = {
+    **{
+        name: {"unit": "m", "above": 0.0} for name in ("radius", "half_width", "pitch", "protrusion", "flat_half_width")
+    },
+    **{name: {"unit": "m", "at_least": 0.0} for name in ("edge_radius", "tip_radius", "amplitude")},
+    "slope": {"above": 0.0},
+}
+"""Parameters of the indenters, and their limits; one whose default is infinite may be so."""
 
 
 class Indenter(ABC):
@@ -54,9 +64,11 @@ class Indenter(ABC):
             seen = f"period = {period:.6g} m"
             raise GeometryError(seen, f"the body itself is {high - low:.6g} m wide", "a longer period")
 
-    def _set(self, name: str, unit: str = "m", above: float | None = None, at_least: float | None = None) -> None:
-        value = _check.scalar(name, getattr(self, name), unit=unit, above=above, at_least=at_least)
-        object.__setattr__(self, name, value)
+    def __post_init__(self) -> None:
+        for size in fields(self):  # type: ignore[arg-type]  # those that have sizes are dataclasses
+            value = getattr(self, size.name)
+            if size.name in _SIZES and not value == size.default == np.inf:
+                object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
 
 
 def _positions(y: npt.ArrayLike) -> FloatArray:
@@ -82,9 +94,6 @@ class Cylinder(Indenter):
     """
 
     radius: float
-
-    def __post_init__(self) -> None:
-        self._set("radius", above=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return np.asarray(_positions(y) ** 2 / (2 * self.radius))
@@ -121,9 +130,6 @@ class Edge(Indenter):
 
     edge_radius: float = 0.0
 
-    def __post_init__(self) -> None:
-        self._set("edge_radius", at_least=0.0)
-
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return _beyond(_positions(y), self.edge_radius)
 
@@ -158,10 +164,6 @@ class RoundedFlat(Indenter):
     half_width: float
     edge_radius: float = 0.0
 
-    def __post_init__(self) -> None:
-        self._set("half_width", above=0.0)
-        self._set("edge_radius", at_least=0.0)
-
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return _beyond(np.abs(_positions(y)) - self.half_width, self.edge_radius)
 
@@ -190,10 +192,6 @@ class RoundedWedge(Indenter):
 
     slope: float
     tip_radius: float = 0.0
-
-    def __post_init__(self) -> None:
-        self._set("slope", unit="", above=0.0)
-        self._set("tip_radius", at_least=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         distance = np.abs(_positions(y))
@@ -225,12 +223,6 @@ class SineRidges(Indenter):
     pitch: float
     amplitude: float
     radius: float = np.inf
-
-    def __post_init__(self) -> None:
-        self._set("pitch", above=0.0)
-        self._set("amplitude", at_least=0.0)
-        if self.radius != np.inf:
-            self._set("radius", above=0.0)
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys = _positions(y)
@@ -273,10 +265,7 @@ class ParticleOnFlat(Indenter):
     flat_half_width: float = np.inf
 
     def __post_init__(self) -> None:
-        self._set("half_width", above=0.0)
-        self._set("protrusion", above=0.0)
-        if self.flat_half_width != np.inf:
-            self._set("flat_half_width", above=0.0)
+        super().__post_init__()
         if not self.flat_half_width > self.half_width:
             seen = f"half_width = {self.half_width:.6g} m, flat_half_width = {self.flat_half_width:.6g} m"
             raise GeometryError(seen, "the flat has to be wider than the particle on it")

@@ -176,12 +176,15 @@ class Layered(Skin):
 
     def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
         xs, ys = points(x, y, self.thickness)
-        upper, first = xs <= self.stack[0].thickness, self.stack[0].material
+        first, top = self.stack[0].material, self.stack[0].thickness
+        upper = xs <= top
         flat = HalfPlane(first).at(xs, ys)
 
         @lru_cache(maxsize=_LENGTHS)
         def waves(far: float) -> tuple[FloatArray, FloatArray, Answer]:
-            k, weights = panels(_DECAY / self._decay(xs), far)
+            # what is summed falls at least as exp(-k times this): an echo in the first layer, all of it deeper down
+            length = float(np.where(xs <= top, 2 * top - xs, xs).min())
+            k, weights = panels(_DECAY / length, far)
             return k, weights, remembered(lambda depths: self._response(k, depths))
 
         def state(contact: Contact) -> State:
@@ -198,11 +201,6 @@ class Layered(Skin):
             return self._state(fields, np.broadcast_to(xs, shape))
 
         return state
-
-    def _decay(self, x: FloatArray) -> float:
-        """What is summed falls at least as exp(-k times this): an echo in the first layer, all of it deeper down."""
-        first = self.stack[0].thickness
-        return float(np.where(x <= first, 2 * first - x, x).min())
 
     def _response(self, k: FloatArray, x: FloatArray) -> FloatArray:
         """sigma_x, tau_xy and eps_y at depths x; in the first layer less those of a half plane."""
