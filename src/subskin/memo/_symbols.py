@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from .. import _check
 from .._check import FloatArray
@@ -79,7 +79,7 @@ def described(equation: _Equation) -> _Equation:
     return equation
 
 
-def given(**values: npt.ArrayLike) -> tuple[FloatArray, ...]:
+def given(**values: ArrayLike) -> tuple[FloatArray, ...]:
     """The values as float arrays in the order given, each checked by what its symbol stands for.
 
     Raises

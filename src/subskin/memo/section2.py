@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from .._check import FloatArray
 from ._symbols import described, given, off_origin
@@ -61,7 +61,7 @@ class Resistance(NamedTuple):
 
 
 @described
-def eq1(P: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress:
+def eq1(P: ArrayLike, r: ArrayLike, theta: ArrayLike) -> PolarStress:
     """Equation (1): stress under a normal line load, sigma_r = -2 P cos(theta) / (pi r), the others zero.
 
     Examples
@@ -73,7 +73,7 @@ def eq1(P: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress
 
 
 @described
-def eq2(P: npt.ArrayLike, alpha: npt.ArrayLike, r: npt.ArrayLike, theta: npt.ArrayLike) -> PolarStress:
+def eq2(P: ArrayLike, alpha: ArrayLike, r: ArrayLike, theta: ArrayLike) -> PolarStress:
     """Equation (2): stress under an inclined line load, sigma_r = -2 P cos(alpha + theta) / (pi r).
 
     Note the sign: the load drags the skin towards -y for alpha > 0.
@@ -91,7 +91,7 @@ def eq2(P: npt.ArrayLike, alpha: npt.ArrayLike, r: npt.ArrayLike, theta: npt.Arr
 
 
 @described
-def eq3(sigma_r: npt.ArrayLike, theta: npt.ArrayLike) -> PlaneStress:
+def eq3(sigma_r: ArrayLike, theta: ArrayLike) -> PlaneStress:
     """Equation (3): the radial stress in cartesian coordinates.
 
     sigma_x = sigma_r cos^2, sigma_y = sigma_r sin^2, tau_xy = sigma_r sin cos (of theta).
@@ -107,7 +107,7 @@ def eq3(sigma_r: npt.ArrayLike, theta: npt.ArrayLike) -> PlaneStress:
 
 
 @described
-def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike) -> PlaneStress:
+def eq4(P: ArrayLike, alpha: ArrayLike, x: ArrayLike, y: ArrayLike) -> PlaneStress:
     """Equation (4): stress under a line load in cartesian coordinates.
 
     sigma_x = -2 P/(pi r) cos(alpha + theta) cos^2(theta), sigma_y with sin^2 and tau_xy with sin cos, where r^2 = x^2 +
@@ -126,7 +126,7 @@ def eq4(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
 
 
 @described
-def eq5(sigma_x: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
+def eq5(sigma_x: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (5): Hooke's law as first given, eps_x = sigma_x / E.
 
     Verdict: incomplete. It holds for stress along one axis alone, and the memo does not use it: (6) takes its place.
@@ -141,9 +141,7 @@ def eq5(sigma_x: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq6(
-    sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, sigma_z: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike = 0.5
-) -> Strains:
+def eq6(sigma_x: ArrayLike, sigma_y: ArrayLike, sigma_z: ArrayLike, E: ArrayLike, nu: ArrayLike = 0.5) -> Strains:
     """Equation (6): Hooke's law, eps_x = [sigma_x - nu (sigma_y + sigma_z)]/E and so on around.
 
     Examples
@@ -158,7 +156,7 @@ def eq6(
 
 
 @described
-def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> PlaneStrain:
+def eq7(sigma_x: ArrayLike, sigma_y: ArrayLike, E: ArrayLike) -> PlaneStrain:
     """Equation (7): plane strain at nu = 1/2.
 
     sigma_z = (sigma_x + sigma_y)/2, eps_x = 3/(4E) (sigma_x - sigma_y), eps_y = 3/(4E) (sigma_y - sigma_x).
@@ -174,7 +172,7 @@ def eq7(sigma_x: npt.ArrayLike, sigma_y: npt.ArrayLike, E: npt.ArrayLike) -> Pla
 
 
 @described
-def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
+def eq8(P: ArrayLike, alpha: ArrayLike, x: ArrayLike, y: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (8): strain along the depth under a line load, nu = 1/2, plane strain.
 
     eps_x = -3 P/(2 pi E r^4) [x cos(alpha) - y sin(alpha)] [x^2 - y^2].
@@ -190,7 +188,7 @@ def eq8(P: npt.ArrayLike, alpha: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLi
 
 
 @described
-def eq9(rho: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
+def eq9(rho: ArrayLike, x: ArrayLike, y: ArrayLike, z: ArrayLike) -> FloatArray:
     """Equation (9): resistance of a block with electrodes above and below, R = rho L/A = rho x/(y z).
 
     Examples
@@ -203,7 +201,7 @@ def eq9(rho: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike
 
 
 @described
-def eq10(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> Resistance:
+def eq10(rho: ArrayLike, eps_x: ArrayLike) -> Resistance:
     """Equation (10): resistance of a unit block in plane strain.
 
     R = rho (1 + eps_x)/(1 - eps_x), about rho (1 + 2 eps_x).
@@ -221,7 +219,7 @@ def eq10(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> Resistance:
 
 
 @described
-def eq10_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:
+def eq10_corrected(rho: ArrayLike, eps_x: ArrayLike) -> FloatArray:
     """Equation (10) for a body that keeps its volume: R = rho (1 + eps_x)^2, its section being 1/(1 + eps_x).
 
     It holds in plane stress too, where it takes the place of (11).
@@ -236,7 +234,7 @@ def eq10_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq11(rho: npt.ArrayLike, eps_x: npt.ArrayLike, eps_y: npt.ArrayLike, eps_z: npt.ArrayLike) -> Resistance:
+def eq11(rho: ArrayLike, eps_x: ArrayLike, eps_y: ArrayLike, eps_z: ArrayLike) -> Resistance:
     """Equation (11): the same in plane stress.
 
     R = rho (1 + eps_x)/((1 + eps_y)(1 + eps_z)), about rho (1 + eps_x - eps_y - eps_z), which is rho (1 + 2
@@ -252,7 +250,7 @@ def eq11(rho: npt.ArrayLike, eps_x: npt.ArrayLike, eps_y: npt.ArrayLike, eps_z: 
 
 
 @described
-def eq11_corrected(rho: npt.ArrayLike, eps_x: npt.ArrayLike) -> FloatArray:
+def eq11_corrected(rho: ArrayLike, eps_x: ArrayLike) -> FloatArray:
     """Equation (11) for a body that keeps its volume: as `eq10_corrected`, whatever each side's strain.
 
     Examples

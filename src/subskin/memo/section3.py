@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial import polynomial
+from numpy.typing import ArrayLike
 
 from .. import _check
 from .._check import FloatArray
@@ -45,9 +45,7 @@ FIGURE_6 = Figure6(3.0, 2.5, (-0.048, 0.18, 0.19), y=1.5, alpha=-np.pi / 8, P=2 
 
 
 @described
-def eq12(
-    P: npt.ArrayLike, alpha: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayLike, E: npt.ArrayLike
-) -> FloatArray:
+def eq12(P: ArrayLike, alpha: ArrayLike, y: ArrayLike, x: ArrayLike, b: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (12): what three sensors at depth x and pitch b read under a line load.
 
     With t = y + b, y, y - b for the sensors 1, 2, 3: eps = -3 P [x cos(alpha) - t sin(alpha)] [x^2 - t^2] /
@@ -73,7 +71,7 @@ def eq12(
 
 
 @described
-def eq13(eps_x: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
+def eq13(eps_x: ArrayLike, y: ArrayLike, x: ArrayLike, b: ArrayLike) -> FloatArray:
     """Equation (13): the polynomial in the load's place that vanishes where three readings agree, as printed.
 
     f(y) = 2 eps_2 [x^2 + y^2]^2 [x^2 - (y-b)^2] [x^2 - (y+b)^2] - eps_1 [x^2 + (y+b)^2]^2 [x^2 - y^2] [x^2 - (y-b)^2]
@@ -99,7 +97,7 @@ def eq13(eps_x: npt.ArrayLike, y: npt.ArrayLike, x: npt.ArrayLike, b: npt.ArrayL
     )
 
 
-def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
+def eq13_coefficients(eps_x: ArrayLike, x: float, b: float) -> FloatArray:
     """The polynomial (13) multiplied out: coefficients of y^8 down to y^0, as `numpy.roots` takes them.
 
     The first is 2 eps_2 - eps_1 - eps_3, the second -2 b (eps_1 - eps_3): the degree is below 8 where they
@@ -140,7 +138,7 @@ def eq13_coefficients(eps_x: npt.ArrayLike, x: float, b: float) -> FloatArray:
     return np.asarray((e @ np.stack(terms))[..., ::-1])
 
 
-def _readings(eps_x: npt.ArrayLike) -> FloatArray:
+def _readings(eps_x: ArrayLike) -> FloatArray:
     e = _check.real("eps_x", eps_x)
     if e.ndim == 0 or e.shape[-1] != 3:
         raise GeometryError(f"eps_x of shape {e.shape}", "three readings are needed, shape (..., 3)")

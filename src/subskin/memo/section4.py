@@ -7,7 +7,7 @@ is half the width of the contact.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
@@ -17,7 +17,7 @@ __all__ = ["eq14", "eq15", "eq15_constant", "eq16", "eq17", "eq17_corrected"]
 
 
 @described
-def eq14(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+def eq14(P: ArrayLike, a: ArrayLike, y: ArrayLike) -> FloatArray:
     """Equation (14): pressure under a rectangular indenter, P / (pi sqrt(a^2 - y^2)) for abs(y) < a, else 0.
 
     In Pa; 0 at the very edges, as printed. Verdict: correct as a pressure; its sign is against (1) to (8).
@@ -32,7 +32,7 @@ def eq14(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq15(K: npt.ArrayLike, theta: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+def eq15(K: ArrayLike, theta: ArrayLike, a: ArrayLike, y: ArrayLike) -> FloatArray:
     """Equation (15): pressure under a wedge, K cot(theta/2) arccosh(a/abs(y)) for abs(y) < a, else 0.
 
     In Pa; infinite at the tip. Verdict: correct as a pressure, with the K of `eq15_constant`, which the memo leaves
@@ -52,7 +52,7 @@ def eq15(K: npt.ArrayLike, theta: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayL
 
 
 @described
-def eq15_constant(E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
+def eq15_constant(E: ArrayLike, nu: ArrayLike) -> FloatArray:
     """Equation (15)'s constant, K = E/(pi (1 - nu^2)) [Pa], which the memo leaves open.
 
     Examples
@@ -65,7 +65,7 @@ def eq15_constant(E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq16(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+def eq16(P: ArrayLike, a: ArrayLike, y: ArrayLike) -> FloatArray:
     """Equation (16): pressure under a cylinder, 2 P/(pi a^2) sqrt(a^2 - y^2); 0 outside.
 
     In Pa. Verdict: correct as a pressure; its sign is against (1) to (8). a is the half width, so (17) does not go
@@ -81,7 +81,7 @@ def eq16(P: npt.ArrayLike, a: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq17(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
+def eq17(P: ArrayLike, R: ArrayLike, E: ArrayLike, nu: ArrayLike) -> FloatArray:
     """Equation (17) as printed, "half width of the contact": a = 2 [4 R P (1 - nu^2)/(pi E)]^(1/2).
 
     Verdict: **wrong**. This is the whole width; `eq17_corrected` is the half width that (16) needs.
@@ -95,7 +95,7 @@ def eq17(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike
 
 
 @described
-def eq17_corrected(P: npt.ArrayLike, R: npt.ArrayLike, E: npt.ArrayLike, nu: npt.ArrayLike) -> FloatArray:
+def eq17_corrected(P: ArrayLike, R: ArrayLike, E: ArrayLike, nu: ArrayLike) -> FloatArray:
     """Equation (17) mended: half the width of the contact, a = [4 R P (1 - nu^2)/(pi E)]^(1/2).
 
     Examples

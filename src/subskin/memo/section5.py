@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from .._check import FloatArray
 from ..errors import GeometryError
@@ -22,7 +22,7 @@ __all__ = [
 
 
 @described
-def eq18(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+def eq18(P: ArrayLike, a1: ArrayLike, a2: ArrayLike, y: ArrayLike) -> FloatArray:
     """Equation (18) as printed: the pressure between the edges a1 and a2.
 
     2P/(pi a^2) [a^2 - (y - (a1 + a2)/2)^2]^(1/2) for a1 < y < a2, with a = a2 - a1.
@@ -38,7 +38,7 @@ def eq18(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLik
 
 
 @described
-def eq18_corrected(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+def eq18_corrected(P: ArrayLike, a1: ArrayLike, a2: ArrayLike, y: ArrayLike) -> FloatArray:
     """Equation (18) with a = (a2 - a1)/2: the pressure (16) from a1 to a2.
 
     Examples
@@ -52,10 +52,10 @@ def eq18_corrected(P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: np
 @described
 def eq19(
     pressure: Callable[[FloatArray], FloatArray],
-    x: npt.ArrayLike,
-    y: npt.ArrayLike,
-    alpha: npt.ArrayLike,
-    E: npt.ArrayLike,
+    x: ArrayLike,
+    y: ArrayLike,
+    alpha: ArrayLike,
+    E: ArrayLike,
     a1: float,
     a2: float,
     kinks: Sequence[float] = (),
@@ -95,13 +95,7 @@ def eq19(
 
 @described
 def eq20(
-    P: npt.ArrayLike,
-    x: npt.ArrayLike,
-    y: npt.ArrayLike,
-    alpha: npt.ArrayLike,
-    E: npt.ArrayLike,
-    a1: npt.ArrayLike,
-    a2: npt.ArrayLike,
+    P: ArrayLike, x: ArrayLike, y: ArrayLike, alpha: ArrayLike, E: ArrayLike, a1: ArrayLike, a2: ArrayLike
 ) -> FloatArray:
     """Equation (20) as printed: strain beneath the pressure (18), by quadrature; a = a2 - a1.
 
@@ -122,13 +116,7 @@ def eq20(
 
 @described
 def eq20_corrected(
-    P: npt.ArrayLike,
-    x: npt.ArrayLike,
-    y: npt.ArrayLike,
-    alpha: npt.ArrayLike,
-    E: npt.ArrayLike,
-    a1: npt.ArrayLike,
-    a2: npt.ArrayLike,
+    P: ArrayLike, x: ArrayLike, y: ArrayLike, alpha: ArrayLike, E: ArrayLike, a1: ArrayLike, a2: ArrayLike
 ) -> FloatArray:
     """Equation (20) with a = (a2 - a1)/2: strain beneath a sliding cylinder.
 
@@ -142,7 +130,7 @@ def eq20_corrected(
 
 
 @described
-def eq21(P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
+def eq21(P: ArrayLike, a: ArrayLike, x: ArrayLike, alpha: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (21) as printed: slope of the strain beneath the centre of the contact.
 
     d eps_x/dy = -3 sqrt(3) P/(2 pi^2 a E) [x^2 - (a/2)^2] [x^2 + (a/2)^2]^(-2) sin(alpha). Verdict: **wrong**
@@ -159,9 +147,7 @@ def eq21(P: npt.ArrayLike, a: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayL
 
 
 @described
-def eq21_corrected(
-    P: npt.ArrayLike, half_width: npt.ArrayLike, x: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike
-) -> FloatArray:
+def eq21_corrected(P: ArrayLike, half_width: ArrayLike, x: ArrayLike, alpha: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (21) mended: slope of the strain beneath the centre of a sliding cylinder, nu = 1/2, plane strain.
 
     d eps_x/dy = -3 P sin(alpha)/(pi E a^2) [1 - x (x^2 + 2 a^2)/s^3], s^2 = x^2 + a^2, a the half width. It
@@ -180,7 +166,7 @@ def eq21_corrected(
 
 
 @described
-def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
+def eq22(P: ArrayLike, a: ArrayLike, alpha: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (22) as printed: the slope (21) where the contact is wide.
 
     -6 sqrt(3) P sin(alpha)/(pi^2 a^3 E), a = a2 - a1.
@@ -198,7 +184,7 @@ def eq22(P: npt.ArrayLike, a: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayL
 
 
 @described
-def eq22_corrected(P: npt.ArrayLike, half_width: npt.ArrayLike, alpha: npt.ArrayLike, E: npt.ArrayLike) -> FloatArray:
+def eq22_corrected(P: ArrayLike, half_width: ArrayLike, alpha: ArrayLike, E: ArrayLike) -> FloatArray:
     """Equation (22) mended, the slope `eq21_corrected` under a wide contact: -3 P sin(alpha)/(pi E half_width^2) [1/m].
 
     Examples
@@ -210,9 +196,7 @@ def eq22_corrected(P: npt.ArrayLike, half_width: npt.ArrayLike, alpha: npt.Array
     return np.asarray(-3 * P * np.sin(alpha) / (np.pi * E * a**2))
 
 
-def _semi_ellipse(
-    P: npt.ArrayLike, a1: npt.ArrayLike, a2: npt.ArrayLike, y: npt.ArrayLike, widths: float
-) -> FloatArray:
+def _semi_ellipse(P: ArrayLike, a1: ArrayLike, a2: ArrayLike, y: ArrayLike, widths: float) -> FloatArray:
     """2P/(pi a^2) [a^2 - (y - centre)^2]^(1/2) between the edges, with a = widths * (a2 - a1)."""
     P, left, right, y = given(P=P, a1=a1, a2=a2, y=y)
     if not (right > left).all():
@@ -224,7 +208,7 @@ def _semi_ellipse(
     return np.asarray(np.where(inside, 2 * P / (np.pi * a**2) * np.sqrt(square), 0.0))
 
 
-def _strain(widths: float, **values: npt.ArrayLike) -> FloatArray:
+def _strain(widths: float, **values: ArrayLike) -> FloatArray:
     """The integral of (20), with a = widths * (a2 - a1)."""
     P, x, y, alpha, E, left, right = given(**values)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from .._check import FloatArray
 from ..errors import InvalidValueError
@@ -18,9 +18,9 @@ __all__ = ["eq23", "eq24", "eq25", "eq25_corrected", "eq26", "eq26_corrected"]
 @described
 def eq23(
     pressure: Callable[[FloatArray], FloatArray],
-    d: npt.ArrayLike,
-    y0: npt.ArrayLike,
-    E: npt.ArrayLike,
+    d: ArrayLike,
+    y0: ArrayLike,
+    E: ArrayLike,
     a1: float,
     a2: float,
     kinks: Sequence[float] = (),
@@ -40,7 +40,7 @@ def eq23(
 
 
 @described
-def eq24(d: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+def eq24(d: ArrayLike, y: ArrayLike) -> FloatArray:
     """Equation (24): strain times E under a unit normal line load, -3 d (d^2 - y^2)/(2 pi (d^2 + y^2)^2).
 
     Examples
@@ -53,7 +53,7 @@ def eq24(d: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq25(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
+def eq25(s: ArrayLike, d: ArrayLike) -> FloatArray:
     """Equation (25) as printed: spectrum of h(y), H(s) = -3 pi d s exp(-d abs(2 pi s)).
 
     Verdict: **wrong for s < 0**: h(y) is even, so its spectrum is; `eq25_corrected` has abs(s).
@@ -68,7 +68,7 @@ def eq25(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq25_corrected(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
+def eq25_corrected(s: ArrayLike, d: ArrayLike) -> FloatArray:
     """Equation (25) for either sign of s: H(s) = -3 pi d abs(s) exp(-2 pi d abs(s)).
 
     Examples
@@ -81,7 +81,7 @@ def eq25_corrected(s: npt.ArrayLike, d: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq26(f: npt.ArrayLike) -> FloatArray:
+def eq26(f: ArrayLike) -> FloatArray:
     """Equation (26), left side as printed: the attenuation exp(-1)/(f exp(-f)) against the peak at f = 1.
 
     Verdict: the formula is right, the printed root f = 10.2 of "attenuation = 10^3" is rounded down, and the
@@ -97,7 +97,7 @@ def eq26(f: npt.ArrayLike) -> FloatArray:
 
 
 @described
-def eq26_corrected(attenuation: npt.ArrayLike = 1e3) -> FloatArray:
+def eq26_corrected(attenuation: ArrayLike = 1e3) -> FloatArray:
     """Equation (26) solved without rounding: f = -W_{-1}(-1/(e attenuation)), W_{-1} being Lambert's function.
 
     Samples at twice f make the sensor density s d = f/pi.

@@ -27,20 +27,14 @@ class Certificate:
     ----------
     scale : float
         Greatest displacement [m]; from the ground, the datum, the mean, or else the end of the window.
-    penetration : float
-        Deepest overlap of indenter and skin [-].
-    gap : float
-        Widest gap where there is pressure [-].
+    penetration, gap : float
+        Deepest overlap of indenter and skin, and widest gap where there is pressure [-].
     complementarity : float
         Pressure times gap, summed, in shares of force times scale: a bound of the duality gap.
-    tension : float
-        Greatest pull (negative pressure) [-].
-    cone : float
-        Most by which a shear is beyond friction times pressure [-].
-    creep : float
-        Greatest slip where the skin should stick [-].
-    wrong_way : float
-        Greatest slip along the friction instead of against it [-].
+    tension, cone : float
+        Greatest pull (negative pressure), and most by which a shear is beyond friction times pressure [-].
+    creep, wrong_way : float
+        Greatest slip where the skin should stick, and along the friction instead of against it [-].
     force_error, moment_error, tangential_error : float
         What is missing of each prescribed resultant: of the force in shares of it, of the moment in shares of force
         times the contact's width, of the tangential force in shares of the force.
