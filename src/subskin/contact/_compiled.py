@@ -9,7 +9,7 @@ from .._compiled import compiled
 def add_lines(z, loads, out, field):
     """Transforms of line loads, F = -1/z and F' = 1/z^2 each, added up.
 
-    z (m,); loads (3, n): place, normal and tangential force. Fills out (4, m), p, dp, q, dq, and field (m,),
+    z (m,); loads (3, n): position, normal and tangential force. Fills out (4, m), p, dp, q, dq, and field (m,),
     Im(q + i x dq), which for one load is T 2 x y^2 / r^4.
     """
     n = loads.shape[1]

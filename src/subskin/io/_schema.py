@@ -53,7 +53,7 @@ def _unit_text(value: object, info: ValidationInfo) -> str:
 def _range(value: object, info: ValidationInfo) -> tuple[float, float]:
     name = str(info.field_name)
     if not isinstance(value, list) or len(value) != 2:
-        raise InvalidValueError(f"{name} = {value!r}", "two places are needed", f'write {name} = ["-5 mm", "5 mm"]')
+        raise InvalidValueError(f"{name} = {value!r}", "two positions are needed", f'write {name} = ["-5 mm", "5 mm"]')
     low, high = (quantity(item, "m", f"{name}[{i}]") for i, item in enumerate(value))
     if not low < high:
         raise InvalidValueError(f"{name} = {value!r}", "the first has to be < the second", "swap them")

@@ -260,7 +260,7 @@ def _array(document: _schema.FingerDocument) -> SensorArray:
 
 
 def _positions(table: _schema.SensorsTable) -> list[float]:
-    """Places of the sensors along the row [m]."""
+    """Positions of the sensors along the row [m]."""
     if table.y is not None:
         for key in ("count", "pitch", "centre"):
             if key in table.model_fields_set:
@@ -269,7 +269,7 @@ def _positions(table: _schema.SensorsTable) -> list[float]:
         return table.y if isinstance(table.y, list) else [table.y]
     if table.count is None or table.pitch is None:
         fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
-        raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a place", fix)
+        raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a position", fix)
     if table.count > _MOST_SENSORS:
         raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
     row = SensorArray.line(table.count, table.pitch, depth=1.0, centre=table.centre)

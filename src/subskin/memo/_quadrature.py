@@ -21,10 +21,10 @@ def over_contact(
     near: Iterable[float] = (),
     closest: float = 1e-6,
 ) -> float:
-    """Integral of `function` from a1 to a2: Gauss's rule on panels that shrink towards each place in `near`.
+    """Integral of `function` from a1 to a2: Gauss's rule on panels that shrink towards each position in `near`.
 
     The substitution s = centre + half * sin(phi) takes away square roots at the edges. `closest` is the
-    distance on which the function varies near those places.
+    distance on which the function varies near those positions.
 
     Raises
     ------

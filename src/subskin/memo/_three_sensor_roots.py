@@ -14,7 +14,7 @@ __all__ = ["SAME", "BlindPair", "Determinant", "RealRoot", "real_roots"]
 
 SAME = 1e-10
 """Relative accuracy to which two distances count as equal."""
-# No tolerance below what rounding does to readings and places that were computed.
+# No tolerance below what rounding does to readings and positions that were computed.
 _ROUNDING = 64 * float(np.finfo(float).eps)
 _FINEST = 4 * float(np.finfo(float).eps)
 
@@ -28,14 +28,14 @@ class Jet(NamedTuple):
 
 
 class RealRoot(NamedTuple):
-    """A root's place, in depths, and how often it counts."""
+    """A root's position, in depths, and how often it counts."""
 
     position: float
     multiplicity: int
 
 
 class BlindPair(NamedTuple):
-    """Two sensors, by index, that are both blind to the place halfway between them [depths]."""
+    """Two sensors, by index, that are both blind to the position halfway between them [depths]."""
 
     low: int
     high: int
@@ -43,11 +43,11 @@ class BlindPair(NamedTuple):
 
 
 class _Term(NamedTuple):
-    """coefficient * (1 + t^2)^2 * product of (1 + slope (place - f)), with t = s - f and slope = +-a."""
+    """coefficient * (1 + t^2)^2 * product of (1 + slope (position - f)), with t = s - f and slope = +-a."""
 
     coefficient: float
     s: float
-    factors: tuple[tuple[float, float], ...]  # place, slope
+    factors: tuple[tuple[float, float], ...]  # position, slope
 
 
 class Determinant:
@@ -59,7 +59,7 @@ class Determinant:
     Parameters
     ----------
     s : ndarray, shape (3,)
-        Places of the sensors, ascending, in depths.
+        Positions of the sensors, ascending, in depths.
     e : ndarray, shape (3,)
         Readings, the largest of size 1.
     kappa : float

@@ -124,13 +124,13 @@ ERRATA: tuple[Erratum, ...] = (
         "12",
         "three sensors",
         "correct",
-        "With the sensors 1, 2, 3 at -b, 0, +b, y is the place of the load and a positive alpha drags the skin "
+        "With the sensors 1, 2, 3 at -b, 0, +b, y is the position of the load and a positive alpha drags the skin "
         "towards +y.",
         functions="eq12",
     ),
     Erratum(
         "13",
-        "polynomial for the place of the load",
+        "polynomial for the position of the load",
         "caveat",
         "It vanishes on every reading of (12), but:\n\n"
         "- Its degree is 8 only if 2 eps_2 differs from eps_1 + eps_3. Else it is {degree_line}, and {degree_equal} "
@@ -138,7 +138,7 @@ ERRATA: tuple[Erratum, ...] = (
         "- The false root at y = 0 for x = b, which the memo names, is there: f(0) = {at_zero:.0f} for any readings.\n"
         "- It misses those for b = 2x, at y = {false_roots} depths, where two sensors are blind at once.\n"
         "- A normal load straight above the middle sensor is a double root for every spacing. An error of 1e-6 in the "
-        "middle reading, relative, then moves the place by {moved:.1e} depths: it goes with the square root of the "
+        "middle reading, relative, then moves the position by {moved:.1e} depths: it goes with the square root of the "
         "error. At b = x and b = sqrt(3) x the Jacobian of (12) vanishes at y = 0 for every alpha.\n"
         "- Readings of one load mostly have four real roots. With b = x, no second load that presses within 45 "
         "degrees of the normal explains them from within the array; with other spacings one often does.",

@@ -1,6 +1,6 @@
 """Section 3 of the memo: a line load found from three strain sensors (eqs. 12 and 13, Fig. 6).
 
-Here y is the load's place on the project's axis, with the sensors 1, 2, 3 at -b, 0 and +b, and alpha is the project's
+Here y is the load's position on our axis, with the sensors 1, 2, 3 at -b, 0 and +b, and alpha is the project's
 `angle`: positive where the load drags the skin towards +y. `subskin.memo.three_sensor` solves these equations.
 """
 
@@ -72,7 +72,7 @@ def eq12(P: ArrayLike, alpha: ArrayLike, y: ArrayLike, x: ArrayLike, b: ArrayLik
 
 @described
 def eq13(eps_x: ArrayLike, y: ArrayLike, x: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Equation (13): the polynomial in the load's place that vanishes where three readings agree, as printed.
+    """Equation (13): the polynomial in the load's position that vanishes where three readings agree, as printed.
 
     f(y) = 2 eps_2 [x^2 + y^2]^2 [x^2 - (y-b)^2] [x^2 - (y+b)^2] - eps_1 [x^2 + (y+b)^2]^2 [x^2 - y^2] [x^2 - (y-b)^2]
     - eps_3 [x^2 + (y-b)^2]^2 [x^2 - y^2] [x^2 - (y+b)^2], in m^8. Verdict: correct, with caveats: see `ERRATA`.

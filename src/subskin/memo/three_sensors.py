@@ -44,7 +44,7 @@ class Degeneracy(Enum):
     SPACING_IS_DEPTH = "spacing = depth"
     SPACING_IS_TWO_DEPTHS = "spacing = 2 depths"
     SPACING_IS_SQRT3_DEPTHS = "spacing = sqrt(3) depths"
-    BLIND_TOGETHER = "two sensors blind to one place"
+    BLIND_TOGETHER = "two sensors blind to one position"
     NO_CONTACT = "all readings are zero"
     DEGREE_DROPS = "the degree drops"
     NORMAL_LOAD_OVER_MIDDLE = "normal load over the middle sensor"
@@ -82,7 +82,7 @@ class Root:
     Parameters
     ----------
     position : float
-        Place y of the load [m], on the axis of the sensors' places.
+        Position y of the load [m], on the axis of the sensors' positions.
     force, angle : float
         Magnitude P >= 0 [N/m] and angle in (-pi, pi] [rad], positive where it drags the skin towards +y; NaN
         where the root is not a solution.
@@ -161,14 +161,14 @@ def three_sensor(
 
     Three readings leave a polynomial of degree 8 in the load's position (memo eq. 13), with up to eight real roots. All
     of them are found, each with its load and a verdict. The memo takes nu = 1/2, plane strain and equal spacing; here
-    any nu, either plane state and any three places will do. For other skins, sensors or counts see `Finger.locate`.
+    any nu, either plane state and any three positions will do. For other skins, sensors or counts see `Finger.locate`.
 
     Parameters
     ----------
     readings : array_like, shape (3,)
         Strain along the depth, eps_x [-], of each sensor; tension positive.
     y : array_like, shape (3,)
-        Places of the sensors [m], all different, in any order.
+        Positions of the sensors [m], all different, in any order.
     depth : float
         Depth of all three [m], > 0.
     young : float
@@ -193,7 +193,7 @@ def three_sensor(
     InvalidValueError
         A value that is not finite or out of range.
     GeometryError
-        Not three readings, not three places, or two sensors at one place.
+        Not three readings, not three positions, or two sensors at one position.
 
     Notes
     -----
@@ -201,11 +201,11 @@ def three_sensor(
     t_i^2)/(1 + t_i^2)^2, the readings are eps_i = const g_i (N + t_i T). Three of them allow for N and T if
     det[eps_i, g_i, t_i g_i] = 0, that is eps_1/g_1 (y_2 - y_3) + eps_2/g_2 (y_3 - y_1) + eps_3/g_3 (y_1 -
     y_2) = 0. Its denominators are cleared, so that a sensor may read nothing; for equal spacing this is eq.
-    (13). Where two sensors are blind to one place f (1/sqrt(kappa) depths from both), that place is a root
+    (13). Where two sensors are blind to one position f (1/sqrt(kappa) depths from both), that position is a root
     for whatever readings. Such roots are divided out before the others are sought.
 
     With spacing = depth and the load over the array, no second load within 45 degrees of the normal has its
-    place over the array. With other spacings one often has: a fourth sensor then decides.
+    position over the array. With other spacings one often has: a fourth sensor then decides.
 
     Examples
     --------
@@ -229,7 +229,7 @@ def three_sensor(
         if values.shape != (3,):
             raise GeometryError(f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate")
     if np.unique(positions).size < 3:
-        raise GeometryError(f"y = {positions.tolist()}", "the three places have to differ")
+        raise GeometryError(f"y = {positions.tolist()}", "the three positions have to differ")
     x = _check.scalar("depth", depth, unit="m", above=0.0)
     skin = Material(young, poisson)
     if plane not in ("strain", "stress"):
@@ -267,7 +267,7 @@ def three_sensor(
 
 @dataclass(frozen=True)
 class _Model:
-    """Readings, in units of `scale`, as a function of place [depths from the middle] and N, T [E * depth]."""
+    """Readings, in units of `scale`, as a function of position [depths from the middle] and N, T [E * depth]."""
 
     s: FloatArray
     e: FloatArray
@@ -335,7 +335,7 @@ def _verdict(n: float, t: float, mu: float) -> Verdict:
 
 
 def _sensitivity(jacobian: FloatArray, n: float, t: float) -> FloatArray:
-    """Norms of the rows of d(place, P, angle) / d(readings), in the model's units."""
+    """Norms of the rows of d(position, P, angle) / d(readings), in the model's units."""
     try:
         inverse = np.linalg.inv(jacobian)
     except np.linalg.LinAlgError:
@@ -356,7 +356,7 @@ def _with_blind_positions(found: list[RealRoot], pairs: tuple[BlindPair, ...]) -
 
 
 def _geometry_notes(s: FloatArray, kappa: float, pairs: tuple[BlindPair, ...]) -> list[Note]:
-    """What is special about the places s, in depths from the middle sensor."""
+    """What is special about the positions s, in depths from the middle sensor."""
     memo = kappa == 1 and abs(s[0] + s[2]) <= SAME * (s[2] - s[0])  # the memo's case: nu = 1/2, equal spacing
     if memo and abs(s[2] - np.sqrt(3)) <= SAME * s[2]:
         text = "over the middle sensor the Jacobian is singular at every angle"
@@ -367,7 +367,7 @@ def _geometry_notes(s: FloatArray, kappa: float, pairs: tuple[BlindPair, ...]) -
     if memo and pairs:
         text = "the outer sensors are both blind to the middle: a false root there whatever the readings"
         return [Note(Degeneracy.SPACING_IS_DEPTH, text)]
-    text = "sensors {} and {} are both blind to the place halfway between: a false root whatever the readings"
+    text = "sensors {} and {} are both blind to the position halfway between: a false root whatever the readings"
     return [Note(Degeneracy.BLIND_TOGETHER, text.format(p.low + 1, p.high + 1)) for p in pairs]
 
 

@@ -64,7 +64,7 @@ def _fft(xr, xi, yr, yi, wr, wi):
 def circulant(x, spectrum, wr, wi, work, out):
     """The product of a symmetric circulant, given by its real spectrum, with x, zeros after its end.
 
-    Even and odd places are the two halves of a complex transform of half the length h; `work` is (4, h).
+    Even and odd positions are the two halves of a complex transform of half the length h; `work` is (4, h).
     """
     half = spectrum.size - 1
     n = x.size

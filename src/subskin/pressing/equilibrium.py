@@ -49,7 +49,7 @@ class Prescribed:
 class Case:
     """A problem on a grid: nodes `y` from the indenter's centre, the gap `height` there, infinite where no body is.
 
-    `shift` is the slip's starting point, u_y - slide of the state before [m]; `profile` gives `height` at any place.
+    `shift` is the slip's starting point, u_y - slide of the state before [m]; `profile` gives `height` at any position.
     """
 
     influence: Influence
@@ -76,7 +76,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Settled:
-    """Pressure and shear at the nodes [Pa], and the indenter's place; what a grid's solution starts from, or is.
+    """Pressure and shear at the nodes [Pa], and the indenter's position; what a grid's solution starts from, or is.
 
     `touches` and `sticks` are the nodes whose pressure or shear is between its bounds. depth and slide count from an
     unknown zero where the skin has no ground.

@@ -48,7 +48,7 @@ class Indenter(ABC):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Places y [m] beyond which there is no body."""
+        """Positions y [m] beyond which there is no body."""
         return -np.inf, np.inf
 
     def check_period(self, period: float) -> None:
@@ -287,14 +287,14 @@ class Profile(Indenter):
     Parameters
     ----------
     y : array_like, shape (n,)
-        Places [m], ascending, n >= 2.
+        Positions [m], ascending, n >= 2.
     height_at : array_like, shape (n,)
         Heights [m], larger is farther from the skin; the lowest is taken off, as depth counts from it.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        A gap (a value that is not finite), fewer than two points, places that do not ascend.
+        A gap (a value that is not finite), fewer than two points, positions that do not ascend.
 
     Examples
     --------
@@ -312,11 +312,11 @@ class Profile(Indenter):
         height = _check.real("height_at", self.height_at, unit="m", fix=fix)
         if y.ndim != 1 or y.shape != height.shape or y.size < 2:
             seen = f"y of shape {y.shape}, height_at of shape {height.shape}"
-            raise GeometryError(seen, "a profile needs two points or more, a height for each place")
+            raise GeometryError(seen, "a profile needs two points or more, a height for each position")
         if not (np.diff(y) > 0).all():
             at = int(np.argmin(np.diff(y)))
             seen = f"y[{at}] = {y[at]:.6g}, y[{at + 1}] = {y[at + 1]:.6g}"
-            raise GeometryError(seen, "the places have to ascend", "sort the points by place, and keep one of each")
+            raise GeometryError(seen, "the positions have to ascend", "sort the points, and keep one of each")
         object.__setattr__(self, "y", y)
         object.__setattr__(self, "height_at", _check.read_only(height - height.min()))
 
@@ -335,7 +335,7 @@ class Profile(Indenter):
         0.0
         """
         if not callable(function):
-            raise InvalidValueError(f"function = {function!r}", "a function of the places y is needed")
+            raise InvalidValueError(f"function = {function!r}", "a function of the positions y is needed")
         count = _check.scalar("points", points, at_least=2)
         y = np.linspace(_check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count))
         raw = _check.real("height", function(y), unit="m", fix="end the profile where the function does")

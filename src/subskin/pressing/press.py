@@ -71,7 +71,7 @@ def press(
     after : ContactSolution, optional
         The state before, on which friction depends; same skin, indenter and position. It brings its grid along.
     position : float, optional
-        Place of the indenter's centre y [m].
+        Position of the indenter's centre y [m].
     nodes : int, optional
         Nodes of the grid, >= 16, 1024 if left out; with a period, the power of two that is not less.
     window : float, optional
@@ -170,7 +170,7 @@ def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArr
     case = after.case
     if after.skin != skin or after.position != at or not np.array_equal(gap(case.y), case.height):
         seen, rule = "after= of another skin, indenter or position", "the history of friction is that of one contact"
-        raise GeometryError(seen, rule, "press the same bodies at the same place")
+        raise GeometryError(seen, rule, "press the same bodies at the same position")
 
 
 def _load(tilt: float, friction: float | None, **given: float | None) -> Prescribed:

@@ -1,4 +1,4 @@
-"""What a press gives back: the contact, the indenter's place, and how good both are."""
+"""What a press gives back: the contact, the indenter's position, and how good both are."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def remembered(response: Answer) -> Answer:
 
 
 def reach(contact: Contact, y: FloatArray) -> float:
-    """The largest distance [m] between a point of the contact and one of the places y."""
+    """The largest distance [m] between a point of the contact and one of the positions y."""
     low, high = contact.support
     if not y.size or not low.size:
         return 0.0
@@ -108,7 +108,7 @@ def synthesise(
 
 
 class _Waves:
-    """exp(i k y) at the places y, those that occur twice evaluated once."""
+    """exp(i k y) at the positions y, those that occur twice evaluated once."""
 
     def __init__(self, k: FloatArray, y: FloatArray) -> None:
         self.k, self.y = k, y
