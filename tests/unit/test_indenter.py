@@ -110,7 +110,7 @@ class TestProfile:
     @pytest.mark.parametrize(
         ("args", "error", "words"),
         [
-            ((3, 0, 1), ss.errors.InvalidValueError, "function = 3.*function of the places"),
+            ((3, 0, 1), ss.errors.InvalidValueError, "function = 3.*function of the positions"),
             ((lambda y: y[:2], 0, 1), ss.errors.GeometryError, r"shape \(2,\).*shape \(4097,\)"),
             (
                 (lambda y: np.where(y > 0, y, np.nan), 0, 1),

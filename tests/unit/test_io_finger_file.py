@@ -146,7 +146,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ("friction = 0", "friction = -1", 16, "friction = -1: has to be >= 0"),
         ("friction = 0", "false_alarm = 0.9", 16, "(0, 0.5]"),
         ('["-10 mm", "10 mm"]', '["10 mm", "-10 mm"]', 17, "the first has to be < the second"),
-        ('["-10 mm", "10 mm"]', '"10 mm"', 17, "two places are needed"),
+        ('["-10 mm", "10 mm"]', '"10 mm"', 17, "two positions are needed"),
         ('"d"]', '"d", "e"]', 20, "sensors names 5 columns: one for each of the 4 sensors"),
         ('"d"]', '"a"]', 20, 'holds "a" twice'),
         ('"d"]', "4]", 20, "a list of names is needed"),
