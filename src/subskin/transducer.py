@@ -110,7 +110,7 @@ class Transducer(Named, ABC):
         return self
 
 
-class _Component(Transducer):
+class _Quantity(Transducer):
     """What is one quantity of the state, of the name `_of`."""
 
     _of: ClassVar[str]
@@ -121,14 +121,14 @@ class _Component(Transducer):
 
 
 @dataclass(frozen=True)
-class NormalStrain(_Component, name="normal_strain"):
+class NormalStrain(_Quantity, name="normal_strain"):
     """Strain along the depth, eps_x [-] (memo eq. 8): a strain gauge standing in the skin."""
 
     unit, _of = "", "strain.xx"
 
 
 @dataclass(frozen=True)
-class LateralStrain(_Component, name="lateral_strain"):
+class LateralStrain(_Quantity, name="lateral_strain"):
     """Strain along the surface, eps_y [-]: a gauge lying in the skin.
 
     At nu = 1/2 in plane strain it is -eps_x (memo eq. 7).
@@ -138,21 +138,21 @@ class LateralStrain(_Component, name="lateral_strain"):
 
 
 @dataclass(frozen=True)
-class ShearStrain(_Component, name="shear_strain"):
+class ShearStrain(_Quantity, name="shear_strain"):
     """Engineering shear strain gamma_xy = 2 eps_xy [-]."""
 
     unit, component, _of = "", "strain.xy", "strain.gamma_xy"
 
 
 @dataclass(frozen=True)
-class NormalStress(_Component, name="normal_stress"):
+class NormalStress(_Quantity, name="normal_stress"):
     """Stress along the depth, sigma_x [Pa], negative under a press."""
 
     unit, component, _of = "Pa", "stress.xx", "stress.xx"
 
 
 @dataclass(frozen=True)
-class MeanPressure(_Component, name="mean_pressure"):
+class MeanPressure(_Quantity, name="mean_pressure"):
     """Hydrostatic pressure -(sigma_x + sigma_y + sigma_z)/3 [Pa]: a barometer cast in rubber."""
 
     unit, component, _of = "Pa", "mean_pressure", "stress.mean_pressure"
@@ -218,7 +218,7 @@ class VolumeResistance(Transducer, name="volume_resistance"):
 
 
 @dataclass(frozen=True)
-class EnergyDensity(_Component, name="energy_density"):
+class EnergyDensity(_Quantity, name="energy_density"):
     """Strain energy density [J/m^3], one of the quantities fitted to slowly adapting receptors. Not linear."""
 
     unit, linear, _of = "J/m^3", False, "energy_density"

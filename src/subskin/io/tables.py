@@ -89,7 +89,7 @@ class Table:
         if pa.types.is_null(kind):
             values = np.full(len(self), np.nan)
         elif pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind):
-            cast = data.cast(pa.float64(), safe=False)
+            cast: Any = data.cast(pa.float64(), safe=False)
             values = cast.fill_null(float("nan")).to_numpy(zero_copy_only=False)
         else:
             raise self._not_numbers(column)

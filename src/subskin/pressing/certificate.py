@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._check import FloatArray
-from .equilibrium import Case, Settled
+from .equilibrium import Balance, Case
 from .influence import Influence
 
 __all__ = ["Certificate", "Displaced", "certify", "displaced"]
@@ -71,7 +71,7 @@ class Displaced:
     lateral: FloatArray
 
 
-def displaced(op: Influence, case: Case, state: Settled, height: FloatArray, shift: FloatArray) -> Displaced:
+def displaced(op: Influence, case: Case, state: Balance, height: FloatArray, shift: FloatArray) -> Displaced:
     """Displacements, gap and slip at the nodes of `op`, at which the tractions of `state` are given."""
     normal = op.apply(0, 0, state.pressure) + op.apply(0, 1, state.shear)
     lateral = op.apply(1, 0, state.pressure) + op.apply(1, 1, state.shear)
@@ -79,7 +79,7 @@ def displaced(op: Influence, case: Case, state: Settled, height: FloatArray, shi
     return Displaced(gap, lateral - shift - state.slide, normal, lateral)
 
 
-def certify(case: Case, state: Settled, moved: Displaced) -> Certificate:
+def certify(case: Case, state: Balance, moved: Displaced) -> Certificate:
     """The certificate of `state`, whose displacements are `moved`."""
     p, q, load = state.pressure, state.shear, case.load
     force = float(p.sum() * case.step)
@@ -121,7 +121,7 @@ def certify(case: Case, state: Settled, moved: Displaced) -> Certificate:
     )
 
 
-def _plain_sums(op: Influence, state: Settled, moved: Displaced) -> float:
+def _plain_sums(op: Influence, state: Balance, moved: Displaced) -> float:
     """Displacements at a few nodes, term by term, less those by transforms [m]."""
     at = np.unique(np.linspace(0, op.count - 1, _SAMPLES).astype(np.intp))
     worst = 0.0

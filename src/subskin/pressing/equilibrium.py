@@ -17,7 +17,7 @@ from .._check import FloatArray
 from .bounded import BoolArray, Problem, finer
 from .influence import Influence
 
-__all__ = ["Case", "Prescribed", "Settled", "solve"]
+__all__ = ["Balance", "Case", "Prescribed", "solve"]
 
 _COARSEST = 128
 _BY = 4
@@ -75,7 +75,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Settled:
+class Balance:
     """Pressure and shear at the nodes [Pa], and the indenter's position; what a grid's solution starts from, or is.
 
     `touches` and `sticks` are the nodes whose pressure or shear is between its bounds. depth and slide count from an
@@ -92,14 +92,14 @@ class Settled:
     scale: float
     steps: int
 
-    def finer(self, count: int, by: int, periodic: bool) -> Settled:
+    def finer(self, count: int, by: int, periodic: bool) -> Balance:
         """A start on the finer grid: also the nodes between free and fixed ones are free."""
         p, q = (finer(v, count, by, periodic) for v in (self.pressure, self.shear))
         touches, sticks = (finer(v.astype(np.float64), count, by, periodic) > 0 for v in (self.touches, self.sticks))
         return replace(self, pressure=p, shear=q, touches=touches, sticks=sticks)
 
 
-def solve(case: Case, start: Settled | None = None) -> Settled:
+def solve(case: Case, start: Balance | None = None) -> Balance:
     """Equilibrium on the grid of `case`; without a start, by way of coarser grids."""
     count, periodic = case.influence.count, case.influence.periodic
     if start is None and count >= _BY * _COARSEST:
@@ -113,7 +113,7 @@ def solve(case: Case, start: Settled | None = None) -> Settled:
     return found
 
 
-def _first(case: Case) -> Settled:
+def _first(case: Case) -> Balance:
     """By force everything touches, by depth what the undeformed skin would; and nothing is known."""
     count, load = case.y.size, case.load
     touches = np.isfinite(case.height)
@@ -127,10 +127,10 @@ def _first(case: Case) -> Settled:
     p = level * touches
     # an even pressure, repeated, moves nothing but the mean; a node's own would
     scale = max(float(np.abs(case.influence.apply(0, 0, p)).max()), own * float(p.max()))
-    return Settled(p, np.zeros(count), touches, touches, 0.0, load.tilt, 0.0, scale, 0)
+    return Balance(p, np.zeros(count), touches, touches, 0.0, load.tilt, 0.0, scale, 0)
 
 
-def _settle(case: Case, start: Settled) -> Settled:
+def _settle(case: Case, start: Balance) -> Balance:
     """Pressure and shear in turn until neither disturbs the other.
 
     Turn by turn the disturbance falls by a factor that is poor where the two are strongly coupled (a stiff skin on a
@@ -185,7 +185,7 @@ class _Mixer:
         return np.asarray(position + change - weights @ (moves + turns))
 
 
-def _normal(case: Case, state: Settled, gap: FloatArray, body: BoolArray, limit: float) -> Settled:
+def _normal(case: Case, state: Balance, gap: FloatArray, body: BoolArray, limit: float) -> Balance:
     """The pressure beneath the indenter, the shear being what it is."""
     load, y = case.load, case.y
     f, rows, targets = gap, [], []
@@ -210,7 +210,7 @@ def _normal(case: Case, state: Settled, gap: FloatArray, body: BoolArray, limit:
     return replace(state, pressure=found.x, touches=found.free, depth=depth, tilt=tilt, steps=steps)
 
 
-def _tangential(case: Case, state: Settled, limit: float) -> Settled:
+def _tangential(case: Case, state: Balance, limit: float) -> Balance:
     """The shear within what friction holds, the pressure being what it is."""
     load, op, p = case.load, case.influence, state.pressure
     mu = float(load.friction or 0.0)

@@ -11,7 +11,7 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
-from .equilibrium import Case, Prescribed, Settled, solve
+from .equilibrium import Balance, Case, Prescribed, solve
 from .indenter import Indenter
 from .influence import influence
 
@@ -66,7 +66,7 @@ class Grid:
         return cls(None if count is None else int(count), wide, repeat, rest, limit)
 
 
-def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid) -> tuple[Case, Settled]:
+def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid) -> tuple[Case, Balance]:
     """A problem on a grid of its own, and its solution."""
     count = grid.nodes or _NODES
     if grid.period is not None:
@@ -108,8 +108,8 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid
 
 
 def continued(
-    before: Case, state: Settled, lateral: FloatArray, grid: Grid, load: Prescribed, indenter: Indenter
-) -> tuple[Case, Settled]:
+    before: Case, state: Balance, lateral: FloatArray, grid: Grid, load: Prescribed, indenter: Indenter
+) -> tuple[Case, Balance]:
     """The next problem on the grid of the last, and its solution; slip counts from there."""
     width = before.step * before.y.size
     had = {
@@ -185,7 +185,7 @@ def _upright(load: Prescribed, period: float) -> None:
         raise GeometryError(f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn")
 
 
-def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Settled) -> float | None:
+def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Balance) -> float | None:
     """Where the bodies overlap most beyond the window, from the indenter's centre; None where they do not."""
     wide, low = case.step * case.y.size, case.y[0] - 0.5 * case.step
     h = wide / _PARTS
@@ -218,7 +218,7 @@ def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Settled) 
     return found
 
 
-def _cut_off(case: Case, state: Settled, indenter: Indenter) -> tuple[bool, bool]:
+def _cut_off(case: Case, state: Balance, indenter: Indenter) -> tuple[bool, bool]:
     """Whether the contact runs into either end of the window where the body goes on."""
     low, high = indenter.ends
     return (
@@ -227,7 +227,7 @@ def _cut_off(case: Case, state: Settled, indenter: Indenter) -> tuple[bool, bool
     )
 
 
-def _whole(case: Case, state: Settled, indenter: Indenter, fix: str) -> tuple[Case, Settled]:
+def _whole(case: Case, state: Balance, indenter: Indenter, fix: str) -> tuple[Case, Balance]:
     if any(_cut_off(case, state, indenter)):
         seen = f"a window of {case.step * case.y.size:.6g} m"
         raise GeometryError(seen, "the contact reaches its end, and would go on beyond", fix)

@@ -15,7 +15,7 @@ from .._check import FloatArray
 from ..contact import PressureProfile
 from ..skin import Skin
 from .certificate import Certificate, certify, displaced
-from .equilibrium import Case, Settled
+from .equilibrium import Balance, Case
 from .indenter import Indenter
 from .influence import influence
 
@@ -55,7 +55,7 @@ class ContactSolution:
     depth: float
     slide: float
     case: Case
-    state: Settled
+    state: Balance
     gap: FloatArray
     slip: FloatArray
     lateral: FloatArray
