@@ -85,13 +85,16 @@ class SensorArray:
         if y.ndim != 1 or not y.size:
             rule = "one position a sensor is needed, shape (n,)"
             raise GeometryError(f"y of shape {y.shape}", rule, "y=[-1e-3, 1e-3]")
-        object.__setattr__(self, "y", _check.read_only(y))
+        object.__setattr__(self, "y", y)
         for name, limits in _PER_SENSOR.items():
             values = _check.real(name, getattr(self, name), **limits)
             if values.shape not in ((), (1,), y.shape):
                 seen = f"{name} of shape {values.shape}"
                 raise GeometryError(seen, f"one value, or one for each of the {y.size} sensors, is needed")
-            object.__setattr__(self, name, _check.read_only(np.broadcast_to(values, y.shape).copy()))
+            if values.shape != y.shape:
+                values = np.full(y.shape, values)
+                values.flags.writeable = False
+            object.__setattr__(self, name, values)
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
         kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
