@@ -24,11 +24,9 @@ ROOT = Path(subskin.__file__).parent
 EDGE = {"cli", "__main__"}
 LATER = {
     "design",
-    "plot",
     "estimate",
     "calibration",
     "stream",
-    "report",
     "response",
     "finger",
     "prepared",

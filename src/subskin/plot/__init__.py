@@ -33,7 +33,7 @@ from .section import COMPONENTS, finger_section
 from .side_angle import side_angle_figure
 from .slip import slip_figure
 from .strips import contact_strip, probability_strip
-from .style import house_style, save, settled
+from .style import finished, save
 from .tolerance import tolerance_figure
 from .truth import truth_against_estimate
 from .two_point import two_point_figure, two_point_study_figure
@@ -69,26 +69,14 @@ __all__ = [
     "two_point_study_figure",
 ]
 
-_MEMO = {
-    2: figure_2,
-    3: figure_3,
-    6: figure_6,
-    9: figure_9,
-    11: figure_11,
-    12: figure_12,
-    13: figure_13,
-    14: figure_14,
-    15: figure_15,
-    16: figure_16,
-    17: figure_17,
-    18: figure_18,
-    19: figure_19,
-}
+_MEMO = {2: figure_2, 3: figure_3, 6: figure_6, 9: figure_9, 11: figure_11, 12: figure_12, 13: figure_13}
+_MEMO |= {14: figure_14, 15: figure_15, 16: figure_16, 17: figure_17, 18: figure_18, 19: figure_19}
 
 MEMO_FIGURES = tuple(_MEMO)
 """Numbers of the memo's figures that can be redrawn."""
 
 
+@finished
 def memo_figure(number: int) -> Figure:
     """One of the memo's figures, drawn anew from the physics of this package.
 
@@ -100,13 +88,8 @@ def memo_figure(number: int) -> Figure:
     number : int
         Its number in the memo, one of `MEMO_FIGURES`: 2 and 3 (strain beneath a line load), 6 (three sensors,
         four roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder),
-        14 (strain measured at discrete places), 15 (response of the skin to waves),
+        14 (strain measured at discrete positions), 15 (response of the skin to waves),
         16 (ridges), 17 (a particle felt through three skins), 18 (what two sensors confuse), 19 (what a third tells).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        84 or 174 mm wide.
 
     Raises
     ------
@@ -117,11 +100,10 @@ def memo_figure(number: int) -> Figure:
     --------
     >>> figure = memo_figure(2)
     >>> figure.axes[1].get_title(loc="left"), figure.axes[1].get_xlabel()
-    ('', 'place of the sensor, from the load, $y/d$')
+    ('', 'position of the sensor, from the load, $y/d$')
     """
     _known(number)
-    with house_style():
-        return settled(_MEMO[number]())
+    return _MEMO[number]()
 
 
 def save_memo_figures(
@@ -154,10 +136,8 @@ def save_memo_figures(
     kinds = (formats,) if isinstance(formats, str) else tuple(formats)
     for number in wanted:
         _known(number)
-    files = []
-    for number in wanted:
-        files += save(memo_figure(number), Path(folder) / f"memo_figure_{number:02d}", kinds)
-    return files
+    files = (save(memo_figure(number), Path(folder) / f"memo_figure_{number:02d}", kinds) for number in wanted)
+    return [path for written in files for path in written]
 
 
 def _known(number: int) -> None:

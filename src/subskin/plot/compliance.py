@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
-from matplotlib.ticker import LogLocator, NullLocator
 
 from .._check import FloatArray
 from ..array import SensorArray
@@ -20,7 +20,8 @@ from ..finger import Finger
 from ..material import Material
 from ..pressing import ParticleOnFlat, press
 from ..skin import Round
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, SKY, VERMILLION, house_style, new_figure, settled
+from .parts import plain
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, SKY, VERMILLION, finished, new_figure
 
 __all__ = ["compliance_figure", "figure_17"]
 
@@ -34,6 +35,7 @@ _LOOKS = {
 _NODES = 1024
 
 
+@finished
 def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0) -> Figure:
     """Three skins against the particle, and width, shares and what is told against the modulus.
 
@@ -51,20 +53,19 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
     """
     if found.young.size < 3:
         raise GeometryError(f"{found.young.size} moduli", "three or more are needed to draw a change")
-    with house_style():
-        figure = new_figure(DOUBLE, 128.0)
-        grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
-        sketches = _row(figure, grid, 0)
-        pressures = _row(figure, grid, 1, beneath=sketches[0])
-        chosen = _three(found, thickness, force)
-        for i, (axes, beneath, m) in enumerate(zip(sketches, pressures, chosen, strict=True)):
-            _sketch(axes, beneath, found, thickness, m, force)
-            axes.set_title(f"{'abc'[i]}  E = {found.young[m] / 1e6:.2g} MPa")
-            if not i:
-                axes.set_ylabel("height [µm]")
-                beneath.set_ylabel("pressure [kPa]")
-        _curves(figure.add_subplot(grid[2, :]), found, thickness, force, chosen)
-        return settled(figure)
+    figure = new_figure(DOUBLE, 128.0)
+    grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
+    sketches = _row(figure, grid, 0)
+    pressures = _row(figure, grid, 1, beneath=sketches[0])
+    chosen = _three(found, thickness, force)
+    for i, (axes, beneath, m) in enumerate(zip(sketches, pressures, chosen, strict=True)):
+        _sketch(axes, beneath, found, thickness, m, force)
+        axes.set_title(f"{'abc'[i]}  E = {found.young[m] / 1e6:.2g} MPa")
+        if not i:
+            axes.set_ylabel("height [µm]")
+            beneath.set_ylabel("pressure [kPa]")
+    _curves(figure.add_subplot(grid[2, :]), found, thickness, force, chosen)
+    return figure
 
 
 def _row(figure: Figure, grid: GridSpec, row: int, beneath: Axes | None = None) -> list[Axes]:
@@ -89,31 +90,25 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
     particle, skin = found.particle, found.finger.skin
     if np.isfinite(skin.thickness):
         skin = skin.with_(thickness=float(found.thickness[t]))
-    scale = _modulus_ratio(found, m)
+    scale = float(found.young[m] / found.own_young)
     reach = 1.15 * float(np.nanmax(found.half_width[t, :, f]))
     pressed = press(
         skin, particle, force=float(found.force[f]) / scale, window=2 * reach, nodes=_NODES, max_strain=np.inf
     )
-    y, um = pressed.y * 1e3, 1e6
+    y, um = pressed.y * MM, 1e6
     body = (particle.protrusion - particle.height(pressed.y)) * um
     ended = ~np.isfinite(body)
-    top = np.where(ended, np.nan, np.where(ended, 0.0, body) + np.where(ended, 0.0, pressed.gap) * um)
-    ceiling = 3.5 * particle.protrusion * um
+    top = np.where(ended, np.nan, body) + np.where(ended, 0.0, pressed.gap) * um
+    floor, ceiling = -0.6 * particle.protrusion * um, 3.5 * particle.protrusion * um
     axes.fill_between(y, np.minimum(top, ceiling), ceiling, color=SKY, alpha=0.5, linewidth=0)
     axes.plot(y, top, color=BLUE)
-    axes.fill_between(y, body, -0.6 * particle.protrusion * um, color=GREY, alpha=0.6, linewidth=0)
-    axes.set_ylim(-0.6 * particle.protrusion * um, ceiling)
-    axes.set_xlim(-reach * 1e3, reach * 1e3)
+    axes.fill_between(y, body, floor, color=GREY, alpha=0.6, linewidth=0)
+    axes.set(xlim=(-reach * MM, reach * MM), ylim=(floor, ceiling))
     axes.tick_params(labelbottom=False)
-    beneath.fill_between(y, pressed.pressure * scale / 1e3, color=VERMILLION, alpha=0.25, linewidth=0)
-    beneath.plot(y, pressed.pressure * scale / 1e3, color=VERMILLION)
-    beneath.set_ylim(0, None)
-    beneath.set_xlabel("place along the skin [mm]")
-
-
-def _modulus_ratio(found: SkinCompliance, m: int) -> float:
-    """The modulus of a row over that of the finger's own skin."""
-    return float(found.young[m] / found.own_young)
+    pressure = pressed.pressure * scale / 1e3
+    beneath.fill_between(y, pressure, color=VERMILLION, alpha=0.25, linewidth=0)
+    beneath.plot(y, pressure, color=VERMILLION)
+    beneath.set(ylim=(0, None), xlabel="position along the skin [mm]")
 
 
 def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int, ...]) -> None:
@@ -127,37 +122,22 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
             axes.axvspan(ends[first], ends[last + 1], color=colour, linewidth=0, zorder=0)
             middle = np.sqrt(ends[first] * ends[last + 1])
             axes.text(middle, 0.97, name, ha="center", va="top", transform=axes.get_xaxis_transform(), fontsize=7.5)
-    axes.set_xscale("log")
-    axes.set_xlim(ends[0], ends[-1])
+    axes.set(xscale="log", xlim=(ends[0], ends[-1]))
     lines = axes.plot(moduli, 100 * found.load_share[t, :, f], color=VERMILLION, label="force on the particle")
     lines += axes.plot(moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it")
-    axes.set_ylim(0, 126)
-    axes.set_yticks([0, 25, 50, 75, 100])
-    axes.set_ylabel("share [%]")
-    axes.set_xlabel("modulus of the skin [MPa]")
+    axes.set(ylim=(0, 126), yticks=[0, 25, 50, 75, 100], xlabel="modulus of the skin [MPa]", ylabel="share [%]")
     wide = axes.twinx()
     wide.spines["right"].set_visible(True)
     ratio = found.half_width[t, :, f] / found.particle.half_width
-    lines += wide.plot(moduli, ratio, color=BLUE, linestyle=(0, (4, 2)), label="half width of the contact (right)")
-    wide.set_yscale("log")
-    wide.set_ylabel("half width / particle's")
-    for axis in (wide.yaxis, axes.xaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_minor_locator(NullLocator())
-        axis.set_major_formatter(lambda value, _: f"{value:g}")
+    lines += wide.plot(moduli, ratio, color=BLUE, linestyle=DASHED, label="half width of the contact (right)")
+    wide.set(yscale="log", ylabel="half width / particle's")
+    plain(wide.yaxis)
+    plain(axes.xaxis)
     wide.axhline(1.0, color=BLUE, linewidth=0.5)
     for letter, m in zip("abc", chosen, strict=True):
         axes.text(moduli[m], 102.0, letter, ha="center", va="bottom", fontweight="bold", color=BLACK)
-    axes.legend(
-        lines,
-        [str(line.get_label()) for line in lines],
-        loc="center right",
-        bbox_to_anchor=(1.0, 0.66),
-        frameon=True,
-        facecolor="white",
-        edgecolor="none",
-        framealpha=0.8,
-    )
+    white: dict[str, Any] = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.8}
+    axes.legend(handles=lines, loc="center right", bbox_to_anchor=(1.0, 0.66), **white)
 
 
 def _between(values: FloatArray) -> FloatArray:
@@ -172,7 +152,7 @@ def _runs(member: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(p[0]), int(p[-1])) for p in parts if p.size]
 
 
-@lru_cache(maxsize=1)
+@cache
 def _study() -> SkinCompliance:
     """A round finger of 8 mm with 4 mm of rubber on its core, 40 N/m, a particle 0.8 mm wide and 30 um high."""
     skin = Round(Material(0.4e6), radius=8e-3, core_radius=4e-3)

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from .style import BLACK, BLUE, DOUBLE, VERMILLION, house_style, new_figure, settled
+from .style import BLACK, BLUE, DOUBLE, VERMILLION, finished, new_figure
 
 if TYPE_CHECKING:
     from ..stream import Tared
@@ -23,6 +23,7 @@ __all__ = ["drift_figure"]
 _FREE = "#E3F1EA"
 
 
+@finished
 def drift_figure(
     readings: npt.ArrayLike,
     time: npt.ArrayLike,
@@ -48,11 +49,6 @@ def drift_figure(
         The sensor's true offset, where that is known.
     unit : str, optional
         Unit of a reading, for the axes.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        174 mm wide.
 
     Raises
     ------
@@ -85,28 +81,26 @@ def drift_figure(
     if true is not None and true.shape != clock.shape:
         raise GeometryError(f"truth of shape {true.shape}", f"one for each of the {clock.size} frames")
     followed = tared.offset[:, sensor]
-    with house_style():
-        figure = new_figure(DOUBLE, 84.0)
-        panels = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
-        for axes in panels:
-            _shade(axes, clock, tared.free)
-        panels[0].plot(clock, data[:, sensor], color=BLUE, lw=0.6, label="read")
-        for axes in panels:
-            axes.plot(clock, followed, color=VERMILLION, lw=1.2, label="offset, followed", zorder=3)
-            if true is not None:
-                axes.plot(clock, true, color=BLACK, lw=0.8, ls=(0, (3, 2)), label="offset, true", zorder=4)
-        seen = np.concatenate([followed[np.isfinite(followed)], np.empty(0) if true is None else true])
-        if seen.size and np.ptp(seen) > 0:
-            margin = 0.15 * float(np.ptp(seen))
-            panels[1].set_ylim(float(seen.min()) - margin, float(seen.max()) + margin)
-        of = f" [{unit}]" if unit else ""
-        panels[0].set(ylabel=f"reading{of}", xlim=(clock[0], clock[-1] if clock[-1] > clock[0] else clock[0] + 1))
-        panels[1].set(ylabel=f"offset{of}", xlabel="time [s]")
-        panels[0].set_title(f"sensor {sensor}", fontweight="normal")
-        handles, labels = panels[0].get_legend_handles_labels()
-        handles.append(Patch(facecolor=_FREE, label="taken for free of contact"))
-        figure.legend(handles=handles, loc="outside lower center", ncols=len(labels) + 1)
-        return settled(figure)
+    figure = new_figure(DOUBLE, 84.0)
+    panels = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
+    panels[0].plot(clock, data[:, sensor], color=BLUE, lw=0.6, label="read")
+    for axes in panels:
+        _shade(axes, clock, tared.free)
+        axes.plot(clock, followed, color=VERMILLION, lw=1.2, label="offset, followed", zorder=3)
+        if true is not None:
+            axes.plot(clock, true, color=BLACK, lw=0.8, ls=(0, (3, 2)), label="offset, true", zorder=4)
+    seen = np.concatenate([followed[np.isfinite(followed)], np.empty(0) if true is None else true])
+    if seen.size and np.ptp(seen) > 0:
+        margin = 0.15 * float(np.ptp(seen))
+        panels[1].set_ylim(float(seen.min()) - margin, float(seen.max()) + margin)
+    of = f" [{unit}]" if unit else ""
+    panels[0].set(ylabel=f"reading{of}", xlim=(clock[0], clock[-1] if clock[-1] > clock[0] else clock[0] + 1))
+    panels[1].set(ylabel=f"offset{of}", xlabel="time [s]")
+    panels[0].set_title(f"sensor {sensor}", fontweight="normal")
+    handles, _ = panels[0].get_legend_handles_labels()
+    handles.append(Patch(facecolor=_FREE, label="taken for free of contact"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    return figure
 
 
 def _shade(axes: Axes, clock: FloatArray, free: npt.NDArray[np.bool_]) -> None:

@@ -12,14 +12,14 @@ from matplotlib.ticker import FixedLocator, NullLocator
 
 from .._check import FloatArray
 from ..errors import GeometryError
-from .style import BLACK, DOUBLE, VERMILLION, house_style, new_figure, settled
+from .style import BLACK, DOUBLE, VERMILLION, finished, new_figure
 
 __all__ = ["half_plane_map_figure"]
 
 _PANELS = (
     ("beneath", 1.0, "strain beneath a touch over the half plane's", "%.2f"),
     ("reading", 100.0, "worst error of a reading [% of the largest]", "%.0f"),
-    ("position", 1.0, "worst error of place [depths]", "%.2f"),
+    ("position", 1.0, "worst error of position [depths]", "%.2f"),
     ("angle", 180 / np.pi, "worst error of angle [degrees]", "%.0f"),
 )
 _HEIGHT = 140.0
@@ -30,6 +30,7 @@ _FLAT = 1e9
 """Stands for the radius of a flat skin, in depths, where a logarithm is taken."""
 
 
+@finished
 def half_plane_map_figure(values: Mapping[str, FloatArray], here: tuple[float, float] | None = None) -> Figure:
     """Four maps of `subskin.design.half_plane_map`, with the number in each cell; flat skins are the top row.
 
@@ -52,22 +53,18 @@ def half_plane_map_figure(values: Mapping[str, FloatArray], here: tuple[float, f
     for name, *_ in _PANELS:
         if values[name].shape != (radii.size, heights.size):
             raise GeometryError(f"{name} of shape {values[name].shape}", f"({radii.size}, {heights.size}) is needed")
-    with house_style():
-        figure = new_figure(DOUBLE, _HEIGHT)
-        panels = figure.subplots(2, 2, sharex=True, sharey=True)
-        for axes, (name, factor, title, form) in zip(panels.flat, _PANELS, strict=True):
-            _panel(axes, factor * values[name], form, about_one=name == "beneath")
-            axes.set_title(title, fontweight="normal")
-            if here is not None:
-                position = (_cell(here[0], heights), _cell(here[1], radii))
-                axes.plot(*position, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
-        for axes in panels.flat:
-            _label(axes, heights, radii)
-        for axes in panels[1]:
-            axes.set_xlabel("thickness / depth")
-        for axes in panels[:, 0]:
-            axes.set_ylabel("radius / depth")
-        return settled(figure)
+    figure = new_figure(DOUBLE, _HEIGHT)
+    panels = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, (name, factor, title, form) in zip(panels.flat, _PANELS, strict=True):
+        _panel(axes, factor * values[name], form, about_one=name == "beneath")
+        axes.set_title(title, fontweight="normal")
+        if here is not None:
+            position = (_cell(here[0], heights), _cell(here[1], radii))
+            axes.plot(*position, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
+        _label(axes, heights, radii)
+        axes.set(xlabel="thickness / depth", ylabel="radius / depth")
+        axes.label_outer()
+    return figure
 
 
 def _cell(value: float, sizes: FloatArray) -> float:

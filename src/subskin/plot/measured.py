@@ -13,11 +13,11 @@ from ..contact.base import Contact
 from ..contact.line import LineLoad
 from ..estimate.estimate import Estimate
 from ..finger import Finger
-from .style import BLACK, NORMAL_95, VERMILLION, zero_line
+from .parts import unit_of, zero_line
+from .style import BLACK, MM, NORMAL_95, VERMILLION
 
 __all__ = ["draw_readings"]
 
-_MM = 1e3
 _UNITS = {"": (100.0, "measured [%]"), "Pa": (1e-3, "measured [kPa]")}
 
 
@@ -27,22 +27,21 @@ def draw_readings(axes: Axes, finger: Finger, contact: Contact, estimate: Estima
     live, gain = array.live, np.where(array.live, array.gain, np.nan)
     measured = (frame - np.asarray(array.offset)) / gain
     half = NORMAL_95 * np.asarray(array.noise) / np.abs(gain)
-    units = {kind.unit for kind in array.transducers}
-    scale, label = _UNITS.get(units.pop() if len(units) == 1 else "?", (1.0, "measured"))
+    scale, label = _UNITS.get(unit_of(finger, otherwise="?"), (1.0, "measured"))
 
     loads: list[tuple[Contact, dict[str, Any]]] = [(contact, {"color": BLACK, "linewidth": 3.2, "alpha": 0.25})]
     if estimate is not None and np.isfinite(np.squeeze(estimate.position)):
         found = LineLoad(*(float(np.squeeze(v)) for v in (estimate.force, estimate.angle, estimate.position)))
         loads.append((found, {"color": VERMILLION, "linewidth": 1.1}))
-    dense = _alike(finger, np.linspace(*axes.get_xlim(), 401) / _MM)
+    dense = _alike(finger, np.linspace(*axes.get_xlim(), 401) / MM)
     for load, style in loads:
         if dense is not None:
-            axes.plot(_MM * np.asarray(dense.array.y), scale * dense.measure(load), **style)
+            axes.plot(MM * np.asarray(dense.array.y), scale * dense.measure(load), **style)
         else:
-            at, size = _MM * np.asarray(array.y)[live], scale * finger.measure(load)[live]
+            at, size = MM * np.asarray(array.y)[live], scale * finger.measure(load)[live]
             axes.plot(at, size, "_", ms=10, color=style["color"], mew=style["linewidth"])
     bars: dict[str, Any] = {"ms": 4.5, "mfc": "white", "mec": BLACK, "mew": 0.9, "ecolor": BLACK, "elinewidth": 0.8}
-    axes.errorbar(_MM * np.asarray(array.y), scale * measured, yerr=scale * half, fmt="o", zorder=3, **bars)
+    axes.errorbar(MM * np.asarray(array.y), scale * measured, yerr=scale * half, fmt="o", zorder=3, **bars)
     zero_line(axes)
     axes.margins(y=0.12)
     axes.set_ylabel(label)

@@ -19,13 +19,13 @@ from ..contact.punch import FlatPunch
 from ..contact.wedge import Wedge
 from ..memo import eq17, eq17_corrected, eq21, eq21_corrected
 from .memo_lines import UNIT_SKIN
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, SINGLE, SKY, VERMILLION, new_figure, stacked, zero_line
+from .parts import heading, legend, stacked, zero_line
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, SINGLE, SKY, VERMILLION, new_figure
 
 __all__ = ["figure_9", "figure_11", "figure_12", "figure_13"]
 
 # Load, half width and modulus are 1: stresses come out in units of P/a, strains in units of P/(E a).
-_DASHED, _DOTTED = (0, (4, 2)), (0, (1, 1.5))
-_PLACE = "place along the skin $y/a$"
+_PLACE = "position along the skin $y/a$"
 _STRAIN = r"strain $\varepsilon_x\, E a/P$"
 
 
@@ -35,7 +35,7 @@ def figure_9() -> Figure:
     looks: dict[str, tuple[Contact, str, Any]] = {
         "flat punch, its edges at ±a": (punch, BLUE, "solid"),
         "wedge, its tip at 0": (wedge, VERMILLION, "solid"),
-        "line load": (LineLoad(1.0), BLACK, _DASHED),
+        "line load": (LineLoad(1.0), BLACK, DASHED),
     }
     figure = new_figure(DOUBLE, 76.0)
     surface, near, far = figure.subplots(1, 3)
@@ -52,7 +52,7 @@ def figure_9() -> Figure:
     _along(surface, 2, "pressure on the surface $p\\,a/P$")
     surface.set_ylim(0.0, 1.6)
     titles = ("Surface", "Depth $a/2$", "Depth $2\\,a$")
-    _finish(figure, "Vertices: flat punch and wedge", (surface, near, far), titles, near.get_legend_handles_labels())
+    _finish(figure, "Vertices: flat punch and wedge", (surface, near, far), titles, near)
     return figure
 
 
@@ -69,16 +69,12 @@ def figure_11() -> Figure:
         state = UNIT_SKIN.state(touch, x=depth, y=y)
         left.plot(y, state.stress.xx, color=colour, label=_times_a(depth))
         right.plot(y, state.strain.xx, color=colour)
-    left.plot(
-        too_wide * edge,
-        -Hertz(1.0, half_width=too_wide).pressure(too_wide * edge),
-        color=GREY,
-        linestyle=_DASHED,
-        label="surface, eq. (17) taken for the half width",
-    )
+    taken = -Hertz(1.0, half_width=too_wide).pressure(too_wide * edge)
+    label = "surface, eq. (17) taken for the half width"
+    left.plot(too_wide * edge, taken, color=GREY, linestyle=DASHED, label=label)
     _along(left, 4, r"stress $\sigma_x\, a/P$")
     _along(right, 4, _STRAIN)
-    _finish(figure, "Cylinder", (left, right), ("Stress", "Strain"), left.get_legend_handles_labels())
+    _finish(figure, "Cylinder", (left, right), ("Stress", "Strain"), left)
     return figure
 
 
@@ -94,7 +90,7 @@ def figure_12() -> Figure:
     figure, (axes,) = stacked(SINGLE, [scale * (above + below)], left=13.0, right=3.0, top=6.0, foot=18.5)
     axes.axhspan(-below, 0.0, color="#F2F2F2", linewidth=0)
     axes.plot(y, contact.pressure(y), color=BLACK, label="pressure $p$")
-    axes.plot(y, contact.shear(y), color=VERMILLION, linestyle=_DASHED, label=r"shear $q = p\,\tan\alpha$")
+    axes.plot(y, contact.shear(y), color=VERMILLION, linestyle=DASHED, label=r"shear $q = p\,\tan\alpha$")
     for position in np.linspace(-0.9, 0.9, 13):
         tip = (position + float(contact.shear(position)), -float(contact.pressure(position)))
         arrow = {"arrowstyle": "-|>", "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
@@ -105,7 +101,7 @@ def figure_12() -> Figure:
     axes.set(xlabel=_PLACE, ylabel="traction / largest $p$")
     axes.set_title(r"Drag in proportion to pressure, $\alpha = 25°$")
     axes.spines["left"].set_bounds(0.0, above)
-    figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=2, columnspacing=1.2)
+    legend(figure, axes, loc="lower center", ncols=2, columnspacing=1.2)
     return figure
 
 
@@ -124,7 +120,7 @@ def figure_13() -> Figure:
     x = np.linspace(0.0, 4.0, 401)
     right, printed = _slopes(x)
     slopes.plot(x, right, color=BLACK, label="slope under the centre")
-    slopes.plot(x, printed, color=BLACK, linestyle=_DASHED, label="by eq. (21) as printed")
+    slopes.plot(x, printed, color=BLACK, linestyle=DASHED, label="by eq. (21) as printed")
     slopes.plot(BLIND_DEPTH, 0.0, "o", color=BLACK, ms=4.5)
     note: dict[str, Any] = {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3}
     text = f"blind depth ${BLIND_DEPTH:.3f}\\,a$"
@@ -132,10 +128,8 @@ def figure_13() -> Figure:
     slopes.set(xlim=(0, 4), xlabel="depth $x/a$", xticks=range(5))
     slopes.set_ylabel(r"slope $(d\varepsilon_x/dy)\, E a^2 / (P\, \sin\alpha)$")
     zero_line(slopes)
-    angles, lines = (axes.get_legend_handles_labels() for axes in (far, slopes))
     titles = ("Depth $2\\,a$", "Depth $0.4\\,a$", "Slope against depth")
-    entries = ([*angles[0], *lines[0]], [*angles[1], *lines[1]])
-    _finish(figure, "Cylinder dragged to +y at angle α", (far, near, slopes), titles, entries)
+    _finish(figure, "Cylinder dragged to +y at angle α", (far, near, slopes), titles, far, slopes)
     return figure
 
 
@@ -145,14 +139,12 @@ def _along(axes: Axes, reach: int, label: str) -> None:
     zero_line(axes)
 
 
-def _finish(
-    figure: Figure, title: str, panels: Sequence[Axes], titles: Sequence[str], entries: tuple[list[Any], list[Any]]
-) -> None:
+def _finish(figure: Figure, title: str, panels: Sequence[Axes], titles: Sequence[str], *labelled: Axes) -> None:
     """Titles over the figure and its panels, and one legend below them all, where it covers nothing."""
     for axes, text in zip(panels, titles, strict=True):
         axes.set_title(text, fontweight="normal")
-    figure.suptitle(title, fontsize=8, fontweight="bold", x=0.01, ha="left")
-    figure.legend(*entries, loc="outside lower center", ncols=6, columnspacing=1.2, handlelength=1.6)
+    heading(figure, title)
+    legend(figure, *labelled, ncols=6, columnspacing=1.2, handlelength=1.6)
 
 
 def _times_a(multiple: float) -> str:
@@ -177,7 +169,7 @@ def _tangents(axes: Axes, angle: float, depth: float, reach: float) -> None:
     touch = Hertz(1.0, angle, half_width=1.0)
     height = float(UNIT_SKIN.strain(touch, x=depth, y=0.0).xx)
     ends = np.array([-0.2, 0.2]) * reach
-    for slope, dash in zip(_slopes(np.array(depth)), ("solid", _DASHED), strict=True):
+    for slope, dash in zip(_slopes(np.array(depth)), ("solid", DASHED), strict=True):
         rise = float(slope) * np.sin(angle)
         axes.plot(ends, height + rise * ends, color=BLACK, linestyle=dash, linewidth=1.0, zorder=3)
     axes.plot(0.0, height, "o", color=BLACK, ms=3, zorder=3)

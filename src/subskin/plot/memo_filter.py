@@ -1,11 +1,13 @@
-"""The memo's figures on the skin as a filter: strain measured at discrete places (Fig. 14), the response (Fig. 15)."""
+"""The memo's figures on the skin as a filter: strain at discrete positions (Fig. 14), the response (Fig. 15)."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator
 
 from ..array import SensorArray
@@ -14,8 +16,9 @@ from ..design import aliasing_error, sensor_density, spatial_response
 from ..finger import Finger
 from ..material import Material
 from ..skin import HalfPlane, Layer, Layered
-from .response import COLOURS, decades
-from .style import BLACK, BLUE, DOUBLE, GREY, ORANGE, VERMILLION, new_figure, zero_line
+from .parts import legend, zero_line
+from .response import COLOURS, LOADS, decades
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREY, ORANGE, VERMILLION, new_figure
 
 __all__ = ["figure_14", "figure_15"]
 
@@ -31,19 +34,19 @@ _SIGNAL = (25.0, 23.0)
 _FILTER = (27.0, 17.0)
 _LEFT, _TOP, _STEP = 13.0, 45.0, 40.3
 _NODE = (9.0, 8.0)
-_SPACING = 1.0
+_PITCH = 1.0
 _ARROW = {"arrowstyle": "-|>", "color": BLACK, "shrinkA": 0, "shrinkB": 0, "lw": 0.9, "mutation_scale": 8}
 
 
 def figure_14() -> Figure:
     """Strain measured by a row of sensors: pressure, skin, samples, low pass, and what is recovered."""
     contact = Hertz(1.0, position=-0.9, half_width=1.0) + Hertz(0.45, position=1.4, half_width=0.3)
-    found = aliasing_error(_FINGER, contact, _SPACING)
+    found = aliasing_error(_FINGER, contact, _PITCH)
     y, strain = found.position, found.reading
     middle = 0.5 * (y[0] + y[-1])
     worst = int(np.unravel_index(np.argmax(np.abs(found.error)), found.error.shape)[0])
     first = middle + found.shift[worst]
-    sensors = first + _SPACING * np.arange(-6, 7)
+    sensors = first + _PITCH * np.arange(-6, 7)
     sensors = sensors[np.abs(sensors) < 4.2]
     samples = np.interp(sensors, y, strain)
 
@@ -53,8 +56,8 @@ def figure_14() -> Figure:
     filters = [_panel(figure, c - 0.5 * _FILTER[0], 10.0, *_FILTER) for c in centres]
     names = ("pressure $p(y)$", "strain", "samples", "strain recovered")
     for axes, name in zip(signals, names, strict=True):
-        axes.set_title(name, fontweight="normal", fontsize=8)
-        axes.set(xlim=(-4.2, 4.2), xlabel="place $y/d$", xticks=[-4, 0, 4])
+        axes.set_title(name, fontweight="normal")
+        axes.set(xlim=(-4.2, 4.2), xlabel="position $y/d$", xticks=[-4, 0, 4])
     fine = np.linspace(-4.2, 4.2, 1401)
     signals[0].fill_between(fine, contact.pressure(fine), color=BLUE, alpha=0.25, lw=0)
     signals[0].plot(fine, contact.pressure(fine), color=BLUE)
@@ -84,11 +87,11 @@ def figure_14() -> Figure:
     filters[0].plot(s, response, color=BLUE)
     filters[0].set(ylabel="$|H|\\,E$", ylim=(0, 0.65), yticks=[0, 0.5])
     filters[1].vlines(sensors, 0, 1, color=BLACK, lw=0.8)
-    filters[1].set(xlim=(-4.2, 4.2), ylim=(0, 1.5), yticks=[0, 1], ylabel="weight", xlabel="place $y/d$")
-    filters[1].set_xticks([-4, 0, 4])
+    filters[1].set(xlim=(-4.2, 4.2), ylim=(0, 1.5), yticks=[0, 1], ylabel="weight")
+    filters[1].set(xlabel="position $y/d$", xticks=[-4, 0, 4])
     filters[1].text(0, 1.22, "a depth apart", ha="center", va="center", fontsize=7)
     filters[2].fill_between(s, read / read.max(), color=GREY, alpha=0.35, lw=0)
-    edge = 0.5 / _SPACING
+    edge = 0.5 / _PITCH
     filters[2].plot([0, edge, edge, 1.2], [1, 1, 0, 0], color=VERMILLION)
     filters[2].set(ylabel="gain", ylim=(0, 1.5), yticks=[0, 1])
     filters[2].text(1.2, 1.22, "grey: what is read", ha="right", va="center", fontsize=7, color=GREY)
@@ -107,14 +110,10 @@ def _node(figure: Figure, centre: float, beneath: Axes, name: str) -> None:
     """A box between two signals, the arrows into it and out of it, and one from the filter that it stands for."""
     level = _TOP + 0.5 * _SIGNAL[1]
     width, height = _NODE
-    box = ((centre - 0.5 * width) / DOUBLE, (level - 0.5 * height) / _HEIGHT)
-    style = "square,pad=0"
-    figure.add_artist(
-        FancyBboxPatch(
-            box, width / DOUBLE, height / _HEIGHT, boxstyle=style, transform=figure.transFigure,
-            facecolor="white", edgecolor=BLACK, linewidth=0.9,
-        )
-    )  # fmt: skip
+    corner = ((centre - 0.5 * width) / DOUBLE, (level - 0.5 * height) / _HEIGHT)
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.9}
+    box = Rectangle(corner, width / DOUBLE, height / _HEIGHT, transform=figure.transFigure, **look)
+    figure.add_artist(box)
     figure.text(centre / DOUBLE, level / _HEIGHT, name, ha="center", va="center", fontsize=8, linespacing=1.0)
     top = beneath.get_position().y1
     for tail, head in (
@@ -139,13 +138,12 @@ def figure_15() -> Figure:
     skirts = figure.add_subplot(grid[:, 1])
     s = np.linspace(0, 0.7, 701)
     far = np.linspace(0, 2.0, 2001)[1:]
-    for finger, name, style in ((_FINGER, "half plane", "-"), (layer, "bonded, 3 depths thick", (0, (4, 2)))):
+    for finger, name, style in ((_FINGER, "half plane", "-"), (layer, "bonded, 3 depths thick", DASHED)):
         near, long = (spatial_response(finger, 2 * np.pi * v) for v in (s, far))
         # the part in phase with the pressure, and that a quarter of a wave off the shear
         signed = np.stack([near.amplitude[:, 0, 0].real, near.amplitude[:, 0, 1].imag], axis=-1)
         for load, colour in enumerate(COLOURS):
-            label = f"{('pressure', 'shear')[load]}, {name}"
-            amplitude.plot(s, signed[:, load], color=colour, ls=style, label=label)
+            amplitude.plot(s, signed[:, load], color=colour, ls=style, label=f"{LOADS[load]}, {name}")
             skirts.plot(far, long.magnitude[:, 0, load], color=colour, ls=style)
             if finger is _FINGER:
                 angle = np.degrees(near.phase[:, 0, load])
@@ -155,8 +153,8 @@ def figure_15() -> Figure:
                 phase.plot(s, angle, color=colour)
     peak = 1 / (2 * np.pi)
     zero_line(amplitude)
-    amplitude.axvline(peak, color=GREY, lw=0.6, ls=(0, (2, 2)), zorder=0.6)
-    phase.axvline(peak, color=GREY, lw=0.6, ls=(0, (2, 2)), zorder=0.6)
+    for axes in (amplitude, phase):
+        axes.axvline(peak, color=GREY, lw=0.6, ls=(0, (2, 2)), zorder=0.6)
     amplitude.plot([peak, peak], [-1.5 / np.e, 0], "o", ms=4, mfc="white", mec=BLACK, zorder=3)
     amplitude.text(peak + 0.015, -0.66, "pressure: $-3/2e$, at $\\lambda = 2\\pi d$", va="top", fontsize=7)
     amplitude.text(peak + 0.015, -0.06, "shear: 0", va="top", fontsize=7)
@@ -169,12 +167,10 @@ def figure_15() -> Figure:
         edge, level = float(density.nyquist[load]) / (2 * np.pi), float(density.largest[load]) / 1e3
         skirts.plot(edge, level, "o", ms=4.5, mfc="white", mec=colour, zorder=3)
         side, align = ((8, 4), "left") if not load else ((-8, -4), "right")
-        skirts.annotate(
-            f"{edge:.3f}", (edge, level), side, textcoords="offset points", fontsize=7, color=colour,
-            ha=align, va="center",
-        )  # fmt: skip
+        look: dict[str, Any] = {"fontsize": 7, "color": colour, "ha": align, "va": "center"}
+        skirts.annotate(f"{edge:.3f}", (edge, level), side, textcoords="offset points", **look)
     decades(skirts, 2e-4, 3.0)
     skirts.set(xlim=(0, 2.0), xlabel="waves per depth $s\\,d$", ylabel="size $E\\,|H|$")
     skirts.set_title("○ a thousandth of the peak", fontweight="normal", fontsize=7)
-    figure.legend(*amplitude.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    legend(figure, amplitude, loc="outside upper center", ncols=4)
     return figure

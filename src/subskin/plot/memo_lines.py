@@ -1,4 +1,4 @@
-"""The memo's figures on line loads: the strain beneath one (Figs. 2, 3), its place found again (Fig. 6)."""
+"""The memo's figures on line loads: the strain beneath one (Figs. 2, 3), its position found again (Fig. 6)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from ..material import Material
 from ..memo import FIGURE_6, eq13
 from ..memo.three_sensors import Root, Verdict, three_sensor
 from ..skin.half_plane import HalfPlane
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, SINGLE, VERMILLION, new_figure, stacked, zero_line
+from .parts import stacked, zero_line
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, ORANGE, SINGLE, VERMILLION, new_figure
 
 __all__ = ["figure_2", "figure_3", "figure_6"]
 
-# Modulus, load and length of reference are 1: strains come out in units of P / (E d), places in units of d.
+# Modulus, load and length of reference are 1: strains come out in units of P / (E d), positions in units of d.
 UNIT_SKIN = HalfPlane(Material(young=1.0, poisson=0.5))
 
 _DEPTHS = {1.0: BLACK, 1.5: BLUE, 2.0: VERMILLION, 3.0: GREEN}
@@ -49,7 +50,7 @@ def _strain_beneath(angle: float, title: str) -> Figure:
         curves.plot(y, UNIT_SKIN.strain(load, x=depth, y=y).xx, color=colour, label=_times_d(depth))
         _mark(curves, _blind_positions(depth, angle), 0.0, colour)
     curves.legend(title="depth of the sensor $x$", loc="lower right", title_fontsize=7)
-    curves.set(xlim=(-_REACH, _REACH), ylim=(-0.5, 0.14), xlabel="place of the sensor, from the load, $y/d$")
+    curves.set(xlim=(-_REACH, _REACH), ylim=(-0.5, 0.14), xlabel="position of the sensor, from the load, $y/d$")
     curves.set_ylabel(r"strain $\varepsilon_x\, E d/P$  ($-$ compressed)")
     return figure
 
@@ -57,7 +58,7 @@ def _strain_beneath(angle: float, title: str) -> Figure:
 def _sketch(axes: Axes, angle: float) -> None:
     """The skin to scale: the sensors' depths, and the rays along which a sensor reads nothing."""
     for position in _blind_positions(_DEEPEST, angle):
-        axes.plot([0.0, position], [0.0, _DEEPEST], color=GREY, linewidth=0.7, linestyle=(0, (4, 2)))
+        axes.plot([0.0, position], [0.0, _DEEPEST], color=GREY, linewidth=0.7, linestyle=DASHED)
     for depth, colour in _DEPTHS.items():
         axes.axhline(depth, color=colour)
         _mark(axes, _blind_positions(depth, angle), depth, colour)
@@ -95,7 +96,7 @@ _VERDICTS = {
 
 
 def figure_6() -> Figure:
-    """Finding the place of a load from three readings: the roots of eq. (13) and what becomes of each."""
+    """Finding the position of a load from three readings: the roots of eq. (13) and what becomes of each."""
     x, b = FIGURE_6.depth, FIGURE_6.pitch
     readings = -np.array(FIGURE_6.printed)  # printed with compression positive
     sensors = np.array([-b, 0.0, b])
@@ -127,7 +128,7 @@ def figure_6() -> Figure:
     note = "grey: where a load comes from\nthat presses and, with friction 1,\ndoes not slip"
     sketch.text(left + 0.15, 0.9 * below, note, fontsize=7, color=GREY, va="bottom")
     sketch.set(ylim=(below, -above), yticks=[0, 1, 2, 3], ylabel="depth $x$")
-    sketch.set_xlabel(f"place of the load $y$  (depth {x:g}, spacing {b:g})")
+    sketch.set_xlabel(f"position of the load $y$  (depth {x:g}, pitch {b:g})")
     sketch.spines["left"].set_bounds(below, 0.0)
     return figure
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullLocator
 from scipy.interpolate import RectBivariateSpline
 
 from .._check import FloatArray
@@ -15,7 +14,8 @@ from ..array import SensorArray
 from ..design import Touches, metamers, two_point_limen
 from ..finger import Finger
 from .memo_lines import UNIT_SKIN
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, VERMILLION, new_figure, zero_line
+from .parts import heading, legend, plain, zero_line
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, ORANGE, VERMILLION, new_figure
 
 __all__ = ["figure_18", "figure_19"]
 
@@ -26,8 +26,9 @@ _COLOURS = (BLUE, VERMILLION, GREEN)
 _POINTS, _FORCES = np.array([-0.75, 0.6]), np.array([0.8, 0.5])
 _REACH = 3.0
 _NOISE = 1e-3
+_ARROW: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
 _BESIDE = ((0.0, -0.07), (0.04, 0.13), (0.09, 0.09), (0.14, 0.02), (0.1, 0.0))
-"""Where the number of each marked place stands beside the curve."""
+"""Where the number of each marked position stands beside the curve."""
 
 
 def _finger(sensors: FloatArray) -> Finger:
@@ -45,22 +46,19 @@ def figure_18() -> Figure:
     _positions(positions, figure, finger)
     for axes, title in zip((channels, plane, positions), ("Channels", "Readings", "Equal points"), strict=True):
         axes.set_title(title, fontweight="normal")
-    figure.suptitle(
-        "Two sensors: two points (black) and the one that reads the same (orange)",
-        fontsize=8, fontweight="bold", x=0.01, ha="left",
-    )  # fmt: skip
+    heading(figure, "Two sensors: two points (black) and the one that reads the same (orange)")
     return figure
 
 
 def _metamer(pair: Finger) -> tuple[float, float]:
-    """Place and force of the single point that two sensors take for the two: of several the one nearest them."""
+    """Position and force of the single point that two sensors take for the two: of several the one nearest them."""
     same = metamers(pair, _POINTS, _FORCES, search=(-_REACH, _REACH))
     nearest = int(np.nanargmin(np.abs(same.position)))
     return float(same.position[nearest]), float(same.force[nearest])
 
 
 def _channels(axes: Axes, finger: Finger, one: float, force: float) -> None:
-    """Each sensor's reading against the place of a unit point; the points as arrows from above."""
+    """Each sensor's reading against the position of a unit point; the points as arrows from above."""
     y = np.linspace(-_REACH, _REACH, 601)
     field = finger.receptive_field(y)[..., 0]
     zero_line(axes)
@@ -71,18 +69,14 @@ def _channels(axes: Axes, finger: Finger, one: float, force: float) -> None:
         _arrow(axes, float(position), float(size), BLACK)
     _arrow(axes, one, force, ORANGE)
     axes.set(xlim=(-_REACH, _REACH), ylim=(-0.36, 2.5), yticks=[0.0, 0.5, 1.0])
-    axes.set_xlabel("place of a point [depths]")
-    axes.set_ylabel("reading [full scale]")
+    axes.set(xlabel="position of a point [depths]", ylabel="reading [full scale]")
     axes.spines["left"].set_bounds(-0.36, 1.1)
     axes.legend(loc="upper right")
 
 
 def _arrow(axes: Axes, position: float, force: float, colour: str) -> None:
     """A force on the skin, as long as it is large."""
-    look: dict[str, Any] = {
-        "arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4,
-        "mutation_scale": 8,
-    }  # fmt: skip
+    look = {**_ARROW, "color": colour, "linewidth": 1.4, "mutation_scale": 8}
     axes.annotate("", (position, 1.12), (position, 1.12 + force), arrowprops=look)
 
 
@@ -98,12 +92,11 @@ def _plane(axes: Axes, finger: Finger, one: float, force: float) -> None:
         axes.text(a + da, b + db, f"{mark:g}", fontsize=6.5, color=GREY, ha="center", va="center")
     tips = _FORCES[:, None] * finger.receptive_field(_POINTS)[..., 0]
     whole = tips.sum(axis=0)
-    look: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-    axes.annotate("", tips[0], (0.0, 0.0), arrowprops={**look, "color": BLACK})
-    axes.annotate("", whole, tips[0], arrowprops={**look, "color": BLACK})
-    axes.plot([0.0, 1.15 * whole[0]], [0.0, 1.15 * whole[1]], color=ORANGE, linestyle=(0, (4, 2)), zorder=1)
+    for tip, tail in ((tips[0], (0.0, 0.0)), (whole, tips[0])):
+        axes.annotate("", tip, tail, arrowprops={**_ARROW, "color": BLACK, "mutation_scale": 7})
+    axes.plot([0.0, 1.15 * whole[0]], [0.0, 1.15 * whole[1]], color=ORANGE, linestyle=DASHED, zorder=1)
     axes.plot(*(finger.receptive_field(one)[..., 0]), "o", color=ORANGE, ms=5, zorder=3)
-    axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    zero_line(axes)
     axes.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
     axes.set_aspect("equal")
     axes.set(xlim=(-0.25, 1.1), ylim=(-0.25, 1.1), xticks=[0, 0.5, 1], yticks=[0, 0.5, 1])
@@ -111,7 +104,7 @@ def _plane(axes: Axes, finger: Finger, one: float, force: float) -> None:
 
 
 def _positions(axes: Axes, figure: Figure, finger: Finger) -> None:
-    """The place of the one that reads as two equal points do, over the places of these."""
+    """The position of the one that reads as two equal points do, over the positions of these."""
     y = np.linspace(-2.0, 2.0, 81)
     left, right = np.meshgrid(y, y)
     both = np.stack([left, right], axis=-1)
@@ -122,10 +115,9 @@ def _positions(axes: Axes, figure: Figure, finger: Finger) -> None:
     position = np.take_along_axis(same.position, at, axis=-1)[..., 0]
     image = axes.pcolormesh(y, y, position, cmap="RdBu_r", vmin=-2, vmax=2, shading="nearest", rasterized=True)
     axes.set_aspect("equal")
-    axes.set(xlabel="one point [depths]", ylabel="other point [depths]")
-    axes.set(xticks=[-2, -1, 0, 1, 2], yticks=[-2, -1, 0, 1, 2])
-    bar = figure.colorbar(image, ax=axes, ticks=[-2, -1, 0, 1, 2], aspect=25, shrink=0.9)
-    bar.set_label("reads as one at [depths]")
+    ticks = [-2, -1, 0, 1, 2]
+    axes.set(xlabel="one point [depths]", ylabel="other point [depths]", xticks=ticks, yticks=ticks)
+    figure.colorbar(image, ax=axes, ticks=ticks, aspect=25, shrink=0.9, label="reads as one at [depths]")
 
 
 def figure_19() -> Figure:
@@ -143,15 +135,12 @@ def figure_19() -> Figure:
     lower = grid[1].subgridspec(1, 3)
     first = figure.add_subplot(lower[0])
     maps = [first, *(figure.add_subplot(lower[i], sharex=first, sharey=first) for i in (1, 2))]
-    for axes, apart in zip(maps, (_APART, 1.0, 2.0), strict=True):
-        _hidden(axes, apart)
+    for axes, pitch in zip(maps, (_APART, 1.0, 2.0), strict=True):
+        _hidden(axes, pitch)
         axes.tick_params(labelleft=axes is first)
     first.set_ylabel("separation [depths]")
-    figure.suptitle(
-        "Three sensors: two points (black) and the one that sensors 1 and 2 take for them (orange)",
-        fontsize=8, fontweight="bold", x=0.01, ha="left",
-    )  # fmt: skip
-    figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    heading(figure, "Three sensors: two points (black) and the one that sensors 1 and 2 take for them (orange)")
+    legend(figure, first, ncols=3)
     return figure
 
 
@@ -165,9 +154,9 @@ def _readings(axes: Axes, finger: Finger, one: float, force: float) -> None:
     axes.set(xlabel="sensor", ylabel="reading [full scale]")
 
 
-def _hidden(axes: Axes, apart: float) -> None:
+def _hidden(axes: Axes, pitch: float) -> None:
     """Where two equal points are not told from one, at two noises."""
-    finger = _finger(np.array([-1.0, 0.0, 1.0]) * apart)
+    finger = _finger(np.array([-1.0, 0.0, 1.0]) * pitch)
     found = two_point_limen(finger, Touches(1.0, span=(-2.5, 2.5)), shares=0.5, positions=161, largest=2.0)
     # the square of a distance that passes through 0 is smooth there: drawn finer than it was computed
     square = (found.distance[:, :, 0, 0] / found.needed) ** 2
@@ -178,9 +167,7 @@ def _hidden(axes: Axes, apart: float) -> None:
         axes.fill_between([], [], color=colour, linewidth=0, label=f"not told, {name} of full scale")
     axes.plot(finger.array.y, [0.035] * 3, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(FixedLocator([0.05, 0.1, 0.2, 0.5, 1.0, 2.0]))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    plain(axes.yaxis, [0.05, 0.1, 0.2, 0.5, 1.0, 2.0])
     axes.set(xlim=(-2.5, 2.5), ylim=(0.028, 2.0), xticks=[-2, -1, 0, 1, 2])
     axes.set_xlabel("middle of two equal points [depths]")
-    axes.set_title(f"Spacing {apart:g}", fontweight="normal")
+    axes.set_title(f"Pitch {pitch:g}", fontweight="normal")

@@ -1,21 +1,21 @@
-"""Where a finger locates well and where it cannot; and what spacing and number of sensors make of it."""
+"""Where a finger locates well and where it cannot; and what pitch and number of sensors make of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
 
 from .._check import FloatArray
 from ..design.placement import PlacementQuality, PlacementStudy
 from ..errors import GeometryError, InvalidValueError
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, PINK, VERMILLION, house_style, new_figure, settled
+from .parts import legend, plain
+from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, MM, ORANGE, PINK, VERMILLION, finished, new_figure
 
 __all__ = ["placement_figure", "placement_study_figure"]
 
@@ -27,8 +27,9 @@ _FLOOR = 0.01
 """Share of touches [%] at the foot of the panel, where less is drawn as well."""
 
 
+@finished
 def placement_figure(quality: PlacementQuality) -> Figure:
-    """Standard deviations of place and angle over place and angle of the touch, hatched where it is not told for sure.
+    """Standard deviations of position and angle over those of the touch, hatched where it is not told for sure.
 
     Parameters
     ----------
@@ -42,22 +43,21 @@ def placement_figure(quality: PlacementQuality) -> Figure:
     """
     if quality.angle.size < 2:
         raise GeometryError("a grid of one angle", "two or more make a map", "friction > 0, grid=(101, 41)")
-    with house_style():
-        figure = new_figure(DOUBLE, 72.0)
-        figure.get_layout_engine().set(wspace=0.08)  # type: ignore[union-attr,call-arg]
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        _map(panels[0], quality, 1e3 * quality.position_std, "std of the place [mm]")
-        _map(panels[1], quality, np.rad2deg(quality.angle_std), "std of the angle [°]")
-        panels[0].set_ylabel("angle of the touch [°]")
-        worst, unsure = 1e3 * quality["position_worst"], 100 * (quality["ambiguous"] + quality["unfelt"])
-        told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not told at worst"
-        panels[0].set_title(f"place: {told}")
-        panels[1].set_title(f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told")
-        return settled(figure)
+    figure = new_figure(DOUBLE, 72.0)
+    figure.get_layout_engine().set(wspace=0.08)  # type: ignore[union-attr,call-arg]
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    _map(figure, panels[0], quality, MM * quality.position_std, "std of the position [mm]")
+    _map(figure, panels[1], quality, np.rad2deg(quality.angle_std), "std of the angle [°]")
+    panels[0].set_ylabel("angle of the touch [°]")
+    worst, unsure = MM * quality["position_worst"], 100 * (quality["ambiguous"] + quality["unfelt"])
+    told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not told at worst"
+    panels[0].set_title(f"position: {told}")
+    panels[1].set_title(f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told")
+    return figure
 
 
-def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> None:
-    positions, angles = 1e3 * quality.position, np.rad2deg(quality.angle)
+def _map(figure: Figure, axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> None:
+    positions, angles = MM * quality.position, np.rad2deg(quality.angle)
     known = std[np.isfinite(std) & (std > 0)]
     low = float(known.min()) if known.size else 1.0
     high = float(np.clip(known.max(initial=low), _LEAST * low, _MOST * low))
@@ -70,27 +70,18 @@ def _map(axes: Axes, quality: PlacementQuality, std: FloatArray, label: str) -> 
             axes.contourf(positions, angles, unsure, levels=[0.5, 2.0], colors="none", hatches=["/////"])
         axes.contour(positions, angles, unsure, levels=[0.5], colors=VERMILLION, linewidths=0.6)
     array = quality.finger.array
-    y = 1e3 * np.asarray(array.y)[array.live]
-    axes.plot(
-        y, np.full(y.size, -0.02), marker=6, ls="none", color=BLACK, ms=5, transform=axes.get_xaxis_transform(),
-        clip_on=False, label="sensors",
-    )  # fmt: skip
+    y = MM * np.asarray(array.y)[array.live]
+    edge: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+    axes.plot(y, np.full(y.size, -0.02), marker=6, ls="none", color=BLACK, ms=5, **edge)
     margin = 0.02 * (positions[-1] - positions[0])
     axes.set_xlim(min(positions[0], y.min()) - margin, max(positions[-1], y.max()) + margin)
     axes.tick_params(axis="x", pad=6)
-    axes.set_xlabel("place of the touch [mm], sensors marked")
-    _bar(axes, shown, label, high / low, bool((std > high).any()))
+    axes.set_xlabel("position of the touch [mm], sensors marked")
+    bar = figure.colorbar(shown, ax=axes, label=label, extend="max" if (std > high).any() else "neither")
+    plain(bar.ax.yaxis, subs=(1.0, 2.0, 5.0) if high < 50 * low else (1.0, 3.0))
 
 
-def _bar(axes: Axes, shown: QuadMesh, label: str, ratio: float, clipped: bool) -> None:
-    figure = axes.get_figure()
-    assert isinstance(figure, Figure)
-    bar = figure.colorbar(shown, ax=axes, label=label, extend="max" if clipped else "neither")
-    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if ratio < 50 else (1.0, 3.0)))
-    bar.ax.yaxis.set_minor_locator(NullLocator())
-    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-
-
+@finished
 def placement_study_figure(
     study: PlacementStudy,
     kind: int = 0,
@@ -101,15 +92,15 @@ def placement_study_figure(
     most: float = 0.01,
     within: float = 0.1,
 ) -> Figure:
-    """What spacing and number of sensors make of the place, and of the touches that are not told for sure.
+    """What pitch and number of sensors make of the position, and of the touches that are not told for sure.
 
     Thick where a row is nearly as good as the best of its number among those that tell enough touches. Left out where
-    the place is not told to the length of the row.
+    the position is not told to the length of the row.
 
     Parameters
     ----------
     study : PlacementStudy
-        From `subskin.design.placement_study`, with two spacings or more.
+        From `subskin.design.placement_study`, with two pitches or more.
     kind, depth : int, optional
         Which of its kinds and depths.
     counts : sequence of int, optional
@@ -124,7 +115,7 @@ def placement_study_figure(
     Raises
     ------
     GeometryError, InvalidValueError
-        Fewer than two spacings; numbers of sensors, kinds or depths that the study lacks; another measure.
+        Fewer than two pitches; numbers of sensors, kinds or depths that the study lacks; another measure.
     """
     if measure not in _MEASURES:
         raise InvalidValueError(f"measure {measure!r}", f"has to be one of {', '.join(_MEASURES)}")
@@ -136,34 +127,30 @@ def placement_study_figure(
     if missing or not 0 < len(chosen) <= len(_COLOURS):
         raise InvalidValueError(f"counts = {chosen}", f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn")
     if study.pitch.shape[1] < 2:
-        raise GeometryError("one spacing", "two or more are needed to draw a line")
-    with house_style():
-        figure = new_figure(DOUBLE, 78.0)
-        left, right = figure.subplots(1, 2, sharex=True)
-        order = np.argsort(study.pitch[depth])
-        ratio = study.pitch[depth][order] / study.depth[depth]
-        for colour, count in zip(_COLOURS, chosen, strict=False):
-            at = kind, depth, order, int(np.flatnonzero(study.count == count)[0])
-            std = study[measure][at] / study.depth[depth]
-            unsure = (study["ambiguous"] + study["unfelt"])[at]
-            std = np.where(std < study.pitch[depth][order] * count / study.depth[depth], std, np.nan)
-            left.plot(ratio, std, color=colour, label=f"{count} sensors")
-            right.plot(ratio, np.maximum(100 * unsure, _FLOOR), color=colour)
-            allowed = np.where(unsure <= most, std, np.nan)
-            if np.isfinite(allowed).any():
-                near = allowed <= (1 + within) * np.nanmin(allowed)
-                left.plot(ratio, np.where(near, std, np.nan), color=colour, lw=4, alpha=0.5, solid_capstyle="round")
-        for axes in (left, right):
-            axes.set_yscale("log")
-            axes.set_xlabel("spacing / depth")
-        left.set_ylabel(f"std of the place / depth, {_MEASURES[measure]}")
-        right.set_ylabel("not told for sure [% of touches]")
-        right.axhline(100 * most, color=GREY, lw=0.6, ls=(0, (4, 3)))
-        right.set_ylim(0.8 * _FLOOR, 130)
-        for axes in (left, right):
-            axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=6)
-        return settled(figure)
+        raise GeometryError("one pitch", "two or more are needed to draw a line")
+    figure = new_figure(DOUBLE, 78.0)
+    left, right = figure.subplots(1, 2, sharex=True)
+    order = np.argsort(study.pitch[depth])
+    ratio = study.pitch[depth][order] / study.depth[depth]
+    for colour, count in zip(_COLOURS, chosen, strict=False):
+        at = kind, depth, order, int(np.flatnonzero(study.count == count)[0])
+        std = study[measure][at] / study.depth[depth]
+        unsure = (study["ambiguous"] + study["unfelt"])[at]
+        std = np.where(std < ratio * count, std, np.nan)
+        left.plot(ratio, std, color=colour, label=f"{count} sensors")
+        right.plot(ratio, np.maximum(100 * unsure, _FLOOR), color=colour)
+        allowed = np.where(unsure <= most, std, np.nan)
+        if np.isfinite(allowed).any():
+            near = allowed <= (1 + within) * np.nanmin(allowed)
+            left.plot(ratio, np.where(near, std, np.nan), color=colour, lw=4, alpha=0.5, solid_capstyle="round")
+    for axes in (left, right):
+        axes.set(yscale="log", xlabel="pitch / depth")
+        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    left.set_ylabel(f"std of the position / depth, {_MEASURES[measure]}")
+    right.set(ylabel="not told for sure [% of touches]", ylim=(0.8 * _FLOOR, 130))
+    right.axhline(100 * most, color=GREY, lw=0.6, ls=(0, (4, 3)))
+    legend(figure, left, ncols=6)
+    return figure
 
 
 _MEASURES = {"position_worst": "at worst", "position_95": "95 % below", "position_mean": "mean"}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,14 +13,15 @@ from ..contact import Contact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.estimate import Status
 from ..estimate.pressure.map import PressureMap
-from .style import BLACK, BLUE, GREEN, GREY, SINGLE, VERMILLION, house_style, new_figure, settled, zero_line
+from .parts import legend, zero_line
+from .style import BLACK, BLUE, GREEN, GREY, MM, NORMAL_95, SINGLE, VERMILLION, finished, new_figure
 
 __all__ = ["pressure_figure"]
 
-_MM = 1e3
 _SCALES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
 
 
+@finished
 def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin: float = 0.0) -> Figure:
     """The pressure of one frame along the surface with its 95 % band, the shear, and the resolution below.
 
@@ -33,11 +36,6 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
         What pressed, drawn dashed.
     origin : float, optional
         The finger's y = 0 on the axis of the figure [m].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        84 mm wide; write it with `subskin.plot.save`.
 
     Raises
     ------
@@ -63,20 +61,17 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
     if not np.isfinite(found.normal_force):
         status = Status(int(found.status)).name
         raise InvalidValueError(f"a frame of status {status}", "there is no pressure in it to draw")
-    with house_style():
-        figure = new_figure(SINGLE, 88.0)
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-        _tractions(upper, found, truth, origin)
-        _sensors(upper, found, origin)
-        lower.plot(_MM * (found.y + origin), _MM * found.resolution, color=GREY)
-        # where next to nothing is seen the width is any; what lies beyond four times the centre's is cut off
-        there = float(np.interp(found.centre, found.y, found.resolution))
-        lower.set_ylim(0, _MM * min(1.1 * float(found.resolution.max()), 4 * there))
-        lower.set_ylabel("resolution [mm]")
-        lower.set_xlabel("place along the surface $y$ [mm]")
-        handles, names = upper.get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside upper center", ncols=2)
-        return settled(figure)
+    figure = new_figure(SINGLE, 88.0)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    _tractions(upper, found, truth, origin)
+    _sensors(upper, found, origin)
+    lower.plot(MM * (found.y + origin), MM * found.resolution, color=GREY)
+    # where next to nothing is seen the width is any; what lies beyond four times the centre's is cut off
+    there = float(np.interp(found.centre, found.y, found.resolution))
+    lower.set_ylim(0, MM * min(1.1 * float(found.resolution.max()), 4 * there))
+    lower.set(xlabel="position along the surface $y$ [mm]", ylabel="resolution [mm]")
+    legend(figure, upper, loc="outside upper center", ncols=2)
+    return figure
 
 
 def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: float) -> None:
@@ -86,14 +81,12 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
     dragged = found.mapper.shear != "none"
     curves = [("pressure", found.pressure, found.pressure_interval, BLUE)]
     if dragged:
-        half = 1.959964 * found.shear_std
+        half = NORMAL_95 * found.shear_std
         curves.append(("shear", found.shear, np.stack([found.shear - half, found.shear + half], -1), VERMILLION))
     for name, values, band, colour in curves:
-        axes.fill_between(
-            _MM * (y + origin), band[:, 0] / scale, band[:, 1] / scale, color=colour, alpha=0.2, linewidth=0,
-            label=f"{name}, 95 %",
-        )  # fmt: skip
-        axes.plot(_MM * (y + origin), values / scale, color=colour, label=f"{name} found")
+        look: dict[str, Any] = {"alpha": 0.2, "linewidth": 0, "label": f"{name}, 95 %"}
+        axes.fill_between(MM * (y + origin), *band.T / scale, color=colour, **look)
+        axes.plot(MM * (y + origin), values / scale, color=colour, label=f"{name} found")
     highest = 1.15 * float(found.pressure_interval.max())
     lowest = 1.15 * min(float(np.min(curves[-1][2])), 0.0)
     if truth is not None:
@@ -101,24 +94,19 @@ def _tractions(axes: Axes, found: PressureMap, truth: Contact | None, origin: fl
             real: FloatArray = np.array(getattr(truth, name)(fine))
             real[~np.isfinite(real)] = np.nan
             label = "what pressed" if k == 0 else None
-            axes.plot(_MM * (fine + origin), real / scale, color=BLACK, linestyle="--", linewidth=0.9, label=label)
+            axes.plot(MM * (fine + origin), real / scale, color=BLACK, linestyle="--", linewidth=0.9, label=label)
             highest = max(highest, min(1.05 * float(np.nanmax(real)), 2 * highest))
     zero_line(axes)
     axes.set_ylim(lowest / scale - 0.08 * (highest - lowest) / scale, highest / scale)
     axes.set_ylabel(f"{'pressure and shear' if dragged else 'pressure'} [{unit}]")
     width = float(np.interp(found.centre, y, found.resolution))
-    axes.plot(
-        _MM * (found.centre + origin + width * np.array([-0.5, 0.5])), np.full(2, 0.94 * highest / scale),
-        color=GREY, linewidth=2.5, solid_capstyle="butt", label=f"resolution {_MM * width:.2g} mm",
-    )  # fmt: skip
+    ends, label = MM * (found.centre + origin + width * np.array([-0.5, 0.5])), f"resolution {MM * width:.2g} mm"
+    axes.plot(ends, np.full(2, 0.94 * highest / scale), color=GREY, lw=2.5, solid_capstyle="butt", label=label)
 
 
 def _sensors(axes: Axes, found: PressureMap, origin: float) -> None:
-    position = _MM * (np.asarray(found.mapper.array.y) + origin)
-    used = np.asarray(found.used)
-    for chosen, face, name in ((used, GREEN, "sensors"), (~used, "none", "not used")):
-        if chosen.any():
-            axes.plot(
-                position[chosen], np.full(int(chosen.sum()), 0.03), "^", color=GREEN, markerfacecolor=face,
-                markersize=3, transform=axes.get_xaxis_transform(), label=name,
-            )  # fmt: skip
+    position, used = MM * (np.asarray(found.mapper.array.y) + origin), np.asarray(found.used)
+    edge: dict[str, Any] = {"color": GREEN, "ms": 3, "transform": axes.get_xaxis_transform()}
+    for at, face, name in ((position[used], GREEN, "sensors"), (position[~used], "none", "not used")):
+        if at.size:
+            axes.plot(at, np.full(at.size, 0.03), "^", mfc=face, label=name, **edge)

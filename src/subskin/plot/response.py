@@ -12,47 +12,30 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from ..design.response import SpatialResponse
 from ..design.sampling import AliasingError, SensorDensity
 from ..errors import GeometryError
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SINGLE,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-    zero_line,
-)
+from .parts import legend, unit_of, zero_line
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, ORANGE, SINGLE, VERMILLION, finished, new_figure
 
 __all__ = ["aliasing_figure", "decades", "density_figure", "response_figure"]
 
 LOADS = ("pressure", "shear")
 COLOURS = (BLUE, VERMILLION)
-_MM = 1e3
 _FLOOR = 1e-4
 _KINDS = 3
 _LINES = ("-", (0, (5, 2)), (0, (1.5, 1.5)))
 
 
+@finished
 def response_figure(found: SpatialResponse) -> Figure:
     """Size and phase of the readings under waves of pressure and of shear, against their frequency.
 
     Sensors that differ in depth, transducer, width or gain have lines of their own, up to three kinds of them. Where
-    the row is even the wave of two spacings, the shortest that it can sample, is marked. A round finger has dots, for
+    the row is even the wave of two pitches, the shortest that it can sample, is marked. A round finger has dots, for
     only whole numbers of waves close round it.
 
     Parameters
     ----------
     found : SpatialResponse, shape (m,)
         From `subskin.design.spatial_response`, at three wavenumbers or more.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        174 mm wide.
 
     Raises
     ------
@@ -72,45 +55,43 @@ def response_figure(found: SpatialResponse) -> Figure:
     if k.ndim != 1 or k.size < 3:
         raise GeometryError(f"wavenumbers of shape {k.shape}", "a row of three or more is drawn", "k[:, 0]")
     order = np.argsort(k)
-    frequency = found.frequency[order] / _MM
+    frequency = found.frequency[order] / MM
     kinds = _kinds(found)
     magnitude, phase = found.magnitude[order] * 1e3, np.degrees(found.phase[order])
     phase = np.where(phase < -170, phase + 360, phase)  # half a turn is drawn as +180
     top = float(magnitude.max())
     dots = found.finger.skin.curvature > 0
-    with house_style():
-        figure = new_figure(DOUBLE, 92.0)
-        panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 2))
-        lines = []
-        for load, (upper, lower) in enumerate(panels.T):
-            for i, sensor in enumerate(kinds):
-                style: dict[str, Any] = {"color": COLOURS[load], "ls": "" if dots else _LINES[i]}
-                style |= {"marker": "osD"[i] if dots else "", "ms": 2.6}
-                size = magnitude[:, sensor, load]
-                lines += upper.plot(frequency, np.where(size > 0, size, np.nan), label=_named(found, sensor), **style)
-                angle = np.where(size > _FLOOR * top, phase[:, sensor, load], np.nan)
-                if not (dots or i) and len(kinds) > 1:
-                    style |= {"lw": 3.5, "alpha": 0.35}  # the others lie upon it
-                lower.plot(frequency, angle if dots else _broken(angle), **style)
-            upper.set_title(LOADS[load].capitalize())
-            decades(upper, _FLOOR * top, 2 * top)
-            lower.set_ylim(-105, 195)
-            lower.yaxis.set_major_locator(FixedLocator([-90, 0, 90, 180]))
-            lower.set_xlabel("spatial frequency [1/mm]")
-            _nyquist(upper, lower, found)
-        upper.set_xlim(0, frequency[-1])
-        panels[0, 0].set_ylabel(f"reading [{_unit(found)}/kPa]")
-        panels[1, 0].set_ylabel("phase [degrees]")
-        if len(kinds) > 1:
-            handles = lines[: len(kinds)]
-            figure.legend(handles, [str(h.get_label()) for h in handles], loc="outside upper center", ncols=3)
-        return settled(figure)
+    figure = new_figure(DOUBLE, 92.0)
+    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 2))
+    lines = []
+    for load, (upper, lower) in enumerate(panels.T):
+        for i, sensor in enumerate(kinds):
+            style: dict[str, Any] = {"color": COLOURS[load], "ls": "" if dots else _LINES[i]}
+            style |= {"marker": "osD"[i] if dots else "", "ms": 2.6}
+            size = magnitude[:, sensor, load]
+            lines += upper.plot(frequency, np.where(size > 0, size, np.nan), label=_named(found, sensor), **style)
+            angle = np.where(size > _FLOOR * top, phase[:, sensor, load], np.nan)
+            if not (dots or i) and len(kinds) > 1:
+                style |= {"lw": 3.5, "alpha": 0.35}  # the others lie upon it
+            lower.plot(frequency, angle if dots else _broken(angle), **style)
+        upper.set_title(LOADS[load].capitalize())
+        decades(upper, _FLOOR * top, 2 * top)
+        lower.set_ylim(-105, 195)
+        lower.yaxis.set_major_locator(FixedLocator([-90, 0, 90, 180]))
+        lower.set_xlabel("spatial frequency [1/mm]")
+        _nyquist(upper, lower, found)
+    upper.set_xlim(0, frequency[-1])
+    unit = unit_of(found.finger, otherwise="each its own unit") or "1"
+    panels[0, 0].set_ylabel(f"reading [{unit}/kPa]")
+    panels[1, 0].set_ylabel("phase [degrees]")
+    if len(kinds) > 1:
+        figure.legend(handles=lines[: len(kinds)], loc="outside upper center", ncols=3)
+    return figure
 
 
 def decades(axes: Axes, low: float, high: float) -> None:
     """A vertical axis of powers of ten, each with its number, and no ticks that a further draw could add."""
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
+    axes.set(yscale="log", ylim=(low, high))
     powers = np.arange(np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9) + 1)
     axes.yaxis.set_major_locator(FixedLocator((10.0**powers).tolist()))
     axes.yaxis.set_minor_locator(NullLocator())
@@ -129,14 +110,9 @@ def _kinds(found: SpatialResponse) -> list[int]:
 
 def _named(found: SpatialResponse, sensor: int) -> str:
     array = found.finger.array
-    depth, width = (_MM * float(np.asarray(v)[sensor]) for v in (array.depth, array.width))
+    depth, width = (MM * float(np.asarray(v)[sensor]) for v in (array.depth, array.width))
     wide = f", {width:.3g} mm wide" if width else ""
     return f"{type(array.transducers[sensor]).__name__}, {depth:.3g} mm deep{wide}"
-
-
-def _unit(found: SpatialResponse) -> str:
-    units = {kind.unit for kind in found.finger.array.transducers}
-    return (units.pop() if len(units) == 1 else "each its own unit") or "1"
 
 
 def _broken(angle: np.ndarray) -> np.ndarray:
@@ -149,16 +125,15 @@ def _nyquist(upper: Axes, lower: Axes, found: SpatialResponse) -> None:
     """The shortest wave that an even row can sample."""
     gaps = np.diff(np.sort(np.asarray(found.finger.array.y)))
     if gaps.size and gaps.min() > 0 and np.ptp(gaps) < 1e-9 * gaps.max():
-        at = 0.5 / (_MM * float(gaps.mean()))
+        at = 0.5 / (MM * float(gaps.mean()))
         for axes in (upper, lower):
             axes.axvline(at, color=GREY, lw=0.7, ls=(0, (2, 2)), zorder=0.6)
-        if 0.25 < at * _MM / float(found.frequency.max()) < 0.9:  # beside the title, within the panel
-            upper.annotate(
-                "two spacings", (at, 1.0), (0, 2), xycoords=("data", "axes fraction"),
-                textcoords="offset points", ha="center", fontsize=7, color=GREY,
-            )  # fmt: skip
+        if 0.25 < at * MM / float(found.frequency.max()) < 0.9:  # beside the title, within the panel
+            note: dict[str, Any] = {"ha": "center", "fontsize": 7, "color": GREY}
+            upper.annotate("two pitches", (at, 1.0), (0, 2), ("data", "axes fraction"), "offset points", **note)
 
 
+@finished
 def density_figure(found: SensorDensity) -> Figure:
     """What is read of each wave, against its largest, and where the row has to reach for each attenuation.
 
@@ -166,11 +141,6 @@ def density_figure(found: SensorDensity) -> Figure:
     ----------
     found : SensorDensity, shape () or (a,)
         From `subskin.design.sensor_density`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        84 mm wide.
 
     Raises
     ------
@@ -196,41 +166,32 @@ def density_figure(found: SensorDensity) -> Figure:
     k = turn * np.arange(np.ceil(last / turn) + 1) if dots else np.linspace(last / 1200, last, 1200)
     sizes = found.relative(k)
     lowest = 0.1 / float(wanted.max())
-    with house_style():
-        figure = new_figure(SINGLE, 76.0)
-        axes = figure.subplots()
-        for load in (0, 1):
-            if not np.isfinite(found.largest[load]):
-                continue
-            style: dict[str, Any] = {
-                "color": COLOURS[load],
-                "ls": "" if dots else "-",
-                "marker": "o" if dots else "",
-                "ms": 2.6,
-            }
-            size = np.where(sizes[:, load] > 0, sizes[:, load], np.nan)
-            axes.plot(k / (2 * np.pi * _MM), size, label=LOADS[load], **style)
-            ends = 0.5 / (_MM * pitch[:, load])
-            axes.plot(ends, 1 / wanted, ls="", marker="o", ms=4.5, mfc="white", mec=COLOURS[load], zorder=3)
-        for ratio in wanted:
-            axes.axhline(1 / ratio, color=GREY, lw=0.5, zorder=0.5)
-        decades(axes, lowest, 2.0)
-        axes.set_xlim(0, last / (2 * np.pi * _MM))
-        axes.set_xlabel("spatial frequency [1/mm]")
-        axes.set_ylabel("read of a wave / of the wave read most")
-        above = axes.twiny()  # the same frequencies, as the spacing of which each is the Nyquist frequency
-        above.spines["top"].set_visible(True)
-        above.set_xlim(axes.get_xlim())
-        pitches = _round_pitches(last)
-        above.set_xticks([0.5 / b for b in pitches], [f"{b:g}" for b in pitches])
-        above.set_xlabel("spacing of the sensors [mm]")
-        figure.legend(loc="outside lower center", ncols=2)
-        return settled(figure)
+    figure = new_figure(SINGLE, 76.0)
+    axes = figure.subplots()
+    for load in (0, 1):
+        if not np.isfinite(found.largest[load]):
+            continue
+        size = np.where(sizes[:, load] > 0, sizes[:, load], np.nan)
+        axes.plot(k / (2 * np.pi * MM), size, "o" if dots else "-", color=COLOURS[load], ms=2.6, label=LOADS[load])
+        ends = 0.5 / (MM * pitch[:, load])
+        axes.plot(ends, 1 / wanted, ls="", marker="o", ms=4.5, mfc="white", mec=COLOURS[load], zorder=3)
+    for ratio in wanted:
+        axes.axhline(1 / ratio, color=GREY, lw=0.5, zorder=0.5)
+    decades(axes, lowest, 2.0)
+    axes.set(xlim=(0, last / (2 * np.pi * MM)), xlabel="spatial frequency [1/mm]")
+    axes.set_ylabel("read of a wave / of the wave read most")
+    above = axes.twiny()  # the same frequencies, as the pitch of which each is the Nyquist frequency
+    above.spines["top"].set_visible(True)
+    above.set(xlim=axes.get_xlim(), xlabel="pitch of the sensors [mm]")
+    pitches = _round_pitches(last)
+    above.set_xticks([0.5 / b for b in pitches], [f"{b:g}" for b in pitches])
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
 
 
 def _round_pitches(last: float) -> list[float]:
     """Round numbers of mm, wide apart enough on the axis."""
-    least = _MM * np.pi / last
+    least = MM * np.pi / last
     numbers = [m * 10.0**p for p in range(-4, 5) for m in (1, 1.5, 2, 3, 5)]
     chosen: list[float] = []
     for number in sorted(n for n in numbers if n >= least):
@@ -239,6 +200,7 @@ def _round_pitches(last: float) -> list[float]:
     return chosen
 
 
+@finished
 def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
     """The reading along the skin, the samples of a row, what is recovered from them, and its error with the bound.
 
@@ -248,11 +210,6 @@ def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
         From `subskin.design.aliasing_error`.
     shift : int, optional
         Which shift of the row is drawn in full; the one with the largest error if left out.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        84 mm wide.
 
     Raises
     ------
@@ -272,33 +229,27 @@ def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
     row = worst if shift is None else shift
     if not 0 <= row < found.shift.size:
         raise GeometryError(f"shift = {shift!r}", f"there are 0 to {found.shift.size - 1}")
-    y, scale = _MM * found.position, 100 / found.full_scale
+    y, scale = MM * found.position, 100 / found.full_scale
     centre = 0.5 * (y[0] + y[-1])
-    first = centre + _MM * found.shift[row]
-    step = _MM * found.pitch
+    first = centre + MM * found.shift[row]
+    step = MM * found.pitch
     at = first + step * np.arange(np.ceil((y[0] - first) / step), np.floor((y[-1] - first) / step) + 1)
     recovered = scale * (found.reading + found.error[row])
-    with house_style():
-        figure = new_figure(SINGLE, 92.0)
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        upper.plot(y, scale * found.reading, color=BLACK, label="true reading")
-        upper.plot(y, recovered, color=ORANGE, ls=(0, (4, 2)), label="recovered")
-        samples = scale * np.interp(at, y, found.reading)
-        upper.plot(at, samples, "o", ms=4, mfc="white", mec=BLUE, label="sensors")
-        upper.set_ylabel("reading [% of largest]")
-        band = scale * np.abs(found.error).max(axis=0)
-        lower.fill_between(y, -band, band, color=ORANGE, alpha=0.2, lw=0, label="any shift of the row")
-        lower.plot(y, scale * found.error[row], color=ORANGE, label="error")
-        for side in (-100, 100):
-            lower.axhline(side * found.bound, color=GREEN, lw=0.8, ls=(0, (4, 2)), label="bound" * (side > 0))
-        lower.set_ylabel("error [% of largest]")
-        lower.set_xlabel("place along the skin $y$ [mm]")
-        lower.set_ylim(-115 * found.bound, 115 * found.bound)
-        lower.set_xlim(y[0], y[-1])
-        zero_line(upper)
-        zero_line(lower)
-        handles, names = (
-            [item for axes in (upper, lower) for item in axes.get_legend_handles_labels()[i]] for i in (0, 1)
-        )
-        figure.legend(handles, names, loc="outside lower center", ncols=3)
-        return settled(figure)
+    figure = new_figure(SINGLE, 92.0)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    upper.plot(y, scale * found.reading, color=BLACK, label="true reading")
+    upper.plot(y, recovered, color=ORANGE, ls=DASHED, label="recovered")
+    samples = scale * np.interp(at, y, found.reading)
+    upper.plot(at, samples, "o", ms=4, mfc="white", mec=BLUE, label="sensors")
+    upper.set_ylabel("reading [% of largest]")
+    band = scale * np.abs(found.error).max(axis=0)
+    lower.fill_between(y, -band, band, color=ORANGE, alpha=0.2, lw=0, label="any shift of the row")
+    lower.plot(y, scale * found.error[row], color=ORANGE, label="error")
+    for side in (-100, 100):
+        lower.axhline(side * found.bound, color=GREEN, lw=0.8, ls=DASHED, label="bound" * (side > 0))
+    lower.set(xlabel="position along the skin $y$ [mm]", ylabel="error [% of largest]")
+    lower.set(xlim=(y[0], y[-1]), ylim=(-115 * found.bound, 115 * found.bound))
+    zero_line(upper)
+    zero_line(lower)
+    legend(figure, upper, lower, ncols=3)
+    return figure

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from .._check import FloatArray
 from ..design.ridges import PressedRidges, RidgeGain
 from ..errors import GeometryError
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, VERMILLION, house_style, new_figure, settled
+from .parts import legend, plain
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, VERMILLION, finished, new_figure
 
 __all__ = ["pressed_ridges_figure", "ridge_figure"]
 
@@ -18,12 +18,14 @@ _LINES = {
     "peak": ("largest anywhere", "#BBBBBB", "-"),
     "beneath": ("beneath a ridge", BLUE, "-"),
     "between": ("between two", VERMILLION, "-"),
-    "ripple": ("the ridges' part", GREEN, (0, (4, 2))),
+    "ripple": ("the ridges' part", GREEN, DASHED),
 }
 _LEVELS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0)
+_TITLES = ("At the same peak pressure", "At the same load")
 _PITCH, _WIDTH = "pitch / depth", "half width of the contact / depth"
 
 
+@finished
 def ridge_figure(found: RidgeGain) -> Figure:
     """Gains at equal peak pressure (left) and at equal load (right).
 
@@ -43,29 +45,19 @@ def ridge_figure(found: RidgeGain) -> Figure:
     """
     shape = found.pitch.shape
     if len(shape) not in (1, 2) or min(shape) < 3:
-        raise GeometryError(
-            f"gains of shape {shape}", "a row of three or more is needed, or a table of half widths and pitches",
-            "Hertz(40.0, half_width=widths[:, None]), Ridges(pitches)",
-        )  # fmt: skip
-    with house_style():
-        figure = new_figure(DOUBLE, 78.0 if len(shape) == 2 else 70.0)
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        draw = _map if len(shape) == 2 else _curves
-        for axes, equal, title in zip(panels, ("equal_peak", "equal_load"), _TITLES, strict=True):
-            draw(axes, found, equal)
-            axes.set_title(title)
-        if len(shape) == 1:
-            panels[0].set_ylim(0.0, 1.05 * max(float(np.nanmax(g)) for g in (*found.equal_peak, *found.equal_load)))
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        return settled(figure)
-
-
-def _top(gains: FloatArray) -> float:
-    """The largest; infinite ones belong to contacts that lie between ridges."""
-    return float(gains[np.isfinite(gains)].max(initial=1.0))
-
-
-_TITLES = ("At the same peak pressure", "At the same load")
+        rule = "a row of three or more is needed, or a table of half widths and pitches"
+        fix = "Hertz(40.0, half_width=widths[:, None]), Ridges(pitches)"
+        raise GeometryError(f"gains of shape {shape}", rule, fix)
+    figure = new_figure(DOUBLE, 78.0 if len(shape) == 2 else 70.0)
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    draw = _map if len(shape) == 2 else _curves
+    for axes, equal, title in zip(panels, ("equal_peak", "equal_load"), _TITLES, strict=True):
+        draw(axes, found, equal)
+        axes.set_title(title)
+    if len(shape) == 1:
+        panels[0].set_ylim(0.0, 1.05 * max(float(np.nanmax(g)) for g in (*found.equal_peak, *found.equal_load)))
+    legend(figure, panels[0], ncols=4)
+    return figure
 
 
 def _curves(axes: Axes, found: RidgeGain, equal: str) -> None:
@@ -89,9 +81,7 @@ def _log(axes: Axes, values: FloatArray) -> None:
     """A logarithmic axis where the values span it."""
     if values.max() > 8 * values.min():
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        plain(axes.xaxis, small=True)
     axes.set_xlim(values.min(), values.max())
 
 
@@ -107,12 +97,9 @@ def _map(axes: Axes, found: RidgeGain, equal: str) -> None:
     lines = axes.contour(pitch, width, gain, levels=_LEVELS, colors=BLACK, linewidths=0.5)
     axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=7)
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    ends = np.array([pitch.min(), pitch.max()])
-    text = "a contact as wide as the pitch"
-    axes.plot(ends, 0.5 * ends, color=VERMILLION, linewidth=1.0, linestyle=(0, (4, 2)), label=text)
+    plain(axes.yaxis, small=True)
+    ends, text = np.array([pitch.min(), pitch.max()]), "a contact as wide as the pitch"
+    axes.plot(ends, 0.5 * ends, color=VERMILLION, linewidth=1.0, linestyle=DASHED, label=text)
     axes.set_ylim(width.min(), width.max())
     axes.set_xlabel(_PITCH)
     if equal == "equal_peak":
@@ -120,6 +107,7 @@ def _map(axes: Axes, found: RidgeGain, equal: str) -> None:
     _log(axes, pitch[0])
 
 
+@finished
 def pressed_ridges_figure(found: PressedRidges) -> Figure:
     """Gain, and how far the ridges touch, against their height over that which the load presses flat.
 
@@ -139,36 +127,23 @@ def pressed_ridges_figure(found: PressedRidges) -> Figure:
         )
     order = np.argsort(found.filling)[::-1]
     along = (1 / found.filling)[order]
-    with house_style():
-        figure = new_figure(DOUBLE, 70.0)
-        gains, touches = figure.subplots(1, 2, sharex=True)
-        gains.plot(along, found.solved.peak[order], "o-", color=BLACK, ms=3, label="solved")
-        gains.plot(
-            along,
-            found.assumed.peak[order],
-            color=GREY,
-            linestyle=(0, (4, 2)),
-            label=f"smooth pressure times {found.shape}",
-        )
-        gains.set_ylim(0.0, 1.15 * float(max(found.solved.peak.max(), found.assumed.peak.max())))
-        gains.set_ylabel("gain of the largest reading")
-        gains.set_title("At the same load")
-        touches.plot(along, found.touching[order], "o-", color=BLUE, ms=3, label="share of the width that touches")
-        touches.plot(
-            along, found.valley[order], "s-", color=VERMILLION, ms=3, label="pressure in the valley / at the crest"
-        )
-        touches.set_ylim(-0.03, 1.25)
-        touches.set_ylabel("share")
-        touches.set_title("How far the ridges touch")
-        for axes in (gains, touches):
-            axes.axvline(1.0, color=GREY, linewidth=0.5, zorder=0.5)
-            axes.set_xlabel("closing pressure / greatest smooth pressure")
-            _log(axes, along)
-            axes.set_xlim(along.min() / 1.1, along.max() * 1.1)
-        figure.legend(
-            [*gains.lines[:2], *touches.lines[:2]],
-            [str(line.get_label()) for line in (*gains.lines[:2], *touches.lines[:2])],
-            loc="outside lower center",
-            ncols=2,
-        )
-        return settled(figure)
+    figure = new_figure(DOUBLE, 70.0)
+    gains, touches = figure.subplots(1, 2, sharex=True)
+    gains.plot(along, found.solved.peak[order], "o-", color=BLACK, ms=3, label="solved")
+    assumed = f"smooth pressure times {found.shape}"
+    gains.plot(along, found.assumed.peak[order], color=GREY, linestyle=DASHED, label=assumed)
+    gains.set_ylim(0.0, 1.15 * float(max(found.solved.peak.max(), found.assumed.peak.max())))
+    gains.set_ylabel("gain of the largest reading")
+    gains.set_title("At the same load")
+    touches.plot(along, found.touching[order], "o-", color=BLUE, ms=3, label="share of the width that touches")
+    valley = "pressure in the valley / at the crest"
+    touches.plot(along, found.valley[order], "s-", color=VERMILLION, ms=3, label=valley)
+    touches.set(ylabel="share", ylim=(-0.03, 1.25))
+    touches.set_title("How far the ridges touch")
+    for axes in (gains, touches):
+        axes.axvline(1.0, color=GREY, linewidth=0.5, zorder=0.5)
+        axes.set_xlabel("closing pressure / greatest smooth pressure")
+        _log(axes, along)
+        axes.set_xlim(along.min() / 1.1, along.max() * 1.1)
+    legend(figure, gains, touches, ncols=2)
+    return figure

@@ -24,11 +24,11 @@ from ..estimate.estimate import Estimate, Status
 from ..finger import Finger
 from ..tensor import State
 from .measured import draw_readings
-from .style import BLACK, DOUBLE, GREY, NORMAL_95, VERMILLION, house_style, settled, stacked
+from .parts import stacked
+from .style import BLACK, DOUBLE, GREY, MM, NORMAL_95, VERMILLION, finished
 
 __all__ = ["finger_section"]
 
-_MM = 1e3
 _LEFT, _RIGHT, _FOOT = 13.5, 18.0, 9.5
 """Margins [mm]: beside the panels, and below them for the label."""
 _BASE = 0.12
@@ -58,13 +58,14 @@ COMPONENTS = {
 
 
 class _Force(NamedTuple):
-    """A resultant on the surface: place [mm], magnitude [N/m], angle [rad]."""
+    """A resultant on the surface: position [mm], magnitude [N/m], angle [rad]."""
 
     position: float
     size: float
     angle: float
 
 
+@finished
 def finger_section(
     finger: Finger,
     contact: Contact,
@@ -85,7 +86,7 @@ def finger_section(
         What presses; a single contact, not a batch.
     estimate : Estimate, optional
         The load found from one frame, drawn with its 95 % interval (a wedge for the angle, a bar for the
-        place).
+        position).
     readings : array_like, shape (n,), optional
         The frame itself, drawn below against what the contact and the load found would give.
     component : str, optional
@@ -94,11 +95,6 @@ def finger_section(
         Heading.
     width : float, optional
         Width of the figure [mm].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Write it with `subskin.plot.save`.
 
     Raises
     ------
@@ -126,33 +122,32 @@ def finger_section(
 
     forces = _resultants(contact)
     left, right, bottom = _window(finger, forces)
-    top, base = 0.5 * bottom, _MM * finger.skin.thickness
+    top, base = 0.5 * bottom, MM * finger.skin.thickness
     foot = bottom if bottom < base else base + _BASE * base
-    with house_style():
-        inner = width - _LEFT - _RIGHT
-        heights = [inner * (foot + top) / (right - left)]
-        heights += [max(0.2 * inner, 20.0)] if frame is not None else []
-        figure, panels = stacked(width, heights, left=_LEFT, right=_RIGHT, top=7.0 if title else 1.5, foot=_FOOT)
-        panels[0].set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
-        box = panels[0].get_position()
-        bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
-        drawn = _field(panels[0], finger, contact, COMPONENTS[component], (left, right, bottom))
-        _inside(panels[0], finger, foot)
-        _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
-        scale = _Scale(top, max(force.size for force in forces) or 1.0, min(1.0, inner / 140.0))
-        _above(panels[0], contact, forces, scale, "load" if estimate is None else "true")
-        _sensors(panels[0], finger, estimate)
-        if estimate is not None:
-            _found(panels[0], estimate, scale, "\n" if width < _NARROW else " ")
-        if frame is not None:
-            draw_readings(panels[1], finger, contact, estimate, frame)
-        arc = ", unrolled" if finger.skin.curvature else ""
-        panels[-1].set_xlabel(f"place along the skin y [mm]{arc}")
-        _legend(figure, panels[0], columns=1 if width < _NARROW else 2)
-        if title:
-            high = figure.get_figheight() * 25.4
-            figure.text(_LEFT / width, 1 - 1.5 / high, title, va="top", fontweight="bold")
-        return settled(figure)
+    inner = width - _LEFT - _RIGHT
+    heights = [inner * (foot + top) / (right - left)]
+    heights += [max(0.2 * inner, 20.0)] if frame is not None else []
+    figure, panels = stacked(width, heights, left=_LEFT, right=_RIGHT, top=7.0 if title else 1.5, foot=_FOOT)
+    panels[0].set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
+    box = panels[0].get_position()
+    bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
+    drawn = _field(panels[0], finger, contact, COMPONENTS[component], (left, right, bottom))
+    _inside(panels[0], finger, foot)
+    _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
+    scale = _Scale(top, max(force.size for force in forces) or 1.0, min(1.0, inner / 140.0))
+    _above(panels[0], contact, forces, scale, "load" if estimate is None else "true")
+    _sensors(panels[0], finger, estimate)
+    if estimate is not None:
+        _found(panels[0], estimate, scale, "\n" if width < _NARROW else " ")
+    if frame is not None:
+        draw_readings(panels[1], finger, contact, estimate, frame)
+    arc = ", unrolled" if finger.skin.curvature else ""
+    panels[-1].set_xlabel(f"position along the skin y [mm]{arc}")
+    _legend(figure, panels[0], columns=1 if width < _NARROW else 2)
+    if title:
+        high = figure.get_figheight() * 25.4
+        figure.text(_LEFT / width, 1 - 1.5 / high, title, va="top", fontweight="bold")
+    return figure
 
 
 class _Scale(NamedTuple):
@@ -178,8 +173,8 @@ def _legend(figure: Figure, axes: Axes, columns: int) -> None:
     for panel in figure.axes:
         x, y, w, h = panel.get_position().bounds
         panel.set_position((x, (y * height + extra) / (height + extra), w, h * height / (height + extra)))
-    spot: dict[str, Any] = {"loc": "lower left", "borderaxespad": 0.0, "borderpad": 0.2, "columnspacing": 1.5}
-    figure.legend(handles, labels, ncols=columns, bbox_to_anchor=(_LEFT / width, 0.0), **spot)
+    look: dict[str, Any] = {"loc": "lower left", "borderaxespad": 0.0, "borderpad": 0.2, "columnspacing": 1.5}
+    figure.legend(handles, labels, ncols=columns, bbox_to_anchor=(_LEFT / width, 0.0), **look)
 
 
 def _resultants(contact: Contact) -> list[_Force]:
@@ -193,16 +188,16 @@ def _resultants(contact: Contact) -> list[_Force]:
         first, load = (t.p, normal) if normal else (t.q, tangential)
         position = 1e3 * float((first * far).imag[0]) / load if load else 0.0
         size, angle = float(np.hypot(normal, tangential)), float(np.arctan2(tangential, normal))
-        forces.append(_Force(_MM * position, size, angle))
+        forces.append(_Force(MM * position, size, angle))
     return forces
 
 
 def _window(finger: Finger, forces: list[_Force]) -> tuple[float, float, float]:
     """Left, right and bottom of the picture [mm]."""
-    y, depth = _MM * np.asarray(finger.array.y), _MM * np.asarray(finger.array.depth)
+    y, depth = MM * np.asarray(finger.array.y), MM * np.asarray(finger.array.depth)
     positions = [*y, *(force.position for force in forces)]
     margin = 1.2 * float(depth.max())
-    bottom, base = 1.7 * float(depth.max()), _MM * finger.skin.thickness
+    bottom, base = 1.7 * float(depth.max()), MM * finger.skin.thickness
     if base < _NEAR_BASE * bottom:
         bottom = base
     return min(positions) - margin, max(positions) + margin, bottom
@@ -225,8 +220,8 @@ def _field(
     # the first row lies just beneath the surface, on which a contact's edge may be singular
     x = np.linspace(0.0, bottom, 241)
     x[0] = 0.02 * x[1]
-    values = component.scale * component.of(finger.skin.state(contact, x[:, None] / _MM, y / _MM))
-    shallowest = _MM * float(np.asarray(finger.array.depth).min())
+    values = component.scale * component.of(finger.skin.state(contact, x[:, None] / MM, y / MM))
+    shallowest = MM * float(np.asarray(finger.array.depth).min())
     levels = _levels(np.abs(values[x >= 0.3 * shallowest]))
     colours = colormaps["RdBu_r"].resampled(levels.size + 1)
     x[0] = 0.0
@@ -241,12 +236,12 @@ def _field(
 def _inside(axes: Axes, finger: Finger, foot: float) -> None:
     """The rigid base, where it is in the picture, and the interfaces between layers."""
     skin = finger.skin
-    if _MM * skin.thickness < foot:
+    if MM * skin.thickness < foot:
         grey: dict[str, Any] = {"facecolor": "#DDDDDD", "edgecolor": GREY, "hatch": "////", "label": "rigid base"}
-        axes.axhspan(_MM * skin.thickness, foot, linewidth=0, **grey)
-        axes.axhline(_MM * skin.thickness, color=BLACK, linewidth=0.9)
+        axes.axhspan(MM * skin.thickness, foot, linewidth=0, **grey)
+        axes.axhline(MM * skin.thickness, color=BLACK, linewidth=0.9)
     for depth in skin.interfaces:
-        axes.axhline(_MM * depth, color=BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
+        axes.axhline(MM * depth, color=BLACK, linewidth=0.6, linestyle=(0, (5, 2)))
 
 
 def _colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> None:
@@ -264,7 +259,7 @@ def _colour_bar(axes: Axes, drawn: ContourSet, label: str, height: float) -> Non
 def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, name: str) -> None:
     """The pressure as a hump on the surface, and each part's force."""
     y = np.linspace(*axes.get_xlim(), 4001)
-    pressure = contact.pressure(y / _MM)
+    pressure = contact.pressure(y / MM)
     finite = pressure[np.isfinite(pressure)]
     if finite.size and finite.max() > 0:
         positions = [p for p in contact.singular_points() if np.isfinite(p)]
@@ -278,9 +273,8 @@ def _above(axes: Axes, contact: Contact, forces: list[_Force], scale: _Scale, na
     thick: dict[str, Any] = {"color": BLACK, "linewidth": 3.6 * scale.weight}
     for force in forces:
         _arrow(axes, force, scale.length(force.size), mutation_scale=14 * scale.weight, zorder=3, **thick)
-        degrees = f"{np.degrees(force.angle):.1f}".replace("-", "−")
-        position = f"{force.position + 0.0:.2f}".replace("-", "−")
-        axes.plot([], [], label=f"{name}: {force.size:.3g} N/m at {degrees}°, y = {position} mm", **thick)
+        where = f"{np.degrees(force.angle):.1f}°, y = {force.position + 0.0:.2f} mm".replace("-", "−")
+        axes.plot([], [], label=f"{name}: {force.size:.3g} N/m at {where}", **thick)
 
 
 def _arrow(axes: Axes, force: _Force, length: float, **style: Any) -> None:
@@ -292,22 +286,22 @@ def _arrow(axes: Axes, force: _Force, length: float, **style: Any) -> None:
 
 
 def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
-    """The load found: its arrow, the wedge of its angle and the bar of its place, both 95 %."""
+    """The load found: its arrow, the wedge of its angle and the bar of its position, both 95 %."""
     position, size, angle = (float(np.squeeze(v)) for v in (estimate.position, estimate.force, estimate.angle))
     status = Status(int(np.squeeze(estimate.status))).name.lower().replace("_", " ")
     if not np.isfinite([position, size, angle]).all():
         axes.plot([], [], " ", label=f"found: {status}")
         return
     half = NORMAL_95 * np.nan_to_num(np.reshape(estimate.std, 3))
-    force, length = _Force(_MM * position, size, angle), scale.length(size)
+    force, length = _Force(MM * position, size, angle), scale.length(size)
     turn = np.linspace(angle - half[2], angle + half[2], 31)
     rim = np.column_stack([force.position - length * np.sin(turn), -length * np.cos(turn)])
     wedge = Polygon(np.vstack([[force.position, 0.0], rim]), color=VERMILLION, alpha=0.3, linewidth=0, zorder=3.5)
     axes.add_patch(wedge)
     thin: dict[str, Any] = {"color": VERMILLION, "linewidth": 1.6 * scale.weight}
     _arrow(axes, force, length, mutation_scale=8 * scale.weight, zorder=4, **thin)
-    axes.errorbar(force.position, 0.0, xerr=_MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4)
-    degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.position, _MM * half[0])
+    axes.errorbar(force.position, 0.0, xerr=MM * half[0], color=VERMILLION, capsize=2.5, elinewidth=1.6, zorder=4)
+    degrees, where = _pm(np.degrees(angle), np.degrees(half[2])), _pm(force.position, MM * half[0])
     text = f"found ({status}): {_pm(size, half[1])} N/m at {degrees}°,{gap}y = {where} mm"
     axes.plot([], [], label=text, **thin)
 
@@ -320,7 +314,7 @@ def _pm(value: float, half: float) -> str:
 
 def _sensors(axes: Axes, finger: Finger, estimate: Estimate | None) -> None:
     array = finger.array
-    y, depth, half = (_MM * np.asarray(a) for a in (array.y, array.depth, 0.5 * np.asarray(array.width)))
+    y, depth, half = (MM * np.asarray(a) for a in (array.y, array.depth, 0.5 * np.asarray(array.width)))
     used = array.live if estimate is None else np.reshape(estimate.used, -1)
     for i in np.flatnonzero(half > 0):
         axes.plot([y[i] - half[i], y[i] + half[i]], [depth[i]] * 2, color=BLACK, linewidth=2.4, zorder=2.6)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
 from .. import _check
 from .._check import FloatArray
@@ -22,31 +20,19 @@ from ..finger import Finger
 from ..memo import eq20, eq20_corrected, eq21, eq21_corrected, eq22
 from .memo_contacts import BLIND_DEPTH
 from .memo_lines import UNIT_SKIN
-from .style import (
-    BLACK,
-    BLUE,
-    DOUBLE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SKY,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-    zero_line,
-)
+from .parts import legend, plain, zero_line
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, ORANGE, SKY, VERMILLION, finished, new_figure
 
 __all__ = ["side_angle_figure"]
 
 # Load, half width and modulus are 1, and the memo's alpha is minus the angle.
-_DASHED = (0, (4, 2))
 _DEPTH, _REACH = 0.4, 2.5
 _TRUE = np.deg2rad(10.0)
 _FULL_SCALE = 3 / (2 * np.pi)  # strain beneath a unit line load at unit depth
 _KNOWN = 0.01
 
 
+@finished
 def side_angle_figure(noise: float = 1e-3) -> Figure:
     """What the memo says of the angle on a side, what is right, and how well three ways tell it.
 
@@ -62,11 +48,6 @@ def side_angle_figure(noise: float = 1e-3) -> Figure:
     noise : float, optional
         Of each sensor, as a share of the strain right beneath a normal line load of the same force.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        174 mm wide; write it with `subskin.plot.save`.
-
     Raises
     ------
     InvalidValueError
@@ -79,18 +60,16 @@ def side_angle_figure(noise: float = 1e-3) -> Figure:
     'depth $x/a$'
     """
     share = _check.scalar("noise", noise, above=0.0)
-    with house_style():
-        figure = new_figure(DOUBLE, 140.0)
-        (upper,), (lower,) = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.15))
-        _profiles(*upper.subplots(1, 2, sharey=True))
-        upper.legend(*upper.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-        (parts,) = lower.subfigures(1, 3, squeeze=False)
-        panels: list[Callable[[Axes], None]] = [_slopes, _published, partial(_spread, noise=share)]
-        for part, draw in zip(parts, panels, strict=True):
-            axes = part.subplots()
-            draw(axes)
-            part.legend(*axes.get_legend_handles_labels(), loc="outside lower left", handlelength=1.8)
-        return settled(figure)
+    figure = new_figure(DOUBLE, 140.0)
+    (upper,), (lower,) = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.15))
+    _profiles(*upper.subplots(1, 2, sharey=True))
+    legend(upper, upper.axes[0], ncols=5)
+    (parts,) = lower.subfigures(1, 3, squeeze=False)
+    for part, draw in zip(parts, (_slopes, _published, partial(_spread, noise=share)), strict=True):
+        axes = part.subplots()
+        draw(axes)
+        legend(part, axes, loc="outside lower left")
+    return figure
 
 
 def _profiles(printed: Axes, right: Axes) -> None:
@@ -108,7 +87,7 @@ def _profiles(printed: Axes, right: Axes) -> None:
             axes.plot(ends, height + float(slope) * np.sin(angle) * ends, color=BLACK, linewidth=0.9, zorder=3)
             axes.plot(0.0, height, "o", color=BLACK, ms=2.2, zorder=3)
         axes.plot([], [], color=BLACK, linewidth=0.9, label="slope beneath the centre")
-        axes.set(xlim=(-_REACH, _REACH), xlabel="place along the skin $y/a$")
+        axes.set(xlim=(-_REACH, _REACH), xlabel="position along the skin $y/a$")
         axes.set_title(title, fontweight="normal")
         zero_line(axes)
     printed.set_ylabel(r"strain $\varepsilon_x\, E a/P$ at depth $0.4\,a$")
@@ -118,7 +97,7 @@ def _slopes(axes: Axes) -> None:
     x = np.linspace(0.0, 4.0, 801)
     wrong = float(eq22(1.0, 2.0, -np.pi / 2, 1.0))
     axes.plot(x, eq21_corrected(1.0, 1.0, x, -np.pi / 2, 1.0), color=BLACK, label="corrected")
-    axes.plot(x, eq21(1.0, 2.0, x, -np.pi / 2, 1.0), color=VERMILLION, linestyle=_DASHED, label="(21) as printed")
+    axes.plot(x, eq21(1.0, 2.0, x, -np.pi / 2, 1.0), color=VERMILLION, linestyle=DASHED, label="(21) as printed")
     axes.plot([0.0, 0.5], [wrong, wrong], color=ORANGE, linewidth=1.6, label="(22) as printed, wide contacts")
     text = f"zero at every angle: ${BLIND_DEPTH:.3f}\\,a$"
     axes.plot(BLIND_DEPTH, 0.0, "o", color=BLACK, ms=4.0, linestyle="none", label=text)
@@ -133,7 +112,7 @@ def _published(axes: Axes) -> None:
     slope = eq21_corrected(1.0, 1.0, x, -_TRUE, 1.0)
     axes.axhline(np.rad2deg(_TRUE), color=BLACK, label="the force")
     for unit, width, colour, dash in (
-        ("half the width", 2.0, VERMILLION, _DASHED),
+        ("half the width", 2.0, VERMILLION, DASHED),
         ("the width", 1.0, BLUE, (0, (1, 1))),
     ):
         # in units in which the half width is width / 2, the same slope is so much larger
@@ -163,22 +142,20 @@ def _spread(axes: Axes, noise: float) -> None:
     for std, label, style in (
         (_bound(row, touch), "full fit: nothing known", {"color": BLACK}),
         (exact.std, "slope: centre and width known", {"color": BLUE}),
-        (near.std, "slope: centre to 1 % of depth", {"color": BLUE, "linestyle": _DASHED}),
+        (near.std, "slope: centre to 1 % of depth", {"color": BLUE, "linestyle": DASHED}),
         (gradient.std, "gradients, two depths: centre known", {"color": GREEN}),
     ):
         axes.plot(ratio, np.rad2deg(std), label=label, **style)
     axes.axvline(BLIND_DEPTH, color=GREY, linewidth=0.6, zorder=0.5)
     axes.set(xscale="log", yscale="log", xlim=(0.4, 4), ylim=(0.05, 100), xlabel="depth / half width $x/a$")
-    axes.xaxis.set_major_locator(FixedLocator([0.5, 1, 2, 4]))
-    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    plain(axes.xaxis, [0.5, 1, 2, 4], small=True)
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylabel("standard deviation [degrees]")
     axes.set_title(f"Accuracy at {100 * noise:g} % noise", fontweight="normal")
 
 
 def _bound(finger: Finger, touch: Hertz) -> FloatArray:
-    """Cramer-Rao bound of the angle [rad] where place, width, force and angle are unknown."""
+    """Cramer-Rao bound of the angle [rad] where position, width, force and angle are unknown."""
     force = np.array([np.cos(0.3), np.sin(0.3)])
     made = Response.of(finger, Hertz, np.zeros(touch.shape), np.asarray(touch.half_width))
     turned = made.unit @ np.array([-force[1], force[0]])

@@ -15,7 +15,8 @@ from .._check import FloatArray
 from ..decide import Slip, SlipVerdict, least_force
 from ..errors import GeometryError
 from ..estimate import Status
-from .style import BLACK, BLUE, GREEN, GREY, NORMAL_95, VERMILLION, house_style, new_figure, settled
+from .parts import zero_line
+from .style import BLACK, BLUE, GREEN, GREY, NORMAL_95, VERMILLION, finished, new_figure
 
 __all__ = ["slip_figure"]
 
@@ -25,6 +26,7 @@ _HOLDS, _SLIDES = "#E6F2EC", "#FBE9E0"
 _GRID = 121
 
 
+@finished
 def slip_figure(judged: Slip, frame: int | tuple[int, ...] = (), probability: float = 1e-3) -> Figure:
     """The load found in the plane of (N, T), with the friction cone, and the zones of stick and slip beneath.
 
@@ -40,11 +42,6 @@ def slip_figure(judged: Slip, frame: int | tuple[int, ...] = (), probability: fl
     probability : float, optional
         The bound for the least normal force.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-        130 mm wide.
-
     Raises
     ------
     GeometryError
@@ -54,25 +51,23 @@ def slip_figure(judged: Slip, frame: int | tuple[int, ...] = (), probability: fl
     if len(index) != len(judged.shape) or any(not -n <= i < n for i, n in zip(index, judged.shape, strict=True)):
         raise GeometryError(f"frame = {frame!r} of a batch of shape {judged.shape}", "one frame is drawn", "frame=0")
     bound = _check.scalar("probability", probability, above=0.0, at_most=0.5)
-    with house_style():
-        figure = new_figure(130, 110)
-        plane, zone = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
-        if np.isnan(judged.probability[index]):
-            status = Status(int(judged.status[index])).name.lower().replace("_", " ")
-            plane.set_title(f"cannot tell: {status}")
-            _cone(plane, judged, index, 40.0, 20.0)
-            zone.axis("off")
-        else:
-            _plane(plane, judged, index, bound)
-            _zone(zone, judged, index)
-        plane.set(xlabel="normal force $N$ [N/m]", ylabel="tangential force $T$ [N/m]")
-        return settled(figure)
+    figure = new_figure(130, 110)
+    plane, zone = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
+    if np.isnan(judged.probability[index]):
+        status = Status(int(judged.status[index])).name.lower().replace("_", " ")
+        plane.set_title(f"cannot tell: {status}")
+        _cone(plane, judged, index, 40.0, 20.0)
+        zone.axis("off")
+    else:
+        _plane(plane, judged, index, bound)
+        _zone(zone, judged, index)
+    plane.set(xlabel="normal force $N$ [N/m]", ylabel="tangential force $T$ [N/m]")
+    return figure
 
 
 def _quantiles(judged: Slip, index: tuple[int, ...]) -> FloatArray:
     """Of the friction of one frame: 2.5, 50 and 97.5 %."""
-    friction = judged.friction
-    values = friction.quantile([0.025, 0.5, 0.975])
+    values = judged.friction.quantile([0.025, 0.5, 0.975])
     return np.asarray(np.broadcast_to(values, (*judged.shape, 3))[index])
 
 
@@ -85,7 +80,7 @@ def _cone(axes: Axes, judged: Slip, index: tuple[int, ...], most: float, high: f
         label = "cone, by its median" if side > 0 else None
         axes.plot(n, side * middle * n, color=BLACK, lw=1.0, label=label)
     axes.set(xlim=(0, most), ylim=(-high, high))
-    axes.axhline(0, color=GREY, lw=0.5, zorder=0.5)
+    zero_line(axes)
 
 
 def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> None:
@@ -115,12 +110,10 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
     edge = np.sign(tangential or 1.0) * float(judged.margin[index] + abs(tangential))
     axes.plot([normal, normal], [tangential, edge], color=BLUE, lw=0.9, ls=":", zorder=3)
     beside = 0.5 * np.sqrt(_CHI2_95 * covariance[0, 0]) + 0.02 * most
-    text = f"margin {_signed(float(judged.margin[index]))} ± {NORMAL_95 * float(judged.margin_std[index]):.2g} N/m"
-    note: dict[str, Any] = {
-        "fontsize": 7,
-        "bbox": {"facecolor": "w", "alpha": 0.75, "lw": 0, "pad": 1.0},
-        "zorder": 3.2,
-    }
+    margin = f"{judged.margin[index]:.2g}".replace("-", "−")
+    text = f"margin {margin} ± {NORMAL_95 * float(judged.margin_std[index]):.2g} N/m"
+    white = {"facecolor": "w", "alpha": 0.75, "lw": 0, "pad": 1.0}
+    note: dict[str, Any] = {"fontsize": 7, "bbox": white, "zorder": 3.2}
     axes.text(normal - beside, 0.5 * (tangential + edge), text, color=BLUE, ha="right", va="center", **note)
     if reach:
         arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": GREEN, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
@@ -133,10 +126,6 @@ def _plane(axes: Axes, judged: Slip, index: tuple[int, ...], bound: float) -> No
     axes.legend(loc="upper left" if tangential >= 0 else "lower left")
     verdict = SlipVerdict(int(judged.verdict[index])).name.lower().replace("_", " ")
     axes.set_title(f"{verdict}: probability of slip {_percent(float(judged.probability[index]))}")
-
-
-def _signed(value: float) -> str:
-    return f"{value:.2g}".replace("-", "−")
 
 
 def _zone(axes: Axes, judged: Slip, index: tuple[int, ...]) -> None:
@@ -155,18 +144,14 @@ def _zone(axes: Axes, judged: Slip, index: tuple[int, ...]) -> None:
     low, high = judged.stick_interval[index]
     axes.barh(-0.25, 2, 0.22, left=-1, color=VERMILLION, alpha=0.55, lw=0)
     axes.barh(-0.25, 2 * stick, 0.22, left=-stick, color=GREEN, lw=0)
-    for end in (low, high):
-        for side in (-1, 1):
-            axes.plot([side * end] * 2, [-0.4, -0.1], color=BLACK, lw=0.9)
+    axes.vlines([-low, low, -high, high], -0.4, -0.1, color=BLACK, lw=0.9)
     axes.text(1.03, -0.25, "slips", color=VERMILLION, va="center", fontsize=7)
     if stick > 0.15:
         axes.text(0, -0.25, "sticks", color="w", ha="center", va="center", fontsize=7)
-    axes.set(xlim=(-1.45, 1.45), ylim=(-0.45, 2.0), xlabel="place in the contact, $y/a$", ylabel="traction / mean")
-    axes.set_yticks([0, 1, 2])
-    if stick == 0:
-        axes.set_title("slides all over", fontweight="normal")
-        return
-    axes.set_title(f"sticks over {stick:.2f} of the contact, 95 % in {low:.2f} to {high:.2f}", fontweight="normal")
+    axes.set(xlim=(-1.45, 1.45), ylim=(-0.45, 2.0), yticks=[0, 1, 2])
+    axes.set(xlabel="position in the contact, $y/a$", ylabel="traction / mean")
+    sticks = f"sticks over {stick:.2f} of the contact, 95 % in {low:.2f} to {high:.2f}"
+    axes.set_title("slides all over" if stick == 0 else sticks, fontweight="normal")
 
 
 def _tractions(contact: str, y: FloatArray, stick: float, ratio: float) -> tuple[FloatArray, FloatArray]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
+from functools import wraps
 from os import PathLike, getpid
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, ParamSpec
 
 import matplotlib as mpl
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -42,6 +42,10 @@ SINGLE, DOUBLE = 84.0, 174.0
 BLACK, GREY = "#000000", "#6E6E6E"
 BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 SKY, PINK = "#56B4E9", "#CC79A7"
+
+DASHED = (0, (4, 2))
+MM = 1e3
+"""Millimetres in a metre."""
 
 NORMAL_95 = 1.959964
 """Half a 95 % interval in standard deviations."""
@@ -94,6 +98,20 @@ def house_style() -> AbstractContextManager[None]:
     return mpl.rc_context(settings | _STYLE)
 
 
+_P = ParamSpec("_P")
+
+
+def finished(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
+    """The function, which then draws in `house_style` and returns a figure that is `settled`."""
+
+    @wraps(draw)
+    def drawn(*given: _P.args, **named: _P.kwargs) -> Figure:
+        with house_style():
+            return settled(draw(*given, **named))
+
+    return drawn
+
+
 def new_figure(width: float, height: float, layout: Literal["constrained", "none"] = "constrained") -> Figure:
     """An empty figure of the given size [mm], drawn by Agg and known to no window."""
     figure = Figure(figsize=(width * _MM, height * _MM), dpi=_DPI)
@@ -115,32 +133,6 @@ def settled(figure: Figure) -> Figure:
         if isinstance(axis.get_major_locator(), AutoLocator):
             axis.set_major_locator(FixedLocator(axis.get_majorticklocs().tolist()))
     return figure
-
-
-def stacked(
-    width: float, heights: Sequence[float], *, left: float, right: float, top: float, foot: float, gap: float = 3.0
-) -> tuple[Figure, list[Axes]]:
-    """A figure with panels one below the other, of one width and to the millimetre: a panel can be to scale.
-
-    `heights` are those of the panels, the rest are the margins around and the gap between them, all in mm.
-    The panels share the horizontal axis, and only the lowest labels it.
-    """
-    high = sum(heights) + gap * (len(heights) - 1) + top + foot
-    figure = new_figure(width, high, layout="none")
-    panels: list[Axes] = []
-    y = high - top
-    for height in heights:
-        box = (left / width, (y - height) / high, (width - left - right) / width, height / high)
-        panels.append(figure.add_axes(box, sharex=panels[0] if panels else None))
-        y -= height + gap
-    for panel in panels[:-1]:
-        panel.tick_params(labelbottom=False)
-    return figure, panels
-
-
-def zero_line(axes: Axes) -> None:
-    """The line of no strain, so that compression and extension are told apart at sight."""
-    axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
 
 
 # What would make two files of one figure differ.

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from .. import _check
 from .._check import FloatArray
 from ..design.tolerance import SOURCES, Cost, ToleranceBudget
-from .style import BLACK, BLUE, DOUBLE, GREEN, GREY, ORANGE, VERMILLION, house_style, new_figure, settled
+from .parts import legend, plain
+from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, ORANGE, VERMILLION, finished, new_figure
 
 __all__ = ["tolerance_figure"]
 
@@ -23,8 +23,7 @@ _TOTAL = {"total": "root of the sum of squares", "together": "all at once"}
 _ROW = 4.9
 
 
-@dataclass(frozen=True)
-class _Panel:
+class _Panel(NamedTuple):
     """Which column of the costs, and how it is labelled."""
 
     name: str
@@ -32,13 +31,14 @@ class _Panel:
     label: str
 
 
-_PANELS = (_Panel("position", 1e3, "error of place [mm]"), _Panel("angle", 180 / np.pi, "error of angle [deg]"))
+_PANELS = (_Panel("position", 1e3, "error of position [mm]"), _Panel("angle", 180 / np.pi, "error of angle [deg]"))
 
 
+@finished
 def tolerance_figure(budget: ToleranceBudget, position: float | None = None, angle: float | None = None) -> Figure:
     """A bar for each source of error, its rms, and a mark for the worst touch, on logarithmic axes.
 
-    On the left errors of place, on the right those of the angle. With self-calibration, marks show what it leaves of
+    On the left errors of position, on the right those of the angle. With self-calibration, marks show what it leaves of
     each: of the few fingers that were calibrated, which is why an unchanged error need not end with its bar. What costs
     less than about a three-thousandth of the largest has no bar.
 
@@ -48,11 +48,6 @@ def tolerance_figure(budget: ToleranceBudget, position: float | None = None, ang
         From `subskin.design.tolerance_budget`.
     position, angle : float, optional
         Wanted accuracies [m, rad], drawn as lines.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        174 mm wide; write it with `subskin.plot.save`.
 
     Raises
     ------
@@ -64,25 +59,20 @@ def tolerance_figure(budget: ToleranceBudget, position: float | None = None, ang
         for name, value, unit in (("position", position, "m"), ("angle", angle, "rad"))
     ]
     rows = [*budget.rows, budget.total, budget.together]
-    with house_style():
-        figure = new_figure(DOUBLE, 30.0 + _ROW * len(rows))
-        panels = figure.subplots(1, 2, sharey=True)
-        for axes, panel, goal in zip(panels, _PANELS, wanted, strict=True):
-            _bars(axes, panel, rows)
-            _recovered(axes, panel, budget)
-            _limits(axes, panel, budget, goal)
-        panels[0].set_yticks(range(len(rows)), [_text(row) for row in rows])
-        panels[0].set_ylim(len(rows) - 0.4, -0.6)
-        for axes in panels:
-            axes.tick_params(axis="y", length=0)
-            axes.axhline(len(budget.rows) - 0.5, color=GREY, linewidth=0.5)
-        handles, labels = panels[0].get_legend_handles_labels()
-        order = sorted(range(len(labels)), key=lambda i: labels[i] != "rms")
-        figure.legend(
-            [handles[i] for i in order], [labels[i] for i in order],
-            loc="outside upper center", ncols=len(labels), columnspacing=1.4,
-        )  # fmt: skip
-        return settled(figure)
+    figure = new_figure(DOUBLE, 30.0 + _ROW * len(rows))
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, panel, goal in zip(panels, _PANELS, wanted, strict=True):
+        _bars(axes, panel, rows)
+        _recovered(axes, panel, budget)
+        _limits(axes, panel, budget, goal)
+    panels[0].set_yticks(range(len(rows)), [_text(row) for row in rows])
+    panels[0].set_ylim(len(rows) - 0.4, -0.6)
+    for axes in panels:
+        axes.tick_params(axis="y", length=0)
+        axes.axhline(len(budget.rows) - 0.5, color=GREY, linewidth=0.5)
+    count = len(panels[0].get_legend_handles_labels()[1])
+    legend(figure, panels[0], first=["rms"], loc="outside upper center", ncols=count, columnspacing=1.4)
+    return figure
 
 
 def _text(row: Cost) -> str:
@@ -114,15 +104,13 @@ def _bars(axes: Axes, panel: _Panel, rows: list[Cost]) -> None:
 def _recovered(axes: Axes, panel: _Panel, budget: ToleranceBudget) -> None:
     """What is left after each kind of self-calibration, beside the source's bar; the last is of all at once."""
     at = {row.source: i for i, row in enumerate(budget.rows)} | {"together": len(budget.rows) + 1}
-    looks = (("known", GREEN, "o", "calibrated at known places"), ("blind", ORANGE, "D", "calibrated blind"))
+    looks = (("known", GREEN, "o", "calibrated at known positions"), ("blind", ORANGE, "D", "calibrated blind"))
     for name, colour, marker, label in looks:
         found = [(getattr(r, name), at[r.source]) for r in budget.recovered if getattr(r, name) is not None]
         if found:
             left = _values(panel, [cost for cost, _ in found], "rms")
-            axes.plot(
-                left, [row for _, row in found], marker, color=colour, markersize=4.5,
-                markeredgecolor="white", markeredgewidth=0.6, label=label,
-            )  # fmt: skip
+            look: dict[str, Any] = {"color": colour, "ms": 4.5, "mec": "white", "mew": 0.6, "label": label}
+            axes.plot(left, [row for _, row in found], marker, **look)
 
 
 def _limits(axes: Axes, panel: _Panel, budget: ToleranceBudget, goal: float | None) -> None:
@@ -133,10 +121,8 @@ def _limits(axes: Axes, panel: _Panel, budget: ToleranceBudget, goal: float | No
     every = every[np.isfinite(every) & (every > 0)]
     top = float(every.max()) if every.size else 1.0
     if goal is not None:
-        axes.axvline(panel.scale * goal, color=VERMILLION, linewidth=1.0, linestyle=(0, (4, 2)), label="wanted")
+        axes.axvline(panel.scale * goal, color=VERMILLION, linewidth=1.0, linestyle=DASHED, label="wanted")
         top = max(top, panel.scale * goal)
     low = max(top / 10**_DECADES, 0.5 * float(every[every > top / 10**_DECADES].min()) if every.size else 0.0)
     axes.set_xlim(low, 1.6 * top)
-    axes.xaxis.set_major_locator(LogLocator())
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    plain(axes.xaxis, subs=(1.0,), small=True)

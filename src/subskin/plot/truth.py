@@ -10,36 +10,19 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LogNorm
-from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError
 from ..estimate.estimate import Estimate, Status
-from .style import (
-    BLACK,
-    BLUE,
-    GREY,
-    NORMAL_95,
-    ORANGE,
-    PINK,
-    SINGLE,
-    SKY,
-    VERMILLION,
-    house_style,
-    new_figure,
-    settled,
-    zero_line,
-)
+from .parts import legend, zero_line
+from .style import BLACK, BLUE, DASHED, GREY, MM, NORMAL_95, ORANGE, PINK, SINGLE, SKY, VERMILLION, finished, new_figure
 
 __all__ = ["truth_against_estimate"]
 
 MANY = 2000
 """More frames than this are drawn as a density, and their odd ones thinned to this number."""
-
-
-_MM = 1e3
 
 
 class _Look(NamedTuple):
@@ -58,7 +41,7 @@ _LOOK = {
 
 
 class _Frames(NamedTuple):
-    """Places in mm; `half` is half the 95 % interval, NaN where no standard deviation is known."""
+    """Positions in mm; `half` is half the 95 % interval, NaN where no standard deviation is known."""
 
     truth: FloatArray
     found: FloatArray
@@ -76,6 +59,7 @@ class _Frames(NamedTuple):
         return self.where(slice(None, None, self.truth.size // MANY + 1))
 
 
+@finished
 def truth_against_estimate(
     truth: npt.ArrayLike,
     estimate: npt.ArrayLike | Estimate,
@@ -84,31 +68,26 @@ def truth_against_estimate(
     *,
     title: str = "",
 ) -> Figure:
-    """Estimated place against the true one, and the error below it.
+    """Estimated position against the true one, and the error below it.
 
     Each touch is drawn with a marker for its status and, where there are at most 200, its 95 % interval;
-    touches that got no place are ticks on the lower edge. Beyond 2000 frames, those that are OK become a
-    density, and the median and the band run along with the place. The numbers in the figure, the median and
+    touches that got no position are ticks on the lower edge. Beyond 2000 frames, those that are OK become a
+    density, and the median and the band run along with the position. The numbers in the figure, the median and
     the band that holds 95 % of the errors are those of the OK frames alone. An error far outside that band is
     a triangle on the lower panel's edge.
 
     Parameters
     ----------
     truth : array_like, shape (...)
-        True places y [m].
+        True positions y [m].
     estimate : array_like, shape (...), or Estimate
-        Found places y [m], NaN where there is none. An `Estimate` brings its own `std` and `status`.
+        Found positions y [m], NaN where there is none. An `Estimate` brings its own `std` and `status`.
     std : array_like, shape (...), optional
-        Standard deviation of each place [m].
+        Standard deviation of each position [m].
     status : array_like, shape (...), optional
         `Status` of each frame; all OK where it is not given.
     title : str, optional
         Heading.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        84 mm wide; write it with `subskin.plot.save`.
 
     Raises
     ------
@@ -119,45 +98,32 @@ def truth_against_estimate(
     --------
     >>> figure = truth_against_estimate([0.0, 1e-3, 2e-3], [0.1e-3, 1e-3, 1.9e-3], std=5e-5)
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['estimated place [mm]', 'error [mm]']
+    ['estimated position [mm]', 'error [mm]']
     """
     frames = _frames(truth, estimate, std, status)
-    with house_style():
-        figure = new_figure(SINGLE, 116.0)
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
-        clouds = [*_found(upper, frames), *_errors(lower, frames)]
-        upper.set_title(_numbers(frames), fontsize=7, fontweight="normal", linespacing=1.4)
-        figure.suptitle(title, fontsize=8, fontweight="bold", x=0.02, ha="left")
-        if clouds:
-            most = max(float(np.max(np.asarray(cloud.get_array()))) for cloud in clouds)
-            for cloud in clouds:
-                cloud.set_norm(LogNorm(1.0, max(most, 2.0)))
-            figure.colorbar(clouds[0], ax=[upper, lower], label="ok frames in a cell", aspect=60, pad=0.03)
-        _legend(figure, upper, lower)
-        return settled(figure)
-
-
-def _legend(figure: Figure, *panels: Axes) -> None:
-    """One legend below all panels, where it covers nothing: first the statuses, then the lines."""
-    entries = {
-        label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    names = sorted(entries, key=lambda name: not isinstance(entries[name], ErrorbarContainer))
-    figure.legend(
-        [entries[n] for n in names], names, loc="outside lower center", ncols=3, columnspacing=1.2, markerscale=1.2
-    )
+    figure = new_figure(SINGLE, 116.0)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
+    clouds = [*_found(upper, frames), *_errors(lower, frames)]
+    upper.set_title(_numbers(frames), fontsize=7, fontweight="normal", linespacing=1.4)
+    figure.suptitle(title, fontsize=8, fontweight="bold", x=0.02, ha="left")
+    if clouds:
+        most = max(float(np.max(np.asarray(cloud.get_array()))) for cloud in clouds)
+        for cloud in clouds:
+            cloud.set_norm(LogNorm(1.0, max(most, 2.0)))
+        figure.colorbar(clouds[0], ax=[upper, lower], label="ok frames in a cell", aspect=60, pad=0.03)
+    statuses = [str(bars.get_label()) for bars in upper.containers]
+    legend(figure, upper, lower, first=statuses, ncols=3, columnspacing=1.2, markerscale=1.2)
+    return figure
 
 
 def _frames(
     truth: npt.ArrayLike, estimate: npt.ArrayLike | Estimate, std: npt.ArrayLike | None, status: npt.ArrayLike | None
 ) -> _Frames:
-    position: npt.ArrayLike
+    position = estimate
     if isinstance(estimate, Estimate):
         std = estimate.std[..., 0] if std is None else std
         status = estimate.status if status is None else status
         position = estimate.position
-    else:
-        position = estimate
     true = _check.real("truth", truth, unit="m")
     arrays = {
         "truth": true,
@@ -169,14 +135,14 @@ def _frames(
         _check.real("std", np.nan_to_num(arrays["std"]), unit="m", at_least=0.0)
     if _check.broadcast(**arrays) != true.shape or not true.size:
         seen = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
-        raise GeometryError(f"shapes {seen}", "one estimate for each true place, and at least one, is needed")
+        raise GeometryError(f"shapes {seen}", "one estimate for each true position, and at least one, is needed")
     t, found, spread, kinds = (np.broadcast_to(a, true.shape).reshape(-1) for a in arrays.values())
     half = np.where(np.isfinite(spread), NORMAL_95 * spread, np.nan)
-    return _Frames(t * _MM, found * _MM, half * _MM, kinds.astype(np.int8))
+    return _Frames(t * MM, found * MM, half * MM, kinds.astype(np.int8))
 
 
 def _kinds(frames: _Frames) -> Iterator[tuple[Status, _Frames]]:
-    """The frames of each status that have a place, the OK ones first."""
+    """The frames of each status that have a position, the OK ones first."""
     for kind in Status:
         chosen = frames.where((frames.status == kind) & np.isfinite(frames.found))
         if chosen.truth.size:
@@ -194,9 +160,9 @@ def _found(axes: Axes, frames: _Frames) -> list[PolyCollection]:
     lost = frames.where(~np.isfinite(frames.found))
     if lost.truth.size:
         ticks = lost.thinned().truth
-        edge: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "label": f"no place ({lost.truth.size})"}
+        edge: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "label": f"no position ({lost.truth.size})"}
         axes.plot(ticks, np.full(ticks.size, 0.012), "|", color=BLACK, ms=6, mew=0.6, **edge)
-    axes.set_ylabel("estimated place [mm]")
+    axes.set_ylabel("estimated position [mm]")
     return clouds
 
 
@@ -213,40 +179,25 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
         beyond = group.where(np.abs(group.error) > reach).thinned()
         for side, marker in ((1, "^"), (-1, "v")):
             at = beyond.truth[np.sign(beyond.error) == side]
-            size, label = 3.5 if at.size < 100 else 1.5, "beyond the axis" if at.size else "_"
-            axes.plot(
-                at,
-                np.full(at.size, side * reach),
-                marker,
-                color=_LOOK[kind].colour,
-                ms=size,
-                mew=0,
-                zorder=3,
-                label=label,
-            )
+            look: dict[str, Any] = {"ms": 3.5 if at.size < 100 else 1.5, "mew": 0, "zorder": 3}
+            look |= {"color": _LOOK[kind].colour, "label": "beyond the axis" if at.size else "_"}
+            axes.plot(at, np.full(at.size, side * reach), marker, **look)
     zero_line(axes)
     if good.truth.size:
         position, low, middle, high = _bands(good)
         if clouds:
-            axes.plot(
-                position,
-                np.stack([low, high], axis=1),
-                color=BLACK,
-                linewidth=0.7,
-                zorder=2.4,
-                label=["95 % of errors", "_"],
-            )
+            axes.plot(position, low, color=BLACK, linewidth=0.7, zorder=2.4, label="95 % of errors")
+            axes.plot(position, high, color=BLACK, linewidth=0.7, zorder=2.4)
         else:
-            axes.fill_between(
-                position, low, high, color=SKY, alpha=0.3, linewidth=0, zorder=0.4, label="95 % of errors"
-            )
-        axes.plot(position, middle, color=BLACK, linewidth=0.9, linestyle=(0, (4, 2)), zorder=2.5, label="median error")
-    axes.set(xlabel="true place [mm]", ylabel="error [mm]", ylim=(-1.08 * reach, 1.08 * reach))
+            look = {"color": SKY, "alpha": 0.3, "linewidth": 0, "zorder": 0.4, "label": "95 % of errors"}
+            axes.fill_between(position, low, high, **look)
+        axes.plot(position, middle, color=BLACK, linewidth=0.9, linestyle=DASHED, zorder=2.5, label="median error")
+    axes.set(xlabel="true position [mm]", ylabel="error [mm]", ylim=(-1.08 * reach, 1.08 * reach))
     return clouds
 
 
 def _bands(frames: _Frames) -> FloatArray:
-    """Places, and the 2.5, 50 and 97.5 % quantiles of the error there: running if there are many."""
+    """Positions, and the 2.5, 50 and 97.5 % quantiles of the error there: running if there are many."""
     levels = [0.025, 0.5, 0.975]
     if frames.truth.size <= MANY:
         ends = np.array([frames.truth.min(), frames.truth.max()])
