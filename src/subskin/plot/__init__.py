@@ -131,6 +131,11 @@ def save_memo_figures(
         An unknown number or format; nothing is written then.
     FileError
         A folder or file that cannot be written.
+
+    Examples
+    --------
+    >>> [path.name for path in save_memo_figures([2], getfixture("tmp_path"), formats=["svg"])]
+    ['memo_figure_02.svg']
     """
     wanted = MEMO_FIGURES if numbers is None else tuple(numbers)
     kinds = (formats,) if isinstance(formats, str) else tuple(formats)

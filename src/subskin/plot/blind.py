@@ -39,6 +39,16 @@ def blind_figure(found: BlindCalibration, names: Sequence[str] | None = None) ->
     ------
     GeometryError
         Names that are not one for each sensor.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> array = ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=5e-5)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> touch = ss.LineLoad(force=80.0, position=np.linspace(-3e-3, 3e-3, 30))
+    >>> figure = blind_figure(ss.calibrate_blind(finger, finger.read(touch, np.random.default_rng(0)), friction=0))
+    >>> figure.axes[1].get_xlabel()
+    'touches like those used'
     """
     sensors = len(found.health)
     called = [str(i) for i in range(sensors)] if names is None else list(names)

@@ -50,6 +50,16 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
     ------
     GeometryError
         Fewer than three moduli.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.5e-3, depth=0.8e-3, noise=2e-5))
+    >>> particle = ss.pressing.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
+    >>> found = ss.design.skin_compliance(finger, particle, force=40.0, young=[0.05e6, 0.2e6, 2e6])
+    >>> [axes.get_title(loc="left") for axes in compliance_figure(found).axes[:3]]
+    ['a  E = 2 MPa', 'b  E = 0.2 MPa', 'c  E = 0.05 MPa']
     """
     if found.young.size < 3:
         raise GeometryError(f"{found.young.size} moduli", "three or more are needed to draw a change")

@@ -38,7 +38,7 @@ def drift_figure(
     Parameters
     ----------
     readings : array_like, shape (m, n)
-        The stream as it came.
+        The stream as it came [units of the transducers].
     time : array_like, shape (m,)
         Time of each frame [s].
     tared : Tared
@@ -46,7 +46,7 @@ def drift_figure(
     sensor : int, optional
         Which sensor, from 0.
     truth : array_like, shape (m,), optional
-        The sensor's true offset, where that is known.
+        The sensor's true offset, where known [unit of its transducer].
     unit : str, optional
         Unit of a reading, for the axes.
 

@@ -39,12 +39,20 @@ def half_plane_map_figure(values: Mapping[str, FloatArray], here: tuple[float, f
     values : mapping
         What `half_plane_map` returned.
     here : (float, float), optional
-        Thickness and radius of a finger to ring, in depths of its sensors; an infinite radius for a flat one.
+        Thickness and radius of a finger to ring, as multiples of its sensors' depth; an infinite radius for a flat one.
 
     Raises
     ------
     GeometryError
         Shapes that do not match, a thickness or a radius that does not ascend.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> values = ss.design.half_plane_map(thickness=[3.0, 8.0], radius=[5.0, float("inf")])
+    >>> figure = half_plane_map_figure(values, here=(4.0, 8.0))
+    >>> [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    ['5', 'flat']
     """
     heights, radii = (np.atleast_1d(np.asarray(values[name], dtype=float)) for name in ("thickness", "radius"))
     for name, sizes in (("thickness", heights), ("radius", radii)):

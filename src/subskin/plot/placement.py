@@ -40,6 +40,15 @@ def placement_figure(quality: PlacementQuality) -> Figure:
     ------
     GeometryError
         A grid of one angle: its touches are a line, and no map.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=5e-5)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> quality = ss.design.placement_quality(finger, ss.design.Touches(force=40.0), grid=(21, 9))
+    >>> placement_figure(quality).axes[0].get_ylabel()
+    'angle of the touch [°]'
     """
     if quality.angle.size < 2:
         raise GeometryError("a grid of one angle", "two or more make a map", "friction > 0, grid=(101, 41)")
@@ -116,6 +125,16 @@ def placement_study_figure(
     ------
     GeometryError, InvalidValueError
         Fewer than two pitches; numbers of sensors, kinds or depths that the study lacks; another measure.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
+    >>> study = ss.design.placement_study(
+    ...     skin, ss.NormalStrain(), [1e-3], [[0.5e-3, 1e-3]], [4, 6], touches, noise=5e-5, samples=500
+    ... )
+    >>> placement_study_figure(study).axes[0].get_xlabel()
+    'pitch / depth'
     """
     if measure not in _MEASURES:
         raise InvalidValueError(f"measure {measure!r}", f"has to be one of {', '.join(_MEASURES)}")

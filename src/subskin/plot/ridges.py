@@ -42,6 +42,15 @@ def ridge_figure(found: RidgeGain) -> Figure:
     ------
     GeometryError
         Another shape, or nothing that changes along an axis.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray(y=[0.0], depth=0.5e-3))
+    >>> ridges = ss.design.Ridges(pitch=np.array([1e-3, 2e-3, 3e-3]))
+    >>> figure = ridge_figure(ss.design.ridge_gain(finger, ss.Hertz(force=40.0, half_width=5e-3), ridges))
+    >>> figure.axes[0].get_xlabel()
+    'pitch / depth'
     """
     shape = found.pitch.shape
     if len(shape) not in (1, 2) or min(shape) < 3:
@@ -120,6 +129,14 @@ def pressed_ridges_figure(found: PressedRidges) -> Figure:
     ------
     GeometryError
         Another shape; ridges of no height.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray(y=[0.0], depth=0.5e-3))
+    >>> found = ss.design.ridges.press_ridges(finger, 3e-3, [5e-6, 20e-6, 60e-6], force=200.0, radius=50e-3)
+    >>> pressed_ridges_figure(found).axes[0].get_xlabel()
+    'closing pressure / greatest smooth pressure'
     """
     if found.pitch.ndim != 1 or found.pitch.size < 3 or not (found.amplitude > 0).all():
         raise GeometryError(

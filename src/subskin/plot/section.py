@@ -88,7 +88,7 @@ def finger_section(
         The load found from one frame, drawn with its 95 % interval (a wedge for the angle, a bar for the
         position).
     readings : array_like, shape (n,), optional
-        The frame itself, drawn below against what the contact and the load found would give.
+        The frame itself [units of the transducers], drawn below against what contact and load found would give.
     component : str, optional
         What is drawn in the skin, a name of `COMPONENTS`: "strain.xx" (the default), "mean_pressure", ...
     title : str, optional

@@ -40,12 +40,22 @@ def slip_figure(judged: Slip, frame: int | tuple[int, ...] = (), probability: fl
     frame : int or tuple of int, optional
         Which frame of a batch.
     probability : float, optional
-        The bound for the least normal force.
+        The probability of slip that the least normal force is for.
 
     Raises
     ------
     GeometryError
         A frame that is not in the batch, or none given for a batch.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> array = ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=2e-4)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> found = finger.locate(finger.read(ss.LineLoad(force=40.0, angle=0.1), np.random.default_rng(1)))
+    >>> figure = slip_figure(ss.decide.slip(found, ss.decide.Friction.between(0.4, 0.6)))
+    >>> figure.axes[0].get_xlabel()
+    'normal force $N$ [N/m]'
     """
     index = (frame,) if isinstance(frame, int) else tuple(frame)
     if len(index) != len(judged.shape) or any(not -n <= i < n for i, n in zip(index, judged.shape, strict=True)):

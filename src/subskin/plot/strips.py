@@ -37,6 +37,16 @@ def contact_strip(found: Estimate, *, origin: float = 0.0) -> Figure:
     ------
     GeometryError
         Not a row of frames.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> array = ss.SensorArray.line(count=7, pitch=1e-3, depth=2e-3, noise=2e-5)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> rolling = ss.Hertz(force=40.0, half_width=2e-3, position=np.linspace(-1e-3, 1e-3, 5))
+    >>> figure = contact_strip(finger.fit(finger.read(rolling), "hertz"))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['position along the skin, $y$ [mm]', 'force [N/m]']
     """
     frames = _row(found.shape)
     figure = new_figure(SINGLE, 80.0)
@@ -93,6 +103,16 @@ def probability_strip(said: TypeDecision) -> Figure:
     ------
     GeometryError
         Not a row of frames.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> array = ss.SensorArray.line(count=7, pitch=1e-3, depth=2e-3, noise=2e-5)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> rolling = ss.Hertz(force=40.0, half_width=2e-3, position=np.linspace(-1e-3, 1e-3, 5))
+    >>> figure = probability_strip(ss.decide.contact_type(finger, finger.read(rolling)))
+    >>> figure.axes[0].get_ylabel()
+    'probability'
     """
     frames = _row(said.shape)
     share, base = np.nan_to_num(said.probability), np.zeros(frames.size)

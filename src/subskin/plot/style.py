@@ -170,6 +170,11 @@ def save(figure: Figure, path: str | PathLike[str], formats: Iterable[str] | Non
         A format that is not offered; nothing is written then.
     FileError
         A folder or file that cannot be written.
+
+    Examples
+    --------
+    >>> save(new_figure(84.0, 60.0), getfixture("tmp_path") / "empty.svg")[0].name
+    'empty.svg'
     """
     target = Path(path)
     suffix = target.suffix[1:].lower()

@@ -53,6 +53,15 @@ def tolerance_figure(budget: ToleranceBudget, position: float | None = None, ang
     ------
     InvalidValueError
         A wanted accuracy that is not > 0.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.line(count=8, pitch=2e-3, depth=2e-3, noise=1e-5)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> budget = ss.design.tolerance_budget(finger, ss.design.Touches(force=20.0), {"poisson": 0.05}, draws=20)
+    >>> [axes.get_xlabel() for axes in tolerance_figure(budget, position=0.1e-3).axes]
+    ['error of position [mm]', 'error of angle [deg]']
     """
     wanted = [
         None if value is None else _check.scalar(name, value, above=0.0, unit=unit)

@@ -85,7 +85,7 @@ def truth_against_estimate(
     std : array_like, shape (...), optional
         Standard deviation of each position [m].
     status : array_like, shape (...), optional
-        `Status` of each frame; all OK where it is not given.
+        Number of the `Status` of each frame; all OK where it is not given.
     title : str, optional
         Heading.
 

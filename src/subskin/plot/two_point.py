@@ -26,6 +26,15 @@ def two_point_figure(found: TwoPointLimen) -> Figure:
     ----------
     found : TwoPointLimen
         From `subskin.design.two_point_limen`.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> found = ss.design.two_point_limen(finger, ss.design.Touches(force=40.0), shares=0.5, positions=5)
+    >>> [axes.get_ylabel() for axes in two_point_figure(found).axes]
+    ['least separation told [mm]', 'touches told [%]']
     """
     figure = new_figure(DOUBLE, 72.0)
     over_position, told = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
@@ -95,6 +104,15 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
     ------
     GeometryError
         More counts than there are colours.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray(y=[0.0], depth=2e-3))
+    >>> touches = ss.design.Touches(force=20.0, span=(-2e-3, 2e-3))
+    >>> study = ss.design.two_point_study(finger, touches, count=6, pitch=[0.5, 1.0], noise=1e-3, shares=0.5)
+    >>> two_point_study_figure(study).axes[0].get_xlabel()
+    'pitch of the sensors [depths]'
     """
     if study.count.size > len(_COLOURS):
         raise GeometryError(f"{study.count.size} counts", f"up to {len(_COLOURS)} can be told apart")

@@ -17,11 +17,16 @@ from ..plot import (
     tolerance_figure,
     two_point_figure,
 )
-from ..plot.style import Figure
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 
 __all__ = ["design_report"]
 
+_MAP = (
+    "Left: every depth and pitch of the grid for as many sensors as finger 1 has, by the largest ratio of what it does "
+    "to what was wanted; within the line all goals of the search are met, grey has no room, and the ring is finger 1, "
+    "which was refined beyond the grid. Right: the best of the grid for each count, of every kind and skin, and finger "
+    "1 (ring). The grid counts noise alone; tolerances and the distance of two touches are added afterwards."
+)
 _LIMITS = (
     "Loads are lines across the finger, of the weakest force that was stated; wider contacts are told less well.",
     "The skin is linearly elastic, and strains are small.",
@@ -31,7 +36,7 @@ _LIMITS = (
 
 
 def design_report(study: DesignStudy, goals_text: str) -> Document:
-    """The report.
+    """What was wanted, what to build, why, and what it will do.
 
     Parameters
     ----------
@@ -39,32 +44,36 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
         From `subskin.design.rank_fingers`.
     goals_text : str
         The goals as they were written, to be shown at the end.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
+    >>> skin = SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.4e6)))
+    >>> goals = ss.design.Goals(
+    ...     touches=ss.design.Touches(force=20.0, span=(-2e-3, 2e-3)), strongest=100.0, skins=(skin,),
+    ...     accuracy=Accuracy(position=0.2e-3, angle=0.1), sensors=(SensorKind("gauge", ss.NormalStrain(), 2e-4),),
+    ...     room=Room(count=(4, 5), depth=(2e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
+    ...     effort=Effort(depths=2, pitches=2, touches=200, keep=1),
+    ... )
+    >>> study = ss.design.rank_fingers(ss.design.search_grid(goals, workers=1), workers=1)
+    >>> report = design_report(study, "[touch] ...")
+    >>> report.blocks[0].text, report.blocks[-1].text
+    ('What to build', '[touch] ...')
     """
     goals, best = study.goals, study.fingers[0]
-    met = sum(finger.meets for finger in study.fingers)
+    columns, rows, left = finger_table(study)
     blocks: list[Block] = [Heading("What to build"), Paragraph(_verdict(study), lead=True), _checks(best)]
-    blocks += [Picture(_section(study, best), _section_words(study, best))]
-    blocks += [Heading("The fingers"), Paragraph(_ranked(study, met)), _table(study)]
-    caption = (
-        "Left: every depth and pitch of the grid for as many sensors as finger 1 has, by the largest ratio of what it "
-        "does to what was wanted; within the line all goals of the search are met, grey has no room, and the ring is "
-        "finger 1, which was refined beyond the grid. Right: the best of the grid for each count, of every kind and "
-        "skin, and finger 1 (ring). The grid counts noise alone; tolerances and the distance of two touches are added "
-        "afterwards."
-    )
-    blocks.append(Picture(design_map_figure(study), caption))
+    blocks += [_section(study, best), Heading("The fingers"), Paragraph(_ranked(study))]
+    blocks += [Table(columns, rows, left=left, strong=frozenset({0})), Picture(design_map_figure(study), _MAP)]
     blocks.append(Heading("Why these"))
-    for rank, finger in enumerate(study.fingers, start=1):
-        blocks += [Heading(f"Finger {rank}: {_name(study, finger)}", 2), Bullets(finger.reasons)]
-    blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(study, best))]
-    blocks += [
-        Picture(placement_figure(finger.quality), f"Finger {rank}. {_name(study, finger)}.")
-        for rank, finger in enumerate(study.fingers, start=1)
-    ]
-    blocks += _tolerances(study, best)
-    blocks += _two_points(study, best)
-    blocks += _filter(study, best)
-    blocks += _provenance(study, goals_text)
+    names = [_name(study, finger) for finger in study.fingers]
+    for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
+        blocks += [Heading(f"Finger {rank}: {name}", 2), Bullets(finger.reasons)]
+    blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(best))]
+    for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
+        blocks.append(Picture(placement_figure(finger.quality), f"Finger {rank}. {name}."))
+    blocks += [*_tolerances(study, best), *_two_points(study, best), *_filter(best), *_provenance(study, goals_text)]
     subtitle = f"subskin {__version__}, seed {goals.effort.seed}, {study.grid.excess.size:,} designs tried"
     return Document(f"{goals.title}: a design", subtitle, blocks)
 
@@ -106,48 +115,34 @@ def _checks(finger: DesignedFinger) -> Table:
     )
 
 
-def _section(study: DesignStudy, finger: DesignedFinger) -> Figure:
-    touch = _example_touch(study, finger)
-    readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
-    found = finger.finger.locate(readings, search=finger.quality.search, friction=study.goals.touches.friction)
-    component = study.goals.sensors[finger.row.sensor].transducer.component
-    return finger_section(finger.finger, touch, readings=readings, estimate=found, component=component)
-
-
-def _example_touch(study: DesignStudy, finger: DesignedFinger) -> LineLoad:
-    """A touch as good as any: the weakest force, half-way out in its angle, off the sensors."""
+def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
+    """Under a touch as good as any: the weakest force, half-way out in its angle, off the sensors."""
     touches = study.goals.touches
-    return LineLoad(touches.force, 0.5 * touches.cone, 0.3 * finger.row.pitch)
-
-
-def _section_words(study: DesignStudy, finger: DesignedFinger) -> str:
-    touch = _example_touch(study, finger)
-    force, angle = float(np.asarray(touch.force)), in_words(float(np.asarray(touch.angle)), "rad")
-    return (
-        f"Finger 1 under its weakest touch, {force:g} N/m at {angle}, with one frame of noisy readings, and the load "
-        "found from them with its 95 % interval."
+    touch = LineLoad(touches.force, 0.5 * touches.cone, 0.3 * finger.row.pitch)
+    readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
+    found = finger.finger.locate(readings, search=finger.quality.search, friction=touches.friction)
+    component = study.goals.sensors[finger.row.sensor].transducer.component
+    return Picture(
+        finger_section(finger.finger, touch, readings=readings, estimate=found, component=component),
+        f"Finger 1 under its weakest touch, {touches.force:g} N/m at {in_words(0.5 * touches.cone, 'rad')}, with one "
+        "frame of noisy readings, and the load found from them with its 95 % interval.",
     )
 
 
-def _ranked(study: DesignStudy, met: int) -> str:
-    effort = study.goals.effort
-    judged = f"{study.grid.excess.size:,} designs, each by {effort.touches:,} touches"
+def _ranked(study: DesignStudy) -> str:
+    judged = f"{study.grid.excess.size:,} designs, each by {study.goals.effort.touches:,} touches"
+    met = any(finger.meets for finger in study.fingers)
     first = "Those that meet the goals come first, the fewest sensors first. " if met else ""
     return (
-        f"The best of {judged}: at most one for each skin, kind and count. {first}Place and angle are the standard "
+        f"The best of {judged}: at most one for each skin, kind and count. {first}Position and angle are the standard "
         "errors that 95 % of the touches keep, the tolerances of making included where they were stated."
     )
 
 
-def _table(study: DesignStudy) -> Table:
-    columns, rows, left = finger_table(study)
-    return Table(columns, rows, left=left, strong=frozenset({0}))
-
-
-def _resolution(study: DesignStudy, finger: DesignedFinger) -> str:
+def _resolution(finger: DesignedFinger) -> str:
     values = finger.values
     return (
-        "The maps show the standard error of the place and of the angle for every place and angle of the touch, at "
+        "The maps show the standard error of position and angle over those of the touch, at "
         f"the weakest force, from noise alone. For finger 1 it is {in_words(values['position_mean'], 'm')} and "
         f"{in_words(values['angle_mean'], 'rad')} on average, {in_words(values['position_worst'], 'm')} and "
         f"{in_words(values['angle_worst'], 'rad')} at its worst. In {in_words(values['ambiguous'], '')} of the touches "
@@ -163,12 +158,13 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     unit = study.goals.sensors[finger.row.sensor].transducer.unit
     rows = [
         [
-            SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once", _amount(cost, unit),
-            in_words(cost.position_rms, "m"),
-            in_words(cost.angle_rms, "rad"), in_words(cost.force_rms, ""), in_words(cost.lost, ""),
+            SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once",
+            _amount(cost, unit),
+            *(in_words(cost.position_rms, "m"), in_words(cost.angle_rms, "rad")),
+            *(in_words(cost.force_rms, ""), in_words(cost.lost, "")),
         ]
         for cost in (*budget.rows, budget.together)
-    ]  # fmt: skip
+    ]
     accuracy = study.goals.accuracy
     return [
         Heading("Tolerances"),
@@ -180,8 +176,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
             "The same: bars are root mean squares, and what is wanted is for 95 % of the touches. What calibrating on "
-            "touches at known places wins back: "
-            f"{_command(study, budget)}",
+            f"touches at known positions wins back: {_command(study, budget)}",
         ),
     ]
 
@@ -189,9 +184,8 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
 def _command(study: DesignStudy, budget: ToleranceBudget) -> str:
     amounts = {cost.source: cost.amount for cost in budget.rows if cost.source != "noise"}
     given = " ".join(f"--{source} {amount:g}" for source, amount in amounts.items())
-    only = ",".join([*amounts, "noise"])
-    force = f"--force {study.goals.touches.force:g}"
-    return f"subskin tolerances finger_1.toml {force} {given} --only {only} --calibrate known"
+    only, force = ",".join([*amounts, "noise"]), study.goals.touches.force
+    return f"subskin tolerances finger_1.toml --force {force:g} {given} --only {only} --calibrate known"
 
 
 def _amount(cost: Cost, unit: str) -> str:
@@ -204,15 +198,12 @@ def _amount(cost: Cost, unit: str) -> str:
 
 def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     found = limen(finger.finger, study.goals, "point")
-    words = "Two touches that share the weakest force, at any two angles in the cone; 95 % of such pairs, in 90 % of "
-    words += "frames at 1 % of false alarms: "
-    words += f"{_from(finger.point)} told from a single line load, {_from(finger.wide)} from a single wide contact."
     return [
         Heading("Two touches, or one"),
         Paragraph(
-            words.replace("from without bound apart", "nowhere for sure").replace(
-                "from without bound", "nowhere for sure"
-            )
+            "Two touches that share the weakest force, at any two angles in the cone; 95 % of such pairs, in 90 % of "
+            f"frames at 1 % of false alarms: {_from(finger.point)} told from a single line load, {_from(finger.wide)} "
+            "from a single wide contact."
         ),
         Picture(two_point_figure(found), "Least distance of two touches that finger 1 tells from one, and how surely."),
     ]
@@ -222,7 +213,7 @@ def _from(distance: float) -> str:
     return f"from {in_words(distance, 'm')} apart" if np.isfinite(distance) else "not at any distance that was tried"
 
 
-def _filter(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
+def _filter(finger: DesignedFinger) -> list[Block]:
     found = spatial_response(finger.finger)
     dense = float(np.nanmin(sensor_density(finger.finger, 100.0).error_pitch))
     return [

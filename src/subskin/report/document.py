@@ -12,7 +12,7 @@ __all__ = ["Block", "Bullets", "Document", "Heading", "Listing", "Paragraph", "P
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading; `level` 1 begins a section, 2 a part of one."""
+    """A heading, its `text`; `level` 1 begins a section, 2 a part of one."""
 
     text: str
     level: int = 1
@@ -20,7 +20,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A paragraph; `lead` sets it larger, as the first thing to read."""
+    """A paragraph, its `text`; `lead` sets it larger, as the first thing to read."""
 
     text: str
     lead: bool = False
@@ -28,14 +28,17 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Bullets:
-    """A list."""
+    """A list of `items`."""
 
     items: Sequence[str]
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table; the first `left` columns are text and the rest numbers, rows in `strong` stand out."""
+    """A table of `columns` and `rows`, and its `caption`.
+
+    The first `left` columns are text and the rest numbers; rows in `strong` stand out.
+    """
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -46,7 +49,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with what it shows."""
+    """A `figure` and a `caption`, what it shows."""
 
     figure: Figure
     caption: str
@@ -54,7 +57,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Listing:
-    """A file, as it stands."""
+    """The `text` of a file, as it stands."""
 
     text: str
 
@@ -64,7 +67,14 @@ Block = Heading | Paragraph | Bullets | Table | Picture | Listing
 
 @dataclass(frozen=True)
 class Document:
-    """A report: its title, what stands beneath the title, and its blocks."""
+    """A report: its `title`, the `subtitle` beneath it, and its `blocks`.
+
+    Examples
+    --------
+    >>> page = Document("A finger", "seed 3", [Heading("Why"), Paragraph("It is soft."), Bullets(["one", "two"])])
+    >>> len(page.blocks)
+    3
+    """
 
     title: str
     subtitle: str

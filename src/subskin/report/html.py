@@ -16,7 +16,19 @@ __all__ = ["as_html"]
 
 
 def as_html(document: Document) -> str:
-    """The report as a page."""
+    """The report as a page.
+
+    Parameters
+    ----------
+    document : Document
+        The report.
+
+    Examples
+    --------
+    >>> from subskin.report import Document, Paragraph
+    >>> "<p>It is soft.</p>" in as_html(Document("A finger", "seed 3", [Paragraph("It is soft.")]))
+    True
+    """
     style = files(__package__).joinpath("report.css").read_text(encoding="utf-8")
     sections = [b for b in document.blocks if isinstance(b, Heading) and b.level == 1]
     links = "".join(f'<a href="#{_anchor(h.text)}">{escape(h.text)}</a>' for h in sections)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from functools import cache
 from typing import Any
-from xml.sax.saxutils import escape as escaped
+from xml.sax.saxutils import escape
 
 from ..design.search import held
 from ..plot.style import LETTERS, Figure, encoded
@@ -20,7 +20,18 @@ _SHORT = 24
 
 
 def as_pdf(document: Document) -> bytes:
-    """The report as a PDF; the same report gives the same bytes."""
+    """The report as a PDF; the same report gives the same bytes.
+
+    Parameters
+    ----------
+    document : Document
+        The report.
+
+    Examples
+    --------
+    >>> as_pdf(Document("A finger", "seed 3", [Paragraph("It is soft.")]))[:5]
+    b'%PDF-'
+    """
     from reportlab import platypus
     from reportlab.lib.pagesizes import A4
     from reportlab.lib.units import mm
@@ -31,11 +42,7 @@ def as_pdf(document: Document) -> bytes:
         file, pagesize=A4, title=document.title, subject=document.subtitle, author="", invariant=1,
         leftMargin=_MARGIN * mm, rightMargin=_MARGIN * mm, topMargin=_MARGIN * mm, bottomMargin=_MARGIN * mm,
     )  # fmt: skip
-    story = [
-        platypus.Paragraph(escape(document.title), look["title"]),
-        platypus.Paragraph(escape(document.subtitle), look["grey"]),
-        platypus.Spacer(1, 4 * mm),
-    ]
+    story = [_text(document.title, look["title"]), _text(document.subtitle, look["grey"]), platypus.Spacer(1, 4 * mm)]
     for block in document.blocks:
         story += _flowables(block, look, pages.width)
 
@@ -49,9 +56,11 @@ def as_pdf(document: Document) -> bytes:
     return file.getvalue()
 
 
-def escape(text: str) -> str:
-    """The text as ReportLab takes it, numbers held to their units."""
-    return escaped(held(text))
+def _text(words: str, style: Any, **options: Any) -> Any:
+    """Words set in a style, numbers held to their units."""
+    from reportlab import platypus
+
+    return platypus.Paragraph(escape(held(words)), style, **options)
 
 
 @cache
@@ -64,7 +73,8 @@ def _look() -> dict[str, Any]:
     for name in ("DejaVuSans", "DejaVuSans-Bold", "DejaVuSansMono"):
         pdfmetrics.registerFont(TTFont(name, str(LETTERS / f"{name}.ttf")))
     text = ParagraphStyle("text", fontName="DejaVuSans", fontSize=8.5, leading=12.5, spaceAfter=5)
-    bold = {"fontName": "DejaVuSans-Bold", "keepWithNext": 1}
+    bold: dict[str, Any] = {"fontName": "DejaVuSans-Bold", "keepWithNext": 1}
+    small: dict[str, Any] = {"fontSize": 7, "leading": 9, "spaceAfter": 0}
 
     def style(name: str, **changes: Any) -> ParagraphStyle:
         return ParagraphStyle(name, parent=text, **changes)
@@ -78,10 +88,10 @@ def _look() -> dict[str, Any]:
         "grey": style("grey", textColor="#6E6E6E", fontSize=7.5, leading=10.5),
         "bullet": style("bullet", leftIndent=9, bulletIndent=0, spaceAfter=2.5),
         "code": style("code", fontName="DejaVuSansMono", fontSize=6.5, leading=9),
-        "cell": style("cell", fontSize=7, leading=9, spaceAfter=0),
-        "number": style("number", fontSize=7, leading=9, spaceAfter=0, alignment=2),
-        "head": style("head", fontName="DejaVuSans-Bold", fontSize=7, leading=9, spaceAfter=0),
-        "numberhead": style("numberhead", fontName="DejaVuSans-Bold", fontSize=7, leading=9, spaceAfter=0, alignment=2),
+        "cell": style("cell", **small),
+        "number": style("number", **small, alignment=2),
+        "head": style("head", **small, fontName="DejaVuSans-Bold"),
+        "numberhead": style("numberhead", **small, fontName="DejaVuSans-Bold", alignment=2),
     }
 
 
@@ -90,20 +100,19 @@ def _flowables(block: Block, look: dict[str, Any], width: float) -> list[Any]:
 
     match block:
         case Heading(text, level):
-            return [platypus.Paragraph(escape(text), look[str(level)])]
+            return [_text(text, look[str(level)])]
         case Paragraph(text, lead):
-            return [platypus.Paragraph(escape(text), look["lead" if lead else "text"])]
+            return [_text(text, look["lead" if lead else "text"])]
         case Bullets(items):
-            return [platypus.Paragraph(escape(item), look["bullet"], bulletText="•") for item in items]
+            return [_text(item, look["bullet"], bulletText="•") for item in items]
         case Table():
-            caption = [platypus.Paragraph(escape(block.caption), look["grey"])] if block.caption else []
+            caption = [_text(block.caption, look["grey"])] if block.caption else []
             whole = [*caption, _table(block, look, width), platypus.Spacer(1, 8)]
             return [platypus.KeepTogether(whole)] if len(block.rows) <= _SHORT else whole
         case Listing(text):
             return [platypus.Preformatted(text, look["code"], maxLineLength=110)]
         case Picture(figure, caption):
-            shown = [_image(figure, width), platypus.Paragraph(escape(caption), look["grey"])]
-            shown.insert(1, platypus.Spacer(1, 3))
+            shown = [_image(figure, width), platypus.Spacer(1, 3), _text(caption, look["grey"])]
             return [platypus.KeepTogether(shown), platypus.Spacer(1, 6)]
 
 
@@ -113,17 +122,15 @@ def _table(block: Table, look: dict[str, Any], width: float) -> Any:
     from reportlab.pdfbase.pdfmetrics import stringWidth
 
     styles = ["cell"] * block.left + ["number"] * (len(block.columns) - block.left)
-    heads = ["head"] * block.left + ["numberhead"] * (len(block.columns) - block.left)
-    rows = [[platypus.Paragraph(escape(c), look[s]) for c, s in zip(block.columns, heads, strict=True)]]
-    for row in block.rows:
-        rows.append([platypus.Paragraph(escape(c), look[s]) for c, s in zip(row, styles, strict=True)])
+    heads = [style.replace("cell", "") + "head" for style in styles]
+    rows = [[_text(cell, look[style]) for cell, style in zip(block.columns, heads, strict=True)]]
+    rows += [[_text(cell, look[style]) for cell, style in zip(row, styles, strict=True)] for row in block.rows]
     wide = []
-    for i, head in enumerate(block.columns):
-        whole = [row[i] for row in block.rows]  # cells stay on one line where there is room, heads may break
-        texts = (*whole, *head.split(), "")
-        wide.append(9 + max(stringWidth(text, "DejaVuSans-Bold", 7) for text in texts))
+    for head, *cells in zip(block.columns, *block.rows, strict=True):
+        words = (*cells, *head.split(), "")  # cells stay on one line where there is room, heads may break
+        wide.append(9 + max(stringWidth(word, "DejaVuSans-Bold", 7) for word in words))
     scale = min(1.0, width / sum(wide))
-    look_of_rows: Any = [
+    rules: Any = [
         ("LINEBELOW", (0, 0), (-1, 0), 0.9, "black"),
         ("LINEBELOW", (0, 1), (-1, -1), 0.3, "#D9D9D9"),
         ("LEFTPADDING", (0, 0), (-1, -1), 3),
@@ -133,7 +140,7 @@ def _table(block: Table, look: dict[str, Any], width: float) -> Any:
         ("VALIGN", (0, 0), (-1, 0), "BOTTOM"),
         *(("BACKGROUND", (0, i + 1), (-1, i + 1), "#EAF3F9") for i in sorted(block.strong)),
     ]
-    return platypus.Table(rows, colWidths=[w * scale for w in wide], repeatRows=1, hAlign="LEFT", style=look_of_rows)
+    return platypus.Table(rows, colWidths=[w * scale for w in wide], repeatRows=1, hAlign="LEFT", style=rules)
 
 
 def _image(figure: Figure, width: float) -> Any:
