@@ -15,21 +15,12 @@ from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..io.files import check_target
 from ..io.finger_file import FingerFile, load_finger
-from ..io.tables import Table, read_table, write_table
+from ..io.tables import Table, read_table
 from ..stream.pipeline import Pipeline
 from ..stream.stage import Stage
-from .common import check_figure, chosen_rows, number, progress_bar, said_of, say, show, write_json
+from .common import check_figure, chosen_rows, number, progress_bar, said_of, show
 
-__all__ = [
-    "Answers",
-    "answers_of",
-    "estimate_columns",
-    "give",
-    "show_first",
-    "show_statuses",
-    "status_counts",
-    "status_names",
-]
+__all__ = ["Answers", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_counts", "status_names"]
 
 Answer = Callable[[npt.ArrayLike], Any]
 
@@ -71,8 +62,7 @@ def answers_of(options: argparse.Namespace, prepare: Callable[[FingerFile], Answ
     FileError, InvalidValueError
         Whatever is wrong with the options, the finger or the table; nothing has been written.
     """
-    if options.figure is not None:
-        check_figure(options.figure, "--figure")
+    check_figure(options.figure)
     for target in (options.out, getattr(options, "totals", None)):
         if target not in (None, "-"):
             check_target(target)
@@ -124,32 +114,6 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
         "used": answers.used,
     }
     return {k: v for k, v in columns.items() if width or not ("half_width" in k or k == "spare")}
-
-
-def give(
-    options: argparse.Namespace,
-    tables: Mapping[str | None, Callable[[], Mapping[str, Any]]],
-    data: Callable[[], Mapping[str, Any]],
-    people: Callable[[TextIO], None],
-    figure: Callable[[Any], Any],
-) -> int:
-    """Draw with `figure(plot)`, write tables to the files that are named, print JSON or for people; the exit code."""
-    if options.figure is not None:
-        from .. import plot
-
-        plot.save(figure(plot), options.figure)
-    for target, columns in tables.items():
-        if target is not None:
-            write_table(target, columns())
-    if options.json:
-        write_json(data())
-        return 0
-    out = say(options)
-    people(out)
-    for target in (*tables, options.figure):
-        if target not in (None, "-"):
-            print(f"-> {target}", file=out)
-    return 0
 
 
 def show_first(

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import check_figure, chosen_rows, number, say, show, write_json
+from .. import io
+from ..errors import FileError, InvalidValueError
+from ..io.files import check_target, write_bytes
+from ..io.units import quantity
+from .common import add_figure, check_figure, chosen_rows, give, listed, number, show
 
 if TYPE_CHECKING:
-    from ..calibration import BlindCalibration, BlindParameter
-    from ..io.finger_file import FingerFile
+    from ..calibration import BlindCalibration, BlindParameter, Calibration, Parameter
+    from ..io import FingerFile
 
-__all__ = ["add_blind", "refuse_blind_options", "run_blind"]
+__all__ = ["add_blind", "learnt", "named", "refuse_blind_options", "run_blind", "sensors_of", "show_health"]
 
 _ERRORS = {
     "gain": "of each gain (5 %%)",
     "depth": "of the depth, a share or a length (5 %%)",
-    "position": "of each place, a share of the depth or a length (2 %%)",
+    "position": "of each position, a share of the depth or a length (2 %%)",
     "poisson": "of Poisson's ratio; needed to fit it",
     "thickness": "of what lies beneath the deepest sensor, a share or a length; needed to fit it",
     "offset": "of each offset, in readings; needed to fit it",
@@ -33,7 +39,7 @@ def add_blind(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--blind", action="store_true", help="from the readings alone")
     for name, text in _ERRORS.items():
         group.add_argument(f"--{name}-error", metavar="X", help=f"standard deviation {text}")
-    group.add_argument("--figure", metavar="FILE", help="draw what was learnt (.svg, .png or .pdf)")
+    add_figure(group, "draw what was learnt")
 
 
 def refuse_blind_options(options: argparse.Namespace) -> None:
@@ -44,8 +50,6 @@ def refuse_blind_options(options: argparse.Namespace) -> None:
     InvalidValueError
         Such an option.
     """
-    from ..errors import InvalidValueError
-
     for name in (*(f"{error}_error" for error in _ERRORS), "figure"):
         if getattr(options, name) is not None:
             raise InvalidValueError(f"--{name.replace('_', '-')}", "it goes with --blind", "add --blind")
@@ -56,54 +60,72 @@ def run_blind(options: argparse.Namespace) -> int:
     import numpy as np
 
     from ..calibration import calibrate_blind
-    from ..errors import FileError, InvalidValueError
-    from ..io.files import check_target, write_bytes
-    from ..io.finger_file import load_finger
-    from ..io.tables import read_table
 
     for name in _LABELLED:
         if getattr(options, name) is not None:
-            raise InvalidValueError(
-                f"--{name.replace('_', '-')}", "with --blind nothing is known of the touches", "leave it out"
-            )
-    if options.figure is not None:
-        check_figure(options.figure, "--figure")
+            rule = "with --blind nothing is known of the touches"
+            raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it out")
+    check_figure(options.figure)
     if options.out not in (None, "-"):
         check_target(options.out)
-    file = load_finger(options.finger)
-    table = read_table(options.touches)
+    file, table = io.load_finger(options.finger), io.read_table(options.touches)
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
-    fit = tuple(part.strip() for part in (options.fit or "gain,depth,position").split(",") if part.strip())
+    fit = listed(options.fit or "gain,depth,position")
     errors = _errors(options, file, fit)
     friction = {k: v for k, v in file.options.items() if k == "friction"}
     silent = np.asarray(file.finger.array.noise) == 0
     if (silent & file.finger.array.live).any():
-        raise FileError(
-            f"{options.finger}: a sensor without noise", "touches are weighed by it", 'noise = "10 Pa" in [sensors]'
-        )
+        seen = f"{options.finger}: a sensor without noise"
+        raise FileError(seen, "touches are weighed by it", 'noise = "10 Pa" in [sensors]')
     found = calibrate_blind(file.finger, readings, fit=fit, search=file.search, **errors, **friction)
-    if options.figure is not None:
-        from ..plot import blind_figure, save
+    facts: dict[str, Any] = {"source": Path(options.touches).name, "blind": True, "fit": list(fit)}
+    facts |= {"touches": int(found.used.sum()), "misfit": float(found.misfit)}
+    facts |= learnt(file, found)
+    return give(
+        options,
+        lambda: _as_json(file, found),
+        lambda out: _show(out, file, found),
+        {options.out: lambda to: write_bytes(to, file.with_finger(found.finger, file.origin, facts).text.encode())},
+        lambda plot: plot.blind_figure(found, file.names),
+    )
 
-        save(blind_figure(found, file.names), options.figure)
-    if options.out is not None:
-        text = file.with_finger(found.finger, file.origin, _facts(options, file, found, fit)).text
-        write_bytes(options.out, text.encode())
-    if options.json:
-        write_json(_as_json(file, found))
-    else:
-        _show(options, file, found)
-    return 0
+
+def learnt(file: FingerFile, found: Calibration | BlindCalibration) -> dict[str, Any]:
+    """What [calibration] says of the sensors, and how well each number is known."""
+    std: dict[str, Any] = {}
+    for p in found.parameters:
+        error = float(f"{p.std:.3g}")
+        value = io.format_quantity(error, p.unit) if p.unit else error
+        if p.sensor is None:
+            std[p.name] = value
+        else:
+            std.setdefault(p.name, {})[file.names[p.sensor]] = value
+    return {name: sensors_of(file, found, name) for name in ("weak", "dead")} | {"std": std}
+
+
+def sensors_of(file: FingerFile, found: Calibration | BlindCalibration, health: str) -> list[str]:
+    """Names of the sensors that are weak, or dead."""
+    return [name for name, state in zip(file.names, found.health, strict=True) if state.name == health.upper()]
+
+
+def named(file: FingerFile, p: BlindParameter | Parameter, missing: Any = "") -> Any:
+    """The sensor of a fitted number, or `missing` where it is of all."""
+    return missing if p.sensor is None else file.names[p.sensor]
+
+
+def show_health(out: TextIO, file: FingerFile, found: Calibration | BlindCalibration, weak: str) -> None:
+    """Sensors that are weak or dead, and what else is doubtful."""
+    for name, what in (("weak", weak), ("dead", "left out from now on")):
+        sensors = sensors_of(file, found, name)
+        if sensors:
+            print(f"{name}: {', '.join(sensors)} ({what})", file=out)
+    for doubt in found.doubts:
+        print(doubt, file=out)
 
 
 def _errors(options: argparse.Namespace, file: FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
     """The errors given, as `calibrate_blind` takes them."""
-    import re
-
     import numpy as np
-
-    from ..errors import InvalidValueError
-    from ..io.units import quantity
 
     depths = np.asarray(file.finger.array.depth)
     below = file.finger.skin.thickness - float(depths.max())
@@ -127,38 +149,6 @@ def _errors(options: argparse.Namespace, file: FingerFile, fit: tuple[str, ...])
     return given
 
 
-def _facts(
-    options: argparse.Namespace, file: FingerFile, found: BlindCalibration, fit: tuple[str, ...]
-) -> dict[str, Any]:
-    """What goes into [calibration] beside the origin."""
-    from pathlib import Path
-
-    from ..io.units import format_quantity
-
-    std: dict[str, Any] = {}
-    for p in found.parameters:
-        error = float(f"{p.std:.3g}")
-        value = format_quantity(error, p.unit) if p.unit else error
-        if p.sensor is None:
-            std[p.name] = value
-        else:
-            std.setdefault(p.name, {})[file.names[p.sensor]] = value
-    facts: dict[str, Any] = {
-        "source": Path(options.touches).name,
-        "blind": True,
-        "fit": list(fit),
-        "touches": int(found.used.sum()),
-        "misfit": float(found.misfit),
-    }
-    for name in ("weak", "dead"):
-        facts[name] = _sensors(file, found, name)
-    return facts | {"std": std}
-
-
-def _sensors(file: FingerFile, found: BlindCalibration, health: str) -> list[str]:
-    return [n for n, state in zip(file.names, found.health, strict=True) if state.name == health.upper()]
-
-
 def _half(found: BlindCalibration, index: int) -> float:
     """How many touches leave half of the standard deviation there is."""
     return found.touches_for(index, 0.5 * found.parameters[index].std)
@@ -168,13 +158,8 @@ def _as_json(file: FingerFile, found: BlindCalibration) -> dict[str, Any]:
     parameters = [
         {
             "name": p.name,
-            "sensor": None if p.sensor is None else file.names[p.sensor],
-            "drawn": p.drawn,
-            "prior": p.prior,
-            "value": p.value,
-            "std": p.std,
-            "limit": p.limit,
-            "unit": p.unit,
+            "sensor": named(file, p, missing=None),
+            **{name: getattr(p, name) for name in ("drawn", "prior", "value", "std", "limit", "unit")},
             "known": p.known.name.lower(),
             "touches_for_half": _half(found, i),
         }
@@ -191,8 +176,8 @@ def _as_json(file: FingerFile, found: BlindCalibration) -> dict[str, Any]:
         "misfit": found.misfit,
         "error_ratio": {"position": ratio.position, "angle": ratio.angle},
         "touches_for_1.3": found.touches_for_ratio(1.3),
-        "weak": _sensors(file, found, "weak"),
-        "dead": _sensors(file, found, "dead"),
+        "weak": sensors_of(file, found, "weak"),
+        "dead": sensors_of(file, found, "dead"),
     }
 
 
@@ -206,45 +191,20 @@ def _left_out(found: BlindCalibration) -> dict[str, int]:
     return {s.name.lower(): int(counts[s]) for s in Status if counts[s]}
 
 
-def _show(options: argparse.Namespace, file: FingerFile, found: BlindCalibration) -> None:
-    out = say(options)
-    rows = []
-    for i, p in enumerate(found.parameters):
-        rows.append([p.name, "" if p.sensor is None else file.names[p.sensor], *_cells(p), _touches(_half(found, i))])
-    columns = [
-        "name",
-        "sensor",
-        "drawn",
-        "give or take",
-        "found",
-        "give or take",
-        "at best",
-        "unit",
-        "",
-        "touches for half",
-    ]
-    show(out, "parameters", columns, rows, left=2)
+def _show(out: TextIO, file: FingerFile, found: BlindCalibration) -> None:
+    rows = [[p.name, named(file, p), *_cells(p), _touches(_half(found, i))] for i, p in enumerate(found.parameters)]
+    heads = ["drawn", "give or take", "found", "give or take", "at best", "unit", "", "touches for half"]
+    show(out, "parameters", ["name", "sensor", *heads], rows, left=2)
     left = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in _left_out(found).items())
-    print(
-        f"{int(found.used.sum())} of {len(found.used)} touches used" + (f"; left out: {left}" if left else ""), file=out
-    )
+    print(f"{int(found.used.sum())} of {len(found.used)} touches used" + (f"; left out: {left}" * bool(left)), file=out)
     ratio = found.error_ratio()
     angle = "" if ratio.angle != ratio.angle else f" and of angles {ratio.angle:.2f}"
-    print(f"errors of places {ratio.position:.2f}{angle} times those of a finger known exactly", file=out)
+    print(f"errors of positions {ratio.position:.2f}{angle} times those of a finger known exactly", file=out)
     if max(ratio.position, ratio.angle if ratio.angle == ratio.angle else 1.0) > _WANTED:
         print(f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used", file=out)
     for text in found.unknown:
         print(f"not to be known from touches: {text}", file=out)
-    for name, what in (("weak", "gain below a fifth"), ("dead", "left out from now on")):
-        sensors = _sensors(file, found, name)
-        if sensors:
-            print(f"{name}: {', '.join(sensors)} ({what})", file=out)
-    for doubt in found.doubts:
-        print(doubt, file=out)
-    if options.out not in (None, "-"):
-        print(f"-> {options.out}", file=out)
-    if options.figure is not None:
-        print(f"-> {options.figure}", file=out)
+    show_health(out, file, found, "gain below a fifth")
 
 
 def _cells(p: BlindParameter) -> list[str]:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import check_figure, describe, number, progress_bar, say, show, write_json
+from .. import design, io
+from ..errors import InvalidValueError
+from ..io.units import quantity
+from .common import add_json, check_figure, describe, give, number, progress_bar, show
 
 if TYPE_CHECKING:
     from ..design.half_plane import HalfPlaneError, LocatingError
@@ -24,7 +29,7 @@ given; with a radius alone, the core takes half of it. The sensors of the map ar
 """
 _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
-_SMALL_PLACE, _SMALL_ANGLE = 0.02, 0.02  # depths, rad: errors that nobody minds
+_SMALL_SHIFT, _SMALL_ANGLE = 0.02, 0.02  # depths, rad: errors that nobody minds
 _ROUNDING = 1e-4
 """Errors below this, in the unit shown, are those of receptive fields tabulated to 1e-9."""
 
@@ -42,36 +47,23 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--snr", type=float, default=1000.0, metavar="N", help="largest reading of a sensor over its noise (1000)"
     )
     parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_json(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..design import half_plane_error
-    from ..io.finger_file import load_finger
-    from ..io.units import quantity
-
-    file = load_finger(options.finger)
-    if options.map is not None:
-        check_figure(options.map, "--map")
+    file = io.load_finger(options.finger)
+    check_figure(options.map, "--map")
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)
-    found = half_plane_error(finger, half_width=width, snr=options.snr)
+    found = design.half_plane_error(finger, half_width=width, snr=options.snr)
     if options.map is not None:
         _draw(options.map, finger, width)
-    if options.json:
-        write_json(_as_json(found))
-    else:
-        _show(options, found)
-    return 0
+    return give(options, lambda: _as_json(found), lambda out: _show(out, options, found))
 
 
 def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
     """The finger of the file, its half plane replaced by the skin that --thickness and --radius name."""
-    from dataclasses import replace
-
-    from ..errors import InvalidValueError
-    from ..io.units import quantity
     from ..skin import HalfPlane, Layer, Layered, Round
 
     given = {k: quantity(v, "m", f"--{k}") for k in ("thickness", "radius") if (v := getattr(options, k)) is not None}
@@ -82,15 +74,11 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
         return finger
     (material,) = finger.skin.materials
     if given and finger.skin != HalfPlane(material):
-        raise InvalidValueError(
-            'plane = "stress"', "layers and round fingers are long: plane strain", "leave out plane"
-        )
+        rule = "layers and round fingers are long: plane strain"
+        raise InvalidValueError('plane = "stress"', rule, "leave out plane")
     if not given:
-        raise InvalidValueError(
-            "a finger whose skin is a half plane",
-            "there is nothing to compare it with",
-            '--thickness "6 mm", --radius "8 mm" or both, or kind = "layers" or "round" in the file',
-        )
+        fix = '--thickness "6 mm", --radius "8 mm" or both, or kind = "layers" or "round" in the file'
+        raise InvalidValueError("a finger whose skin is a half plane", "there is nothing to compare it with", fix)
     if "radius" not in given:
         return replace(finger, skin=Layered(Layer(material, given["thickness"])))
     radius = given["radius"]
@@ -101,16 +89,13 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
 def _draw(path: str, finger: Finger, half_width: float) -> None:
     import numpy as np
 
-    from ..design import half_plane_map
-    from ..design.half_plane import MAP_RADIUS, MAP_THICKNESS
     from ..plot import half_plane_map_figure, save
 
     depth = float(np.asarray(finger.array.depth).mean())
     material = finger.skin.single_material
-    with progress_bar("map", len(MAP_THICKNESS) * len(MAP_RADIUS)) as advance:
-        values = half_plane_map(
-            poisson=0.5 if material is None else material.poisson, half_width=half_width / depth, progress=advance
-        )
+    poisson = 0.5 if material is None else material.poisson
+    with progress_bar("map", len(design.half_plane.MAP_THICKNESS) * len(design.half_plane.MAP_RADIUS)) as advance:
+        values = design.half_plane_map(poisson=poisson, half_width=half_width / depth, progress=advance)
     radius = finger.skin.period / (2 * np.pi)
     # a stack of several materials is none of the map's skins
     here = None if material is None else (finger.skin.thickness / depth, radius / depth)
@@ -132,16 +117,13 @@ def _as_json(found: HalfPlaneError) -> dict[str, Any]:
     }
 
 
-def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
+def _show(out: TextIO, options: argparse.Namespace, found: HalfPlaneError) -> None:
     import numpy as np
 
-    out = say(options)
     array = found.finger.array
     print(f"{found.finger.skin}, read as a half plane\n", file=out)
-    rows = [
-        [f"{i}", number(1e3 * float(np.asarray(array.depth)[i]), 4), _factor(found.beneath[i])]
-        for i in range(len(array))
-    ]
+    depths = np.asarray(array.depth)
+    rows = [[f"{i}", number(1e3 * depth), _factor(found.beneath[i])] for i, depth in enumerate(depths.tolist())]
     if len({(row[1], row[2]) for row in rows}) == 1:
         rows = [["all", *rows[0][1:]]]
     show(out, "straight beneath a normal touch", ["sensor", "depth [mm]", "reading / half plane's"], rows)
@@ -151,24 +133,23 @@ def _show(options: argparse.Namespace, found: HalfPlaneError) -> None:
         file=out,
     )
     table = []
-    for name, label in _MODELS:
-        error: LocatingError = getattr(found, name)
-        s = error.summary()
-        sizes = [(s["position"], 1e3), (s["force"], 100.0), (s["angle"], 180 / np.pi)]
-        errors = [_size(factor * each[k]) for each, factor in sizes for k in ("median", "worst")]
+    for model, label in _MODELS:
+        error: LocatingError = getattr(found, model)
+        sizes, scales = error.summary(), {"position": 1e3, "force": 100.0, "angle": 180 / np.pi}
+        errors = [_size(scale * sizes[name][k]) for name, scale in scales.items() for k in ("median", "worst")]
         table.append([label, *errors, str(error.unanswered), str(error.status["unexplained"])])
-    heads = ["locate with", "place [mm]", "worst", "force [%]", "worst", "angle [deg]", "worst"]
+    heads = ["locate with", "position [mm]", "worst", "force [%]", "worst", "angle [deg]", "worst"]
     count = found.positions.size * found.angles.size
     show(out, f"errors of {count} touches, median and worst", [*heads, "no answer", "unexplained"], table)
     share = number(options.snr)
     print(f"unexplained: so many are said to be at a noise of 1/{share} of a sensor's largest reading", file=out)
-    depth = float(np.asarray(array.depth).mean())
+    depth = float(depths.mean())
     taken, true = (f"{1e3 * d:.3g} mm" for d in (found.depth, depth))
     if not np.isfinite(found.depth):
         print("the half plane's gains and depth could not be calibrated", file=out)
     elif taken != true:
         print(
-            f"calibrated at known places, the half plane takes the sensors to be {taken} deep, not {true}:\n"
+            f"calibrated at known positions, the half plane takes the sensors to be {taken} deep, not {true}:\n"
             "a wrong depth makes up for part of a wrong skin",
             file=out,
         )
@@ -193,7 +174,7 @@ def _verdict(found: HalfPlaneError, depth: float) -> str:
         said = "has no answer for any of the touches"
     elif lost > few:
         said += f", and has no answer for {lost} of them"
-    minded = (_SMALL_PLACE * depth, _SMALL_ANGLE)
+    minded = (_SMALL_SHIFT * depth, _SMALL_ANGLE)
     worse = (not w <= max(2 * e, small) for w, e, small in zip(worst, least, minded, strict=True))
     if lost > 2 * few or any(worse):
         return f"use the finger's own skin: the half plane {said}"
@@ -203,8 +184,6 @@ def _verdict(found: HalfPlaneError, depth: float) -> str:
 
 
 def _off(position: float, angle: float) -> str:
-    import math
-
     return f"misplaces touches by up to {_size(1e3 * position)} mm and turns them by {_size(math.degrees(angle))} deg"
 
 

@@ -11,23 +11,31 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
+from ..errors import FileError, InvalidValueError, SubskinError
+from ..io.files import check_target
+from ..io.units import quantity
+
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
 __all__ = [
+    "add_figure",
+    "add_json",
     "add_rows",
     "add_shared",
     "check_figure",
     "chosen_rows",
     "describe",
+    "give",
+    "listed",
     "number",
+    "positive",
     "progress_bar",
     "quantity_range",
     "said_of",
     "say",
     "show",
-    "write_json",
 ]
 
 
@@ -43,7 +51,17 @@ def add_shared(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument(
         "-o", "--out", metavar="FILE", help=f"{what}; CSV, or Parquet for .parquet; - for standard output"
     )
+    add_json(parser)
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """--json."""
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def add_figure(parser: Any, what: str) -> None:
+    """--figure, of a parser or a group of options."""
+    parser.add_argument("--figure", metavar="FILE", help=f"{what} (.svg, .png or .pdf)")
 
 
 def add_rows(parser: argparse.ArgumentParser, verb: str) -> None:
@@ -57,8 +75,6 @@ def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_
     """Which of `count` rows --every or --rows names; all without them."""
     import numpy as np
 
-    from ..errors import InvalidValueError
-
     chosen = np.zeros(count, dtype=bool)
     if options.every is not None:
         if options.every < 1:
@@ -68,9 +84,8 @@ def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_
         for part in options.rows.split(","):
             match = re.fullmatch(r"\s*(\d{1,12})(?:\s*-\s*(\d{1,12}))?\s*", part)
             if match is None:
-                raise InvalidValueError(
-                    f'--rows "{options.rows}"', "rows are whole numbers", "--rows 10,30,50 or 0-9,20"
-                )
+                seen = f'--rows "{options.rows}"'
+                raise InvalidValueError(seen, "rows are whole numbers", "--rows 10,30,50 or 0-9,20")
             first, last = int(match[1]), int(match[2] or match[1])
             if last >= count or first > last:
                 seen = f"--rows {part.strip()}"
@@ -83,9 +98,6 @@ def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_
 
 def quantity_range(text: str, unit: str, name: str) -> tuple[float, float]:
     """A range, as "-5 mm .. 5 mm" or "-5..5 mm", or one value, in SI."""
-    from ..errors import InvalidValueError
-    from ..io.units import quantity
-
     parts = [part.strip() for part in text.split("..")]
     if len(parts) == 1:
         value = quantity(parts[0], unit, name)
@@ -98,6 +110,19 @@ def quantity_range(text: str, unit: str, name: str) -> tuple[float, float]:
     if low > high:
         raise InvalidValueError(f'{name} "{text}"', "the first has to be <= the second", "swap them")
     return low, high
+
+
+def positive(text: str, unit: str, name: str, fix: str = "") -> tuple[float, float]:
+    """A range, or one value, above 0."""
+    low, high = quantity_range(text, unit, name)
+    if not low > 0:
+        raise InvalidValueError(f'{name} "{text}"', f"has to be > 0 [{unit}]", fix)
+    return low, high
+
+
+def listed(text: str) -> tuple[str, ...]:
+    """What stands between commas."""
+    return tuple(part.strip() for part in text.split(",") if part.strip())
 
 
 def say(options: argparse.Namespace) -> TextIO:
@@ -144,8 +169,6 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
 @contextmanager
 def said_of(path: str) -> Iterator[None]:
     """What is wrong is said with the name of the file that it is wrong with."""
-    from ..errors import FileError, SubskinError
-
     try:
         yield
     except FileError:
@@ -154,29 +177,51 @@ def said_of(path: str) -> Iterator[None]:
         raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
 
 
-def check_figure(path: str, option: str) -> None:
-    """Raise where a figure could not be written to `path`: known before the work is done.
+def check_figure(path: str | None, option: str = "--figure") -> None:
+    """Raise where a figure could not be written to `path`, if any: known before the work is done.
 
     Raises
     ------
     FileError
         An ending that is no figure's, a folder that is not there.
     """
-    from ..errors import FileError
-    from ..io.files import check_target
-
+    if path is None:
+        return
     if not path.lower().endswith((".svg", ".png", ".pdf")):
         raise FileError(f"{option} {path}", "a figure is .svg, .png or .pdf", f"{option} figure.png")
     check_target(path)
 
 
-def write_json(value: Mapping[str, Any]) -> None:
-    """Print `value` as JSON; what is not a number is null."""
-    json.dump(_plain(value), sys.stdout, allow_nan=False)
-    sys.stdout.write("\n")
+def give(
+    options: argparse.Namespace,
+    data: Callable[[], Mapping[str, Any]],
+    people: Callable[[TextIO], None],
+    files: Mapping[str | None, Callable[[str], object]] | None = None,
+    figure: Callable[[Any], Any] | None = None,
+) -> int:
+    """Draw with `figure(plot)`, write the files that are named, print JSON or for people; the exit code."""
+    drawn = getattr(options, "figure", None)
+    if drawn is not None and figure is not None:
+        from .. import plot
+
+        plot.save(figure(plot), drawn)
+    for target, write in (files or {}).items():
+        if target is not None:
+            write(target)
+    if options.json:
+        json.dump(_plain(data()), sys.stdout, allow_nan=False)
+        sys.stdout.write("\n")
+        return 0
+    out = say(options)
+    people(out)
+    for target in (*(files or {}), drawn):
+        if target not in (None, "-"):
+            print(f"-> {target}", file=out)
+    return 0
 
 
 def _plain(value: Any) -> Any:
+    """What JSON can say; what is not a number is null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

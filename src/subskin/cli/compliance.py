@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import check_figure, describe, number, progress_bar, quantity_range, say, show, write_json
+from .. import design, io
+from ..errors import InvalidValueError
+from ..io.units import quantity
+from .common import add_figure, add_json, check_figure, describe, give, number, positive, progress_bar, show
 
 if TYPE_CHECKING:
     from .._check import FloatArray
@@ -19,7 +23,7 @@ _EXAMPLES = """\
 _NOTES = """\
 The finger is pressed on a flat with a particle at its middle and on the flat alone, through skins of many moduli. The
 particle is told where it changes the readings by five times their error, and its width follows from them although its
-height, its place and the force are unknown. Errors are the sensors' noise and a share of the largest reading.
+height, its position and the force are unknown. Errors are the sensors' noise and a share of the largest reading.
 """
 
 
@@ -48,27 +52,20 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--wanted", type=float, default=0.5, metavar="X", help="wanted standard deviation of the width, of it (0.5)"
     )
-    parser.add_argument("--figure", metavar="FILE", help="draw it, as the memo's Fig. 17; .svg, .png or .pdf")
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_figure(parser, "draw it, as the memo's Fig. 17")
+    add_json(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
-    from ..design import skin_compliance
-    from ..errors import InvalidValueError
-    from ..io.finger_file import load_finger
-    from ..io.units import quantity
     from ..pressing import ParticleOnFlat
 
-    if options.figure is not None:
-        check_figure(options.figure, "--figure")
-    finger = load_finger(options.finger).finger
+    check_figure(options.figure)
+    finger = io.load_finger(options.finger).finger
     if not 1 <= options.moduli <= 1000:
         raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000")
-    forces = _spread(_positive(options.force, "N/m", "--force"), 3)
-    young = _spread(_positive(options.young, "Pa", "--young"), options.moduli)
+    forces = _spread(positive(options.force, "N/m", "--force"), 3)
+    young = _spread(positive(options.young, "Pa", "--young"), options.moduli)
     if options.figure is not None and young.size < 3:
         raise InvalidValueError(f"--figure with {young.size} moduli", "three or more are needed to draw a change")
     thickness = None
@@ -77,23 +74,18 @@ def run(options: argparse.Namespace) -> int:
     particle = ParticleOnFlat(
         half_width=quantity(options.width, "m", "--width") / 2,
         protrusion=quantity(options.height, "m", "--height"),
-        flat_half_width=np.inf if options.flat is None else quantity(options.flat, "m", "--flat") / 2,
+        flat_half_width=math.inf if options.flat is None else quantity(options.flat, "m", "--flat") / 2,
     )
     count = forces.size * young.size * (1 if thickness is None else len(thickness))
     with progress_bar("presses", count) as advance:
-        found = skin_compliance(
-            finger, particle, forces, young=young, thickness=thickness, accuracy=options.accuracy,
-            width_wanted=options.wanted, progress=advance,
-        )  # fmt: skip
-    if options.figure is not None:
-        from ..plot import compliance_figure, save
-
-        save(compliance_figure(found, found.best[0], forces.size // 2), options.figure)
-    if options.json:
-        write_json(_as_json(found))
-    else:
-        _show(options, found)
-    return 0
+        how = {"accuracy": options.accuracy, "width_wanted": options.wanted, "progress": advance}
+        found = design.skin_compliance(finger, particle, forces, young=young, thickness=thickness, **how)
+    return give(
+        options,
+        lambda: _as_json(found),
+        lambda out: _show(out, found),
+        figure=lambda plot: plot.compliance_figure(found, found.best[0], forces.size // 2),
+    )
 
 
 def _spread(ends: tuple[float, float], count: int) -> FloatArray:
@@ -104,29 +96,21 @@ def _spread(ends: tuple[float, float], count: int) -> FloatArray:
     return np.array([float(f"{v:.12g}") for v in values])
 
 
-def _positive(text: str, unit: str, name: str) -> tuple[float, float]:
-    from ..errors import InvalidValueError
-
-    low, high = quantity_range(text, unit, name)
-    if not low > 0:
-        raise InvalidValueError(f'{name} "{text}"', f"has to be > 0 [{unit}]")
-    return low, high
-
-
 def _as_json(found: SkinCompliance) -> dict[str, Any]:
-    from ..design.compliance import Regime
-
     names = ("thickness", "young", "force", "half_width", "load_share", "reading_share", "seen", "width_std")
     return {
         **{name: getattr(found, name) for name in names},
-        "regime": [[[Regime(int(r)).name.lower() for r in row] for row in plane] for plane in found.regime],
+        "regime": [[[_regime(r).lower() for r in row] for row in plane] for plane in found.regime],
         "best": {"thickness": found.thickness[found.best[0]], "young": found.young[found.best[1]]},
         "reason": found.reason,
     }
 
 
-def _show(options: argparse.Namespace, found: SkinCompliance) -> None:
-    out = say(options)
+def _regime(number: int) -> str:
+    return design.compliance.Regime(int(number)).name
+
+
+def _show(out: TextIO, found: SkinCompliance) -> None:
     forces = [f"at {number(force, 3)} N/m" for force in found.force]
     for t, thickness in enumerate(found.thickness):
         rows = [
@@ -138,34 +122,23 @@ def _show(options: argparse.Namespace, found: SkinCompliance) -> None:
     t, m = found.best
     rows = []
     for f, force in enumerate(found.force):
-        shares = (found.load_share[t, m, f], found.reading_share[t, m, f])
-        rows.append(
-            [
-                number(force, 3),
-                number(1e3 * found.half_width[t, m, f], 3),
-                *(number(100 * share, 3) for share in shares),
-                number(found.seen[t, m, f], 3),
-                _told(found, t, m, f),
-            ]
-        )
+        at = (t, m, f)
+        shares = 100 * found.load_share[at], 100 * found.reading_share[at]
+        values = (force, 1e3 * found.half_width[at], *shares, found.seen[at])
+        rows.append([*(number(value, 3) for value in values), _told(found, t, m, f)])
     heads = ["force [N/m]", "half width [mm]", "share of force [%]", "of readings [%]"]
     title = f"E = {number(found.young[m] / 1e6, 3)} MPa, {number(1e3 * found.thickness[t], 3)} mm thick"
     show(out, title, [*heads, "change / error", "width"], rows)
     print(f"-> {found.reason}", file=out)
-    if options.figure is not None:
-        print(f"-> {options.figure}", file=out)
 
 
 def _told(found: SkinCompliance, t: int, m: int, f: int) -> str:
     """The width's deviation where it is told, or why it is not."""
-    from ..design.compliance import Regime
-
-    regime = Regime(int(found.regime[t, m, f]))
     words = {
-        Regime.TOLD: f"+-{100 * found.width_std[t, m, f]:.0f} %",
-        Regime.TIP: "too stiff",
-        Regime.BLURRED: "too soft",
-        Regime.STRAINED: "strained too far",
-        Regime.SATURATED: "saturated",
+        "TOLD": f"+-{100 * found.width_std[t, m, f]:.0f} %",
+        "TIP": "too stiff",
+        "BLURRED": "too soft",
+        "STRAINED": "strained too far",
+        "SATURATED": "saturated",
     }
-    return words[regime]
+    return words[_regime(found.regime[t, m, f])]

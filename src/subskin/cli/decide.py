@@ -7,12 +7,14 @@ import re
 from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import describe, number, quantity_range, show
+from .. import io
+from ..errors import InvalidValueError
+from .common import describe, give, number, quantity_range, show
 from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
     from ..decide import Kind, TypeDecision
-    from ..io.finger_file import FingerFile
+    from ..io import FingerFile
     from .answers import Answers
 
 _EXAMPLES = """\
@@ -49,8 +51,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..decide import contact_type
-    from ..errors import InvalidValueError
-    from .answers import answers_of, give, status_counts
+    from .answers import answers_of, status_counts
 
     if not 0.5 < options.sure < 1:
         raise InvalidValueError(f"--sure {options.sure:g}", "a probability in (0.5, 1) is needed", "--sure 0.95")
@@ -67,16 +68,15 @@ def run(options: argparse.Namespace) -> int:
     counts = {"status": status_counts(said.status), "kinds": _counts(said)}
     return give(
         options,
-        {options.out: lambda: columns},
         lambda: {"frames": len(answers.rows), **counts, "columns": columns},
         lambda out: _show(out, said, columns, first=options.out is None),
+        {options.out: lambda to: io.write_table(to, columns)},
         lambda plot: plot.probability_strip(said),
     )
 
 
 def _kind(text: str) -> Kind:
     from ..decide import Kind
-    from ..errors import InvalidValueError
 
     match = _KIND.fullmatch(text)
     rule, fix = "a kind is NAME=FAMILY[:WIDTH][*PRIOR]", '--kind "edge=wedge: 0.2..0.7 mm * 2"'
@@ -120,16 +120,13 @@ def _show(out: TextIO, said: TypeDecision, columns: dict[str, Any], *, first: bo
     from .answers import show_first, show_statuses
 
     show_statuses(out, said.status, _HERE)
-    kinds = [
-        [
-            kind.name,
-            kind.family if isinstance(kind.family, str) else kind.family.__name__,
-            f"{1e3 * kind.half_width[0]:.3g} to {1e3 * kind.half_width[1]:.3g}" if kind.half_width[1] > 0 else "-",
-            number(kind.prior),
-            str(count),
-        ]
-        for kind, count in zip(said.kinds, _counts(said).values(), strict=True)
-    ]
+    kinds = []
+    for kind, count in zip(said.kinds, _counts(said).values(), strict=True):
+        family = kind.family if isinstance(kind.family, str) else kind.family.__name__
+        low, high = (1e3 * width for width in kind.half_width)
+        kinds.append(
+            [kind.name, family, f"{low:.3g} to {high:.3g}" if high > 0 else "-", number(kind.prior), str(count)]
+        )
     title = f"decided where the probability is {said.sure:g} or more"
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
     if first:

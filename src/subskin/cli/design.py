@@ -5,10 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 import textwrap
+from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import describe, progress_bar, say, show, write_json
+from .. import design, io
+from ..errors import FileError, InvalidValueError
+from ..io.files import write_bytes
+from .common import add_json, describe, give, progress_bar, show
 
 if TYPE_CHECKING:
     from ..design.search import DesignedFinger, DesignStudy
@@ -35,80 +40,55 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", type=int, metavar="N", help="rows worked on at a time (one a core)")
     parser.add_argument("--no-report", action="store_true", help="fingers and table only")
     parser.add_argument("--example", action="store_true", help="print an example of goals.toml and stop")
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_json(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from dataclasses import replace
-
-    from ..errors import FileError, InvalidValueError
-
     if options.example:
-        sys.stdout.write(_example())
+        sys.stdout.write(files("subskin.io").joinpath("goals_example.toml").read_text(encoding="utf-8"))
         return 0
     if options.goals is None:
         raise InvalidValueError("no goals", "a goals.toml is needed", "subskin design --example > goals.toml")
     if options.workers is not None and options.workers < 1:
         raise InvalidValueError(f"--workers {options.workers}", "has to be >= 1")
-    from ..design import rank_fingers, search_grid
-    from ..io.goals_file import load_goals
-    from ..io.search_store import FolderStore
-
-    file = load_goals(options.goals)
+    file = io.load_goals(options.goals)
     if options.seed is not None:
         file = replace(file, goals=replace(file.goals, effort=replace(file.goals.effort, seed=options.seed)))
     goals = file.goals
     folder = Path(options.out)
     if folder.exists() and not folder.is_dir():
         raise FileError(options.out, "it is a file", "name a folder: -o design")
-    store = FolderStore(folder / "search")
+    store = io.FolderStore(folder / "search")
     rows = len(goals.skins) * len(goals.sensors) * goals.effort.depths
     try:
         with progress_bar("designs", rows) as advance:
-            grid = search_grid(goals, store=store, workers=options.workers, progress=advance)
+            grid = design.search_grid(goals, store=store, workers=options.workers, progress=advance)
         with progress_bar("close looks", len(goals.skins) * len(goals.sensors)) as advance:
-            study = rank_fingers(grid, workers=options.workers, progress=advance)
+            study = design.rank_fingers(grid, workers=options.workers, progress=advance)
     except KeyboardInterrupt:
-        kept = len(list(store.folder.glob("*.npz")))
-        print(
-            f"subskin: stopped; {kept} rows are kept in {store.folder}, the same command goes on from there",
-            file=sys.stderr,
-        )
+        kept = f"{len(list(store.folder.glob('*.npz')))} rows are kept in {store.folder}"
+        print(f"subskin: stopped; {kept}, the same command goes on from there", file=sys.stderr)
         return 130
     written = _write(folder, file, study, options)
-    if options.json:
-        write_json(_as_json(study, written))
-    else:
-        _show(options, study, written)
-    return 0
-
-
-def _example() -> str:
-    from importlib.resources import files
-
-    return files("subskin.io").joinpath("goals_example.toml").read_text(encoding="utf-8")
+    return give(options, lambda: _as_json(study, written), lambda out: _show(out, options, study, written))
 
 
 def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.Namespace) -> list[Path]:
     """The fingers, the table of all designs, and the report."""
-    from ..io.files import write_bytes
-    from ..io.goals_file import finger_text
-    from ..io.tables import write_table
-
     for stale in ("report.html", "report.pdf"):  # of an earlier search: it would tell of other fingers
         (folder / stale).unlink(missing_ok=True)
     written = []
     for rank, finger in enumerate(study.fingers, start=1):
         remarks = [f"{study.goals.title}: finger {rank} of subskin design", *finger.reasons]
         path = folder / f"finger_{rank}.toml"
-        write_bytes(path, finger_text(file, finger.row, finger.quality.search, remarks).encode())
+        write_bytes(path, io.finger_text(file, finger.row, finger.quality.search, remarks).encode())
         written.append(path)
     for old in folder.glob("finger_*.toml"):  # of an earlier search that kept more
         if old not in written and old.stem.removeprefix("finger_").isdigit():
             old.unlink()
     written.append(folder / "designs.csv")
-    write_table(written[-1], study.grid.columns())
+    io.write_table(written[-1], study.grid.columns())
     if not options.no_report:
         from ..report import as_html, as_pdf, design_report
 
@@ -123,11 +103,8 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
     return written
 
 
-def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) -> None:
-    from ..design.search import finger_table
-
-    out = say(options)
-    columns, rows, left = finger_table(study)
+def _show(out: TextIO, options: argparse.Namespace, study: DesignStudy, written: list[Path]) -> None:
+    columns, rows, left = design.search.finger_table(study)
     show(out, study.goals.title, columns, rows, left=left)
     print(file=out)
     for reason in study.fingers[0].reasons:
@@ -139,9 +116,7 @@ def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) 
 
 def _wrapped(sentence: str) -> str:
     """A sentence in lines, none broken between a number and its unit."""
-    from ..design.search import held
-
-    lines = textwrap.fill(held(sentence), 88, initial_indent="  ", subsequent_indent="    ")
+    lines = textwrap.fill(design.search.held(sentence), 88, initial_indent="  ", subsequent_indent="    ")
     return lines.replace("\xa0", " ")
 
 
@@ -150,9 +125,7 @@ def _as_json(study: DesignStudy, written: list[Path]) -> dict[str, Any]:
         return {
             "skin": study.goals.skins[finger.row.skin].name,
             "sensor": study.goals.sensors[finger.row.sensor].name,
-            "count": finger.row.count,
-            "depth": finger.row.depth,
-            "pitch": finger.row.pitch,
+            **{name: getattr(finger.row, name) for name in ("count", "depth", "pitch")},
             "meets": finger.meets,
             "checks": {c.criterion.name: {"value": c.value, "wanted": c.criterion.wanted} for c in finger.checks},
             "values": finger.values,

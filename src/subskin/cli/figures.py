@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from .common import describe, write_json
+from ..errors import InvalidValueError
+from .common import describe, give, listed
 
 _EXAMPLES = """\
   subskin figures -o figures
@@ -23,17 +24,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..errors import InvalidValueError
     from ..plot import save_memo_figures
 
     try:
         numbers = None if options.only is None else [int(part) for part in options.only.split(",")]
     except ValueError:
         raise InvalidValueError(f'--only "{options.only}"', "numbers of figures are needed", "--only 6,13") from None
-    formats = [part.strip() for part in options.formats.split(",")]
-    files = [str(path) for path in save_memo_figures(numbers, options.out, formats)]
-    if options.json:
-        write_json({"files": files})
-    else:
-        print("\n".join(files))
-    return 0
+    files = [str(path) for path in save_memo_figures(numbers, options.out, listed(options.formats))]
+    return give(options, lambda: {"files": files}, lambda out: print("\n".join(files), file=out))

@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 from typing import TextIO
 
+from .. import io
 from ..contact import families
-from .common import describe, quantity_range
+from .common import describe, give, quantity_range
 from .frames import MEANING, add_frames
 
 _HERE = {
     **MEANING,
     "ok": "one contact of the family explains the readings",
-    "ambiguous": "another explains them nearly as well, or it is at an end of place, width or angle",
+    "ambiguous": "another explains them nearly as well, or it is at an end of position, width or angle",
     "unexplained": "no contact of the family, within the friction cone, explains the readings",
 }
 _EXAMPLES = """\
@@ -21,9 +22,9 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin fit finger.toml - --json
 """
 _NOTES = """\
-Four unknowns: place, force, angle and half width. As many readings are explained by any family; what more sensors say
-can speak against it. Below about a twentieth of the depth only the square of the width shows, and the interval begins
-at 0.
+Four unknowns: position, force, angle and half width. As many readings are explained by any family; what more sensors
+say can speak against it. Below about a twentieth of the depth only the square of the width shows, and the interval
+begins at 0.
 """
 
 
@@ -37,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from .answers import answers_of, estimate_columns, give, show_first, show_statuses, status_counts
+    from .answers import answers_of, estimate_columns, show_first, show_statuses, status_counts
 
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
     answers = answers_of(options, lambda file: file.locator(family=options.family, half_width=width))
@@ -55,8 +56,8 @@ def run(options: argparse.Namespace) -> int:
     data = {"frames": len(answers.rows), "family": options.family, "status": status_counts(found.status)}
     return give(
         options,
-        {options.out: lambda: columns},
         lambda: {**data, "columns": columns},
         people,
+        {options.out: lambda to: io.write_table(to, columns)},
         lambda plot: plot.contact_strip(found, origin=answers.file.origin),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .common import add_rows, add_shared
+from .common import add_figure, add_rows, add_shared
 
 __all__ = ["MEANING", "add_frames"]
 
@@ -30,6 +30,6 @@ def add_frames(parser: argparse.ArgumentParser, verb: str, what: str, figure: st
         help="the rows are a raw stream, with a column of times: take it through the units of [recording], undo "
         "[relaxation], and take drift off; the fastest believed, reading/s ([tare], or 0.3 noise a second)",
     )
-    parser.add_argument("--figure", metavar="FILE", help=f"{figure} (.svg, .png or .pdf)")
+    add_figure(parser, figure)
     add_rows(parser, f"{verb} only")
     add_shared(parser, what)

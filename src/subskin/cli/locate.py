@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import describe, number, show
+from .. import io
+from ..errors import InvalidValueError
+from .common import describe, give, number, show
 from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
@@ -41,8 +43,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    from ..errors import InvalidValueError
-    from .answers import answers_of, estimate_columns, give, show_first, show_statuses, status_counts
+    from .answers import answers_of, estimate_columns, show_first, show_statuses, status_counts
 
     if options.skip_used and options.every is None and options.rows is None:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
@@ -68,9 +69,9 @@ def run(options: argparse.Namespace) -> int:
 
     return give(
         options,
-        {options.out: lambda: columns},
         lambda: {**data, "columns": columns},
         people,
+        {options.out: lambda to: io.write_table(to, columns)},
         lambda plot: plot.truth_against_estimate(
             truth, columns["position"], std=columns["position_std"], status=np.asarray(found.status)
         ),
@@ -78,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _score(error: npt.NDArray[np.float64], status: npt.NDArray[np.object_]) -> dict[str, Any]:
-    """Errors of position over the frames that are ok, and over all that were given a place."""
+    """Errors of position over the frames that are ok, and over all that were given a position."""
     import numpy as np
 
     placed = np.isfinite(error)
@@ -101,8 +102,8 @@ def _show_score(out: TextIO, score: dict[str, Any]) -> None:
     shown = ("median", "percentile_95", "mean", "worst")
     rows = [
         [label, str(score[key]["count"]), *(number(score[key].get(k, float("nan")) * 1e3, 3) for k in shown)]
-        for key, label in (("ok", "status ok"), ("placed", "all with a place"))
+        for key, label in (("ok", "status ok"), ("placed", "all with a position"))
     ]
     show(out, "error of position [mm]", ["frames", "count", "median", "95 %", "mean", "worst"], rows)
     if score["beyond_search"]:
-        print(f"{score['beyond_search']} true places lie beyond the search and cannot be found", file=out)
+        print(f"{score['beyond_search']} true positions lie beyond the search and cannot be found", file=out)

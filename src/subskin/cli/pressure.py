@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import describe
+from .. import io
+from ..errors import FileError
+from .common import describe, give
 from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
-    from ..io.finger_file import FingerFile
+    from ..io import FingerFile
     from .answers import Answers
 
 _EXAMPLES = """\
@@ -54,7 +56,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..estimate.pressure.mapper import PressureMapper
-    from .answers import answers_of, give, show_first, show_statuses, status_counts
+    from .answers import answers_of, show_first, show_statuses, status_counts
 
     def prepare(file: FingerFile) -> PressureMapper:
         given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("false_alarm", "friction")}
@@ -85,8 +87,11 @@ def run(options: argparse.Namespace) -> int:
         if options.out is None and options.totals is None:
             show_first(out, totals, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these")
 
-    tables = {options.out: lambda: _map(answers), options.totals: lambda: totals}
-    return give(options, tables, data, people, lambda plot: _drawn(plot, answers))
+    files = {
+        options.out: lambda to: io.write_table(to, _map(answers)),
+        options.totals: lambda to: io.write_table(to, totals),
+    }
+    return give(options, data, people, files, lambda plot: _drawn(plot, answers))
 
 
 def _totals(answers: Answers) -> dict[str, Any]:
@@ -134,8 +139,6 @@ def _map(answers: Answers) -> dict[str, Any]:
 
 def _drawn(plot: Any, answers: Answers) -> Any:
     import numpy as np
-
-    from ..errors import FileError
 
     there = np.flatnonzero(np.isfinite(answers.found.normal_force))
     if not there.size:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import add_shared, describe, number, said_of, say, show, write_json
+from .. import io
+from ..errors import FileError
+from ..io.units import quantity
+from .common import add_shared, describe, give, number, said_of, show
 
 if TYPE_CHECKING:
-    from ..io.finger_file import FingerFile
-    from ..io.tables import Table
+    from ..io import FingerFile, Table
     from ..stream.presses import Presses
 
 _EXAMPLES = """\
@@ -36,44 +38,35 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..errors import FileError
-    from ..io.finger_file import load_finger
-    from ..io.tables import read_table, write_table
-
-    file = load_finger(options.finger)
+    file = io.load_finger(options.finger)
     if file.recording is None:
         fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
         raise FileError(options.finger, "it has no table [recording] that says how to read one", fix)
-    table = read_table(options.recording)
+    table = io.read_table(options.recording)
     presses = _segment(options, file, table)
     columns = _columns(presses, file.names)
     if options.out is not None:
-        write_table(options.out, columns)
-    if options.json:
-        write_json({"presses": len(presses), "skipped": presses.skipped, "columns": columns})
-        return 0
-    out = say(options)
-    skipped = f" ({presses.skipped} left out: no free skin before them)" if presses.skipped else ""
-    print(f"{len(presses)} presses in {len(table)} frames{skipped}", file=out)
-    if options.out is None:
-        _show(out, presses, file.names)
-    return 0
+        io.write_table(options.out, columns)
+
+    def people(out: TextIO) -> None:
+        skipped = f" ({presses.skipped} left out: no free skin before them)" if presses.skipped else ""
+        print(f"{len(presses)} presses in {len(table)} frames{skipped}", file=out)
+        if options.out is None:
+            _show(out, presses, file.names)
+
+    return give(options, lambda: {"presses": len(presses), "skipped": presses.skipped, "columns": columns}, people)
 
 
 def _segment(options: argparse.Namespace, file: FingerFile, table: Table) -> Presses:
-    from ..errors import FileError
-    from ..io.units import quantity
     from ..stream.presses import segment
 
     if not len(table):
         raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
     how: Any = file.recording
-    changed = {name: getattr(how, name) for name in ("early", "before", "hold")}
-    if options.early is not None:
-        changed["early"] = options.early
+    changed = {"early": how.early if options.early is None else options.early}
     for name in ("before", "hold"):
-        if getattr(options, name) is not None:
-            changed[name] = quantity(getattr(options, name), "s", f"--{name}")
+        text = getattr(options, name)
+        changed[name] = getattr(how, name) if text is None else quantity(text, "s", f"--{name}")
     readings, time = file.frames(table)
     tracks = {
         name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale
@@ -96,17 +89,11 @@ def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
     return columns | {f"{name}_std": presses.std[:, i] for i, name in enumerate(names)}
 
 
-def _show(out: Any, presses: Presses, names: tuple[str, ...]) -> None:
-    position = presses.position
-    rows = [
-        [
-            str(i),
-            number(presses.start[i], 6),
-            "-" if position is None else number(position[i] * 1e3),
-            *(number(value) for value in presses.reading[i]),
-        ]
-        for i in range(min(len(presses), 20))
-    ]
+def _show(out: TextIO, presses: Presses, names: tuple[str, ...]) -> None:
+    position, rows = presses.position, []
+    for i in range(min(len(presses), 20)):
+        where = "-" if position is None else number(position[i] * 1e3)
+        rows.append([str(i), number(presses.start[i], 6), where, *(number(value) for value in presses.reading[i])])
     show(out, "", ["press", "start [s]", "position [mm]", *names], rows)
     if len(presses) > 20:
         print(f"... and {len(presses) - 20} more; -o writes them all", file=out)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TextIO
 
+from .. import io
 from ..contact import contact_of, families
-from .common import add_shared, describe, number, quantity_range, say, show, write_json
+from ..errors import InvalidValueError
+from ..io.units import quantity
+from .common import add_shared, describe, give, number, quantity_range, show
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..io.finger_file import FingerFile
+    from ..io import FingerFile
 
 _EXAMPLES = """\
   subskin simulate finger.toml -o readings.csv --count 1000 --force "10..60 N/m" --angle "-30..30 deg" --seed 1
@@ -31,14 +35,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='how large they are ("40 N/m")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='how they lean ("0 deg")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
-    loads.add_argument("--contact", choices=tuple(families()), default="line", help="what presses (line)")
-    loads.add_argument("--half-width", metavar="LENGTH", help="half the width of such a contact")
+    loads.add_argument("--contact", choices=tuple(families()), default="line", help="family of the contact (line)")
+    loads.add_argument("--half-width", metavar="LENGTH", help="half width of a contact of such a family")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
     parser.add_argument(
         "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
     )
     parser.add_argument("--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3")
-    raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each place")
+    raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each position")
     raw.add_argument("--recording", action="store_true", help="write raw frames, as [recording] of the file reads them")
     raw.add_argument("--origin", metavar="LENGTH", help="y = 0 on the motor's axis (default: that of the file, or 0)")
     raw.add_argument("--drift", type=float, default=0.0, metavar="SIZE", help="slow drift, in readings (0)")
@@ -55,11 +59,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    from ..errors import InvalidValueError
-    from ..io.finger_file import load_finger
-    from ..io.tables import write_table
-
-    file = load_finger(options.finger)
+    file = io.load_finger(options.finger)
     n = len(file.finger.array)
     if options.count < 1 or options.count * n > _MOST:
         raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}")
@@ -70,26 +70,21 @@ def run(options: argparse.Namespace) -> int:
     columns = _frames(options, file, rng) if options.recording else _loads(options, file, rng)
     count = len(next(iter(columns.values())))
     if options.out is not None:
-        write_table(options.out, columns)
-    if options.json:
-        write_json({"rows": count, "columns": columns})
-        return 0
-    out = say(options)
-    what = f"{options.count} presses in {count} frames" if options.recording else f"{count} loads"
-    print(f"{what}, {n} sensors" + (f" -> {options.out}" if options.out else ""), file=out)
-    if options.out is None:
-        rows = [[str(i), *(number(values[i]) for values in columns.values())] for i in range(min(count, 20))]
-        show(out, "the first rows, in SI; -o writes them all", ["row", *columns], rows)
-    return 0
+        io.write_table(options.out, columns)
+
+    def people(out: TextIO) -> None:
+        what = f"{options.count} presses in {count} frames" if options.recording else f"{count} loads"
+        print(f"{what}, {n} sensors" + (f" -> {options.out}" if options.out else ""), file=out)
+        if options.out is None:
+            rows = [[str(i), *(number(values[i]) for values in columns.values())] for i in range(min(count, 20))]
+            show(out, "the first rows, in SI; -o writes them all", ["row", *columns], rows)
+
+    return give(options, lambda: {"rows": count, "columns": columns}, people)
 
 
 def _worn(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> FingerFile:
     """The finger with gains that differ and dead sensors."""
-    from dataclasses import replace
-
     import numpy as np
-
-    from ..errors import InvalidValueError
 
     if not 0 <= options.spread < 1:
         raise InvalidValueError(f"--spread {options.spread:g}", "has to be in [0, 1)", "--spread 0.2")
@@ -104,8 +99,6 @@ def _worn(options: argparse.Namespace, file: FingerFile, rng: np.random.Generato
 
 
 def _contact(options: argparse.Namespace) -> Any:
-    from ..io.units import quantity
-
     width = None if options.half_width is None else quantity(options.half_width, "m", "--half-width")
     return contact_of(options.contact, width)
 
@@ -136,25 +129,20 @@ def _loads(options: argparse.Namespace, file: FingerFile, rng: np.random.Generat
 
 
 def _origin(options: argparse.Namespace, file: FingerFile) -> float:
-    from ..io.units import quantity
-
     return file.origin if options.origin is None else quantity(options.origin, "m", "--origin")
 
 
 def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> dict[str, Any]:
     import numpy as np
 
-    from ..errors import InvalidValueError
-    from ..io.units import quantity
     from ..stream.presses import Column, RecordingFormat
     from ..synthetic import simulate_recording
 
     origin = _origin(options, file)
     force, angle = (quantity_range(getattr(options, k), u, f"--{k}") for k, u in (("force", "N/m"), ("angle", "rad")))
     if force[0] != force[1] or angle[0] != angle[1]:
-        raise InvalidValueError(
-            "a range of --force or --angle", "an indenter presses alike everywhere", "give one value"
-        )
+        rule = "an indenter presses alike everywhere"
+        raise InvalidValueError("a range of --force or --angle", rule, "give one value")
     hold, rate = quantity(options.hold, "s", "--hold"), quantity(options.rate, "Hz", "--rate")
     if not 0 < rate * (hold + 2) * options.count * len(file.names) < _MOST:
         raise InvalidValueError(f"{options.count} presses at {rate:g} Hz", "that is too long a recording")

@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import argparse
+import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
-from .common import check_figure, describe, number, progress_bar, quantity_range, say, show, write_json
+from .. import design, io
+from ..errors import InvalidValueError
+from ..io.units import quantity
+from .common import (
+    add_figure,
+    add_json,
+    check_figure,
+    describe,
+    give,
+    listed,
+    number,
+    progress_bar,
+    quantity_range,
+    show,
+)
 
 if TYPE_CHECKING:
     from ..design import Touches
     from ..design.tolerance import Cost, Needed, ToleranceBudget
-    from ..io.finger_file import FingerFile
+    from ..io import FingerFile
 
 _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m"
@@ -22,11 +37,11 @@ _EXAMPLES = """\
 _NOTES = """\
 The finger as drawn locates readings of fingers that are off by one source each. An amount is a standard deviation, but
 for --width (how much wider the sensors are than drawn) and --resolution (the step of a reading); 0 leaves a source out,
-and what is not given is as usual: 2 % of the depth for places and for each depth, 5 % for the depth of all and for
+and what is not given is as usual: 2 % of the depth for positions and for each depth, 5 % for the depth of all and for
 gains, 10 % for Young's modulus, 0.02 for Poisson's ratio.
 """
 _HELP = {
-    "position": "each sensor's place along the row",
+    "position": "each sensor's position along the row",
     "depth": "depth of all sensors",
     "depths": "each sensor's depth",
     "young": "Young's modulus, a share",
@@ -40,6 +55,7 @@ _HELP = {
     "resolution": "step of the readings",
     "noise": "noise of the readings",
 }
+_SCALES = {"position": 1e3, "angle": math.degrees(1.0), "force": 100.0}
 _NAMES = {"total": "root sum of squares", "together": "all at once"}
 
 
@@ -66,48 +82,36 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fingers", type=int, default=3, metavar="N", help="calibrated for each source (3)")
     parser.add_argument("--draws", type=int, default=200, metavar="N", help="fingers drawn for a source (200)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
-    parser.add_argument("--figure", metavar="FILE", help="draw it; .svg, .png or .pdf")
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_figure(parser, "draw it")
+    add_json(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..design import tolerance_budget
-    from ..design.tolerance import SOURCES
-    from ..io.finger_file import load_finger
-
-    if options.figure is not None:
-        check_figure(options.figure, "--figure")
-    file = load_finger(options.finger)
+    check_figure(options.figure)
+    file = io.load_finger(options.finger)
     touches = _touches(options, file)
     amounts = _amounts(options, file)
     wanted = {name: _wanted(options, name, unit) for name, unit in (("position", "m"), ("angle", "rad"))}
-    methods = tuple(part.strip() for part in (options.calibrate or "").split(",") if part.strip())
-    off = sum(amount > 0 and SOURCES[name].spread != "reading" for name, amount in amounts.items())
+    methods = listed(options.calibrate or "")
+    off = sum(amount > 0 and design.tolerance.SOURCES[name].spread != "reading" for name, amount in amounts.items())
     steps = sum(amount > 0 for amount in amounts.values()) + 1
     steps += len(methods) * options.fingers * (off + 1 if off else 0)
     with progress_bar("sources", steps) as advance:
-        budget = tolerance_budget(
-            file.finger, touches, amounts, search=file.search, draws=options.draws, seed=options.seed,
-            self_calibration=methods, calibration_draws=options.fingers, progress=advance,
-        )  # fmt: skip
+        how = {"draws": options.draws, "seed": options.seed, "progress": advance}
+        how |= {"self_calibration": methods, "calibration_draws": options.fingers}
+        budget = design.tolerance_budget(file.finger, touches, amounts, search=file.search, **how)
     needed = budget.needed(wanted["position"], wanted["angle"]) if any(wanted.values()) else ()
-    if options.figure is not None:
-        from ..plot import save, tolerance_figure
-
-        save(tolerance_figure(budget, **wanted), options.figure)
-    if options.json:
-        write_json(_as_json(budget, needed))
-    else:
-        _show(options, budget, needed)
-    return 0
+    return give(
+        options,
+        lambda: _as_json(budget, needed),
+        lambda out: _show(out, budget, needed),
+        figure=lambda plot: plot.tolerance_figure(budget, **wanted),
+    )
 
 
 def _wanted(options: argparse.Namespace, name: str, unit: str) -> float | None:
     """A wanted accuracy, refused before the work begins."""
-    from ..errors import InvalidValueError
-    from ..io.units import quantity
-
     text = getattr(options, f"wanted_{name}")
     if text is None:
         return None
@@ -120,12 +124,7 @@ def _wanted(options: argparse.Namespace, name: str, unit: str) -> float | None:
 def _touches(options: argparse.Namespace, file: FingerFile) -> Touches:
     import numpy as np
 
-    from ..design import Touches
-    from ..io.units import quantity
-
-    friction = options.friction
-    if friction is None:
-        friction = file.options.get("friction", 1.0)
+    friction = file.options.get("friction", 1.0) if options.friction is None else options.friction
     span = None
     if options.span is not None:
         low, high = quantity_range(options.span, "m", "--span")
@@ -134,27 +133,21 @@ def _touches(options: argparse.Namespace, file: FingerFile) -> Touches:
             middle, half = 0.5 * float(y.min() + y.max()), 0.5 * abs(low)
             low, high = middle - half, middle + half
         span = (low, high)
-    return Touches(quantity(options.force, "N/m", "--force"), friction, span)
+    return design.Touches(quantity(options.force, "N/m", "--force"), friction, span)
 
 
 def _amounts(options: argparse.Namespace, file: FingerFile) -> dict[str, float]:
-    from ..design import usual_tolerances
-    from ..design.tolerance import SOURCES
-    from ..errors import InvalidValueError
-    from ..io.units import quantity
-
-    amounts = usual_tolerances(file.finger)
+    amounts, sources = design.usual_tolerances(file.finger), design.tolerance.SOURCES
     for name in _HELP:
         text = getattr(options, name)
         if text is not None:
-            unit = SOURCES[name].unit
-            amounts[name] = quantity(text, "m" if unit == "m" else "", f"--{name}")
+            amounts[name] = quantity(text, "m" if sources[name].unit == "m" else "", f"--{name}")
     if options.only is None:
         return amounts
-    chosen = [part.strip() for part in options.only.split(",") if part.strip()]
+    chosen = listed(options.only)
     for name in chosen:
         if name not in amounts:
-            fix = f"--{name} says how large it is" if name in SOURCES else ""
+            fix = f"--{name} says how large it is" if name in sources else ""
             raise InvalidValueError(f"--only {name}", f"there are {', '.join(amounts)}", fix)
     return {name: amounts[name] for name in chosen}
 
@@ -172,17 +165,12 @@ def _as_json(budget: ToleranceBudget, needed: tuple[Needed, ...]) -> dict[str, A
     }
 
 
-def _show(options: argparse.Namespace, budget: ToleranceBudget, needed: tuple[Needed, ...]) -> None:
-    import numpy as np
-
-    out = say(options)
-    columns = ["", "amount", "place [mm]", "worst", "angle [deg]", "worst", "force [%]", "worst", "lost [%]"]
+def _show(out: TextIO, budget: ToleranceBudget, needed: tuple[Needed, ...]) -> None:
+    columns = ["", "amount", "position [mm]", "worst", "angle [deg]", "worst", "force [%]", "worst", "lost [%]"]
     rows = []
     for row in (*budget.rows, budget.total, budget.together):
         errors = [
-            scale * getattr(row, f"{name}_{kind}")
-            for name, scale in (("position", 1e3), ("angle", np.rad2deg(1.0)), ("force", 100.0))
-            for kind in ("rms", "worst")
+            scale * getattr(row, f"{name}_{kind}") for name, scale in _SCALES.items() for kind in ("rms", "worst")
         ]
         cells = [_small(e) for e in errors] + [number(100 * row.lost, 3)]
         rows.append([_NAMES.get(row.source, row.source), _amount(row.amount, row), *cells])
@@ -193,22 +181,18 @@ def _show(options: argparse.Namespace, budget: ToleranceBudget, needed: tuple[Ne
         show(out, "how tight each has to be", ["", "given", "by itself", "beside the others"], rows)
     if budget.recovered:
         _show_recovered(out, budget)
-    if options.figure is not None:
-        print(f"-> {options.figure}", file=out)
 
 
-def _show_recovered(out: Any, budget: ToleranceBudget) -> None:
-    import numpy as np
-
+def _show_recovered(out: TextIO, budget: ToleranceBudget) -> None:
     kinds = [kind for kind in ("drawn", "known", "blind") if getattr(budget.recovered[0], kind) is not None]
     columns = [""]
-    for what in ("place [mm]", "angle [deg]", "force [%]"):
+    for what in ("position [mm]", "angle [deg]", "force [%]"):
         columns += [f"{what} {kinds[0]}", *kinds[1:]]
     rows = []
     for r in budget.recovered:
         cells = [
             "-" if dict(r.failed).get(kind, 0) else _small(scale * getattr(getattr(r, kind), f"{name}_rms"))
-            for name, scale in (("position", 1e3), ("angle", np.rad2deg(1.0)), ("force", 100.0))
+            for name, scale in _SCALES.items()
             for kind in kinds
         ]
         rows.append([_NAMES.get(r.source, r.source), *cells])
@@ -226,12 +210,10 @@ def _small(value: float) -> str:
 
 def _amount(value: float, row: Cost | Needed) -> str:
     """An amount with its unit; one that need not be tight is any."""
-    from ..design.tolerance import SOURCES
-
     if value == float("inf"):
         return "any"
     if row.unit == "m":
         return f"{number(1e3 * value, 3)} mm"
-    if row.unit or row.source not in SOURCES or row.source == "poisson":
+    if row.unit or row.source not in design.tolerance.SOURCES or row.source == "poisson":
         return number(value, 3)
     return f"{number(100 * value, 3)} %"

@@ -37,18 +37,9 @@ def design_map_figure(study: DesignStudy, finger: DesignedFinger | None = None) 
 
     Examples
     --------
-    >>> import subskin as ss
-    >>> from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
-    >>> skin = SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.4e6)))
-    >>> goals = ss.design.Goals(
-    ...     touches=ss.design.Touches(force=20.0, span=(-2e-3, 2e-3)), strongest=100.0, skins=(skin,),
-    ...     accuracy=Accuracy(position=0.2e-3, angle=0.1), sensors=(SensorKind("gauge", ss.NormalStrain(), 2e-4),),
-    ...     room=Room(count=(4, 5), depth=(2e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
-    ...     effort=Effort(depths=2, pitches=2, touches=200, keep=1),
-    ... )
-    >>> study = ss.design.rank_fingers(ss.design.search_grid(goals, workers=1), workers=1)
-    >>> [axes.get_xlabel() for axes in design_map_figure(study).axes[:2]]
-    ['pitch [mm]', 'sensors']
+    >>> file = load_goals("goals.toml")  # doctest: +SKIP
+    >>> study = rank_fingers(search_grid(file.goals))  # doctest: +SKIP
+    >>> save(design_map_figure(study), "map.png")  # doctest: +SKIP
     """
     chosen = study.fingers[0] if finger is None else finger
     grid, row = study.grid, chosen.row

@@ -47,19 +47,9 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
 
     Examples
     --------
-    >>> import subskin as ss
-    >>> from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
-    >>> skin = SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.4e6)))
-    >>> goals = ss.design.Goals(
-    ...     touches=ss.design.Touches(force=20.0, span=(-2e-3, 2e-3)), strongest=100.0, skins=(skin,),
-    ...     accuracy=Accuracy(position=0.2e-3, angle=0.1), sensors=(SensorKind("gauge", ss.NormalStrain(), 2e-4),),
-    ...     room=Room(count=(4, 5), depth=(2e-3, 3e-3), least_pitch=1e-3, longest_row=8e-3),
-    ...     effort=Effort(depths=2, pitches=2, touches=200, keep=1),
-    ... )
-    >>> study = ss.design.rank_fingers(ss.design.search_grid(goals, workers=1), workers=1)
-    >>> report = design_report(study, "[touch] ...")
-    >>> report.blocks[0].text, report.blocks[-1].text
-    ('What to build', '[touch] ...')
+    >>> file = load_goals("goals.toml")  # doctest: +SKIP
+    >>> study = rank_fingers(search_grid(file.goals))  # doctest: +SKIP
+    >>> page = as_html(design_report(study, file.text))  # doctest: +SKIP
     """
     goals, best = study.goals, study.fingers[0]
     columns, rows, left = finger_table(study)
