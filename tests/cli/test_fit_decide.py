@@ -82,7 +82,7 @@ class TestFit:
 
     def test_figure(self, subskin, table):
         assert subskin("fit", "finger.toml", "r.csv", "--figure", "f.svg").code == 0
-        assert "place along the skin" in (table / "f.svg").read_text() or (table / "f.svg").stat().st_size > 5000
+        assert "position along the skin" in (table / "f.svg").read_text() or (table / "f.svg").stat().st_size > 5000
 
 
 class TestDecide:

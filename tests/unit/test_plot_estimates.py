@@ -73,10 +73,10 @@ class TestTruthAgainstEstimate:
         true, found, std = touches()
         status = np.arange(true.size) % 5
         found[status >= 2] = np.nan
-        found[status == 3] = true[status == 3]  # a caller's own: unexplained, yet with a place
+        found[status == 3] = true[status == 3]  # a caller's own: unexplained, yet with a position
         figure = truth_against_estimate(true, found, std, status)
         assert labels(figure)[:3] == ["ok (8)", "ambiguous (8)", "unexplained (8)"]
-        (ticks,) = [line for line in figure.axes[0].lines if line.get_label() == "no place (16)"]
+        (ticks,) = [line for line in figure.axes[0].lines if line.get_label() == "no position (16)"]
         np.testing.assert_allclose(np.sort(ticks.get_xdata()), np.sort(1e3 * true[(status == 2) | (status == 4)]))
         markers = {c.lines[0].get_marker() for c in figure.axes[0].containers}
         assert len(markers) == 3
@@ -311,7 +311,7 @@ class TestReceptiveFields:
         assert figure.axes[0].get_ylabel() == "reading per load [$10^{-6}$ / (N/m)]"
 
     def test_bad_input_is_said(self):
-        with pytest.raises(InvalidValueError, match="two ascending places"):
+        with pytest.raises(InvalidValueError, match="two ascending positions"):
             receptive_fields(FINGER, (1e-3, -1e-3))
         energy = ss.Finger(SKIN, ss.SensorArray(y=[0.0], depth=2e-3, transducer=ss.EnergyDensity()))
         with pytest.raises(NotLinearError):

@@ -307,7 +307,7 @@ def test_progress_is_told_of_every_row_and_calibration():
 def test_the_figure_has_labels_bars_and_the_wanted_lines(recovered, tmp_path):
     figure = tolerance_figure(recovered, position=1e-4, angle=np.radians(2))
     left, right = figure.axes
-    assert (left.get_xlabel(), right.get_xlabel()) == ("error of place [mm]", "error of angle [deg]")
+    assert (left.get_xlabel(), right.get_xlabel()) == ("error of position [mm]", "error of angle [deg]")
     names = [text.get_text() for text in left.get_yticklabels()]
     assert names[:3] == ["gain of all, 5 %", "each sensor's gain, 5 %", "noise, 5e-05"]
     bars = [bar.get_width() for bar in right.patches]
@@ -316,7 +316,7 @@ def test_the_figure_has_labels_bars_and_the_wanted_lines(recovered, tmp_path):
     assert any(np.allclose(line.get_xdata(), 0.1) for line in left.lines)
     assert any(np.allclose(line.get_xdata(), 2.0) for line in right.lines)
     labels = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert labels == {"rms", "worst touch", "calibrated at known places", "calibrated blind", "wanted"}
+    assert labels == {"rms", "worst touch", "calibrated at known positions", "calibrated blind", "wanted"}
     assert save(figure, tmp_path / "t.svg")[0].stat().st_size > 10_000
     with pytest.raises(InvalidValueError, match="position"):
         tolerance_figure(recovered, position=0.0)

@@ -1,4 +1,4 @@
-"""`subskin calibrate`: touches at known places -> a finger with its own numbers."""
+"""`subskin calibrate`: touches at known positions -> a finger with its own numbers."""
 
 from __future__ import annotations
 

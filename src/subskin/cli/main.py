@@ -17,7 +17,7 @@ __all__ = ["main"]
 _COMMANDS = {
     "simulate": "compute the readings of a finger under random loads, or a raw recording of an indenter",
     "segment": "cut a raw recording into presses",
-    "calibrate": "fit a finger to touches at known places, or --blind to any touches",
+    "calibrate": "fit a finger to touches at known positions, or --blind to any touches",
     "locate": "find the load in each frame of readings",
     "fit": "find a contact of one family, and its width, in each frame of readings",
     "decide": "tell what kind of contact made each frame of readings",

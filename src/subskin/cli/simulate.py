@@ -35,7 +35,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='how large they are ("40 N/m")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='how they lean ("0 deg")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
-    loads.add_argument("--contact", choices=tuple(families()), default="line", help="family of the contact (line)")
+    kinds = families()
+    what = f"family of the contact: {', '.join(kinds)} (line)"
+    loads.add_argument("--contact", choices=tuple(kinds), metavar="FAMILY", default="line", help=what)
     loads.add_argument("--half-width", metavar="LENGTH", help="half width of a contact of such a family")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
     parser.add_argument(

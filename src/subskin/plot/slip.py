@@ -154,7 +154,7 @@ def _zone(axes: Axes, judged: Slip, index: tuple[int, ...]) -> None:
     low, high = judged.stick_interval[index]
     axes.barh(-0.25, 2, 0.22, left=-1, color=VERMILLION, alpha=0.55, lw=0)
     axes.barh(-0.25, 2 * stick, 0.22, left=-stick, color=GREEN, lw=0)
-    axes.vlines([-low, low, -high, high], -0.4, -0.1, color=BLACK, lw=0.9)
+    axes.plot([[-high, -low, low, high]] * 2, [[-0.4] * 4, [-0.1] * 4], color=BLACK, lw=0.9)
     axes.text(1.03, -0.25, "slips", color=VERMILLION, va="center", fontsize=7)
     if stick > 0.15:
         axes.text(0, -0.25, "sticks", color="w", ha="center", va="center", fontsize=7)
