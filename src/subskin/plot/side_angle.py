@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -65,7 +66,8 @@ def side_angle_figure(noise: float = 1e-3) -> Figure:
     _profiles(*upper.subplots(1, 2, sharey=True))
     legend(upper, upper.axes[0], ncols=5)
     (parts,) = lower.subfigures(1, 3, squeeze=False)
-    for part, draw in zip(parts, (_slopes, _published, partial(_spread, noise=share)), strict=True):
+    panels: list[Callable[[Axes], None]] = [_slopes, _published, partial(_spread, noise=share)]
+    for part, draw in zip(parts, panels, strict=True):
         axes = part.subplots()
         draw(axes)
         legend(part, axes, loc="outside lower left")

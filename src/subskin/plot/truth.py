@@ -119,15 +119,14 @@ def truth_against_estimate(
 def _frames(
     truth: npt.ArrayLike, estimate: npt.ArrayLike | Estimate, std: npt.ArrayLike | None, status: npt.ArrayLike | None
 ) -> _Frames:
-    position = estimate
     if isinstance(estimate, Estimate):
         std = estimate.std[..., 0] if std is None else std
         status = estimate.status if status is None else status
-        position = estimate.position
+        estimate = estimate.position
     true = _check.real("truth", truth, unit="m")
     arrays = {
         "truth": true,
-        "estimate": _check.real("estimate", position, unit="m", finite=False),
+        "estimate": _check.real("estimate", estimate, unit="m", finite=False),
         "std": _check.real("std", np.nan if std is None else std, unit="m", finite=False),
         "status": _check.real("status", Status.OK if status is None else status, at_least=0, at_most=max(Status)),
     }
