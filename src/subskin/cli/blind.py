@@ -15,7 +15,6 @@ from .common import add_figure, check_figure, chosen_rows, give, listed, number,
 
 if TYPE_CHECKING:
     from ..calibration import BlindCalibration, BlindParameter, Calibration, Parameter
-    from ..io import FingerFile
 
 __all__ = ["add_blind", "learnt", "named", "refuse_blind_options", "run_blind", "sensors_of", "show_health"]
 
@@ -90,7 +89,7 @@ def run_blind(options: argparse.Namespace) -> int:
     )
 
 
-def learnt(file: FingerFile, found: Calibration | BlindCalibration) -> dict[str, Any]:
+def learnt(file: io.FingerFile, found: Calibration | BlindCalibration) -> dict[str, Any]:
     """What [calibration] says of the sensors, and how well each number is known."""
     std: dict[str, Any] = {}
     for p in found.parameters:
@@ -103,17 +102,17 @@ def learnt(file: FingerFile, found: Calibration | BlindCalibration) -> dict[str,
     return {name: sensors_of(file, found, name) for name in ("weak", "dead")} | {"std": std}
 
 
-def sensors_of(file: FingerFile, found: Calibration | BlindCalibration, health: str) -> list[str]:
+def sensors_of(file: io.FingerFile, found: Calibration | BlindCalibration, health: str) -> list[str]:
     """Names of the sensors that are weak, or dead."""
     return [name for name, state in zip(file.names, found.health, strict=True) if state.name == health.upper()]
 
 
-def named(file: FingerFile, p: BlindParameter | Parameter, missing: Any = "") -> Any:
+def named(file: io.FingerFile, p: BlindParameter | Parameter, missing: Any = "") -> Any:
     """The sensor of a fitted number, or `missing` where it is of all."""
     return missing if p.sensor is None else file.names[p.sensor]
 
 
-def show_health(out: TextIO, file: FingerFile, found: Calibration | BlindCalibration, weak: str) -> None:
+def show_health(out: TextIO, file: io.FingerFile, found: Calibration | BlindCalibration, weak: str) -> None:
     """Sensors that are weak or dead, and what else is doubtful."""
     for name, what in (("weak", weak), ("dead", "left out from now on")):
         sensors = sensors_of(file, found, name)
@@ -123,7 +122,7 @@ def show_health(out: TextIO, file: FingerFile, found: Calibration | BlindCalibra
         print(doubt, file=out)
 
 
-def _errors(options: argparse.Namespace, file: FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
+def _errors(options: argparse.Namespace, file: io.FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
     """The errors given, as `calibrate_blind` takes them."""
     import numpy as np
 
@@ -154,7 +153,7 @@ def _half(found: BlindCalibration, index: int) -> float:
     return found.touches_for(index, 0.5 * found.parameters[index].std)
 
 
-def _as_json(file: FingerFile, found: BlindCalibration) -> dict[str, Any]:
+def _as_json(file: io.FingerFile, found: BlindCalibration) -> dict[str, Any]:
     parameters = [
         {
             "name": p.name,
@@ -191,7 +190,7 @@ def _left_out(found: BlindCalibration) -> dict[str, int]:
     return {s.name.lower(): int(counts[s]) for s in Status if counts[s]}
 
 
-def _show(out: TextIO, file: FingerFile, found: BlindCalibration) -> None:
+def _show(out: TextIO, file: io.FingerFile, found: BlindCalibration) -> None:
     rows = [[p.name, named(file, p), *_cells(p), _touches(_half(found, i))] for i, p in enumerate(found.parameters)]
     heads = ["drawn", "give or take", "found", "give or take", "at best", "unit", "", "touches for half"]
     show(out, "parameters", ["name", "sensor", *heads], rows, left=2)

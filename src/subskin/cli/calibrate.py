@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ..calibration import Calibration, Score
-    from ..io import FingerFile
 
 _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
@@ -73,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
         for name in ("force", "angle")
         if (column := getattr(options, f"{name}_column")) is not None
     }
-    positions = table.numbers(options.position_column, finite=True, why="the touches' positions")
+    positions = table.numbers(options.position_column, finite=True, why="each touch's position")
     used = chosen_rows(options, len(table))
     fit = listed("gain,offset,depth,origin" if options.fit is None else options.fit)
     found = calibrate(
@@ -107,7 +106,7 @@ def run(options: argparse.Namespace) -> int:
     )
 
 
-def _as_json(file: FingerFile, found: Calibration, score: Score | None) -> dict[str, Any]:
+def _as_json(file: io.FingerFile, found: Calibration, score: Score | None) -> dict[str, Any]:
     return {
         "origin": found.origin,
         "parameters": [
@@ -134,7 +133,7 @@ def _noise(found: Calibration) -> npt.NDArray[np.float64]:
     return np.asarray(found.finger.array.noise, dtype=np.float64)
 
 
-def _show(out: TextIO, file: FingerFile, found: Calibration, score: Score | None) -> None:
+def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None) -> None:
     rows = []
     for p in found.parameters:
         scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)

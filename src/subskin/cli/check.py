@@ -13,7 +13,6 @@ from ..io.units import quantity
 from .common import add_json, check_figure, describe, give, number, progress_bar, show
 
 if TYPE_CHECKING:
-    from ..design.half_plane import HalfPlaneError, LocatingError
     from ..finger import Finger
 
 _EXAMPLES = """\
@@ -102,8 +101,8 @@ def _draw(path: str, finger: Finger, half_width: float) -> None:
     save(half_plane_map_figure(values, here), path)
 
 
-def _as_json(found: HalfPlaneError) -> dict[str, Any]:
-    def one(error: LocatingError) -> dict[str, Any]:
+def _as_json(found: design.half_plane.HalfPlaneError) -> dict[str, Any]:
+    def one(error: design.half_plane.LocatingError) -> dict[str, Any]:
         return {**error.summary(), "unanswered": error.unanswered, "status": error.status}
 
     return {
@@ -117,7 +116,7 @@ def _as_json(found: HalfPlaneError) -> dict[str, Any]:
     }
 
 
-def _show(out: TextIO, options: argparse.Namespace, found: HalfPlaneError) -> None:
+def _show(out: TextIO, options: argparse.Namespace, found: design.half_plane.HalfPlaneError) -> None:
     import numpy as np
 
     array = found.finger.array
@@ -134,7 +133,7 @@ def _show(out: TextIO, options: argparse.Namespace, found: HalfPlaneError) -> No
     )
     table = []
     for model, label in _MODELS:
-        error: LocatingError = getattr(found, model)
+        error: design.half_plane.LocatingError = getattr(found, model)
         sizes, scales = error.summary(), {"position": 1e3, "force": 100.0, "angle": 180 / np.pi}
         errors = [_size(scale * sizes[name][k]) for name, scale in scales.items() for k in ("median", "worst")]
         table.append([label, *errors, str(error.unanswered), str(error.status["unexplained"])])
@@ -164,7 +163,7 @@ def _map_note(finger: Finger) -> str:
     return f"{note}; your stack of several materials is not on it" if finger.skin.single_material is None else note
 
 
-def _verdict(found: HalfPlaneError, depth: float) -> str:
+def _verdict(found: design.half_plane.HalfPlaneError, depth: float) -> str:
     """What to do."""
     flat, own = found.as_drawn.summary(), found.own.summary()
     worst, least = ([s[k]["worst"] for k in ("position", "angle")] for s in (flat, own))

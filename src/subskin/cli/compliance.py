@@ -13,7 +13,6 @@ from .common import add_figure, add_json, check_figure, describe, give, number, 
 
 if TYPE_CHECKING:
     from .._check import FloatArray
-    from ..design.compliance import SkinCompliance
 
 _EXAMPLES = """\
   subskin compliance finger.toml --width "0.8 mm" --height "30 um" --force "10..100 N/m"
@@ -96,7 +95,7 @@ def _spread(ends: tuple[float, float], count: int) -> FloatArray:
     return np.array([float(f"{v:.12g}") for v in values])
 
 
-def _as_json(found: SkinCompliance) -> dict[str, Any]:
+def _as_json(found: design.compliance.SkinCompliance) -> dict[str, Any]:
     names = ("thickness", "young", "force", "half_width", "load_share", "reading_share", "seen", "width_std")
     return {
         **{name: getattr(found, name) for name in names},
@@ -110,7 +109,7 @@ def _regime(number: int) -> str:
     return design.compliance.Regime(int(number)).name
 
 
-def _show(out: TextIO, found: SkinCompliance) -> None:
+def _show(out: TextIO, found: design.compliance.SkinCompliance) -> None:
     forces = [f"at {number(force, 3)} N/m" for force in found.force]
     for t, thickness in enumerate(found.thickness):
         rows = [
@@ -132,7 +131,7 @@ def _show(out: TextIO, found: SkinCompliance) -> None:
     print(f"-> {found.reason}", file=out)
 
 
-def _told(found: SkinCompliance, t: int, m: int, f: int) -> str:
+def _told(found: design.compliance.SkinCompliance, t: int, m: int, f: int) -> str:
     """The width's deviation where it is told, or why it is not."""
     words = {
         "TOLD": f"+-{100 * found.width_std[t, m, f]:.0f} %",

@@ -14,7 +14,6 @@ from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
     from ..decide import Kind, TypeDecision
-    from ..io import FingerFile
     from .answers import Answers
 
 _EXAMPLES = """\
@@ -59,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
 
-    def prepare(file: FingerFile) -> Any:
+    def prepare(file: io.FingerFile) -> Any:
         given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("friction", "false_alarm")}
         return partial(contact_type, file.finger, kinds=kinds, sure=options.sure, search=file.search, **given)
 

@@ -8,16 +8,12 @@ import textwrap
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 from .. import design, io
 from ..errors import FileError, InvalidValueError
 from ..io.files import write_bytes
 from .common import add_json, describe, give, progress_bar, show
-
-if TYPE_CHECKING:
-    from ..design.search import DesignedFinger, DesignStudy
-    from ..io.goals_file import GoalsFile
 
 _EXAMPLES = """\
   subskin design --example > goals.toml          # a file to begin with; every key is explained in it
@@ -70,11 +66,11 @@ def run(options: argparse.Namespace) -> int:
         kept = f"{len(list(store.folder.glob('*.npz')))} rows are kept in {store.folder}"
         print(f"subskin: stopped; {kept}, the same command goes on from there", file=sys.stderr)
         return 130
-    written = _write(folder, file, study, options)
+    written = _write(folder, file, study, report=not options.no_report)
     return give(options, lambda: _as_json(study, written), lambda out: _show(out, options, study, written))
 
 
-def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.Namespace) -> list[Path]:
+def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *, report: bool) -> list[Path]:
     """The fingers, the table of all designs, and the report."""
     for stale in ("report.html", "report.pdf"):  # of an earlier search: it would tell of other fingers
         (folder / stale).unlink(missing_ok=True)
@@ -89,21 +85,21 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
             old.unlink()
     written.append(folder / "designs.csv")
     io.write_table(written[-1], study.grid.columns())
-    if not options.no_report:
+    if report:
         from ..report import as_html, as_pdf, design_report
 
         with progress_bar("report", 3) as advance:
-            report = design_report(study, file.text)
+            text = design_report(study, file.text)
             advance()
-            write_bytes(folder / "report.html", as_html(report).encode())
+            write_bytes(folder / "report.html", as_html(text).encode())
             advance()
-            write_bytes(folder / "report.pdf", as_pdf(report))
+            write_bytes(folder / "report.pdf", as_pdf(text))
             advance()
         written += [folder / "report.html", folder / "report.pdf"]
     return written
 
 
-def _show(out: TextIO, options: argparse.Namespace, study: DesignStudy, written: list[Path]) -> None:
+def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignStudy, written: list[Path]) -> None:
     columns, rows, left = design.search.finger_table(study)
     show(out, study.goals.title, columns, rows, left=left)
     print(file=out)
@@ -120,8 +116,8 @@ def _wrapped(sentence: str) -> str:
     return lines.replace("\xa0", " ")
 
 
-def _as_json(study: DesignStudy, written: list[Path]) -> dict[str, Any]:
-    def one(finger: DesignedFinger) -> dict[str, Any]:
+def _as_json(study: design.search.DesignStudy, written: list[Path]) -> dict[str, Any]:
+    def one(finger: design.search.DesignedFinger) -> dict[str, Any]:
         return {
             "skin": study.goals.skins[finger.row.skin].name,
             "sensor": study.goals.sensors[finger.row.sensor].name,

@@ -11,7 +11,6 @@ from .common import describe, give
 from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
-    from ..io import FingerFile
     from .answers import Answers
 
 _EXAMPLES = """\
@@ -58,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     from ..estimate.pressure.mapper import PressureMapper
     from .answers import answers_of, show_first, show_statuses, status_counts
 
-    def prepare(file: FingerFile) -> PressureMapper:
+    def prepare(file: io.FingerFile) -> PressureMapper:
         given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("false_alarm", "friction")}
         shear = options.shear or ("none" if given.get("friction") == 0 else "proportional")
         if shear == "none":

@@ -11,7 +11,6 @@ from ..io.units import quantity
 from .common import add_shared, describe, give, number, said_of, show
 
 if TYPE_CHECKING:
-    from ..io import FingerFile, Table
     from ..stream.presses import Presses
 
 _EXAMPLES = """\
@@ -57,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     return give(options, lambda: {"presses": len(presses), "skipped": presses.skipped, "columns": columns}, people)
 
 
-def _segment(options: argparse.Namespace, file: FingerFile, table: Table) -> Presses:
+def _segment(options: argparse.Namespace, file: io.FingerFile, table: io.Table) -> Presses:
     from ..stream.presses import segment
 
     if not len(table):

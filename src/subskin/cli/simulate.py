@@ -15,8 +15,6 @@ from .common import add_shared, describe, give, number, quantity_range, show
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..io import FingerFile
-
 _EXAMPLES = """\
   subskin simulate finger.toml -o readings.csv --count 1000 --force "10..60 N/m" --angle "-30..30 deg" --seed 1
   subskin simulate finger.toml -o line.csv --count 61 --grid --position "-9..9 mm" --contact hertz --half-width "1 mm"
@@ -84,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
     return give(options, lambda: {"rows": count, "columns": columns}, people)
 
 
-def _worn(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> FingerFile:
+def _worn(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> io.FingerFile:
     """The finger with gains that differ and dead sensors."""
     import numpy as np
 
@@ -105,7 +103,7 @@ def _contact(options: argparse.Namespace) -> Any:
     return contact_of(options.contact, width)
 
 
-def _positions(options: argparse.Namespace, file: FingerFile, origin: float) -> tuple[float, float]:
+def _positions(options: argparse.Namespace, file: io.FingerFile, origin: float) -> tuple[float, float]:
     """The range of positions, on the axis of the tables."""
     import numpy as np
 
@@ -115,7 +113,7 @@ def _positions(options: argparse.Namespace, file: FingerFile, origin: float) -> 
     return float(y.min()) + origin, float(y.max()) + origin
 
 
-def _loads(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
     import numpy as np
 
     origin = _origin(options, file)
@@ -130,11 +128,11 @@ def _loads(options: argparse.Namespace, file: FingerFile, rng: np.random.Generat
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 
-def _origin(options: argparse.Namespace, file: FingerFile) -> float:
+def _origin(options: argparse.Namespace, file: io.FingerFile) -> float:
     return file.origin if options.origin is None else quantity(options.origin, "m", "--origin")
 
 
-def _frames(options: argparse.Namespace, file: FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
     import numpy as np
 
     from ..stream.presses import Column, RecordingFormat

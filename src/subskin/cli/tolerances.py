@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 from .. import design, io
 from ..errors import InvalidValueError
@@ -22,11 +22,6 @@ from .common import (
     quantity_range,
     show,
 )
-
-if TYPE_CHECKING:
-    from ..design import Touches
-    from ..design.tolerance import Cost, Needed, ToleranceBudget
-    from ..io import FingerFile
 
 _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m"
@@ -121,7 +116,7 @@ def _wanted(options: argparse.Namespace, name: str, unit: str) -> float | None:
     return value
 
 
-def _touches(options: argparse.Namespace, file: FingerFile) -> Touches:
+def _touches(options: argparse.Namespace, file: io.FingerFile) -> design.Touches:
     import numpy as np
 
     friction = file.options.get("friction", 1.0) if options.friction is None else options.friction
@@ -136,7 +131,7 @@ def _touches(options: argparse.Namespace, file: FingerFile) -> Touches:
     return design.Touches(quantity(options.force, "N/m", "--force"), friction, span)
 
 
-def _amounts(options: argparse.Namespace, file: FingerFile) -> dict[str, float]:
+def _amounts(options: argparse.Namespace, file: io.FingerFile) -> dict[str, float]:
     amounts, sources = design.usual_tolerances(file.finger), design.tolerance.SOURCES
     for name in _HELP:
         text = getattr(options, name)
@@ -152,7 +147,7 @@ def _amounts(options: argparse.Namespace, file: FingerFile) -> dict[str, float]:
     return {name: amounts[name] for name in chosen}
 
 
-def _as_json(budget: ToleranceBudget, needed: tuple[Needed, ...]) -> dict[str, Any]:
+def _as_json(budget: design.tolerance.ToleranceBudget, needed: tuple[design.tolerance.Needed, ...]) -> dict[str, Any]:
     return {
         "rows": [asdict(row) for row in budget.rows],
         "total": asdict(budget.total),
@@ -165,7 +160,7 @@ def _as_json(budget: ToleranceBudget, needed: tuple[Needed, ...]) -> dict[str, A
     }
 
 
-def _show(out: TextIO, budget: ToleranceBudget, needed: tuple[Needed, ...]) -> None:
+def _show(out: TextIO, budget: design.tolerance.ToleranceBudget, needed: tuple[design.tolerance.Needed, ...]) -> None:
     columns = ["", "amount", "position [mm]", "worst", "angle [deg]", "worst", "force [%]", "worst", "lost [%]"]
     rows = []
     for row in (*budget.rows, budget.total, budget.together):
@@ -183,7 +178,7 @@ def _show(out: TextIO, budget: ToleranceBudget, needed: tuple[Needed, ...]) -> N
         _show_recovered(out, budget)
 
 
-def _show_recovered(out: TextIO, budget: ToleranceBudget) -> None:
+def _show_recovered(out: TextIO, budget: design.tolerance.ToleranceBudget) -> None:
     kinds = [kind for kind in ("drawn", "known", "blind") if getattr(budget.recovered[0], kind) is not None]
     columns = [""]
     for what in ("position [mm]", "angle [deg]", "force [%]"):
@@ -208,7 +203,7 @@ def _small(value: float) -> str:
     return "0" if abs(value) < 1e-6 else number(value, 3)
 
 
-def _amount(value: float, row: Cost | Needed) -> str:
+def _amount(value: float, row: design.tolerance.Cost | design.tolerance.Needed) -> str:
     """An amount with its unit; one that need not be tight is any."""
     if value == float("inf"):
         return "any"

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 
 from .._check import FloatArray
 from ..array import SensorArray
-from ..contact.base import Contact
-from ..contact.line import LineLoad
-from ..estimate.estimate import Estimate
+from ..contact import Contact, LineLoad
+from ..estimate import Estimate
 from ..finger import Finger
 from .parts import unit_of, zero_line
 from .style import BLACK, MM, NORMAL_95, VERMILLION

@@ -11,12 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from .._check import FloatArray
-from ..contact.base import Contact
-from ..contact.hertz import Hertz
-from ..contact.line import LineLoad
-from ..contact.profile import PressureProfile
-from ..contact.punch import FlatPunch
-from ..contact.wedge import Wedge
+from ..contact import Contact, FlatPunch, Hertz, LineLoad, PressureProfile, Wedge
 from ..memo import eq17, eq17_corrected, eq21, eq21_corrected
 from .memo_lines import UNIT_SKIN
 from .parts import heading, legend, stacked, zero_line

@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..contact.line import LineLoad
+from ..contact import LineLoad
 from ..material import Material
 from ..memo import FIGURE_6, eq13
 from ..memo.three_sensors import Root, Verdict, three_sensor
-from ..skin.half_plane import HalfPlane
+from ..skin import HalfPlane
 from .parts import stacked, zero_line
 from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, ORANGE, SINGLE, VERMILLION, new_figure
 

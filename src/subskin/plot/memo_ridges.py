@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from .._check import FloatArray
 from ..array import SensorArray
-from ..contact.hertz import Hertz
+from ..contact import Hertz
 from ..design import Ridges, best_ridge_pitch, ridge_gain
 from ..design.ridges import RidgeGain, read_ridged
 from ..finger import Finger

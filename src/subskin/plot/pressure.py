@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from .._check import FloatArray
 from ..contact import Contact
 from ..errors import GeometryError, InvalidValueError
-from ..estimate.estimate import Status
-from ..estimate.pressure.map import PressureMap
+from ..estimate import PressureMap, Status
 from .parts import legend, zero_line
 from .style import BLACK, BLUE, GREEN, GREY, MM, NORMAL_95, SINGLE, VERMILLION, finished, new_figure
 

@@ -109,8 +109,7 @@ def _map(axes: Axes, found: RidgeGain, equal: str) -> None:
     plain(axes.yaxis, small=True)
     ends, text = np.array([pitch.min(), pitch.max()]), "a contact as wide as the pitch"
     axes.plot(ends, 0.5 * ends, color=VERMILLION, linewidth=1.0, linestyle=DASHED, label=text)
-    axes.set_ylim(width.min(), width.max())
-    axes.set_xlabel(_PITCH)
+    axes.set(ylim=(width.min(), width.max()), xlabel=_PITCH)
     if equal == "equal_peak":
         axes.set_ylabel(_WIDTH)
     _log(axes, pitch[0])

@@ -20,7 +20,7 @@ from .. import _check
 from .._check import FloatArray
 from ..contact import Contact, ContactSum, transforms_of
 from ..errors import GeometryError, InvalidValueError
-from ..estimate.estimate import Estimate, Status
+from ..estimate import Estimate, Status
 from ..finger import Finger
 from ..tensor import State
 from .measured import draw_readings

@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
-from ..contact.hertz import Hertz
+from ..contact import Hertz
+from ..estimate import side_angle, side_angle_from_gradients
 from ..estimate.side._row import Response
-from ..estimate.side.angle import side_angle
-from ..estimate.side.gradient import side_angle_from_gradients
 from ..finger import Finger
 from ..memo import eq20, eq20_corrected, eq21, eq21_corrected, eq22
 from .memo_contacts import BLIND_DEPTH

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ..decide import TypeDecision
 from ..errors import GeometryError
-from ..estimate.estimate import Estimate, Status
+from ..estimate import Estimate, Status
 from .parts import legend
 from .style import BLACK, BLUE, GREEN, GREY, MM, ORANGE, PINK, SINGLE, SKY, VERMILLION, finished, new_figure
 

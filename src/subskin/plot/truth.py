@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError
-from ..estimate.estimate import Estimate, Status
+from ..estimate import Estimate, Status
 from .parts import legend, zero_line
 from .style import BLACK, BLUE, DASHED, GREY, MM, NORMAL_95, ORANGE, PINK, SINGLE, SKY, VERMILLION, finished, new_figure
 
