@@ -71,9 +71,11 @@ class Document:
 
     Examples
     --------
-    >>> page = Document("A finger", "seed 3", [Heading("Why"), Paragraph("It is soft."), Bullets(["one", "two"])])
-    >>> len(page.blocks)
-    3
+    >>> from subskin.plot.style import new_figure
+    >>> blocks = [Heading("Why"), Paragraph("It is soft."), Bullets(["one", "two"]), Listing("young = 0.4e6")]
+    >>> blocks += [Table(["name", "value"], [["pitch", "2 mm"]]), Picture(new_figure(84.0, 60.0), "nothing yet")]
+    >>> Document("A finger", "seed 3", blocks).title
+    'A finger'
     """
 
     title: str
