@@ -23,7 +23,6 @@ import subskin
 ROOT = Path(subskin.__file__).parent
 EDGE = {"cli", "__main__"}
 LATER = {
-    "design",
     "plot",
     "estimate",
     "calibration",

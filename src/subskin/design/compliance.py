@@ -60,7 +60,7 @@ class SkinCompliance:
     seen : ndarray
         The change of all readings by the particle, over their errors.
     width_std : ndarray
-        Standard deviation of the particle's width, relative to it, where its height, its place and the force are
+        Standard deviation of the particle's width, relative to it, where its height, its position and the force are
         unknown too; infinite where they hide it altogether.
     regime : ndarray of int
         Values of `Regime`.
@@ -105,11 +105,11 @@ def skin_compliance(
 
     The finger is pressed on the flat with the particle at its middle, and on the flat alone, by the contact solver. A
     particle is told where it changes the readings by five times their error or more and its width follows from them to
-    `width_wanted`: by the Fisher information, with the particle's height, its place and the force unknown as well. The
-    error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated perfectly;
-    without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on force over
-    modulus alone, so a range of forces asks for a skin that serves as wide a range of moduli. Source: memo section 7,
-    Fig. 17.
+    `width_wanted`: by the Fisher information, with the particle's height, its position and the force unknown as well.
+    The error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated
+    perfectly; without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on
+    force over modulus alone, so a range of forces asks for a skin that serves as wide a range of moduli. Source: memo
+    section 7, Fig. 17.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ _CELL = ("half_width", "load_share", "reading_share", "seen", "width_std", "satu
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
         raise InvalidValueError(
-            f"{len(finger.array)} sensors", "width, height, place and force are four unknowns: four or more are needed"
+            f"{len(finger.array)} sensors", "width, height, position and force are four unknowns: four or more are needed"
         )
     if not (np.asarray(finger.array.noise) > 0).all():
         raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")

@@ -23,7 +23,7 @@ from ..skin import HalfPlane, Layer, Layered, Round, Skin
 
 __all__ = ["MAP_RADIUS", "MAP_THICKNESS", "HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
 
-_PLACES = 41
+_POSITIONS = 41
 _ANGLES = (-0.4, 0.0, 0.4)
 _NOISE_SHARE = 0.05
 """Noise, of each sensor's largest reading, with which biases are found: a wrong skin still 'explains' the readings."""
@@ -45,8 +45,8 @@ class LocatingError:
 
     Parameters
     ----------
-    position, force, angle : ndarray, shape (places, angles)
-        Error of the place [m], of the force relative to the true one [-], of the angle [rad]. The sensors' noise is
+    position, force, angle : ndarray, shape (positions, angles)
+        Error of the position [m], of the force relative to the true one [-], of the angle [rad]. The sensors' noise is
         taken for 5 % of each one's largest reading, so that a wrong skin explains the readings too; NaN where it does
         not.
     status : dict of str to int
@@ -94,7 +94,7 @@ class HalfPlaneError:
         under a tangential load.
     as_drawn, calibrated, own : LocatingError
         What `locate` makes of the readings with the half plane as drawn, with a half plane whose gains and depth were
-        fitted to touches at known places, and with the finger's own skin (what is left is the touches' width). NaN
+        fitted to touches at known positions, and with the finger's own skin (what is left is the touches' width). NaN
         where that calibration does not settle.
     depth : float
         Mean depth that this calibration finds [m]: where it differs from the true one, depth makes up for the skin.
@@ -160,7 +160,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     ratio = _check.scalar("snr", snr, above=0.0)
     finger = replace(finger, array=replace(finger.array, low=-np.inf, high=np.inf, resolution=0.0))
     y = np.asarray(finger.array.y)
-    positions, angles = np.linspace(y.min(), y.max(), _PLACES), np.array(_ANGLES)
+    positions, angles = np.linspace(y.min(), y.max(), _POSITIONS), np.array(_ANGLES)
     flat = Finger(half_plane_of(finger), finger.array)
     difference, beneath = _readings(finger, flat, positions, width)
     readings = finger.read(_touch(angles, positions[:, None], width))
@@ -237,7 +237,7 @@ def half_plane_map(
     dict
         `thickness` and `radius`, as given, and arrays (k, m): `beneath`, the strain straight beneath a normal touch
         over the half plane's; `reading`, the largest difference of a reading relative to the largest one, normal or
-        tangential; `position`, the worst error of place in depths, and `angle`, that of the angle [rad], of `locate`
+        tangential; `position`, the worst error of position in depths, and `angle`, that of the angle [rad], of `locate`
         with the half plane as drawn. NaN where there is no such finger: a core thinner than a twentieth of its radius,
         or touches that reach round it.
     """
@@ -250,7 +250,7 @@ def half_plane_map(
     material = Material(1.0, poisson)
     flat = Finger(HalfPlane(material), array)
     y, angles = np.asarray(array.y), np.array(_ANGLES)
-    positions = np.linspace(y.min(), y.max(), _PLACES)
+    positions = np.linspace(y.min(), y.max(), _POSITIONS)
     for i, r in enumerate(radii):
         for j, h in enumerate(heights):
             if progress is not None:
@@ -281,7 +281,7 @@ def _largest(readings: FloatArray) -> FloatArray:
 
 
 def _calibrated(flat: Finger, finger: Finger, positions: FloatArray, half_width: float) -> Finger | None:
-    """The half plane with gains and depth fitted to normal touches of the true finger at known places."""
+    """The half plane with gains and depth fitted to normal touches of the true finger at known positions."""
     touches = finger.read(_touch(0.0, positions, half_width))
     try:
         return calibrate(flat, touches, positions, fit=("gain", "depth"), force=1.0, origin=0.0).finger

@@ -71,7 +71,7 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
     """Amplitude and phase of every reading under a wave of pressure and under a wave of shear.
 
     The skin answers each wavenumber by itself: a half plane in closed form, layers and a round finger by their modes. A
-    sensor's place turns the phase; its width w takes the mean over it, a factor sin(k w / 2) / (k w / 2). For a half
+    sensor's position turns the phase; its width w takes the mean over it, a factor sin(k w / 2) / (k w / 2). For a half
     plane at nu = 1/2 and normal strain at depth d this is -(3 / 2E) k d exp(-k d) for pressure, the memo's eq. (25)
     over E, and -(3i / 2E) (1 - k d) exp(-k d) for shear. Source: memo section 6.0; docs/theory.md and docs/skins.md.
 

@@ -16,7 +16,7 @@ _UNTOLD = 1e6
 def row_table(field, field_start, field_step, positions, start, step, table):
     """Fill `table` (cells, 5, 2, n): a row's receptive field from that of one sensor at y = 0.
 
-    field (c, 5, 2): of one sensor; places (n,) of each. Both are polynomials of degree 4 in a cell; those of the row
+    field (c, 5, 2): of one sensor; positions (n,) of each. Both are polynomials of degree 4 in a cell; those of the row
     go through five points of each cell.
     """
     cells, _, _, n = table.shape
@@ -120,7 +120,7 @@ def _bounds(grams, c, s, mu, farthest):
 def climb(table, start, step, mu, force, which, touch, size, ends):
     """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
 
-    touch, size (2,): place and angle to begin with, and first step of each; ends (2, 2): of both. The nearest eight
+    touch, size (2,): position and angle to begin with, and first step of each; ends (2, 2): of both. The nearest eight
     are tried, then steps halve; at a singular touch the way up ends in infinity or, between two floats, far up.
     """
     a = np.empty((4, table.shape[3]))

@@ -13,7 +13,7 @@ from ..touches import Touches
 from ._table import MAPS
 
 GRID = (101, 41)
-"""Places and angles of the grid on which bounds are found."""
+"""Positions and angles of the grid on which bounds are found."""
 
 SHARES = ("ambiguous", "wrong", "unfelt")
 _STDS = ("position", "angle", "force")
@@ -22,10 +22,10 @@ PLACEMENT_MEASURES = (*(f"{name}_{s}" for name in _STDS for s in ("worst", "95",
 
 
 def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """At least `count` touches, one at random in each of equal cells of the unit square: places (p,), angles (p, k).
+    """At least `count` touches, one at random in each of equal cells of the unit square: positions (p,), angles (p, k).
 
-    The angles of a place share it. There are more places than angles, for what is ambiguous is so along narrow strips
-    that run with the angle.
+    The angles of a position share it. There are more positions than angles, for what is ambiguous is so along narrow
+    strips that run with the angle.
     """
     across = max(round(np.sqrt(count / 10)), 1)
     along = -(-count // across)
@@ -36,7 +36,7 @@ def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArr
 def closed_grid(
     touches: Touches, span: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places (p,) and angles (k,) from end to end, and weights (p, k) of the trapezoidal rule, of sum 1."""
+    """Positions (p,) and angles (k,) from end to end, and weights (p, k) of the trapezoidal rule, of sum 1."""
     positions = np.linspace(*span, shape[0])
     angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
     return positions, angles, _trapezoid(positions.size)[:, None] * _trapezoid(angles.size)
@@ -71,10 +71,10 @@ def _quantile_95(values: FloatArray, weight: FloatArray) -> float:
 
 
 def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
-    """Two whole numbers, >= 2 places and >= 1 angle."""
+    """Two whole numbers, >= 2 positions and >= 1 angle."""
     values = _check.real("grid", grid)
     if values.shape != (2,) or not (values == np.round(values)).all() or values[0] < 2 or values[1] < 1:
-        raise InvalidValueError(f"grid = {grid!r}", "numbers of places and of angles are needed", f"grid={GRID}")
+        raise InvalidValueError(f"grid = {grid!r}", "numbers of positions and of angles are needed", f"grid={GRID}")
     return int(values[0]), int(values[1])
 
 

@@ -27,7 +27,7 @@ MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
 _PEAKS = 6
 _CELLS = 16
 _SCAN = 32
-"""Per depth: cells of a table, and places at which loads are looked for; `locate` has the same."""
+"""Per depth: cells of a table, and positions at which loads are looked for; `locate` has the same."""
 
 
 def _compiled() -> tuple[Any, Any]:
@@ -64,7 +64,7 @@ class Table:
     def survey(
         self, touches: Touches, positions: FloatArray, directions: FloatArray, ambiguity: float, *, bounds: bool = True
     ) -> FloatArray:
-        """`MAPS` of touches at places (p,) [m] and in `directions_of` angles (2, p, k), shape (7, p, k).
+        """`MAPS` of touches at positions (p,) [m] and in `directions_of` angles (2, p, k), shape (7, p, k).
 
         Without `bounds` the first four are not filled.
         """

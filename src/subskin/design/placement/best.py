@@ -27,7 +27,7 @@ class BestRow:
     finger : Finger
         The row, in the study's skin.
     index : (int, int, int, int)
-        Its kind, depth, spacing and count in the study's arrays.
+        Its kind, depth, pitch and count in the study's arrays.
     measure : str
         What it is best at.
     values : dict of str to float
@@ -40,9 +40,9 @@ class BestRow:
         Those with a row that is nearly as good.
     depths, pitches : (float, float)
         [m]. Ranges about the best one in which there are admissible rows nearly as good: of the depth whatever the
-        spacing, the kind and the count staying; of the spacing with all else staying.
+        pitch, the kind and the count staying; of the pitch with all else staying.
     counts : (int, int)
-        The same of the count, whatever depth and spacing.
+        The same of the count, whatever depth and pitch.
     """
 
     finger: Finger
@@ -81,7 +81,7 @@ def best_row(
     limits : mapping of str to float, optional
         Largest admissible value of any measures; {"ambiguous": 0.01, "unfelt": 0.01} if left out.
     depths, pitches, lengths : (float, float), optional
-        Least and largest depth, spacing, and distance of the first sensor from the last [m].
+        Least and largest depth, pitch, and distance of the first sensor from the last [m].
     counts : (int, int), optional
         Least and largest number of sensors.
     within : float, optional

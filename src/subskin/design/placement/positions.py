@@ -1,4 +1,4 @@
-"""Sensors at free places, to see whether it pays to leave the equal row."""
+"""Sensors at free positions, to see whether it pays to leave the equal row."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BestPositions:
     Attributes
     ----------
     finger : Finger
-        With its sensors at the best places.
+        With its sensors at the best positions.
     measure : str
         What they are best at.
     before, after : PlacementQuality
@@ -65,13 +65,13 @@ def best_positions(
 ) -> BestPositions:
     """Moves the sensors of a finger along the row until one measure is least and few touches are ambiguous.
 
-    Nelder and Mead's search, from the places given and from places jittered about them. It is local: a
-    better place far from all starts is not found.
+    Nelder and Mead's search, from the positions given and from positions jittered about them. It is local: a
+    better position far from all starts is not found.
 
     Parameters
     ----------
     finger : Finger
-        Of sensors alike, at their places to begin with: the best equal row, from `best_row`.
+        Of sensors alike, at their positions to begin with: the best equal row, from `best_row`.
     touches : Touches
         With a span, or the finger's own row is the span, whatever becomes of it.
     measure : str, optional
@@ -82,7 +82,7 @@ def best_positions(
     gap : float, optional
         Least distance of neighbours [m]; the sensors' width, or a tenth of their depth if that is more.
     symmetric : bool, optional
-        Whether the places mirror each other about the middle of the span.
+        Whether the positions mirror each other about the middle of the span.
     seed : int, optional
         Of the jitter.
     tries : int, optional
@@ -201,7 +201,7 @@ def _searched(
     rng: np.random.Generator,
     tries: int,
 ) -> FloatArray:
-    """Places of least cost, from the start and from jittered ones, by turns."""
+    """Positions of least cost, from the start and from jittered ones, by turns."""
     from scipy.optimize import minimize
 
     count, half = start.size, start.size // 2

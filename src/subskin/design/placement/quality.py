@@ -1,4 +1,4 @@
-"""How well one finger locates touches: maps over place and angle."""
+"""How well one finger locates touches: maps over position and angle."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FINE_GRID = (401, 161)
 
 @dataclass(frozen=True, eq=False)
 class PlacementQuality:
-    """What `placement_quality` found: maps of shape (p, k) over place and angle.
+    """What `placement_quality` found: maps of shape (p, k) over position and angle.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def placement_quality(
 ) -> PlacementQuality:
     """How well a finger locates touches, and how probably it takes one for another.
 
-    For any skin, linear transducers, and places of the sensors. The noise is that of the sensors; their range and
+    For any skin, linear transducers, and positions of the sensors. The noise is that of the sensors; their range and
     resolution are left out of it. Probabilities follow from the chi-square of each touch's rivals on readings free of
     noise (docs/placement.md).
 
@@ -79,7 +79,7 @@ def placement_quality(
     touches : Touches
         What is to be located; its friction bounds the search as well.
     grid : (int, int), optional
-        Numbers of places and of angles. With odd ones the middle is among them.
+        Numbers of positions and of angles. With odd ones the middle is among them.
     margin : float, optional
         How far beyond the sensors loads are looked for, in depths of the deepest; 1.5, as by `finger.locate`.
     ambiguity : float, optional
@@ -99,7 +99,7 @@ def placement_quality(
 
     Examples
     --------
-    Three sensors do not tell the place of a normal touch right above the middle one: the Jacobian is singular there.
+    Three sensors do not tell the position of a normal touch right above the middle one: the Jacobian is singular there.
 
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))

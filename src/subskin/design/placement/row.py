@@ -48,12 +48,12 @@ def study_row(
     ambiguity: float = AMBIGUITY,
     progress: Callable[[], object] | None = None,
 ) -> dict[str, FloatArray]:
-    """How well equal rows of sensors locate touches, and how often they cannot, at every spacing and count.
+    """How well equal rows of sensors locate touches, and how often they cannot, at every pitch and count.
 
     The row stands in the middle of `touches.span`, all of which counts; without a span each row stands about 0 and is
-    touched from its first sensor to its last. Bounds are those of Cramer and Rao, on a closed grid of places and
+    touched from its first sensor to its last. Bounds are those of Cramer and Rao, on a closed grid of positions and
     angles. Shares are means of the probabilities that noise makes of a touch what is named, over `samples` touches, one
-    at random in each of as many equal cells of place and angle (docs/placement.md).
+    at random in each of as many equal cells of position and angle (docs/placement.md).
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def study_row(
     samples : int, optional
         Touches a design, at least.
     grid : (int, int), optional
-        Places and angles of the grid. With odd numbers the middle is among them.
+        Positions and angles of the grid. With odd numbers the middle is among them.
     margin : float, optional
         How far beyond the row loads are looked for, in depths; 1.5, as by `finger.locate`.
     ambiguity : float, optional
@@ -157,6 +157,6 @@ def study_row(
 
 
 def equal_row(count: int, pitch: float, touches: Touches) -> FloatArray:
-    """Places of `count` sensors [m] in the middle of the span, or about 0."""
+    """Positions of `count` sensors [m] in the middle of the span, or about 0."""
     middle = 0.0 if touches.span is None else 0.5 * (touches.span[0] + touches.span[1])
     return np.asarray(middle + pitch * (np.arange(count) - (count - 1) / 2))

@@ -1,4 +1,4 @@
-"""Equal rows over kind, depth, spacing and count, on all cores."""
+"""Equal rows over kind, depth, pitch and count, on all cores."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["PlacementStudy", "placement_study"]
 
 @dataclass(frozen=True, eq=False)
 class PlacementStudy:
-    """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, spacing and count.
+    """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, pitch and count.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class PlacementStudy:
         return self.values[measure]
 
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
-        """The finger at a place of the arrays: kind, depth, spacing, count."""
+        """The finger at a position of the arrays: kind, depth, pitch, count."""
         k, d, s, c = index
         y = equal_row(int(self.count[c]), float(self.pitch[d, s]), self.touches)
         kind, noise = self.transducers[k], float(self.noise[k])
@@ -92,7 +92,7 @@ def placement_study(
     workers: int | None = None,
     progress: Callable[[], object] | None = None,
 ) -> PlacementStudy:
-    """Every kind of sensor at every depth, spacing and count. The numbers depend on the seed and not on the workers.
+    """Every kind of sensor at every depth, pitch and count. The numbers depend on the seed and not on the workers.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def placement_study(
         or (steps.ndim == 2 and len(steps) != depth.size)
     ):
         raise GeometryError(
-            f"{len(kinds)} kinds, depths of shape {depth.shape}, spacings of shape {steps.shape}",
-            "kinds, a list of depths, and spacings of shape (s,) or (depths, s) are needed",
+            f"{len(kinds)} kinds, depths of shape {depth.shape}, pitches of shape {steps.shape}",
+            "kinds, a list of depths, and pitches of shape (s,) or (depths, s) are needed",
         )
     sigma = _check.real("noise", noise, above=0.0)
     if sigma.shape not in ((), (1,), (len(kinds),)):

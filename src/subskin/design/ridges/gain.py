@@ -21,7 +21,7 @@ from .shape import Ridges
 __all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
 
 _BEYOND, _PER_DEPTH, _CLOSER = 2.5, 5, 65
-"""How far beyond the contact places are tried, in depths; how many a depth; and how many about the largest reading."""
+"""How far beyond the contact positions are tried, in depths; how many a depth; and how many about the largest reading."""
 
 _FARTHEST = 1000.0
 _BLOCK = 1 << 18
@@ -89,9 +89,9 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     """How much more a sensor reads where ridges break up the pressure of a contact.
 
     The pressure, and the drag with it, is that of the smooth contact times the ridges' share. One sensor is tried at
-    all places along the skin: its depth, transducer and width count, its own place does not. The contact becomes line
-    loads, by Gauss's rule between the places where anything is not smooth, exact to about 1e-8. Source: memo section
-    6.1, Fig. 16; docs/ridges.md.
+    all positions along the skin: its depth, transducer and width count, its own position does not. The contact becomes
+    line loads, by Gauss's rule between the positions where anything is not smooth, exact to about 1e-8. Source: memo
+    section 6.1, Fig. 16; docs/ridges.md.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def ridge_positions(pitch: float, crest: float, ends: tuple[float, float], shift
 
 
 class _Field:
-    """What one sensor, put at any place, reads of line loads."""
+    """What one sensor, put at any position, reads of line loads."""
 
     def __init__(self, alone: Finger, far: float) -> None:
         self.period = alone.skin.period
@@ -254,7 +254,7 @@ class _Field:
         self.table = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
 
     def readings(self, load: LineLoads, shares: FloatArray, positions: FloatArray) -> FloatArray:
-        """Readings at `positions` of each of the shares (s, lines) of the load, shape (s, places)."""
+        """Readings at `positions` of each of the shares (s, lines) of the load, shape (s, positions)."""
         felt = (load.normal != 0) | (load.tangential != 0)
         y, forces = load.y[felt], (load.normal[felt], load.tangential[felt])
         out = np.zeros((len(shares), positions.size))
@@ -272,7 +272,7 @@ class _Field:
 
 
 def largest(read: Callable[[FloatArray], FloatArray], low: float, high: float, depth: float) -> list[float]:
-    """Largest size of each row of `read`, at places about a contact; where it lies is looked at more closely."""
+    """Largest size of each row of `read`, at positions about a contact; where it lies is looked at more closely."""
     start, stop = low - _BEYOND * depth, high + _BEYOND * depth
     along = np.linspace(start, stop, int(np.ceil((stop - start) / depth * _PER_DEPTH)) + 1)
     closer = (along[1] - along[0]) * np.linspace(-1, 1, _CLOSER)

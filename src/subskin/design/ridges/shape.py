@@ -1,4 +1,4 @@
-"""Ridges: the share of a contact's pressure that they let through, place by place."""
+"""Ridges: the share of a contact's pressure that they let through, position by position."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SMOOTH = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Ridges:
-    """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each place.
+    """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each position.
 
     They belong to the skin, or to what touches it: to first order only the sum of the two profiles counts.
 
@@ -39,7 +39,7 @@ class Ridges:
         |cos(pi u)|, its square, (2 + cos(2 pi u))/3, or 1 for |u| < duty/2 and else 0, u being the distance from the
         crest in pitches; or one's own, a function of u in [-1/2, 1/2] with values from 0 to 1 and 1 at u = 0.
     crest : array_like, optional
-        Place y of a crest [m].
+        Position y of a crest [m].
     duty : float, optional
         Share of a pitch that a "square" ridge is wide, in (0, 1]; 2/3 if left out.
     kinks : sequence of float, optional
@@ -94,7 +94,7 @@ class Ridges:
                 raise InvalidValueError(
                     f"a mean share of {whole:.6g} or {halves:.6g}, as the nodes lie",
                     "the shape has to be smooth between u = -1/2, 0, 1/2 and its kinks",
-                    "kinks=, the places where it is not",
+                    "kinks=, the positions where it is not",
                 )
 
     @property
@@ -117,7 +117,7 @@ class Ridges:
 
     @property
     def _corners(self) -> FloatArray:
-        """Places [pitches] between which the share is smooth, in [-1/2, 1/2]."""
+        """Positions [pitches] between which the share is smooth, in [-1/2, 1/2]."""
         half = [0.5 * self.duty] if self.duty is not None else []
         kinks = np.asarray(self.kinks, dtype=np.float64)
         near = np.add.outer(kinks, np.concatenate([-_NEAR, [0.0], _NEAR])).reshape(-1)

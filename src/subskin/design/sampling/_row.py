@@ -101,7 +101,8 @@ class Row:
     def arriving(self, k: FloatArray) -> ComplexArray:
         """What is read of each wave under the pressure alone and under a shear of its shape, shape (m, 2).
 
-        The transform over the sensor's place s, integral of reading(s) exp(-i k s) ds; per Pa if there is no contact.
+        The transform over the sensor's position s, integral of reading(s) exp(-i k s) ds; per Pa if there is no
+        contact.
         """
         filters = self.filters(k)
         if self.contact is None:
@@ -125,7 +126,7 @@ class Row:
         return np.concatenate([np.cumsum(parts[::-1])[::-1], [0.0]])
 
     def readings(self, positions: FloatArray) -> FloatArray:
-        """Readings of the sensor at places of shape (m,), without offset and noise."""
+        """Readings of the sensor at positions of shape (m,), without offset and noise."""
         assert self.contact is not None
         one = self.finger.array
         many = SensorArray(

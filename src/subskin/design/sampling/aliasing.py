@@ -30,7 +30,7 @@ _BLOCK = 1 << 22
 
 @dataclass(frozen=True, eq=False)
 class AliasingError:
-    """What `aliasing_error` found, m places along the skin and p shifts of the row.
+    """What `aliasing_error` found, m positions along the skin and p shifts of the row.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class AliasingError:
     pitch : float
         Of the sensors [m].
     position : ndarray, shape (m,)
-        Places along the skin [m].
+        Positions along the skin [m].
     reading : ndarray, shape (m,)
         What a sensor there would read.
     shift : ndarray, shape (p,)
-        How far the row is shifted [m]: sensors at shift + j spacing, from the contact's centre.
+        How far the row is shifted [m]: sensors at shift + j pitch, from the contact's centre.
     error : ndarray, shape (p, m)
         Reading recovered from the row's samples, less the true one.
     full_scale : float
@@ -70,7 +70,7 @@ class AliasingError:
 
     @property
     def largest(self) -> float:
-        """Largest error, over all places and shifts, in shares of the full scale."""
+        """Largest error, over all positions and shifts, in shares of the full scale."""
         return float(np.abs(self.error).max()) / self.full_scale
 
     @property
@@ -82,9 +82,9 @@ class AliasingError:
 def aliasing_error(
     finger: Finger, contact: Contact, pitch: float | None = None, *, sensor: int = 0, shifts: int = 16
 ) -> AliasingError:
-    """What is lost between sensors: the strain sampled at their places, joined by sinc functions, against the true one.
+    """What is lost between sensors: the strain sampled at their positions, joined by sinc functions, against the true one.
 
-    The row has no end, and is free of noise. It is shifted through one spacing, for a contact can press anywhere
+    The row has no end, and is free of noise. It is shifted through one pitch, for a contact can press anywhere
     between two sensors. The error has two halves, the short waves that are missing and the longer ones for which they
     are taken, so it is at most twice the spectrum's integral beyond the Nyquist wavenumber: the bound. What is
     recovered here is the reading between the sensors, of a contact of which nothing is known. A contact of known shape
@@ -97,7 +97,7 @@ def aliasing_error(
     contact : Contact
         A single one; pressure and shear as given.
     pitch : float, optional
-        Spacing of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
+        Pitch of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
         smaller one of which a whole number goes round.
     sensor : int, optional
         Which sensor of the finger is repeated.
@@ -111,9 +111,9 @@ def aliasing_error(
     Raises
     ------
     InvalidValueError
-        A spacing below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
+        A pitch below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
     GeometryError
-        A batch of contacts; no spacing, and a finger whose sensors have none.
+        A batch of contacts; no pitch, and a finger whose sensors have none.
     NotLinearError
         A transducer that has no linear part.
 

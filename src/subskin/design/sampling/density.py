@@ -1,4 +1,4 @@
-"""The spacing of sensors that a wanted attenuation at the Nyquist frequency asks for (memo section 6.0, eq. 26)."""
+"""The pitch of sensors that a wanted attenuation at the Nyquist frequency asks for (memo section 6.0, eq. 26)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["SensorDensity", "sensor_density"]
 
 _GROWS = 3.0
 """A response that grows by more than this from one long wave to one ten times as long has no largest value."""
-_WINDOW, _PLACES = 4.0, 32
-"""Depths on either side of a contact where the largest reading is looked for, and places per depth."""
+_WINDOW, _POSITIONS = 4.0, 32
+"""Depths on either side of a contact where the largest reading is looked for, and positions per depth."""
 _BLOCK = 1 << 22
 
 
@@ -35,9 +35,9 @@ class SensorDensity:
         What presses; None for the worst case.
     attenuation : ndarray, shape (...)
     pitch : ndarray, shape (..., 2)
-        Largest spacing of the sensors [m]; NaN where the response to long waves has no bound.
+        Largest pitch of the sensors [m]; NaN where the response to long waves has no bound.
     error_pitch : ndarray, shape (..., 2)
-        Largest spacing at which no reading recovered between the sensors can be off by more than full scale /
+        Largest pitch at which no reading recovered between the sensors can be off by more than full scale /
         attenuation [m]: the bound of `aliasing_error`. Full scale is the largest reading under the contact; without
         one, under a line load.
     peak : ndarray, shape (2,)
@@ -56,12 +56,12 @@ class SensorDensity:
 
     @property
     def density(self) -> FloatArray:
-        """Sensors per metre, 1 / spacing [1/m], shape (..., 2); the memo's s in s d > 3.2."""
+        """Sensors per metre, 1 / pitch [1/m], shape (..., 2); the memo's s in s d > 3.2."""
         return _check.read_only(1 / self.pitch)
 
     @property
     def nyquist(self) -> FloatArray:
-        """Wavenumber pi / spacing from which on all is attenuated [rad/m], shape (..., 2)."""
+        """Wavenumber pi / pitch from which on all is attenuated [rad/m], shape (..., 2)."""
         return _check.read_only(np.pi / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
@@ -88,8 +88,8 @@ def sensor_density(
 ) -> SensorDensity:
     """How closely sensors have to lie for the continuous reading to be recovered from theirs.
 
-    A row of equal sensors `pitch` apart samples the reading along the skin. Waves shorter than two spacings, beyond
-    the Nyquist wavenumber pi / spacing, appear as longer ones. Wanted is that all of these are down by `attenuation`
+    A row of equal sensors `pitch` apart samples the reading along the skin. Waves shorter than two pitches, beyond
+    the Nyquist wavenumber pi / pitch, appear as longer ones. Wanted is that all of these are down by `attenuation`
     from the wave that is read most: abs(P H) beyond the Nyquist wavenumber against its own largest value, H being the
     response of skin and sensor and P the pressure's spectrum. All waves beyond count, not only the one at the Nyquist
     wavenumber, which may be one that a contact happens not to contain. Normal and tangential load are taken one by one,
@@ -107,14 +107,14 @@ def sensor_density(
     attenuation : array_like, shape (...)
         Wanted ratio, > 1.
     contact : Contact, optional
-        What presses; its force and place do not matter.
+        What presses; its force and position do not matter.
     sensor : int, optional
         Which sensor of the finger is repeated.
 
     Returns
     -------
     SensorDensity
-        On a round finger the spacing is such that a whole number of sensors goes round.
+        On a round finger the pitch is such that a whole number of sensors goes round.
 
     Raises
     ------
@@ -168,7 +168,7 @@ def _size(row: Row, k: float, load: int) -> float:
 def _full_scale(row: Row, k: FloatArray, waves: ComplexArray) -> FloatArray:
     """Largest reading along the skin under the pressure alone and under the shear alone, shape (2,)."""
     reach = row.half_width + _WINDOW * row.depth
-    positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_PLACES * reach / row.depth)) + 1)
+    positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_POSITIONS * reach / row.depth)) + 1)
     if turn := row.finger.skin.curvature:
         weights = np.where(k == 0, 0.5, 1.0) * turn / np.pi
     else:

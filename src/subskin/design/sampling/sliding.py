@@ -14,7 +14,7 @@ from ...errors import GeometryError, InvalidValueError
 __all__ = ["SlidingSamples", "sliding_samples"]
 
 _SAME = 1e-9
-"""Samples closer than this share of a step lie at one place."""
+"""Samples closer than this share of a step lie at one position."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,16 +28,17 @@ class SlidingSamples:
     distance : float
         How far it slides in all [m].
     position : ndarray, shape (m,)
-        Different places sampled on the stretch that every sensor passes over, one step of it [m], ascending.
+        Different positions sampled on the stretch that every sensor passes over, one step of it [m], ascending.
     visits : float
-        Samples at each of these places, on average over the places: those of sensors that follow in others' tracks.
+        Samples at each of these positions, on average over the positions: those of sensors that follow in others'
+        tracks.
     pitch : float
-        The widest gap between neighbouring places [m]: what the row's spacing is to be replaced by.
+        The widest gap between neighbouring positions [m]: what the row's pitch is to be replaced by.
     mean_pitch : float
-        Step over the number of places [m]; smaller than `pitch` where samples come in bunches.
+        Step over the number of positions [m]; smaller than `pitch` where samples come in bunches.
     noise_gain : float
         Noise of the readings recovered between the samples over that of as many samples spaced evenly, if all waves up
-        to pi / mean_spacing are recovered: 1 for even samples, large for bunches.
+        to pi / mean_pitch are recovered: 1 for even samples, large for bunches.
     """
 
     step: float
@@ -53,11 +54,11 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     """Where on a thing that slides past the sensors sample it.
 
     In frame j a sensor at y samples the thing at y + j speed / rate. One sensor alone so samples every step = speed /
-    rate; n sensors sample n places a step, where their places differ once whole steps are taken off. Sensors a whole
-    number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count that
-    are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over the
-    whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
-    known: one wrong by a share e puts a sample e times the way slid off its place.
+    rate; n sensors sample n positions a step, where their positions differ once whole steps are taken off. Sensors a
+    whole number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count
+    that are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over
+    the whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
+    known: one wrong by a share e puts a sample e times the way slid off its position.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     rest = np.sort(np.where(rest > 1 - _SAME, 0.0, rest))
     rest = rest[np.concatenate([[True], np.diff(rest) > _SAME])]
     gaps = np.diff(np.concatenate([rest, [rest[0] + 1]]))
-    # waves that the step alone confuses, told apart by the places within it; evenly spaced these are a Fourier matrix
+    # waves that the step alone confuses, told apart by the positions within it; evenly spaced these are a Fourier matrix
     waves = np.exp(2j * np.pi * np.outer(rest, np.arange(rest.size))) / np.sqrt(rest.size)
     gain = float(np.sqrt((np.abs(np.linalg.inv(waves)) ** 2).sum() / rest.size))
     return SlidingSamples(

@@ -80,7 +80,7 @@ class Accuracy:
     Parameters
     ----------
     position, angle : float, optional
-        Standard error of the place [m] and of the angle [rad].
+        Standard error of the position [m] and of the angle [rad].
     force : float, optional
         Standard error of the force, relative to it.
     unsure : float, optional

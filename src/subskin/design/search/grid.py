@@ -23,7 +23,7 @@ __all__ = ["Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
 _DEEPEST = 0.98
 """A sensor lies no deeper than this share of the skin: at a rigid base little is to be felt."""
 _LOOKED_AT = np.linspace(-4.0, 4.0, 161)
-"""Places at which the largest strain and reading are looked for, in depths."""
+"""Positions at which the largest strain and reading are looked for, in depths."""
 
 
 class Store(Protocol):
@@ -110,7 +110,7 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
     """What the goals ask of every design of the grid."""
     accuracy = goals.accuracy
     asked = [
-        Criterion("position_95", "error of the place", "m", accuracy.position or np.inf),
+        Criterion("position_95", "error of the position", "m", accuracy.position or np.inf),
         Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
         Criterion("unsure", "touches ambiguous or not felt", "", accuracy.unsure),

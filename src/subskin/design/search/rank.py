@@ -50,7 +50,7 @@ class DesignedFinger:
     values : dict of float
         As those of `DesignGrid`, for this design.
     quality : PlacementQuality
-        Accuracy and ambiguity over places and angles.
+        Accuracy and ambiguity over positions and angles.
     budget : ToleranceBudget or None
         What the tolerances cost; None where none were stated.
     point, wide : float

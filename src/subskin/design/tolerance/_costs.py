@@ -19,7 +19,7 @@ __all__ = ["Costs", "combined", "joined", "summed_up"]
 
 _TRIES = 1000
 _STEP = 1e-3
-"""Of the differences by a sensor's place or depth, in amounts."""
+"""Of the differences by a sensor's position or depth, in amounts."""
 
 
 class Costs:

@@ -35,7 +35,7 @@ class Located:
 
 
 class Study:
-    """Touches on a grid of places and angles, and the finger by which they are located.
+    """Touches on a grid of positions and angles, and the finger by which they are located.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class Study:
     def slope(self) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Errors (p, a, 3, n) per change of each reading, to first order, and where (p, a) there is no such thing.
 
-        (J^T W J)^-1 J^T W, J being the readings' derivatives by place, normal and tangential force, W the inverse
+        (J^T W J)^-1 J^T W, J being the readings' derivatives by position, normal and tangential force, W the inverse
         variances of their noise; it does not exist where J is singular.
         """
         array = self.finger.array

@@ -67,12 +67,12 @@ def tolerance_budget(
     search : (float, float), optional
         Where loads are looked for, y [m]; as of `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
-        "known": calibrate each finger by presses straight down at known places along the span, their force being
+        "known": calibrate each finger by presses straight down at known positions along the span, their force being
         known, before it is located. "blind": by touches like these of which nothing is known, the tolerances being what
         is known beforehand. Each fits all that has a tolerance and can be fitted; a mapping says otherwise, as
         {"blind": ("gain", "depth", "position")}.
     calibration_draws, calibration_touches, calibration_presses : int, optional
-        Fingers calibrated for each source; touches of each blind calibration, and presses of each at known places.
+        Fingers calibrated for each source; touches of each blind calibration, and presses of each at known positions.
     progress : callable, optional
         Called after each row, and after each calibration.
 

@@ -101,7 +101,7 @@ class Recovery:
     drawn : Cost
         With the finger as drawn, on the same fingers.
     known, blind : Cost or None
-        After calibrating at known places, and from touches of which nothing is known; None where that was not asked.
+        After calibrating at known positions, and from touches of which nothing is known; None where that was not asked.
     failed : tuple of (str, int)
         How many calibrations of each kind did not settle; these fingers count as drawn.
     """
@@ -148,7 +148,7 @@ class ToleranceBudget:
     _costs: Costs = field(repr=False)
 
     def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
-        """Standard errors of place [m], angle [rad] and force [-] that a share of the touches keep, to first order.
+        """Standard errors of position [m], angle [rad] and force [-] that a share of the touches keep, to first order.
 
         At each touch the sources add up as squares; of all of the budget, or of those named.
 

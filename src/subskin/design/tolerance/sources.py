@@ -26,7 +26,7 @@ class Source(NamedTuple):
 
 
 SOURCES = {
-    "position": Source("m", "sensor", "each sensor's place"),
+    "position": Source("m", "sensor", "each sensor's position"),
     "depth": Source("m", "finger", "depth of all"),
     "depths": Source("m", "sensor", "each sensor's depth"),
     "young": Source("", "finger", "Young's modulus"),

@@ -28,7 +28,7 @@ class OneContact:
     finger : Finger
         With its noise.
     span : (float, float)
-        Places at which the two points may lie [m].
+        Positions at which the two points may lie [m].
     wide : bool
         Whether the one contact is Hertz's, of free width, and not a point.
     friction : float or None

@@ -15,7 +15,7 @@ __all__ = ["Pairs"]
 
 
 class Pairs:
-    """Pairs of points over places of the middle, splits of the force and angles.
+    """Pairs of points over positions of the middle, splits of the force and angles.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Pairs:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Numbers of places, shares and pairs of angles."""
+        """Numbers of positions, shares and pairs of angles."""
         return self.position.size, self.share.size, len(self.lean)
 
     def distance(self, separation: FloatArray, pairs: npt.NDArray[np.intp]) -> FloatArray:

@@ -133,7 +133,7 @@ def two_point_limen(
     """How far apart two points have to be for the sensors to tell them from one contact.
 
     The readings of two points, free of noise, are fitted with one contact: its forces are eliminated exactly, its
-    place, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
+    position, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
     what any test has to go by. "fit" is the test that `Finger.locate` and `Finger.fit` make: the residual of noisy
     readings against chi-square, non-central with D^2 under two points. It asks nothing about what else it might be.
     "best" is the Neyman-Pearson test between just these two points and just that contact: no test of any kind needs
@@ -144,8 +144,8 @@ def two_point_limen(
     finger : Finger
         With the noise of its sensors. Fewer sensors than the one contact has unknowns tell nothing.
     touches : Touches
-        `force` is that of both points together [N/m], `span` the places of their middle, `friction` the cone of angles
-        where these are not normal.
+        `force` is that of both points together [N/m], `span` the positions of their middle, `friction` the cone of
+        angles where these are not normal.
     against : {"point", "wide"}, optional
         One point, or one Hertz contact of any half width up to 1.25 times the largest separation, and 4 depths. Its
         table is good to some 5e-6 of the largest reading, so at a noise below 1e-5 of it distances are not exact.
@@ -157,7 +157,7 @@ def two_point_limen(
     test : {"fit", "best"}, optional
         Which test.
     positions : int, optional
-        Number of places of the middle.
+        Number of positions of the middle.
     shares : array_like, shape (q,), optional
         Share of the force carried by the point at lower y, between 0 and 1.
     angles : int, optional
@@ -175,7 +175,7 @@ def two_point_limen(
     InvalidValueError
         Sensors without noise, an option out of range.
     GeometryError
-        Touches without a span on a finger with sensors at one place.
+        Touches without a span on a finger with sensors at one position.
     NotLinearError
         A transducer with no linear part.
 

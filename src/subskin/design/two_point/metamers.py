@@ -16,7 +16,7 @@ from ...response import tabulate
 __all__ = ["Metamers", "metamers"]
 
 _NODES = 4
-"""Places looked at in each cell of the table: its polynomials of degree 4 do not turn unseen between them."""
+"""Positions looked at in each cell of the table: its polynomials of degree 4 do not turn unseen between them."""
 _HALVINGS = 50
 
 
@@ -29,7 +29,7 @@ class Metamers:
     reading : ndarray, shape (..., 2)
         What the two sensors read under all the points, without offset.
     position, force : ndarray, shape (..., k)
-        Place [m] and magnitude [N/m] of each single point that reads the same, from -y to +y; NaN where a touch has
+        Position [m] and magnitude [N/m] of each single point that reads the same, from -y to +y; NaN where a touch has
         fewer than k. k is that of the touch with most, and at least 1.
     direction : ndarray, shape (...)
         atan2 of the second reading and the first [rad]: the ratio of the readings, with their signs.
@@ -77,7 +77,7 @@ def metamers(
     finger : Finger
         With two live sensors.
     position : array_like, shape (..., m)
-        Places of the points of each touch [m].
+        Positions of the points of each touch [m].
     force : array_like, shape (..., m), optional
         Their magnitudes [N/m], >= 0, one or more > 0.
     angle : float, optional
@@ -156,7 +156,7 @@ def _touches(position: npt.ArrayLike, force: npt.ArrayLike, angle: float) -> tup
 
 
 def _crossings(reading: FloatArray, curve: object, grid: FloatArray) -> FloatArray:
-    """Places (f, k) at which the curve is in line with each reading (f, 2), before or behind; the rest NaN."""
+    """Positions (f, k) at which the curve is in line with each reading (f, 2), before or behind; the rest NaN."""
     assert callable(curve)
     across = _cross(reading[:, None, :], curve(grid))
     before, after = across[:, :-1], across[:, 1:]
