@@ -92,6 +92,7 @@ def _example() -> str:
 
 def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.Namespace) -> list[Path]:
     """The fingers, the table of all designs, and the report."""
+    from ..design.words import reasons_of
     from ..io.files import write_bytes
     from ..io.goals_file import finger_text
     from ..io.tables import write_table
@@ -100,7 +101,7 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
         (folder / stale).unlink(missing_ok=True)
     written = []
     for rank, finger in enumerate(study.fingers, start=1):
-        remarks = [f"{study.goals.title}: finger {rank} of subskin design", *finger.reasons]
+        remarks = [f"{study.goals.title}: finger {rank} of subskin design", *reasons_of(study, finger.row)]
         path = folder / f"finger_{rank}.toml"
         write_bytes(path, finger_text(file, finger.row, finger.quality.search, remarks).encode())
         written.append(path)
@@ -124,13 +125,13 @@ def _write(folder: Path, file: GoalsFile, study: DesignStudy, options: argparse.
 
 
 def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) -> None:
-    from ..design.search import finger_table
+    from ..design.words import finger_table, reasons_of
 
     out = say(options)
     columns, rows, left = finger_table(study)
     show(out, study.goals.title, columns, rows, left=left)
     print(file=out)
-    for reason in study.fingers[0].reasons:
+    for reason in reasons_of(study, study.fingers[0].row):
         print(_wrapped(reason), file=out)
     print(file=out)
     names = ", ".join(path.name for path in written)
@@ -139,13 +140,15 @@ def _show(options: argparse.Namespace, study: DesignStudy, written: list[Path]) 
 
 def _wrapped(sentence: str) -> str:
     """A sentence in lines, none broken between a number and its unit."""
-    from ..design.search import held
+    from ..design.words import held
 
     lines = textwrap.fill(held(sentence), 88, initial_indent="  ", subsequent_indent="    ")
     return lines.replace("\xa0", " ")
 
 
 def _as_json(study: DesignStudy, written: list[Path]) -> dict[str, Any]:
+    from ..design.words import reasons_of
+
     def one(finger: DesignedFinger) -> dict[str, Any]:
         return {
             "skin": study.goals.skins[finger.row.skin].name,
@@ -158,7 +161,7 @@ def _as_json(study: DesignStudy, written: list[Path]) -> dict[str, Any]:
             "values": finger.values,
             "told_from_point": finger.point,
             "told_from_wide": finger.wide,
-            "reasons": list(finger.reasons),
+            "reasons": list(reasons_of(study, finger.row)),
         }
 
     return {"fingers": [one(f) for f in study.fingers], "files": [str(path) for path in written]}

@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     steps += len(methods) * options.fingers * (off + 1 if off else 0)
     with progress_bar("sources", steps) as advance:
         budget = tolerance_budget(
-            file.finger, touches, amounts, search=file.search, draws=options.draws, seed=options.seed,
+            file.finger, touches, amounts, search=file.search, draws=options.draws, rng=options.seed,
             self_calibration=methods, calibration_draws=options.fingers, progress=advance,
         )  # fmt: skip
     needed = budget.needed(wanted["position"], wanted["angle"]) if any(wanted.values()) else ()
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
 
         save(tolerance_figure(budget, **wanted), options.figure)
     if options.json:
-        write_json(_as_json(budget, needed))
+        write_json(_as_json(budget, needed) | {"seed": options.seed})
     else:
         _show(options, budget, needed)
     return 0
@@ -168,7 +168,6 @@ def _as_json(budget: ToleranceBudget, needed: tuple[Needed, ...]) -> dict[str, A
         "recovered": [asdict(row) | {"failed": dict(row.failed)} for row in budget.recovered],
         "quantile": budget.quantile,
         "draws": budget.draws,
-        "seed": budget.seed,
     }
 
 

@@ -184,9 +184,7 @@ _CELL = ("half_width", "load_share", "reading_share", "seen", "width_std", "satu
 
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
-        raise InvalidValueError(
-            f"{len(finger.array)} sensors", "width, height, position and force are four unknowns: four or more are needed"
-        )
+        raise InvalidValueError(f"{len(finger.array)} sensors", "width, height, position and force are four unknowns")
     if not (np.asarray(finger.array.noise) > 0).all():
         raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
     if not all(t.linear for t in finger.array.transducers):

@@ -7,8 +7,9 @@ import numpy as np
 from .. import __version__
 from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
-from ..design.search import DesignedFinger, DesignStudy, finger_table, in_words, limen
+from ..design.search import DesignedFinger, DesignStudy
 from ..design.tolerance import SOURCES, Cost, ToleranceBudget
+from ..design.words import finger_table, in_words, reasons_of
 from ..plot import (
     design_map_figure,
     finger_section,
@@ -55,14 +56,14 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
     blocks.append(Picture(design_map_figure(study), caption))
     blocks.append(Heading("Why these"))
     for rank, finger in enumerate(study.fingers, start=1):
-        blocks += [Heading(f"Finger {rank}: {_name(study, finger)}", 2), Bullets(finger.reasons)]
+        blocks += [Heading(f"Finger {rank}: {_name(study, finger)}", 2), Bullets(reasons_of(study, finger.row))]
     blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(study, best))]
     blocks += [
         Picture(placement_figure(finger.quality), f"Finger {rank}. {_name(study, finger)}.")
         for rank, finger in enumerate(study.fingers, start=1)
     ]
     blocks += _tolerances(study, best)
-    blocks += _two_points(study, best)
+    blocks += _two_points(best)
     blocks += _filter(study, best)
     blocks += _provenance(study, goals_text)
     subtitle = f"subskin {__version__}, seed {goals.effort.seed}, {study.grid.excess.size:,} designs tried"
@@ -202,8 +203,7 @@ def _amount(cost: Cost, unit: str) -> str:
     return f"{cost.amount:g}" if cost.source == "poisson" else in_words(cost.amount, cost.unit)
 
 
-def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
-    found = limen(finger.finger, study.goals, "point")
+def _two_points(finger: DesignedFinger) -> list[Block]:
     words = "Two touches that share the weakest force, at any two angles in the cone; 95 % of such pairs, in 90 % of "
     words += "frames at 1 % of false alarms: "
     words += f"{_from(finger.point)} told from a single line load, {_from(finger.wide)} from a single wide contact."
@@ -214,7 +214,7 @@ def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
                 "from without bound", "nowhere for sure"
             )
         ),
-        Picture(two_point_figure(found), "Least distance of two touches that finger 1 tells from one, and how surely."),
+        Picture(two_point_figure(finger.two_points), "Least distance of two touches that finger 1 tells from one, and how surely."),
     ]
 
 

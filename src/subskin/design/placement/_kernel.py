@@ -67,7 +67,7 @@ def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _half_turns(basis, edges, turns):
-    """Sines of half the largest angle by which the plane of A, and it or an edge of the cone, turn to the next position.
+    """Sines of half the largest angle by which the plane of A, and it or an edge of the cone, turn to the next.
 
     turns (2, m), each the larger one of both sides. Between two positions of the scan the root of L changes by no more
     than that share of the readings' size.
@@ -113,7 +113,7 @@ def _project(basis, a, b):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _possible(b, k11, k12, k22, cone, least, turns, possible):
-    """Mark the positions of the scan at or next to which a load may leave a root of L of less than `least` per force."""
+    """Mark the positions of the scan beside which a load may leave a root of L of less than `least` per force."""
     m = b.shape[1]
     cos, sin = math.cos(cone), math.sin(cone)
     cos2, sin2 = math.cos(2 * cone), math.sin(2 * cone)
@@ -173,7 +173,7 @@ def _rise(b, edges, j, c, s, total):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _widened(b, edges, scan, c, s, f, total, variance):
-    """The variance of the position, widened to where chi-square has risen by 1.96^2 on either side, as `locate` does."""
+    """The variance of the position, widened to where chi-square has risen by 1.96^2 on either side."""
     start, step, m = scan[0], scan[1], int(scan[2])
     if variance < 0.25 * step * step:
         return variance

@@ -10,7 +10,7 @@ from ..._check import FloatArray
 from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
 from ..touches import Touches
-from ._table import MAPS
+from ._table import MAPS, RowField
 
 GRID = (101, 41)
 """Positions and angles of the grid on which bounds are found."""
@@ -33,26 +33,16 @@ def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArr
     return positions, (np.arange(across) + rng.random((along, across))) / across
 
 
-def closed_grid(
-    touches: Touches, span: tuple[float, float], shape: tuple[int, int]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Positions (p,) and angles (k,) from end to end, and weights (p, k) of the trapezoidal rule, of sum 1."""
+def judged(
+    field: RowField, touches: Touches, span: tuple[float, float], grid: tuple[int, int], ambiguity: float
+) -> tuple[FloatArray, FloatArray, FloatArray, dict[str, float]]:
+    """Positions (p,) and angles (k,) from end to end, `MAPS` of these touches, and their `PLACEMENT_MEASURES`."""
+    shape = checked_grid(grid)
     positions = np.linspace(*span, shape[0])
     angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
-    return positions, angles, _trapezoid(positions.size)[:, None] * _trapezoid(angles.size)
-
-
-def _trapezoid(count: int) -> FloatArray:
-    weight = np.ones(count)
-    if count > 1:
-        weight[[0, -1]] = 0.5
-    return weight / float(weight.sum())
-
-
-def measured(
-    maps: FloatArray, worst: FloatArray, weight: FloatArray, touches: Touches, span: tuple[float, float]
-) -> dict[str, float]:
-    """`PLACEMENT_MEASURES` of maps on a grid; worst (3,), of `Table.worst`."""
+    weight = _trapezoid(positions.size)[:, None] * _trapezoid(angles.size)
+    maps = field.survey(touches, positions, angles, ambiguity)
+    worst = field.worst(touches, positions, angles, maps)
     # a touch that is known less well than by its being one of `touches` counts as one known so well
     most = {"position": (span[1] - span[0]) / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
     out = {}
@@ -61,7 +51,16 @@ def measured(
         out[f"{name}_worst"] = float(worst[MAPS.index(name)])
         out[f"{name}_95"] = _quantile_95(std, weight)
         out[f"{name}_mean"] = float((np.minimum(std, most[name]) * weight).sum())
-    return out | {name: float((maps[MAPS.index(name)] * weight).sum()) for name in (*SHARES, "log_det")}
+    out |= {name: float((maps[MAPS.index(name)] * weight).sum()) for name in (*SHARES, "log_det")}
+    return positions, angles, maps, out
+
+
+def _trapezoid(count: int) -> FloatArray:
+    """Weights of the trapezoidal rule, of sum 1."""
+    weight = np.ones(count)
+    if count > 1:
+        weight[[0, -1]] = 0.5
+    return weight / float(weight.sum())
 
 
 def _quantile_95(values: FloatArray, weight: FloatArray) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._check import FloatArray
 from ...array import SensorArray
@@ -38,7 +39,7 @@ def _compiled() -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class RowField:
     """A row's whitened receptive field, shape (cells, 5, 2, n), its start and step [m], and its shallowest depth [m].
 
     Its two ends are those of the search.
@@ -50,7 +51,7 @@ class Table:
     shallowest: float
 
     @classmethod
-    def of(cls, finger: Finger, search: tuple[float, float]) -> Table:
+    def of(cls, finger: Finger, search: tuple[float, float]) -> RowField:
         """That of a finger, its dead sensors left out."""
         live = finger.array.live
         array = finger.array.select(live)
@@ -62,30 +63,23 @@ class Table:
         return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
 
     def survey(
-        self, touches: Touches, positions: FloatArray, directions: FloatArray, ambiguity: float, *, bounds: bool = True
+        self, touches: Touches, positions: FloatArray, angles: FloatArray, ambiguity: float, *, bounds: bool = True
     ) -> FloatArray:
-        """`MAPS` of touches at positions (p,) [m] and in `directions_of` angles (2, p, k), shape (7, p, k).
+        """`MAPS` of touches at positions (p,) [m] and angles (k,) or (p, k) [rad], shape (7, p, k).
 
         Without `bounds` the first four are not filled.
         """
-        out = np.empty((len(MAPS), *directions.shape[1:]))
+        angles = np.broadcast_to(angles, (positions.size, angles.shape[-1]))
+        out = np.empty((len(MAPS), *angles.shape))
         length = self.step * len(self.values)
         count = max(int(np.ceil(length * _SCAN / self.shallowest - 1e-9)) + 1, 3)
         limits = [2 * np.log(1 / FALSE_ALARM), ambiguity, 0.02 * self.shallowest, 0.1 * self.shallowest]
+        scan = np.array([self.start, length / (count - 1), count])
+        # copies of the positions, for another kind of array would be compiled for
         _compiled()[1].survey(
-            self.values,
-            self.start,
-            self.step,
-            np.array([self.start, length / (count - 1), count]),
-            touches.friction,
-            touches.cone,
-            touches.force,
-            np.array(limits),
-            np.array(positions),  # a copy, for another kind of array would be compiled for
-            directions,
-            bounds,
-            out,
-        )
+            self.values, self.start, self.step, scan, touches.friction, touches.cone, touches.force, np.array(limits),
+            np.array(positions), np.stack([np.cos(angles), np.sin(angles)]), bounds, out,
+        )  # fmt: skip
         return out
 
     def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
@@ -104,17 +98,12 @@ class Table:
         return out
 
 
-def _highest(heights: FloatArray) -> list[tuple[int, int]]:
-    """Indices of the highest few points that no neighbour exceeds."""
-    padded = np.pad(heights, 1, constant_values=-np.inf)
-    middle = padded[1:-1, 1:-1]
-    top = np.ones(heights.shape, dtype=np.bool_)
-    for i in range(3):
-        for j in range(3):
-            top &= middle >= padded[i : i + heights.shape[0], j : j + heights.shape[1]]
-    at = np.argwhere(top)
-    order = np.argsort(-heights[top], kind="stable")[:_PEAKS]
-    return [(int(p), int(k)) for p, k in at[order]]
+def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
+    """Indices of the highest few points that no neighbour exceeds, shape (m, 2)."""
+    from scipy.ndimage import maximum_filter
+
+    at = np.argwhere(heights >= maximum_filter(heights, size=3))
+    return at[np.argsort(-heights[tuple(at.T)], kind="stable")[:_PEAKS]]
 
 
 class OneSensor:
@@ -132,18 +121,13 @@ class OneSensor:
         self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
         self._depth = depth
 
-    def row(self, positions: FloatArray, search: tuple[float, float]) -> Table:
+    def row(self, positions: FloatArray, search: tuple[float, float]) -> RowField:
         """The table of sensors at `positions` [m]."""
         cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
         step = (search[1] - search[0]) / cells
         values = np.empty((cells, 5, 2, positions.size))
         _compiled()[0].row_table(self._values, self._start, self._step, np.array(positions), search[0], step, values)
-        return Table(values, search[0], step, self._depth)
-
-
-def directions_of(angles: FloatArray) -> FloatArray:
-    """Cosine and sine of angles [rad], in front."""
-    return np.stack([np.cos(angles), np.sin(angles)])
+        return RowField(values, search[0], step, self._depth)
 
 
 def searched(

@@ -10,8 +10,8 @@ from ... import _check
 from ..._check import FloatArray
 from ...finger import Finger
 from ..touches import Touches
-from ._measures import SHARES, check_span, checked_counts, checked_grid, closed_grid, measured
-from ._table import AMBIGUITY, MAPS, MARGIN, Table, directions_of, searched
+from ._measures import SHARES, check_span, checked_counts, judged
+from ._table import AMBIGUITY, MAPS, MARGIN, RowField, searched
 
 __all__ = ["PlacementQuality", "placement_quality"]
 
@@ -81,9 +81,9 @@ def placement_quality(
     grid : (int, int), optional
         Numbers of positions and of angles. With odd ones the middle is among them.
     margin : float, optional
-        How far beyond the sensors loads are looked for, in depths of the deepest; 1.5, as by `finger.locate`.
+        How far beyond the sensors loads are looked for [depths of the deepest]; 1.5, as by `finger.locate`.
     ambiguity : float, optional
-        That of `Locator`.
+        That of `Locator` [-].
 
     Returns
     -------
@@ -117,20 +117,9 @@ def placement_quality(
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     positions, deepest = np.asarray(array.y), float(np.asarray(array.depth).max())
     search = searched(positions, deepest, finger.skin, span, beyond)
-    y, angle, weight = closed_grid(touches, span, checked_grid(grid))
-    table = Table.of(finger, search)
-    maps = table.survey(touches, y, directions_of(np.broadcast_to(angle, weight.shape)), most)
-    values = measured(maps, table.worst(touches, y, angle, maps), weight, touches, span)
+    y, angle, maps, values = judged(RowField.of(finger, search), touches, span, grid, most)
     named = {name: _check.read_only(maps[k].copy()) for k, name in enumerate(MAPS)}
     return PlacementQuality(
-        finger,
-        touches,
-        search,
-        _check.read_only(y),
-        _check.read_only(angle),
-        named["position"],
-        named["angle"],
-        named["force"],
-        **{name: named[name] for name in SHARES},
-        values=values,
-    )
+        finger, touches, search, _check.read_only(y), _check.read_only(angle),
+        named["position"], named["angle"], named["force"], **{name: named[name] for name in SHARES}, values=values,
+    )  # fmt: skip

@@ -13,18 +13,8 @@ from ...errors import GeometryError
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
-from ._measures import (
-    GRID,
-    PLACEMENT_MEASURES,
-    SHARES,
-    check_span,
-    checked_counts,
-    checked_grid,
-    closed_grid,
-    jittered,
-    measured,
-)
-from ._table import AMBIGUITY, MAPS, MARGIN, OneSensor, directions_of, searched
+from ._measures import GRID, PLACEMENT_MEASURES, SHARES, check_span, checked_counts, jittered, judged
+from ._table import AMBIGUITY, MAPS, MARGIN, OneSensor, searched
 
 __all__ = ["study_row"]
 
@@ -41,7 +31,7 @@ def study_row(
     *,
     noise: float,
     width: float = 0.0,
-    seed: int = 0,
+    rng: np.random.Generator | int = 0,
     samples: int = SAMPLES,
     grid: tuple[int, int] = GRID,
     margin: float = MARGIN,
@@ -70,10 +60,10 @@ def study_row(
     touches : Touches
         What is to be located; its friction bounds the search as well.
     noise : float
-        Standard deviation of a reading, in the transducer's unit, > 0.
+        Standard deviation of a reading [unit of the transducer], > 0.
     width : float, optional
         Of each sensor [m].
-    seed : int, optional
+    rng : Generator or int, optional
         Of the touches. Every design meets the same ones.
     samples : int, optional
         Touches a design, at least.
@@ -82,7 +72,7 @@ def study_row(
     margin : float, optional
         How far beyond the row loads are looked for, in depths; 1.5, as by `finger.locate`.
     ambiguity : float, optional
-        That of `Locator`.
+        That of `Locator` [-].
     progress : callable, optional
         Called after each design.
 
@@ -121,13 +111,12 @@ def study_row(
     wide = _check.scalar("width", width, unit="m", at_least=0.0)
     beyond = _check.scalar("margin", margin, at_least=0.0)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-    shape = checked_grid(grid)
     amount = int(_check.scalar("samples", samples, at_least=1))
     if steps.ndim != 1:
         raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed")
     check_span(skin, touches)
-    unit_positions, unit_angles = jittered(amount, np.random.default_rng(seed))
-    sampled_at = directions_of(touches.cone * (2 * unit_angles - 1))
+    unit_positions, unit_angles = jittered(amount, np.random.default_rng(rng))
+    angles = touches.cone * (2 * unit_angles - 1)
     out = {name: np.full((steps.size, numbers.size), np.nan) for name in PLACEMENT_MEASURES}
     rows = [
         (i, j, equal_row(int(n), float(s), touches))
@@ -141,13 +130,10 @@ def study_row(
     reach = max(max(high - y[0], y[-1] - low) for (*_, y), (low, high) in zip(rows, ends, strict=True))
     one = OneSensor(skin, transducer, deep, sigma, wide, reach)
     for (i, j, y), search in zip(rows, ends, strict=True):
-        table = one.row(y, search)
+        field = one.row(y, search)
         span = touches.span or (float(y[0]), float(y[-1]))
-        position, angle, weight = closed_grid(touches, span, shape)
-        maps = table.survey(touches, position, directions_of(np.broadcast_to(angle, weight.shape)), most)
-        values = measured(maps, table.worst(touches, position, angle, maps), weight, touches, span)
-        positions = span[0] + (span[1] - span[0]) * unit_positions
-        sampled = table.survey(touches, positions, sampled_at, most, bounds=False)
+        *_, values = judged(field, touches, span, grid, most)
+        sampled = field.survey(touches, span[0] + (span[1] - span[0]) * unit_positions, angles, most, bounds=False)
         values |= {name: float(sampled[MAPS.index(name)].mean()) for name in SHARES}
         for name, value in values.items():
             out[name][i, j] = value

@@ -21,7 +21,7 @@ from .shape import Ridges
 __all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
 
 _BEYOND, _PER_DEPTH, _CLOSER = 2.5, 5, 65
-"""How far beyond the contact positions are tried, in depths; how many a depth; and how many about the largest reading."""
+"""How far beyond the contact is tried, in depths; how many positions a depth, and about the largest reading."""
 
 _FARTHEST = 1000.0
 _BLOCK = 1 << 18

@@ -82,7 +82,7 @@ class AliasingError:
 def aliasing_error(
     finger: Finger, contact: Contact, pitch: float | None = None, *, sensor: int = 0, shifts: int = 16
 ) -> AliasingError:
-    """What is lost between sensors: the strain sampled at their positions, joined by sinc functions, against the true one.
+    """What is lost between sensors: their samples joined by sinc functions, against the true reading.
 
     The row has no end, and is free of noise. It is shifted through one pitch, for a contact can press anywhere
     between two sensors. The error has two halves, the short waves that are missing and the longer ones for which they

@@ -110,7 +110,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     rest = np.sort(np.where(rest > 1 - _SAME, 0.0, rest))
     rest = rest[np.concatenate([[True], np.diff(rest) > _SAME])]
     gaps = np.diff(np.concatenate([rest, [rest[0] + 1]]))
-    # waves that the step alone confuses, told apart by the positions within it; evenly spaced these are a Fourier matrix
+    # waves that the step alone confuses, told apart by the positions in it; evenly spaced, these are a Fourier matrix
     waves = np.exp(2j * np.pi * np.outer(rest, np.arange(rest.size))) / np.sqrt(rest.size)
     gain = float(np.sqrt((np.abs(np.linalg.inv(waves)) ** 2).sum() / rest.size))
     return SlidingSamples(

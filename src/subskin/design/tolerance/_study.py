@@ -16,8 +16,6 @@ from ...estimate import Locator, Status
 from ...finger import Finger
 from ..touches import Touches
 
-__all__ = ["Located", "Study"]
-
 _FORCED = 1e-12
 _EXPLAINED = 90.0
 """What a load explains of chi-square in a frame that is located whatever its status: well above the least, 55."""
@@ -35,20 +33,9 @@ class Located:
 
 
 class Study:
-    """Touches on a grid of positions and angles, and the finger by which they are located.
+    """Touches on a grid of positions (p,) [m] and angles (a,) [rad], and the finger as drawn, by which they are located.
 
-    Parameters
-    ----------
-    finger : Finger
-        As drawn: what `locate` believes.
-    touches : Touches
-        What presses.
-    position, angle : ndarray, shapes (p,), (a,)
-        The grid [m, rad].
-    friction : float
-        Of the search.
-    search : (float, float) or None
-        Where loads are looked for [m].
+    `friction` and `search` are those of `locate`.
     """
 
     def __init__(
