@@ -39,10 +39,10 @@ def test_rows_are_the_same_alone_and_with_others_and_from_a_seed():
     alone = tolerance_budget(finger(), TOUCHES, {"gains": 0.03, "depth": 0}, **SMALL)
     assert [row.source for row in both.rows] == ["position", "gains"]
     assert both.rows[1] == alone.rows[0]
-    assert both.together != tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=1).together
-    assert both.together == tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=0).together
+    assert both.rows != tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=1).rows
+    assert both.rows == tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=0).rows
     drawn = [
-        tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=np.random.default_rng(s)).together for s in (7, 7, 8)
+        tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=np.random.default_rng(s)).rows for s in (7, 7, 8)
     ]
     assert drawn[0] == drawn[1] != drawn[2]
     assert both.total.angle_rms == pytest.approx(np.hypot(both.rows[0].angle_rms, both.rows[1].angle_rms))

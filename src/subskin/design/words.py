@@ -43,10 +43,6 @@ def in_words(value: float, unit: str) -> str:
 def held(sentence: str) -> str:
     r"""A sentence, with spaces that no line breaks at between a number and its unit.
 
-    Parameters
-    ----------
-    sentence : str
-
     Examples
     --------
     >>> held("0.1 mm at most")

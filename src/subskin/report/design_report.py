@@ -214,7 +214,10 @@ def _two_points(finger: DesignedFinger) -> list[Block]:
                 "from without bound", "nowhere for sure"
             )
         ),
-        Picture(two_point_figure(finger.two_points), "Least distance of two touches that finger 1 tells from one, and how surely."),
+        Picture(
+            two_point_figure(finger.two_points),
+            "Least distance of two touches that finger 1 tells from one, and how surely.",
+        ),
     ]
 
 

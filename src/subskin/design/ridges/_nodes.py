@@ -10,8 +10,6 @@ from ..._check import FloatArray
 from ...contact import Contact, ContactSum, LineLoad, PressureProfile
 from ...errors import ConvergenceError
 
-__all__ = ["LineLoads", "line_loads"]
-
 _U, _W = np.polynomial.legendre.leggauss(12)
 _PLAIN = 0.5 * (1 + _U), 0.5 * _W
 # 3 u^2 - 2 u^3 makes a root at either end of a panel, above or below the line, a polynomial
@@ -39,21 +37,8 @@ def line_loads(contact: Contact, breaks: FloatArray, depth: float) -> LineLoads:
     """Line loads that act at `depth` and deeper as `contact` does, also where it is smooth only between `breaks`.
 
     Gauss's rule between the positions where the traction, or what it is to be multiplied with, is not smooth, on panels
-    no wider than the depth: the skin's answer is smooth over that.
-
-    Parameters
-    ----------
-    contact : Contact
-        Its shape has to be the batch shape of `breaks`, or to broadcast to it.
-    breaks : ndarray, shape (..., k)
-        Positions y [m].
-    depth : float
-        Least depth [m].
-
-    Raises
-    ------
-    ConvergenceError
-        A contact whose forces do not come out.
+    no wider than the depth: the skin's answer is smooth over that. The contact's shape broadcasts to the batch shape of
+    `breaks` (..., k).
     """
     shape = breaks.shape[:-1]
     parts = contact.parts if isinstance(contact, ContactSum) else (contact,)

@@ -30,7 +30,7 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
     ----------
     skin : Skin
         Any.
-    pitch, amplitude : array_like
+    pitch, amplitude : array_like, shape (...)
         From crest to crest, and half the height from trough to crest [m].
 
     Examples
@@ -66,10 +66,10 @@ class PressedRidges:
     touching : ndarray
         Share of the width, from the first edge of the ridged contact to its last, that touches.
     valley : ndarray
-        Pressure half a pitch from the middle over that at the crest in the middle; NaN where the smooth contact does
-        not reach so far.
+        Pressure half a pitch from the middle over that at the crest in the middle [-]; NaN where the smooth contact
+        does not reach so far.
     crest : ndarray
-        Pressure at the crest in the middle over the greatest one of the smooth contact.
+        Pressure at the crest in the middle over the greatest one of the smooth contact [-].
     shape : str
         The shape that `assumed` takes.
     solved : Gains

@@ -103,7 +103,7 @@ class Ridges:
         return np.broadcast_shapes(np.shape(self.pitch), np.shape(self.crest))
 
     def share(self, y: npt.ArrayLike) -> FloatArray:
-        """Share of the smooth pressure that is left at y [m]; y broadcasts against the pitch."""
+        """Share of the smooth pressure that is left at `y` [m], which broadcasts against the pitch."""
         u = (_check.real("y", y, unit="m") - np.asarray(self.crest)) / np.asarray(self.pitch)
         return _check.read_only(self._unit(u - np.round(u)))
 

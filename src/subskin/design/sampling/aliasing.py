@@ -11,7 +11,8 @@ from ..._check import FloatArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ._row import Row
+from .._common import whole
+from ._row import EndlessRow
 
 __all__ = ["AliasingError", "aliasing_error"]
 
@@ -42,18 +43,18 @@ class AliasingError:
     position : ndarray, shape (m,)
         Positions along the skin [m].
     reading : ndarray, shape (m,)
-        What a sensor there would read.
+        What a sensor there would read [its unit].
     shift : ndarray, shape (p,)
         How far the row is shifted [m]: sensors at shift + j pitch, from the contact's centre.
     error : ndarray, shape (p, m)
         Reading recovered from the row's samples, less the true one.
     full_scale : float
-        Largest size of a reading anywhere.
+        Largest size of a reading anywhere [its unit].
     bound : float
         No error is larger, whatever the shift: 2 / pi times the integral of the spectrum's size beyond the Nyquist
         wavenumber, over `full_scale`.
     at_nyquist : float
-        Largest spectral value beyond the Nyquist wavenumber over the largest at all: 1 / attenuation, the memo's
+        Largest spectral value beyond the Nyquist wavenumber over the largest at all [-]: 1 / attenuation, the memo's
         measure.
     """
 
@@ -128,14 +129,13 @@ def aliasing_error(
     >>> f"{found.at_nyquist:.2e} {found.largest:.2e} {found.bound:.2e}"
     '1.00e-03 8.08e-04 8.08e-04'
     """
-    row = Row.of(finger, sensor, contact)
+    row = EndlessRow.of(finger, sensor, contact)
     step = _pitch(finger, pitch)
     if step < _DENSEST * row.depth:
         raise InvalidValueError(
             f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
         )
-    if isinstance(shifts, bool) or int(shifts) != shifts or shifts < 2:
-        raise InvalidValueError(f"shifts = {shifts!r}", "a whole number >= 2 is needed", "shifts=16")
+    shifts = whole("shifts", shifts, 2)
     skin, around = row.finger.skin, 0
     if skin.curvature:
         around = max(int(np.ceil(skin.period / step * (1 - 1e-12))), 1)
@@ -146,7 +146,7 @@ def aliasing_error(
     if around:
         positions = positions[np.abs(positions) <= 0.5 * skin.period]
     truth = row.readings(row.centre + positions)
-    offsets = step / int(shifts) * np.arange(int(shifts), dtype=np.float64)
+    offsets = step / shifts * np.arange(shifts, dtype=np.float64)
     error = np.stack([_recovered(row, positions, offset, step, around) for offset in offsets]) - truth
     scale = float(np.abs(truth).max())
     if not scale > 0:
@@ -179,7 +179,7 @@ def _pitch(finger: Finger, pitch: float | None) -> float:
     return float(gaps.mean())
 
 
-def _recovered(row: Row, positions: FloatArray, offset: float, step: float, around: int) -> FloatArray:
+def _recovered(row: EndlessRow, positions: FloatArray, offset: float, step: float, around: int) -> FloatArray:
     """The samples at offset + j step from the contact's centre, joined by sinc functions, or their like on a ring."""
     if around:
         at = offset + step * np.arange(around, dtype=np.float64)
@@ -210,7 +210,7 @@ def _periodic(t: FloatArray, count: int) -> FloatArray:
         return np.where(near, 1.0, np.sin(np.pi * t) / (count * np.where(near, 1.0, under)))
 
 
-def _spectral(row: Row, nyquist: float) -> tuple[float, float]:
+def _spectral(row: EndlessRow, nyquist: float) -> tuple[float, float]:
     """The bound on the error, and the spectrum beyond the Nyquist wavenumber over its largest value."""
     beyond, wanted = row.waves(_DEEP, start=nyquist), row.waves(_DEEP)
     sizes = np.abs(row.spectrum(beyond))

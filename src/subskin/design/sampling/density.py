@@ -12,7 +12,7 @@ from ..._check import ComplexArray, FloatArray
 from ...contact import Contact
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ._row import Row
+from ._row import EndlessRow
 
 __all__ = ["SensorDensity", "sensor_density"]
 
@@ -34,6 +34,7 @@ class SensorDensity:
     contact : Contact or None
         What presses; None for the worst case.
     attenuation : ndarray, shape (...)
+        As wanted [-].
     pitch : ndarray, shape (..., 2)
         Largest pitch of the sensors [m]; NaN where the response to long waves has no bound.
     error_pitch : ndarray, shape (..., 2)
@@ -73,7 +74,7 @@ class SensorDensity:
             As `spatial_response`.
         """
         k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
-        row = Row(self.finger, self.contact)
+        row = EndlessRow(self.finger, self.contact)
         flat = k.reshape(-1)
         sizes = np.abs(row.arriving(flat)) / self.largest
         return _check.read_only(sizes.reshape(*k.shape, 2))
@@ -138,7 +139,7 @@ def sensor_density(
     0.95
     """
     wanted = _check.real("attenuation", attenuation, above=1.0)
-    row = Row.of(finger, sensor, contact)
+    row = EndlessRow.of(finger, sensor, contact)
     k = row.waves(float(wanted.max(initial=2.0)))
     waves = row.arriving(k)
     sizes, scales = np.abs(waves), _full_scale(row, k, waves)
@@ -161,11 +162,11 @@ def sensor_density(
     return SensorDensity(row.finger, contact, wanted, *arrays)
 
 
-def _size(row: Row, k: float, load: int) -> float:
+def _size(row: EndlessRow, k: float, load: int) -> float:
     return float(np.abs(row.arriving(np.array([k]))[0, load]))
 
 
-def _full_scale(row: Row, k: FloatArray, waves: ComplexArray) -> FloatArray:
+def _full_scale(row: EndlessRow, k: FloatArray, waves: ComplexArray) -> FloatArray:
     """Largest reading along the skin under the pressure alone and under the shear alone, shape (2,)."""
     reach = row.half_width + _WINDOW * row.depth
     positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_POSITIONS * reach / row.depth)) + 1)
@@ -185,7 +186,7 @@ def _last(sizes: FloatArray, level: float) -> int:
     return int(np.flatnonzero(sizes > level)[-1])
 
 
-def _summit(row: Row, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
+def _summit(row: EndlessRow, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
     """Where the response is largest, and how large; NaN where it grows without bound towards long waves."""
     from scipy.optimize import minimize_scalar
 
@@ -202,7 +203,7 @@ def _summit(row: Row, k: FloatArray, sizes: FloatArray, load: int) -> tuple[floa
     return float(found.x), -float(found.fun)
 
 
-def _crossing(row: Row, k: FloatArray, sizes: FloatArray, level: float, load: int) -> float:
+def _crossing(row: EndlessRow, k: FloatArray, sizes: FloatArray, level: float, load: int) -> float:
     """The Nyquist wavenumber beyond which the response stays below `level`."""
     from scipy.optimize import brentq
 
@@ -215,7 +216,7 @@ def _crossing(row: Row, k: FloatArray, sizes: FloatArray, level: float, load: in
     return float(root)
 
 
-def _fallen(row: Row, k: FloatArray, errors: FloatArray, level: float) -> float:
+def _fallen(row: EndlessRow, k: FloatArray, errors: FloatArray, level: float) -> float:
     """The Nyquist wavenumber at which the falling `errors` reach `level`."""
     at = _last(errors, level)
     if turn := row.finger.skin.curvature:

@@ -10,6 +10,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
+from .._common import index_of
 
 __all__ = ["SlidingSamples", "sliding_samples"]
 
@@ -30,15 +31,14 @@ class SlidingSamples:
     position : ndarray, shape (m,)
         Different positions sampled on the stretch that every sensor passes over, one step of it [m], ascending.
     visits : float
-        Samples at each of these positions, on average over the positions: those of sensors that follow in others'
-        tracks.
+        Mean number of samples at each of these positions: more than 1 where sensors follow in others' tracks.
     pitch : float
         The widest gap between neighbouring positions [m]: what the row's pitch is to be replaced by.
     mean_pitch : float
         Step over the number of positions [m]; smaller than `pitch` where samples come in bunches.
     noise_gain : float
         Noise of the readings recovered between the samples over that of as many samples spaced evenly, if all waves up
-        to pi / mean_pitch are recovered: 1 for even samples, large for bunches.
+        to pi / mean_pitch are recovered [-]: 1 for even samples, large for bunches.
     """
 
     step: float
@@ -53,8 +53,8 @@ class SlidingSamples:
 def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: int = 0) -> SlidingSamples:
     """Where on a thing that slides past the sensors sample it.
 
-    In frame j a sensor at y samples the thing at y + j speed / rate. One sensor alone so samples every step = speed /
-    rate; n sensors sample n positions a step, where their positions differ once whole steps are taken off. Sensors a
+    In frame j a sensor at y samples the thing at y + j speed / rate. One sensor alone so samples every `step`,
+    speed over rate; n sensors sample n positions a step, where their positions differ once whole steps are taken off. Sensors a
     whole number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count
     that are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over
     the whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
@@ -79,6 +79,8 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     ------
     InvalidValueError
         A speed of 0, a rate that is not > 0, a sensor that is not there.
+    GeometryError
+        A sensor that is dead, and so are its like.
 
     Examples
     --------
@@ -94,9 +96,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     frames = _check.scalar("rate", rate, unit="Hz", above=0.0)
     if not pace > 0:
         raise InvalidValueError("speed = 0 m/s", "what does not slide adds no samples", "speed=0.05")
-    count = len(array)
-    if isinstance(sensor, bool) or int(sensor) != sensor or not 0 <= sensor < count:
-        raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {count - 1}", "sensor=0")
+    sensor = index_of(array, sensor)
     kinds = [
         (kind.linear_part, float(depth), float(width))
         for kind, depth, width in zip(array.transducers, np.asarray(array.depth), np.asarray(array.width), strict=True)

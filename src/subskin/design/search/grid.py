@@ -224,7 +224,7 @@ def _pitches(goals: Goals) -> FloatArray:
 
 
 def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
-    """Largest strain at `depth` in the k-th skin under the strongest force; largest reading of a kind over its range."""
+    """Largest strain at `depth` in the k-th skin under the strongest force; largest reading over the range."""
     kind = goals.sensors[m]
     angles = goals.touches.cone * np.linspace(-1.0, 1.0, 9)
     load = LineLoad(goals.strongest, angles[:, None], _LOOKED_AT * depth)

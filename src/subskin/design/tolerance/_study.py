@@ -33,9 +33,9 @@ class Located:
 
 
 class Study:
-    """Touches on a grid of positions (p,) [m] and angles (a,) [rad], and the finger as drawn, by which they are located.
+    """Touches on a grid of positions (p,) [m] and angles (a,) [rad], and the finger that locates them.
 
-    `friction` and `search` are those of `locate`.
+    That is the finger as drawn; `friction` and `search` are those of `locate`.
     """
 
     def __init__(

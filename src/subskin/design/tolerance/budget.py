@@ -64,9 +64,9 @@ class ToleranceBudget:
     _costs: Costs = field(repr=False)
 
     def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
-        """Standard errors of position [m], angle [rad] and force [-] that a `share` of the touches keep, to first order.
+        """Errors of position [m], angle [rad] and force [-] that a `share` of the touches keep, to first order.
 
-        At each touch the sources add up as squares: all of the budget, or the `sources` named.
+        They are standard deviations. At each touch the sources add up as squares: all of the budget, or the `sources` named.
 
         Raises
         ------

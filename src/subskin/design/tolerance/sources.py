@@ -81,7 +81,7 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
 
 
 def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -> dict[str, float]:
-    """Amounts > 0 in the order of `SOURCES`; those that are 0 are left out, those that the finger has not are refused."""
+    """Amounts > 0 in the order of `SOURCES`; what is 0 is left out, what the finger has not is refused."""
     given = usual_tolerances(finger) if tolerances is None else tolerances
     if not isinstance(given, Mapping):
         raise InvalidValueError(

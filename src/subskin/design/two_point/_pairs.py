@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ...array import SensorArray
+from ...contact import Hertz
+from ...estimate import Locator
 from ...finger import Finger
+from ...response import Response, tabulate
 from ..touches import Touches
-from ._one_contact import OneContact
 
-__all__ = ["Pairs"]
+_WIDER = 1.25
+_MOST_WIDE = 4.0
+"""Half width of a wide contact: up to that many of the largest separation, and at most that many depths."""
 
 
 class Pairs:
-    """Pairs of points over positions of the middle, splits of the force and angles.
+    """Pairs of points over positions of the middle, shares of the lower one, and angles; as of `two_point_limen`.
 
-    Parameters
-    ----------
-    finger, touches : Finger, Touches
-        As of `two_point_limen`.
-    wide : bool
-        Whether the one contact has a width.
-    angle : {"normal", "known", "free"}
-        What is known of the angles.
-    positions, angles : int
-        How many of each.
-    share : ndarray, shape (q,)
-        Shares of the point at lower y.
-    largest : float
-        Largest separation [m].
+    With `wide` the one contact that they might be taken for is Hertz's, of free width, and not a point.
     """
 
     def __init__(
@@ -45,7 +39,6 @@ class Pairs:
         share: FloatArray,
         largest: float,
     ) -> None:
-        low, high = touches.span_on(finger)
         position, _ = touches.grid(positions, 1, finger)
         single = angle == "normal" or angles == 1
         # the ends of the cone among them, for it is there that two points are told worst
@@ -53,15 +46,19 @@ class Pairs:
         first, second = np.meshgrid(cone, cone, indexing="ij") if angle == "free" else (cone, cone)
         self.position, self.share = _check.read_only(position), _check.read_only(share)
         self.lean = _check.read_only(np.stack([first.ravel(), second.ravel()], axis=-1))
-        self._force = touches.force
-        self._one = OneContact(
-            finger,
-            (low - 0.5 * largest, high + 0.5 * largest),
-            wide=wide,
-            friction=touches.friction if angle == "free" else None,
-            largest=largest,
-        )
-        self.spare, self._known = self._one.spare, angle != "free"
+        self._force, self._known = touches.force, angle != "free"
+        self._friction = 0.0 if self._known else touches.friction
+        self._live, self._period = finger.array.live, finger.skin.period
+        self.spare = int(self._live.sum()) - 2 - bool(self._friction) - wide
+        low, high = touches.span_on(finger)
+        self._table = tabulate(finger, _search(finger, low - 0.5 * largest, high + 0.5 * largest))
+        if self.spare >= 0:
+            live = finger.array.select(self._live)
+            # fields are those of the transducers' linear parts, gain included, and there is no offset
+            self._array = SensorArray(live.y, live.depth, noise=live.noise)
+            widest = min(_WIDER * largest, _MOST_WIDE * float(np.asarray(finger.array.depth).min()))
+            ends = self._table.start, self._table.stop
+            self._rival = Response.of(finger, Hertz, ends, widest) if wide else self._table
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -79,10 +76,31 @@ class Pairs:
             return out
         position, share, lean = np.unravel_index(pairs, self.shape)
         middle, part, angles = self.position[position], self.share[share, None], self.lean[lean]
-        lower = self._one.line(middle - 0.5 * separation, angles[:, 0])
-        upper = self._one.line(middle + 0.5 * separation, angles[:, 1])
+        lower = self._line(middle - 0.5 * separation, angles[:, 0])
+        upper = self._line(middle + 0.5 * separation, angles[:, 1])
         readings = self._force * (part * lower + (1 - part) * upper)
         for angle in np.unique(angles[:, 0]) if self._known else (0.0,):
             chosen = angles[:, 0] == angle if self._known else slice(None)
-            out[:, chosen] = self._one.distance(readings[:, chosen], float(angle))
+            # along a known angle, and square to it: what is normal to an estimator
+            c, s = np.cos(angle), np.sin(angle)
+            turned = self._rival.coefficients[..., self._live, :] @ np.array([[c, -s], [s, c]])
+            locator = Locator(replace(self._rival, coefficients=turned), self._array, friction=self._friction)
+            out[:, chosen] = np.sqrt(locator(readings[:, chosen]).residual)
         return out
+
+    def _line(self, position: FloatArray, angle: FloatArray) -> FloatArray:
+        """Readings of the live sensors under unit points at `position` and `angle`, broadcast to (..., n)."""
+        start = self._table.start
+        inside = start + (position - start) % self._period if np.isfinite(self._period) else position
+        field = self._table(inside)[..., self._live, :]
+        return np.asarray(np.cos(angle)[..., None] * field[..., 0] + np.sin(angle)[..., None] * field[..., 1])
+
+
+def _search(finger: Finger, low: float, high: float) -> tuple[float, float] | None:
+    """Where the one contact is looked for [m]: all around the points and the sensors, once round a finger."""
+    usual = tabulate(finger)
+    low, high = min(usual.start, low), max(usual.stop, high)
+    if (low, high) == (usual.start, usual.stop):
+        return None
+    middle, half = 0.5 * (low + high), 0.5 * min(high - low, finger.skin.period)
+    return middle - half, middle + half

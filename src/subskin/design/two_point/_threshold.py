@@ -9,8 +9,6 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 
-__all__ = ["from_which_on"]
-
 _CLOSER = 17
 """Separations in a closer look."""
 _LOOKS = 3

@@ -12,6 +12,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
+from .._common import whole
 from ..touches import Touches
 from ._pairs import Pairs
 from ._threshold import from_which_on
@@ -45,7 +46,7 @@ class TwoPointLimen:
     power, false_alarm : float
         Probabilities with which two points are found, and one contact is taken for two.
     needed : float
-        Distance at which that is so.
+        Distance at which that is so [standard deviations].
     position : ndarray, shape (p,)
         Middles between the two points [m].
     share : ndarray, shape (q,)
@@ -90,7 +91,7 @@ class TwoPointLimen:
         return float(np.median(self.separation))
 
     def with_noise(self, factor: float) -> TwoPointLimen:
-        """The same with the noise of all sensors times a factor > 0: distances are in proportion to 1 / noise."""
+        """The same with the noise of all sensors times a `factor` > 0: distances are in proportion to 1 / noise."""
         ratio = _check.scalar("factor", factor, above=0.0)
         array = replace(self.finger.array, noise=ratio * np.asarray(self.finger.array.noise))
         # in units of the noise that the pairs were made with
@@ -192,22 +193,18 @@ def two_point_limen(
     two points against one point, angle normal: told from 0.736 mm on at worst, 0.248 mm at half of them
     two points against one wide contact, angle normal: told from 2.69 mm on at worst, 1.02 mm at half of them
     """
-    _checked(against, angle, test, positions, angles)
+    for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
+        if value not in get_args(known):
+            raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
     share = np.atleast_1d(_check.real("shares", shares, above=0.0))
     if share.ndim != 1 or not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")
     shallowest = float(np.asarray(finger.array.depth).min())
     far = _LARGEST * shallowest if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
     pairs = Pairs(
-        finger,
-        touches,
-        wide=against == "wide",
-        angle=angle,
-        positions=positions,
-        angles=angles,
-        share=share,
-        largest=far,
-    )
+        finger, touches, wide=against == "wide", angle=angle, positions=whole("positions", positions),
+        angles=whole("angles", angles), share=share, largest=far,
+    )  # fmt: skip
     needed = _needed(pairs.spare, power, false_alarm, test)
     least = _LEAST[against]
     step = np.geomspace(least * far, far, int(np.ceil(np.log(1 / least) / np.log(_RATIO))) + 1)
@@ -220,15 +217,6 @@ def two_point_limen(
         _check.read_only(distance.reshape(step.size, *pairs.shape)),
         _check.read_only(separation.reshape(pairs.shape)), pairs,
     )  # fmt: skip
-
-
-def _checked(against: str, angle: str, test: str, positions: int, angles: int) -> None:
-    for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
-        if value not in get_args(known):
-            raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
-    for name, count in (("positions", positions), ("angles", angles)):
-        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-            raise InvalidValueError(f"{name} = {count!r}", "a whole number >= 1 is needed")
 
 
 def _needed(spare: int, power: float, false_alarm: float, test: Test) -> float:

@@ -15,6 +15,7 @@ from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...response import tabulate
+from .._common import stretch
 from ..touches import Touches
 from .limen import Against, two_point_limen
 
@@ -68,10 +69,7 @@ class TwoPointStudy:
             row = worst[index]
             at = int(np.argmin(row))
             if np.isfinite(row[at]):
-                bad = np.flatnonzero(~(row <= (1 + share) * row[at]))
-                low = bad[bad < at].max(initial=-1) + 1
-                high = bad[bad > at].min(initial=row.size) - 1
-                out[index] = self.pitch[[at, low, high]]
+                out[index] = self.pitch[[at, *stretch(row <= (1 + share) * row[at], at)]]
         return out
 
 
@@ -101,7 +99,7 @@ def two_point_study(
     count : array_like of int, shape (c,), optional
         Numbers of sensors, >= 2.
     pitch : array_like, shape (s,), optional
-        Pitches in depths, ascending.
+        Pitches, ascending [depths].
     depth : array_like, shape (k,), optional
         Depths [m]; the mean of the finger's own if left out.
     noise : array_like, shape (m,), optional
@@ -160,15 +158,9 @@ def _row(finger: Finger, count: int, pitch: float, depth: float, noise: float) -
     """An even row of sensors like the finger's first, in its skin."""
     a = finger.array
     array = SensorArray.line(
-        count,
-        pitch,
-        depth,
-        centre=float(np.asarray(a.y).mean()),
-        transducer=a.transducers[0],
-        gain=np.asarray(a.gain)[0],
-        width=np.asarray(a.width)[0],
-        noise=noise,
-    )
+        count, pitch, depth, centre=float(np.asarray(a.y).mean()), transducer=a.transducers[0],
+        gain=np.asarray(a.gain)[0], width=np.asarray(a.width)[0], noise=noise,
+    )  # fmt: skip
     return Finger(finger.skin, array)
 
 
