@@ -84,13 +84,16 @@ class Touches:
         return float(y.min()), float(y.max())
 
     def grid(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
-        """Middles of equal parts of the span [m], shape (positions,), and of the cone [rad], shape (angles,)."""
+        """Middles of equal parts of the span [m], shape (`positions`,), and of the cone [rad], shape (`angles`,).
+
+        The span is that of `span_on` the `finger`.
+        """
         low, high = self.span_on(finger)
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions
         return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
     def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> LineLoad:
-        """`count` touches drawn at random, a batch of shape (count,)."""
+        """`count` touches drawn at random by `rng`, a batch of shape (count,), over `span_on` the `finger`."""
         low, high = self.span_on(finger)
         angle = rng.uniform(-1.0, 1.0, count) * self.cone
         return LineLoad(self.force, angle, rng.uniform(low, high, count))

@@ -66,7 +66,7 @@ class ToleranceBudget:
     def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
         """Errors of position [m], angle [rad] and force [-] that a `share` of the touches keep, to first order.
 
-        They are standard deviations. At each touch the sources add up as squares: all of the budget, or the `sources` named.
+        At each touch the standard deviations of all `sources`, or of those named, add up as squares.
 
         Raises
         ------
