@@ -103,8 +103,8 @@ def skin_compliance(
 ) -> SkinCompliance:
     """Which modulus and thickness let a finger see a particle on a flat, over a range of forces.
 
-    The finger is pressed on the flat with the particle at its middle, and on the flat alone, by the contact solver. A
-    particle is told where it changes the readings by five times their error or more and its width follows from them to
+    The finger is pressed on the flat with the particle at its middle, and on the flat alone, by `press`. A particle is
+    told where it changes the readings by five times their error or more and its width follows from them to
     `width_wanted`: by the Fisher information, with the particle's height, its position and the force unknown as well.
     The error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated
     perfectly; without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on

@@ -248,7 +248,7 @@ def half_plane_map(
     >>> import subskin as ss
     >>> found = ss.design.half_plane_map(thickness=[2.0, 20.0], radius=[float("inf")], count=4)
     >>> found["reading"].round(3).tolist()
-    []
+    [[0.271, 0.026]]
     """
     heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
     radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))

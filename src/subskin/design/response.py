@@ -84,10 +84,6 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
         finger whole numbers over its radius. If left out, what is worth drawing: 240 waves, or all that close round the
         finger, up to 12 over the depth of the shallowest sensor.
 
-    Returns
-    -------
-    SpatialResponse
-
     Raises
     ------
     InvalidValueError

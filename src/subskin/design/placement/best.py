@@ -32,10 +32,8 @@ class BestRow:
         What it is best at.
     values : dict of str to float
         All its `PLACEMENT_MEASURES`.
-    transducer : Transducer
-    depth, pitch : float
-        [m].
-    count : int
+    transducer, depth, pitch, count : Transducer, float, float, int
+        Lengths in [m].
     kinds : tuple of Transducer
         Those with a row that is nearly as good.
     depths, pitches : (float, float)
@@ -72,6 +70,8 @@ def best_row(
 ) -> BestRow:
     """The row with the least of one measure, or the largest `log_det`, among those that keep within limits.
 
+    Of rows that are equally good it is the one of fewest sensors.
+
     Parameters
     ----------
     study : PlacementStudy
@@ -86,11 +86,6 @@ def best_row(
         Least and largest number of sensors.
     within : float, optional
         A row is nearly as good where its measure is larger by this share at most (`log_det`: smaller by this number).
-
-    Returns
-    -------
-    BestRow
-        The best row. Of rows that are equally good, the one of fewest sensors.
 
     Raises
     ------

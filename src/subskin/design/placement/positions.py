@@ -14,8 +14,7 @@ from ...errors import InvalidValueError
 from ...finger import Finger
 from .._common import whole
 from ..touches import Touches
-from ._measures import PLACEMENT_MEASURES, checked_counts, checked_grid, judged
-from ._table import AMBIGUITY, MARGIN, OneSensor, searched
+from ._table import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, OneSensor, checked_counts, checked_grid, judged, searched
 from .quality import PlacementQuality, placement_quality
 
 __all__ = ["BestPositions", "best_positions"]
@@ -67,7 +66,7 @@ def best_positions(
     """Moves the sensors of a finger along the row until one measure is least and few touches are ambiguous.
 
     Nelder and Mead's search, from the positions given and from positions jittered about them. It is local: a
-    better position far from all starts is not found.
+    better position far from all starts is not found. What is found is never worse than the finger given.
 
     Parameters
     ----------
@@ -90,11 +89,6 @@ def best_positions(
         Placements to look at, about.
     grid, margin, ambiguity
         As of `placement_quality`; the search itself looks at this grid.
-
-    Returns
-    -------
-    BestPositions
-        Never worse than the finger given.
 
     Raises
     ------
@@ -215,7 +209,9 @@ def _searched(
             "fatol": 1e-4,
             "adaptive": free.size > 4,
         }
-        found = minimize(lambda x: cost(positions(x)), begin, method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+        found = minimize(  # type: ignore[call-overload]
+            lambda x: cost(positions(x)), begin, method="Nelder-Mead", options=options
+        )
         if found.fun < least:
             best, least, free = positions(found.x), float(found.fun), found.x
     return best

@@ -10,8 +10,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...finger import Finger
 from ..touches import Touches
-from ._measures import SHARES, check_span, checked_counts, judged
-from ._table import AMBIGUITY, MAPS, MARGIN, RowField, searched
+from ._table import AMBIGUITY, MAPS, MARGIN, SHARES, RowField, check_span, checked_counts, judged, searched
 
 __all__ = ["PlacementQuality", "placement_quality"]
 
@@ -84,11 +83,6 @@ def placement_quality(
         How far beyond the sensors loads are looked for [depths of the deepest]; 1.5, as by `finger.locate`.
     ambiguity : float, optional
         That of `Locator` [-].
-
-    Returns
-    -------
-    PlacementQuality
-        Maps, and the numbers they come to.
 
     Raises
     ------

@@ -13,8 +13,20 @@ from ...errors import GeometryError
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
-from ._measures import GRID, PLACEMENT_MEASURES, SHARES, check_span, checked_counts, jittered, judged
-from ._table import AMBIGUITY, MAPS, MARGIN, OneSensor, searched
+from ._table import (
+    AMBIGUITY,
+    GRID,
+    MAPS,
+    MARGIN,
+    PLACEMENT_MEASURES,
+    SHARES,
+    OneSensor,
+    check_span,
+    checked_counts,
+    jittered,
+    judged,
+    searched,
+)
 
 __all__ = ["study_row"]
 
@@ -67,12 +79,8 @@ def study_row(
         Of the touches. Every design meets the same ones.
     samples : int, optional
         Touches a design, at least.
-    grid : (int, int), optional
-        Positions and angles of the grid. With odd numbers the middle is among them.
-    margin : float, optional
-        How far beyond the row loads are looked for, in depths; 1.5, as by `finger.locate`.
-    ambiguity : float, optional
-        That of `Locator` [-].
+    grid, margin, ambiguity
+        As of `placement_quality`.
     progress : callable, optional
         Called after each design.
 

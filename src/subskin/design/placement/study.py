@@ -20,8 +20,7 @@ from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
-from ._measures import GRID, PLACEMENT_MEASURES, checked_counts
-from ._table import AMBIGUITY, MARGIN
+from ._table import AMBIGUITY, GRID, MARGIN, PLACEMENT_MEASURES, checked_counts
 from .row import SAMPLES, equal_row, study_row
 
 __all__ = ["PlacementStudy", "placement_study"]
@@ -114,11 +113,6 @@ def placement_study(
         Threads; as many as there are cores if left out.
     progress : callable, optional
         Called after each design, from any thread. What it raises ends the study.
-
-    Returns
-    -------
-    PlacementStudy
-        The numbers of all designs.
 
     Raises
     ------

@@ -104,10 +104,6 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     sensor : int, optional
         Index of the sensor.
 
-    Returns
-    -------
-    RidgeGain
-
     Raises
     ------
     InvalidValueError, GeometryError
@@ -175,12 +171,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
 def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None) -> FloatArray:
     """Readings of the sensors under a contact whose pressure and drag ridges break up.
 
-    As `Finger.read`; `finger.locate` takes them.
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        Of the shape to which contact and ridges broadcast, and the sensors.
+    As `Finger.read`; `finger.locate` takes them. Their shape is that to which contact and ridges broadcast, and (n,).
 
     Raises
     ------

@@ -155,8 +155,8 @@ def press_ridges(
     batch = _check.broadcast(**given)
     wide, high, load = (_check.read_only(np.broadcast_to(a, batch).copy()) for a in given.values())
     status = np.zeros(batch, dtype=int)
-    half_width, pressure, touching, valley, crest = (np.full(batch, np.nan) for _ in range(5))
-    gains = [[np.empty(batch) for _ in Gains._fields] for _ in range(2)]
+    arrays = half_width, pressure, touching, valley, crest = [np.full(batch, np.nan) for _ in range(5)]
+    gains = np.empty((2, len(Gains._fields), *batch))
     for index in np.ndindex(batch):
         p = float(wide[index])
         bodies = [SineRidges(p, a, radius) for a in (0.0, float(high[index]))]
@@ -170,17 +170,12 @@ def press_ridges(
             valley[index] = ridged.contact.pressure(0.5 * p) / top
         assumed = ridge_gain(finger, smooth.contact, Ridges(p, shape), sensor=sensor).equal_load
         solved = _solved(finger, sensor, smooth.contact, ridged.contact, p)
-        for arrays, found in zip(gains, (solved, assumed), strict=True):
-            for array, value in zip(arrays, found, strict=True):
-                array[index] = value
+        gains[(slice(None), slice(None), *index)] = solved, assumed
     closing = closing_pressure(finger.skin, wide, high)
-    for array in (half_width, pressure, touching, valley, crest):
-        array.flags.writeable = False
-    solved_gains, assumed_gains = (Gains(*map(_check.read_only, arrays)) for arrays in gains)
+    solved_gains, assumed_gains = (Gains(*map(_check.read_only, g)) for g in gains)
     return PressedRidges(
-        finger, wide, high, load, status, closing, half_width, pressure, touching, valley, crest,
-        shape, solved_gains, assumed_gains,
-    )  # fmt: skip
+        finger, wide, high, load, status, closing, *map(_check.read_only, arrays), shape, solved_gains, assumed_gains
+    )
 
 
 def _solved(finger: Finger, sensor: int, smooth: PressureProfile, ridged: PressureProfile, pitch: float) -> Gains:
@@ -193,7 +188,7 @@ def _solved(finger: Finger, sensor: int, smooth: PressureProfile, ridged: Pressu
         without, with_ = (Finger(finger.skin, row).measure(c, linear=True) for c in (smooth, ridged))
         return np.stack([without, with_, with_ - without])
 
-    low, high = (float(f(float(c.nodes[i]) for c in (smooth, ridged))) for f, i in ((min, 0), (max, -1)))
+    low, high = (float(v) for v in (min(smooth.nodes[0], ridged.nodes[0]), max(smooth.nodes[-1], ridged.nodes[-1])))
     top, peak, ripple = largest(read, low, high, depth)
     beneath, between = (float(np.abs(read(ridge_positions(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5))
     values = (max(peak, beneath, between), beneath, between, ripple)

@@ -17,6 +17,12 @@ __all__ = ["Ridges"]
 
 ShapeName = Literal["abs_cos", "cos_squared", "raised_cosine", "square"]
 
+_KNOWN: dict[str, tuple[Callable[[FloatArray], FloatArray], float]] = {
+    "abs_cos": (lambda u: np.abs(np.cos(np.pi * u)), 2 / np.pi),
+    "cos_squared": (lambda u: np.asarray(np.cos(np.pi * u) ** 2), 0.5),
+    "raised_cosine": (lambda u: np.asarray((2 + np.cos(2 * np.pi * u)) / 3), 2 / 3),
+}
+"""Shapes by name, over a pitch, with their means."""
 _DUTY = 2 / 3
 _SAMPLES = 513
 _NEAR = 8.0 ** -np.arange(1, 5)
@@ -88,7 +94,15 @@ class Ridges:
             )
         object.__setattr__(self, "kinks", tuple(kinks.tolist()))
         if own:
-            _check_shares(self._unit(np.linspace(-0.5, 0.5, _SAMPLES)))
+            share = self._unit(np.linspace(-0.5, 0.5, _SAMPLES))
+            top = float(share[_SAMPLES // 2])
+            if not (
+                np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12
+            ):
+                raise InvalidValueError(
+                    f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
+                    "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
+                )
             whole, halves = self._integral(1), self._integral(2)
             if abs(whole - halves) > _SMOOTH:
                 raise InvalidValueError(
@@ -112,8 +126,7 @@ class Ridges:
         """Mean of the share over a pitch."""
         if callable(self.shape):
             return self._integral(2)
-        known = {"abs_cos": 2 / np.pi, "cos_squared": 0.5, "raised_cosine": 2 / 3}
-        return known.get(self.shape, float(self.duty or 0.0))
+        return _KNOWN[self.shape][1] if self.shape in _KNOWN else float(self.duty or 0.0)
 
     @property
     def _corners(self) -> FloatArray:
@@ -140,12 +153,8 @@ class Ridges:
                     "the shape of a ridge has to be a function of an array",
                 )
             return values
-        if self.shape == "abs_cos":
-            return np.abs(np.cos(np.pi * u))
-        if self.shape == "cos_squared":
-            return np.asarray(np.cos(np.pi * u) ** 2)
-        if self.shape == "raised_cosine":
-            return np.asarray((2 + np.cos(2 * np.pi * u)) / 3)
+        if self.shape in _KNOWN:
+            return _KNOWN[self.shape][0](u)
         return np.where(np.abs(u) <= 0.5 * float(self.duty or 0.0), 1.0, 0.0)
 
     def breaks(self, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -155,12 +164,3 @@ class Ridges:
         count = int(np.ceil(((high - low) / np.asarray(self.pitch)).max(initial=0.0))) + 2
         u = np.add.outer(np.arange(count), np.unique(self._corners % 1.0))
         return np.asarray(crest + pitch * (first + u.reshape(-1)))
-
-
-def _check_shares(share: FloatArray) -> None:
-    top = float(share[_SAMPLES // 2])
-    if not (np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12):
-        raise InvalidValueError(
-            f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
-            "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
-        )

@@ -105,10 +105,6 @@ def aliasing_error(
     shifts : int, optional
         Number of shifts of the row, >= 2.
 
-    Returns
-    -------
-    AliasingError
-
     Raises
     ------
     InvalidValueError

@@ -99,7 +99,7 @@ def sensor_density(
     Without a `contact` all waves are pressed alike, as by a line load: the worst case, and the memo's. For a half plane
     with nu = 1/2 and normal strain at depth d that is f exp(1 - f) = 1 / attenuation with f = k d, and density times
     depth is f / pi: 3.2574 for 1000, where the memo's eq. (26) has 3.2 (`subskin.memo.eq26_corrected`). This number is
-    no error of the reading; `aliasing_error` finds that one.
+    no error of the reading; `aliasing_error` finds that one. On a round finger a whole number of sensors goes round.
 
     Parameters
     ----------
@@ -111,11 +111,6 @@ def sensor_density(
         What presses; its force and position do not matter.
     sensor : int, optional
         Which sensor of the finger is repeated.
-
-    Returns
-    -------
-    SensorDensity
-        On a round finger the pitch is such that a whole number of sensors goes round.
 
     Raises
     ------

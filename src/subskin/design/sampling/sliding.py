@@ -54,10 +54,10 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     """Where on a thing that slides past the sensors sample it.
 
     In frame j a sensor at y samples the thing at y + j speed / rate, a step further on each time. One sensor samples
-    one position a step; n sensors sample n, where their positions differ once whole steps are taken off. Sensors a whole
-    number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count that
-    are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over the
-    whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
+    one position a step; n sensors sample n, where their positions differ once whole steps are taken off. Sensors a
+    whole number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count
+    that are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over
+    the whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
     known: one wrong by a share e puts a sample e times the way slid off its position.
 
     Parameters
@@ -70,10 +70,6 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
         Frames per second [Hz], > 0.
     sensor : int, optional
         The sensor whose like are counted.
-
-    Returns
-    -------
-    SlidingSamples
 
     Raises
     ------

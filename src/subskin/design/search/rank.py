@@ -144,7 +144,7 @@ def rank_fingers(
     ... )
     >>> study = ss.design.rank_fingers(ss.design.search_grid(goals))
     >>> [(f.row.count, f.meets) for f in study.fingers]
-    []
+    [(3, True), (4, True)]
     """
     pairs = [(int(k), int(m)) for k, m in np.argwhere(np.isfinite(grid.excess).any(axis=(2, 3, 4)))]
     if not pairs:

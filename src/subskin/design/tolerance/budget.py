@@ -180,10 +180,9 @@ def tolerance_budget(
     """What each source of error costs in locating the touches that a finger is made for.
 
     Readings of the finger as made, off by one source, are located by the finger as drawn. They are free of noise but
-    where noise is the source, so every error is that source's. Errors are those of `locate` itself: frames that it
-    calls unexplained count as lost, and with the load that fits them best in the errors. Errors to first order stand
-    beside them. What is one number for the whole finger is taken off by its amount to either side, or to the one that
-    there is (Poisson's ratio ends at 1/2); what each sensor has of its own is drawn `draws` times.
+    where noise is the source. Frames that `locate` calls unexplained count as lost, and with the load that fits them
+    best in the errors; errors to first order stand beside them. What is one number for the whole finger is off by its
+    amount to either side, or to the one that there is; what each sensor has of its own is drawn `draws` times.
 
     Parameters
     ----------
@@ -208,18 +207,13 @@ def tolerance_budget(
     search : (float, float), optional
         Where loads are looked for, y [m]; as of `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
-        "known": calibrate each finger by presses straight down at known positions along the span, their force being
-        known, before it is located. "blind": by touches like these of which nothing is known, the tolerances being what
-        is known beforehand. Each fits all that has a tolerance and can be fitted; a mapping says otherwise, as
-        {"blind": ("gain", "depth", "position")}.
+        "known": calibrate each finger first by presses straight down, of known force at known positions. "blind": by
+        touches like these of which only the tolerances are known. Each fits all that has a tolerance and can be fitted;
+        a mapping says otherwise, as {"blind": ("gain", "depth", "position")}.
     calibration_draws, calibration_touches, calibration_presses : int, optional
         Fingers calibrated for each source; touches of each blind calibration, and presses of each at known positions.
     progress : callable, optional
         Called after each row, and after each calibration.
-
-    Returns
-    -------
-    ToleranceBudget
 
     Raises
     ------

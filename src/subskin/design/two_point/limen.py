@@ -14,8 +14,7 @@ from ...errors import InvalidValueError
 from ...finger import Finger
 from .._common import whole
 from ..touches import Touches
-from ._pairs import Pairs
-from ._threshold import from_which_on
+from ._pairs import Pairs, from_which_on
 
 __all__ = ["Against", "Angle", "Test", "TwoPointLimen", "two_point_limen"]
 
@@ -138,7 +137,8 @@ def two_point_limen(
     what any test has to go by. "fit" is the test that `Finger.locate` and `Finger.fit` make: the residual of noisy
     readings against chi-square, non-central with D^2 under two points. It asks nothing about what else it might be.
     "best" is the Neyman-Pearson test between just these two points and just that contact: no test of any kind needs
-    less than its D, the sum of the two normal quantiles. Source: memo section 7; docs/two_points.md.
+    less than its D, the sum of the two normal quantiles. `TwoPointLimen.worst` is the one number. Source: memo section
+    7; docs/two_points.md.
 
     Parameters
     ----------
@@ -165,11 +165,6 @@ def two_point_limen(
         Number of angles in the cone, its ends among them, for "known" and "free"; of each point, for the latter.
     largest : float, optional
         Largest separation tried [m]; two depths of the shallowest sensor if left out.
-
-    Returns
-    -------
-    TwoPointLimen
-        Separations, of which `worst` is the one number [m].
 
     Raises
     ------
