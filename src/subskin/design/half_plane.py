@@ -175,19 +175,11 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
         depth = float(np.asarray(model.array.depth).mean())
     except ConvergenceError:
         pass
+    drawn, own = (_locating(f, readings, positions, angles, largest, ratio) for f in (flat, finger))
     return HalfPlaneError(
-        finger=finger,
-        half_width=width,
-        positions=_check.read_only(positions),
-        angles=_check.read_only(angles),
-        beneath=_check.read_only(beneath),
-        normal=float(difference[0]),
-        tangential=float(difference[1]),
-        as_drawn=_locating(flat, readings, positions, angles, largest, ratio),
-        calibrated=calibrated,
-        own=_locating(finger, readings, positions, angles, largest, ratio),
-        depth=depth,
-    )
+        finger, width, _check.read_only(positions), _check.read_only(angles), _check.read_only(beneath),
+        float(difference[0]), float(difference[1]), drawn, calibrated, own, depth,
+    )  # fmt: skip
 
 
 def _readings(finger: Finger, flat: Finger, positions: FloatArray, half_width: float) -> tuple[FloatArray, FloatArray]:

@@ -172,7 +172,7 @@ def placement_study(
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
-    shape = (len(kinds), depth.size, steps.shape[1], numbers.size)
+    shape = (len(kinds), *steps.shape, numbers.size)
     values = {name: _check.read_only(np.stack([r[name] for r in rows]).reshape(shape)) for name in PLACEMENT_MEASURES}
     return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), values)
 

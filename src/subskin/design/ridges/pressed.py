@@ -132,11 +132,6 @@ def press_ridges(
     nodes : int, optional
         As of `press`.
 
-    Raises
-    ------
-    InvalidValueError, GeometryError, NotLinearError
-        As of `press` and `ridge_gain`.
-
     Examples
     --------
     >>> import subskin as ss
@@ -172,10 +167,13 @@ def press_ridges(
         solved = _solved(finger, sensor, smooth.contact, ridged.contact, p)
         gains[(slice(None), slice(None), *index)] = solved, assumed
     closing = closing_pressure(finger.skin, wide, high)
+    for array in arrays:
+        array.flags.writeable = False
     solved_gains, assumed_gains = (Gains(*map(_check.read_only, g)) for g in gains)
     return PressedRidges(
-        finger, wide, high, load, status, closing, *map(_check.read_only, arrays), shape, solved_gains, assumed_gains
-    )
+        finger, wide, high, load, status, closing, half_width, pressure, touching, valley, crest,
+        shape, solved_gains, assumed_gains,
+    )  # fmt: skip
 
 
 def _solved(finger: Finger, sensor: int, smooth: PressureProfile, ridged: PressureProfile, pitch: float) -> Gains:

@@ -151,17 +151,9 @@ def aliasing_error(
         )
     bound, at_nyquist = _spectral(row, np.pi / step)
     return AliasingError(
-        finger=row.finger,
-        contact=contact,
-        pitch=step,
-        position=_check.read_only(row.centre + positions),
-        reading=_check.read_only(truth),
-        shift=_check.read_only(offsets),
-        error=_check.read_only(error),
-        full_scale=scale,
-        bound=bound / scale,
-        at_nyquist=at_nyquist,
-    )
+        row.finger, contact, step, _check.read_only(row.centre + positions), _check.read_only(truth),
+        _check.read_only(offsets), _check.read_only(error), scale, bound / scale, at_nyquist,
+    )  # fmt: skip
 
 
 def _pitch(finger: Finger, pitch: float | None) -> float:

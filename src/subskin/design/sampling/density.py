@@ -66,13 +66,7 @@ class SensorDensity:
         return _check.read_only(np.pi / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
-        """Size of what is read of each wave [rad/m], over the largest, shape (..., 2).
-
-        Raises
-        ------
-        InvalidValueError
-            As `spatial_response`.
-        """
+        """Size of what is read of each wave [rad/m], over the largest, shape (..., 2)."""
         k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
         row = EndlessRow(self.finger, self.contact)
         flat = k.reshape(-1)
@@ -177,10 +171,6 @@ def _full_scale(row: EndlessRow, k: FloatArray, waves: ComplexArray) -> FloatArr
     return found
 
 
-def _last(sizes: FloatArray, level: float) -> int:
-    return int(np.flatnonzero(sizes > level)[-1])
-
-
 def _summit(row: EndlessRow, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
     """Where the response is largest, and how large; NaN where it grows without bound towards long waves."""
     from scipy.optimize import minimize_scalar
@@ -204,7 +194,7 @@ def _crossing(row: EndlessRow, k: FloatArray, sizes: FloatArray, level: float, l
 
     if np.isnan(level):
         return np.nan
-    at = _last(sizes, level)
+    at = int(np.flatnonzero(sizes > level)[-1])
     if turn := row.finger.skin.curvature:
         return _between(turn, k[at])
     root = brentq(lambda wave: _size(row, wave, load) - level, k[at], k[at + 1], xtol=1e-13 * k[at + 1])
@@ -213,7 +203,7 @@ def _crossing(row: EndlessRow, k: FloatArray, sizes: FloatArray, level: float, l
 
 def _fallen(row: EndlessRow, k: FloatArray, errors: FloatArray, level: float) -> float:
     """The Nyquist wavenumber at which the falling `errors` reach `level`."""
-    at = _last(errors, level)
+    at = int(np.flatnonzero(errors > level)[-1])
     if turn := row.finger.skin.curvature:
         return _between(turn, k[at])
     share = np.log(errors[at] / level) / np.log(errors[at] / errors[at + 1])

@@ -109,12 +109,6 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     # waves that the step alone confuses, told apart by the positions in it; evenly spaced, these are a Fourier matrix
     waves = np.exp(2j * np.pi * np.outer(rest, np.arange(rest.size))) / np.sqrt(rest.size)
     gain = float(np.sqrt((np.abs(np.linalg.inv(waves)) ** 2).sum() / rest.size))
-    return SlidingSamples(
-        step=step,
-        distance=float(np.ptp(y)) + step,
-        position=_check.read_only(y.max() + step * rest),
-        visits=y.size / rest.size,
-        pitch=step * float(gaps.max()),
-        mean_pitch=step / rest.size,
-        noise_gain=gain,
-    )
+    position = _check.read_only(y.max() + step * rest)
+    widest, mean = step * float(gaps.max()), step / rest.size
+    return SlidingSamples(step, float(np.ptp(y)) + step, position, y.size / rest.size, widest, mean, noise_gain=gain)

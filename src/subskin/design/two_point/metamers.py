@@ -142,13 +142,11 @@ def metamers(
         for values in (found, size)
     ]
     turned = np.unwrap(np.arctan2(*curve(grid).T[::-1]))
+    direction = np.arctan2(reading[..., 1], reading[..., 0])
     return Metamers(
-        _check.read_only(reading),
-        _check.read_only(chosen[0]),
-        _check.read_only(chosen[1]),
-        _check.read_only(np.arctan2(reading[..., 1], reading[..., 0])),
-        (float(turned.min()), float(turned.max())),
-    )
+        _check.read_only(reading), _check.read_only(chosen[0]), _check.read_only(chosen[1]),
+        _check.read_only(direction), (float(turned.min()), float(turned.max())),
+    )  # fmt: skip
 
 
 def _crossings(reading: FloatArray, curve: Callable[[FloatArray], FloatArray], grid: FloatArray) -> FloatArray:
