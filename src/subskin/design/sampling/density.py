@@ -66,7 +66,7 @@ class SensorDensity:
         return _check.read_only(np.pi / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
-        """Size of what is read of each wave [rad/m], over the largest, shape (..., 2)."""
+        """Size of what is read of waves of `wavenumber` [rad/m], over the largest, shape (..., 2)."""
         k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
         row = EndlessRow(self.finger, self.contact)
         flat = k.reshape(-1)
