@@ -191,7 +191,7 @@ def test_goals_that_cannot_be_met_are_said_not_to_be(goals, subskin):
     (goals / "goals.toml").write_text(QUICK.replace('"0.1 mm"\nangle', '"0.1 um"\nangle'))
     done = subskin("design", "goals.toml", "-o", "out", "--no-report")
     assert done.code == 0
-    assert "Not met: error of the place" in done.out
+    assert "Not met: error of the position" in done.out
     assert "met  " not in done.out.split("\n")[4]
     assert not (goals / "out" / "report.html").exists()
 

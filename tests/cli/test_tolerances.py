@@ -58,7 +58,7 @@ def test_json_is_the_budget(strain, subskin):
     found = json.loads(done.out)
     finger = load_finger("strain.toml").finger
     tolerances = {"position": 4e-5, "depth": 5e-5, "poisson": 0.01, "noise": 1e-4}
-    budget = tolerance_budget(finger, Touches(20.0, 0.8, (-2e-3, 2e-3)), tolerances, draws=20, seed=3)
+    budget = tolerance_budget(finger, Touches(20.0, 0.8, (-2e-3, 2e-3)), tolerances, draws=20, rng=3)
     for shown, row in zip(found["rows"], budget.rows, strict=True):
         assert shown["source"] == row.source
         assert shown["angle_rms"] == pytest.approx(row.angle_rms, rel=1e-9)

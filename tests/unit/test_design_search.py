@@ -13,17 +13,16 @@ from subskin.design.search import (
     Check,
     Criterion,
     DesignGrid,
+    DesignStudy,
     Effort,
     Room,
     Row,
     SensorKind,
     SkinChoice,
-    finger_table,
-    in_words,
 )
 from subskin.design.search import grid as grid_module
 from subskin.design.search import rank as rank_module
-from subskin.design.search.reasons import reasons_of
+from subskin.design.words import finger_table, held, in_words, reasons_of
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
@@ -232,22 +231,24 @@ def test_tolerances_count_against_the_goals(grid, study):
 def test_a_feature_counts_against_the_goals(study, grid):
     assert not [c for c in study.fingers[0].checks if c.criterion.name == "feature"]
     fine = replace(GOALS, accuracy=replace(GOALS.accuracy, feature=0.2e-3), effort=replace(GOALS.effort, keep=1))
-    finger = rank_fingers(search_grid(fine)).fingers[0]
+    found = rank_fingers(search_grid(fine))
+    finger = found.fingers[0]
     check = next(c for c in finger.checks if c.criterion.name == "feature")
     assert check.value == finger.point
     assert not finger.meets
-    assert "distance of two touches" in finger.reasons[0]
+    assert "distance of two touches" in reasons_of(found, finger.row)[0]
 
 
-def test_reasons_are_about_what_was_tried(study, grid):
+def test_reasons_are_about_what_was_tried(study):
     finger = study.fingers[0]
+    reasons = reasons_of(study, finger.row)
     tightest = max(finger.checks, key=lambda c: c.ratio)
-    assert tightest.criterion.label in finger.reasons[0]
-    assert in_words(tightest.value, tightest.criterion.unit) in finger.reasons[0]
-    depth = next(r for r in finger.reasons if r.startswith("Depth"))
+    assert tightest.criterion.label in reasons[0]
+    assert in_words(tightest.value, tightest.criterion.unit) in reasons[0]
+    depth = next(r for r in reasons if r.startswith("Depth"))
     assert in_words(finger.row.depth, "m") in depth
     other = GOALS.sensors[1 - finger.row.sensor].name
-    assert any(f'sensor "{other}"' in reason for reason in finger.reasons)
+    assert any(f'sensor "{other}"' in reason for reason in reasons)
 
 
 @pytest.mark.parametrize(
@@ -289,7 +290,8 @@ def test_how_far_a_depth_may_be_changed(errors, said):
         criteria=(wanted,),
     )
     row = Row(0, 0, 4, 2.5e-3, 1e-3)
-    reasons = reasons_of(grid, row, {(0, 0, 0): (Check(wanted, 1e-3 * errors[3]),)})
+    study = DesignStudy(grid, (), {(0, 0, 0): (Check(wanted, 1e-3 * errors[3]),)})
+    reasons = reasons_of(study, row)
     assert f"Depth 2.5 mm: for noise alone {said}" in reasons
 
 
@@ -349,3 +351,4 @@ def test_words():
     assert in_words(5e-5, "") == "< 0.01 %"
     assert in_words(np.inf, "rad") == "without bound"
     assert in_words(12.0, "N/m") == "12 N/m"
+    assert held("5 of 12 mm") == "5 of 12\xa0mm"

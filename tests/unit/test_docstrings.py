@@ -23,7 +23,6 @@ import subskin
 ROOT = Path(subskin.__file__).parent
 EDGE = {"cli", "__main__"}
 LATER = {
-    "design",
     "estimate",
     "calibration",
     "stream",
@@ -93,7 +92,7 @@ class Public:
         if isinstance(self.thing, property | cached_property):
             return []
         if isinstance(self.thing, type):
-            if issubclass(self.thing, Exception | Enum):
+            if issubclass(self.thing, Exception | Enum) or getattr(self.thing, "_is_protocol", False):
                 return []
             if is_dataclass(self.thing):
                 return [f.name for f in fields(self.thing) if f.init and not f.name.startswith("_")]
@@ -108,7 +107,7 @@ class Public:
         """Errors that its own lines raise."""
         bodies = [self.function]
         if isinstance(self.thing, type):
-            if issubclass(self.thing, Enum):
+            if issubclass(self.thing, Enum) or getattr(self.thing, "_is_protocol", False):
                 return set()
             bodies = [vars(self.thing).get(name) for name in ("__init__", "__post_init__", "__new__")]
         found = set()
@@ -181,9 +180,10 @@ def returned(one):
 
 
 def parts(name):
-    """Names of classes that the fields of a class hold."""
+    """Names of classes that the fields of a class hold, or that its methods give back."""
     kinds = [one.thing for one in BY_NAME.get(name, ()) if isinstance(one.thing, type)]
     notes = [note for kind in kinds for note in vars(kind).get("__annotations__", {}).values()]
+    notes += [note for one in THINGS if one.owner in kinds for note in returned(one)]
     return {word for note in notes for word in WORD.findall(str(note))}
 
 
@@ -222,8 +222,10 @@ def lacks(one):
     missing += [f"Raises {name}" for name in sorted(one.raises) if name not in said]
     if one.owner is None and not issubclass(type(one.thing), type(Enum)):
         is_error = isinstance(one.thing, type) and issubclass(one.thing, Exception)
-        shown = ">>>" in one.text or one.name.rsplit(".", 1)[1] in SHOWN or filled_in(one.thing)
-        if not (shown or is_error or one.name in BUILT):
+        name = one.name.rsplit(".", 1)[1]
+        calls = re.compile(rf"^(>>>|\.\.\.) .*\b{name}\(", re.MULTILINE)  # in an example of what it names
+        shown = ">>>" in one.text or name in SHOWN or filled_in(one.thing) or one.name in BUILT
+        if not (shown or is_error or any(calls.search(other.text) for other in helpers(one))):
             missing.append("an example")
     prose = one.text.split(">>>")[0]
     if FORMULA.search(prose) and not SOURCE.search(" ".join(other.text for other in helpers(one)[:2])):

@@ -203,7 +203,7 @@ def test_free_positions_keep_their_distance_and_come_out_the_same_again():
     span = Touches(40.0, span=(-3e-3, 3e-3))
     far = ss.Finger(SKIN, ss.SensorArray.line(6, 2e-3, 2e-3, noise=5e-5))
     one, two = (
-        best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, seed=3) for _ in range(2)
+        best_positions(far, span, "position_95", gap=1.7e-3, symmetric=False, tries=400, rng=3) for _ in range(2)
     )
     np.testing.assert_array_equal(one.finger.array.y, two.finger.array.y)
     assert np.diff(one.finger.array.y).min() >= 1.7e-3 * (1 - 1e-9)

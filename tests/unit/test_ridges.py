@@ -152,9 +152,9 @@ def test_ridges_that_are_none(arguments, rule):
 
 def test_what_cannot_be_asked():
     ridges = Ridges(2e-3)
-    with pytest.raises(ss.errors.InvalidValueError, match="there are 2"):
+    with pytest.raises(ss.errors.InvalidValueError, match="there are 0 to 1"):
         ridge_gain(FINGER, TOUCH, ridges, sensor=2)
-    with pytest.raises(ss.errors.InvalidValueError, match="there are 2"):
+    with pytest.raises(ss.errors.InvalidValueError, match="there are 0 to 1"):
         press_ridges(FINGER, 2e-3, 1e-5, force=40.0, radius=20e-3, sensor=-1)
     with pytest.raises(ss.errors.InvalidValueError, match="a Contact is needed"):
         ridge_gain(FINGER, 40.0, ridges)

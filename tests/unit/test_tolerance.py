@@ -39,8 +39,12 @@ def test_rows_are_the_same_alone_and_with_others_and_from_a_seed():
     alone = tolerance_budget(finger(), TOUCHES, {"gains": 0.03, "depth": 0}, **SMALL)
     assert [row.source for row in both.rows] == ["position", "gains"]
     assert both.rows[1] == alone.rows[0]
-    assert both.together != tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, seed=1).together
-    assert both.together == replace(both, seed=5).together
+    assert both.rows != tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=1).rows
+    assert both.rows == tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=0).rows
+    drawn = [
+        tolerance_budget(finger(), TOUCHES, tolerances, **SMALL, rng=np.random.default_rng(s)).rows for s in (7, 7, 8)
+    ]
+    assert drawn[0] == drawn[1] != drawn[2]
     assert both.total.angle_rms == pytest.approx(np.hypot(both.rows[0].angle_rms, both.rows[1].angle_rms))
 
 
@@ -270,7 +274,7 @@ def test_three_sensors_have_no_first_order_where_they_are_singular():
         ({"tolerances": {"poisson": 0.6}}, InvalidValueError, "no such finger"),
         ({"draws": 0}, InvalidValueError, "draws"),
         ({"quantile": 1.0}, InvalidValueError, "quantile"),
-        ({"seed": -1}, InvalidValueError, "seed"),
+        ({"rng": -1}, InvalidValueError, "rng"),
         ({"self_calibration": "daily"}, InvalidValueError, "daily"),
         ({"touches": Touches(20.0, 0.8, (-20e-3, 20e-3))}, GeometryError, "a narrower span"),
         ({"finger": finger(noise=0.0)}, InvalidValueError, "noise"),

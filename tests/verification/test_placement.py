@@ -212,12 +212,12 @@ def test_a_row_is_judged_alike_alone_and_in_a_study():
 
 
 def test_jittered_touches_come_to_the_same_as_random_ones():
-    from subskin.design.placement._table import Table, directions_of
+    from subskin.design.placement._table import RowField
 
     finger = row(4, 1.5, 3e-3)
     study = study_row(PLANE, ss.NormalStrain(), 1.0, [1.5], [4], TOUCH, noise=3e-3 * FULL_SCALE)
     load = TOUCH.sample(20_000, np.random.default_rng(3), finger)
-    maps = Table.of(finger, (-3.75, 3.75)).survey(TOUCH, load.position, directions_of(load.angle[:, None]), 13.8)
+    maps = RowField.of(finger, (-3.75, 3.75)).survey(TOUCH, load.position, load.angle[:, None], 13.8)
     for k, name in ((4, "ambiguous"), (5, "wrong")):
         spread = maps[k].std() / np.sqrt(maps[k].size)
         assert 0.005 < maps[k].mean()
@@ -246,12 +246,12 @@ def test_the_study_depends_on_the_seed_and_not_on_the_workers():
             noise=[1e-3, 1e-2], samples=3000, **options,
         )  # fmt: skip
 
-    one, two, other = study(workers=1, seed=4), study(workers=2, seed=4), study(workers=2, seed=5)
+    one, two, other = study(workers=1, rng=4), study(workers=2, rng=4), study(workers=2, rng=5)
     for name, values in one.values.items():
         np.testing.assert_array_equal(values, two[name])
     assert (one["ambiguous"] != other["ambiguous"]).any()
     assert one["ambiguous"].shape == (2, 2, 2, 2)
-    alone = study_row(PLANE, ss.MeanPressure(), 1.0, [1.0, 2.0], [3, 4], TOUCH, noise=1e-2, samples=3000, seed=4)
+    alone = study_row(PLANE, ss.MeanPressure(), 1.0, [1.0, 2.0], [3, 4], TOUCH, noise=1e-2, samples=3000, rng=4)
     np.testing.assert_array_equal(one["wrong"][1, 1], alone["wrong"])
 
 

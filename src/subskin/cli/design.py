@@ -76,7 +76,7 @@ def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *
         (folder / stale).unlink(missing_ok=True)
     written = []
     for rank, finger in enumerate(study.fingers, start=1):
-        remarks = [f"{study.goals.title}: finger {rank} of subskin design", *finger.reasons]
+        remarks = [f"{study.goals.title}: finger {rank} of subskin design", *design.words.reasons_of(study, finger.row)]
         path = folder / f"finger_{rank}.toml"
         write_bytes(path, io.finger_text(file, finger.row, finger.quality.search, remarks).encode())
         written.append(path)
@@ -100,10 +100,10 @@ def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *
 
 
 def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignStudy, written: list[Path]) -> None:
-    columns, rows, left = design.search.finger_table(study)
+    columns, rows, left = design.words.finger_table(study)
     show(out, study.goals.title, columns, rows, left=left)
     print(file=out)
-    for reason in study.fingers[0].reasons:
+    for reason in design.words.reasons_of(study, study.fingers[0].row):
         print(_wrapped(reason), file=out)
     print(file=out)
     names = ", ".join(path.name for path in written)
@@ -112,7 +112,7 @@ def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignS
 
 def _wrapped(sentence: str) -> str:
     """A sentence in lines, none broken between a number and its unit."""
-    lines = textwrap.fill(design.search.held(sentence), 88, initial_indent="  ", subsequent_indent="    ")
+    lines = textwrap.fill(design.words.held(sentence), 88, initial_indent="  ", subsequent_indent="    ")
     return lines.replace("\xa0", " ")
 
 
@@ -127,7 +127,7 @@ def _as_json(study: design.search.DesignStudy, written: list[Path]) -> dict[str,
             "values": finger.values,
             "told_from_point": finger.point,
             "told_from_wide": finger.wide,
-            "reasons": list(finger.reasons),
+            "reasons": list(design.words.reasons_of(study, finger.row)),
         }
 
     return {"fingers": [one(f) for f in study.fingers], "files": [str(path) for path in written]}

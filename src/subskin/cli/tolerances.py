@@ -93,13 +93,13 @@ def run(options: argparse.Namespace) -> int:
     steps = sum(amount > 0 for amount in amounts.values()) + 1
     steps += len(methods) * options.fingers * (off + 1 if off else 0)
     with progress_bar("sources", steps) as advance:
-        how = {"draws": options.draws, "seed": options.seed, "progress": advance}
+        how = {"draws": options.draws, "rng": options.seed, "progress": advance}
         how |= {"self_calibration": methods, "calibration_draws": options.fingers}
         budget = design.tolerance_budget(file.finger, touches, amounts, search=file.search, **how)
     needed = budget.needed(wanted["position"], wanted["angle"]) if any(wanted.values()) else ()
     return give(
         options,
-        lambda: _as_json(budget, needed),
+        lambda: _as_json(budget, needed) | {"seed": options.seed},
         lambda out: _show(out, budget, needed),
         figure=lambda plot: plot.tolerance_figure(budget, **wanted),
     )
@@ -156,7 +156,6 @@ def _as_json(budget: design.tolerance.ToleranceBudget, needed: tuple[design.tole
         "recovered": [asdict(row) | {"failed": dict(row.failed)} for row in budget.recovered],
         "quantile": budget.quantile,
         "draws": budget.draws,
-        "seed": budget.seed,
     }
 
 

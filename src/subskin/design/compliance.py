@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..contact import LineLoad, PressureProfile
+from ..contact import Contact, LineLoad, PressureProfile
 from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
 from ..finger import Finger
 from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
@@ -54,13 +54,13 @@ class SkinCompliance:
     half_width : ndarray
         Half width of all that touches [m].
     load_share : ndarray
-        Share of the force that the particle carries.
+        Share of the force that the particle carries [-].
     reading_share : ndarray
-        Largest change of a reading by the particle, over the largest reading.
+        Largest change of a reading by the particle, over the largest reading [-].
     seen : ndarray
         The change of all readings by the particle, over their errors.
     width_std : ndarray
-        Standard deviation of the particle's width, relative to it, where its height, its place and the force are
+        Standard deviation of the particle's width, relative to it, where its height, its position and the force are
         unknown too; infinite where they hide it altogether.
     regime : ndarray of int
         Values of `Regime`.
@@ -103,13 +103,13 @@ def skin_compliance(
 ) -> SkinCompliance:
     """Which modulus and thickness let a finger see a particle on a flat, over a range of forces.
 
-    The finger is pressed on the flat with the particle at its middle, and on the flat alone, by the contact solver. A
-    particle is told where it changes the readings by five times their error or more and its width follows from them to
-    `width_wanted`: by the Fisher information, with the particle's height, its place and the force unknown as well. The
-    error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated perfectly;
-    without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on force over
-    modulus alone, so a range of forces asks for a skin that serves as wide a range of moduli. Source: memo section 7,
-    Fig. 17.
+    The finger is pressed on the flat with the particle at its middle, and on the flat alone, by `press`. A particle is
+    told where it changes the readings by five times their error or more and its width follows from them to
+    `width_wanted`: by the Fisher information, with the particle's height, its position and the force unknown as well.
+    The error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated
+    perfectly; without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on
+    force over modulus alone, so a range of forces asks for a skin that serves as wide a range of moduli. Source: memo
+    section 7, Fig. 17.
 
     Parameters
     ----------
@@ -151,27 +151,28 @@ def skin_compliance(
     """
     forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))
     moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))
-    heights = [None] if thickness is None else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
+    own = np.array([finger.skin.thickness])
+    thick = own if thickness is None else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
     wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
     share = _check.scalar("accuracy", accuracy, at_least=0.0)
     _suits(finger, particle)
-    shape = (len(heights), moduli.size, forces.size)
-    values = {name: np.full(shape, np.nan) for name in _CELL}
-    for t, height in enumerate(heights):
-        skin = finger.skin if height is None else finger.skin.with_(thickness=float(height))
+    shape = (thick.size, moduli.size, forces.size)
+    names = ("half_width", "load_share", "reading_share", "seen", "width_std", "saturated")
+    values = {name: np.full(shape, np.nan) for name in names}
+    for t, height in enumerate(thick):
+        skin = finger.skin if thickness is None else finger.skin.with_(thickness=float(height))
         study = _Study(replace(finger, skin=skin), particle, share)
         for m, f in np.ndindex(shape[1:]):
-            cell = study.cell(float(moduli[m]), float(forces[f]))
-            for name, value in cell.items():
+            for name, value in study.cell(float(moduli[m]), float(forces[f])).items():
                 values[name][t, m, f] = value
             if progress is not None:
                 progress()
     told = (values["seen"] >= _SEEN) & (values["width_std"] <= wanted)
-    regime = np.where(values["load_share"] > 0.5, int(Regime.TIP), int(Regime.BLURRED))
-    regime = np.where(told, int(Regime.TOLD), regime)
-    regime = np.where(values.pop("saturated") == 1, int(Regime.SATURATED), regime)
-    regime = np.where(np.isnan(values["seen"]), int(Regime.STRAINED), regime)
-    thick = np.array([finger.skin.thickness]) if thickness is None else np.asarray(heights, dtype=np.float64)
+    regime = np.select(
+        [np.isnan(values["seen"]), values.pop("saturated") == 1, told, values["load_share"] > 0.5],
+        [int(r) for r in (Regime.STRAINED, Regime.SATURATED, Regime.TOLD, Regime.TIP)],
+        int(Regime.BLURRED),
+    )
     best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], wanted)
     arrays = {name: _check.read_only(value) for name, value in values.items()}
     return SkinCompliance(
@@ -179,14 +180,9 @@ def skin_compliance(
     )
 
 
-_CELL = ("half_width", "load_share", "reading_share", "seen", "width_std", "saturated")
-
-
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
-        raise InvalidValueError(
-            f"{len(finger.array)} sensors", "width, height, place and force are four unknowns: four or more are needed"
-        )
+        raise InvalidValueError(f"{len(finger.array)} sensors", "width, height, position and force are four unknowns")
     if not (np.asarray(finger.array.noise) > 0).all():
         raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
     if not all(t.linear for t in finger.array.transducers):
@@ -205,6 +201,11 @@ def _own_modulus(finger: Finger) -> float:
     return finger.skin.material_at(float(np.asarray(finger.array.depth).mean())).young
 
 
+def _signal(finger: Finger, contact: Contact) -> FloatArray:
+    """Readings without their offset."""
+    return np.asarray(np.asarray(finger.array.gain) * finger.measure(contact))
+
+
 class _Study:
     """Presses of one finger, kept by force over modulus: twice both, and every displacement is the same."""
 
@@ -213,12 +214,7 @@ class _Study:
         self.own = _own_modulus(finger)
         self._known: dict[float, dict[str, FloatArray]] = {}
         self._probe = LineLoad(1.0, 0.3, 0.1 * float(np.asarray(finger.array.depth).mean()))
-        self._probed = self._signal(self._probe)
-
-    def _signal(self, contact: LineLoad | PressureProfile, finger: Finger | None = None) -> FloatArray:
-        """Readings without their offset."""
-        tip = finger or self.finger
-        return np.asarray(np.asarray(tip.array.gain) * tip.measure(contact))
+        self._probed = _signal(finger, self._probe)
 
     def cell(self, modulus: float, force: float) -> dict[str, float]:
         """All that is asked of one modulus and force; nothing where the strains are too large."""
@@ -232,45 +228,37 @@ class _Study:
         found = self._known[key]
         if not found:
             return {}
-        skin = self.finger.skin
+        skin, a = self.finger.skin, self.finger.array
         stiff = [replace(m, young=scale * m.young) for m in skin.materials]
-        stiffer = replace(self.finger, skin=skin.with_(materials=stiff))
         # a strain is the same at the same force over modulus; a stress is `scale` times as large
-        probed = self._signal(self._probe, stiffer)
+        probed = _signal(replace(self.finger, skin=skin.with_(materials=stiff)), self._probe)
         ratio = scale * float(probed @ self._probed) / float(self._probed @ self._probed)
-        reading, a = ratio * found["reading"], self.finger.array
+        reading = ratio * found["reading"]
         error = np.hypot(np.asarray(a.noise), self.accuracy * np.abs(reading).max())
-        change, slopes = ratio * found["change"] / error, ratio * found["slopes"] / error[:, None]
         whole = reading + np.asarray(a.offset)
-        return {
-            "half_width": float(found["half_width"]),
-            "load_share": float(found["load_share"]),
-            "reading_share": float(found["reading_share"]),
-            "seen": float(np.linalg.norm(change)),
-            "width_std": _deviation(slopes),
+        return {name: float(found[name]) for name in ("half_width", "load_share", "reading_share")} | {
+            "seen": float(np.linalg.norm(ratio * found["change"] / error)),
+            "width_std": _deviation(ratio * found["slopes"] / error[:, None]),
             "saturated": float(((whole < np.asarray(a.low)) | (whole > np.asarray(a.high))).any()),
         }
 
     def _solved(self, force: float) -> dict[str, FloatArray]:
         """Contact and readings at the finger's own modulus, and their slopes by what is unknown."""
         particle = self.particle
-        flat: Indenter = Flat()
-        if np.isfinite(particle.flat_half_width):
-            flat = RoundedFlat(particle.flat_half_width)
+        wide, tall, ends = particle.half_width, particle.protrusion, particle.flat_half_width
+        flat: Indenter = RoundedFlat(ends) if np.isfinite(ends) else Flat()
         here, alone = self._pressed(particle, force), self._pressed(flat, force)
-        reading = self._signal(here.contact)
-        change = reading - self._signal(alone.contact)
-        contact, h = here.contact, _STEP * particle.half_width
-        moved = [PressureProfile(contact.nodes + shift, contact.node_pressure, contact.node_shear) for shift in (h, -h)]
-        up, down = np.exp(_STEP), np.exp(-_STEP)
-        wide, tall = particle.half_width, particle.protrusion
-        pairs = (
-            [replace(particle, half_width=s * wide) for s in (up, down)],
-            [replace(particle, protrusion=s * tall) for s in (up, down)],
-        )
-        slopes = [self._difference(*(self._pressed(body, force).contact for body in pair)) for pair in pairs]
-        slopes.append(self._difference(*moved))
-        slopes.append(self._difference(*(self._pressed(particle, s * force).contact for s in (up, down))))
+        contact, h = here.contact, _STEP * wide
+        reading = _signal(self.finger, contact)
+        change = reading - _signal(self.finger, alone.contact)
+        steps = [np.exp(_STEP), np.exp(-_STEP)]
+        pairs = [
+            [self._pressed(replace(particle, half_width=s * wide), force).contact for s in steps],
+            [self._pressed(replace(particle, protrusion=s * tall), force).contact for s in steps],
+            [PressureProfile(contact.nodes + by, contact.node_pressure, contact.node_shear) for by in (h, -h)],
+            [self._pressed(particle, s * force).contact for s in steps],
+        ]
+        slopes = [(_signal(self.finger, up) - _signal(self.finger, down)) / (2 * _STEP) for up, down in pairs]
         on_top = np.abs(here.y) <= particle.half_width
         return {
             "half_width": np.asarray(here.half_width),
@@ -280,9 +268,6 @@ class _Study:
             "change": change,
             "slopes": np.stack(slopes, axis=-1),
         }
-
-    def _difference(self, one: PressureProfile, two: PressureProfile) -> FloatArray:
-        return (self._signal(one) - self._signal(two)) / (2 * _STEP)
 
     def _pressed(self, body: Indenter, force: float) -> ContactSolution:
         with warnings.catch_warnings():
@@ -310,42 +295,40 @@ def _recommended(
     wanted: float,
 ) -> tuple[tuple[int, int], str]:
     """The cell whose worst force is least bad, and why."""
-    usable = (regime == Regime.TOLD).sum(axis=2)
+    told = regime == Regime.TOLD
+    usable = told.sum(axis=2)
     worst = np.where(np.isnan(width_std), np.inf, width_std).max(axis=2)
-    # most forces first, then the least deviation
-    order = np.lexsort((worst.ravel(), -usable.ravel()))
+    order = np.lexsort((worst.ravel(), -usable.ravel()))  # most forces first, then the least deviation
     t, m = (int(i) for i in np.unravel_index(order[0], usable.shape))
     span = f"{forces.min():.3g} to {forces.max():.3g} N/m" if forces.size > 1 else f"{forces[0]:.3g} N/m"
     head = f"E = {moduli[m] / 1e6:.3g} MPa, {thickness[t] * 1e3:.3g} mm thick"
+
+    def why(m: int, f: int) -> str:
+        return f"at {forces[f]:.3g} N/m {_WHY[Regime(int(regime[t, m, f]))]}"
+
+    if not usable[t, m]:
+        near = (
+            f"{head} comes nearest, with {100 * worst[t, m]:.2g} %" if np.isfinite(worst[t, m]) else "none comes near"
+        )
+        return (t, m), (
+            f"no skin tried tells the particle's width to {100 * wanted:.0f} % at any of the forces; {near}; "
+            "sensors of less error, less deep or closer together would"
+        )
     if usable[t, m] < forces.size:
-        missing = [
-            f"at {forces[f]:.3g} N/m {_WHY[Regime(int(regime[t, m, f]))]}"
-            for f in range(forces.size)
-            if regime[t, m, f] != Regime.TOLD
-        ]
-        if not usable[t, m]:
-            nearest = (
-                f"{head} comes nearest, with {100 * worst[t, m]:.2g} %"
-                if np.isfinite(worst[t, m])
-                else "none comes near"
-            )
-            return (t, m), (
-                f"no skin tried tells the particle's width to {100 * wanted:.0f} % at any of the forces; {nearest}; "
-                "sensors of less error, less deep or closer together would"
-            )
-        told = (forces / moduli[:, None])[regime[t] == Regime.TOLD]
-        apart = f"one skin serves forces up to {told.max() / told.min():.2g} times apart"
-        return (t, m), f"{head} comes nearest: no skin tried serves all of {span}; {', '.join(missing)}; {apart}"
-    all_told = np.flatnonzero(usable[t] == forces.size)
-    low, high = moduli[all_told.min()], moduli[all_told.max()]
-    lines = [f"{head}: at all of {span} the particle's width is told to {100 * worst[t, m]:.2g} % or better"]
+        missing = ", ".join(why(m, int(f)) for f in np.flatnonzero(~told[t, m]))
+        served = (forces / moduli[:, None])[told[t]]
+        apart = f"one skin serves forces up to {served.max() / served.min():.2g} times apart"
+        return (t, m), f"{head} comes nearest: no skin tried serves all of {span}; {missing}; {apart}"
+    serves = np.flatnonzero(usable[t] == forces.size)
+    low, high = moduli[serves[0]], moduli[serves[-1]]
     between = f"{low / 1e6:.3g} MPa" if low == high else f"{low / 1e6:.3g} to {high / 1e6:.3g} MPa"
-    lines.append(f"at this thickness {between} would do for {100 * wanted:.0f} %")
-    for end, index, force_at in (("softer", all_told.min() - 1, -1), ("stiffer", all_told.max() + 1, 0)):
-        if 0 <= index < moduli.size:
-            bad = np.flatnonzero(regime[t, index] != Regime.TOLD)
-            f = int(bad[force_at])
-            lines.append(f"{end}, at {forces[f]:.3g} N/m {_WHY[Regime(int(regime[t, index, f]))]}")
+    lines = [
+        f"{head}: at all of {span} the particle's width is told to {100 * worst[t, m]:.2g} % or better",
+        f"at this thickness {between} would do for {100 * wanted:.0f} %",
+    ]
+    for end, beside, force_at in (("softer", int(serves[0]) - 1, -1), ("stiffer", int(serves[-1]) + 1, 0)):
+        if 0 <= beside < moduli.size:
+            lines.append(f"{end}, {why(beside, int(np.flatnonzero(~told[t, beside])[force_at]))}")
     return (t, m), "; ".join(lines)
 
 

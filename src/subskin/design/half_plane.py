@@ -23,7 +23,7 @@ from ..skin import HalfPlane, Layer, Layered, Round, Skin
 
 __all__ = ["MAP_RADIUS", "MAP_THICKNESS", "HalfPlaneError", "LocatingError", "half_plane_error", "half_plane_map"]
 
-_PLACES = 41
+_POSITIONS = 41
 _ANGLES = (-0.4, 0.0, 0.4)
 _NOISE_SHARE = 0.05
 """Noise, of each sensor's largest reading, with which biases are found: a wrong skin still 'explains' the readings."""
@@ -45,8 +45,8 @@ class LocatingError:
 
     Parameters
     ----------
-    position, force, angle : ndarray, shape (places, angles)
-        Error of the place [m], of the force relative to the true one [-], of the angle [rad]. The sensors' noise is
+    position, force, angle : ndarray, shape (positions, angles)
+        Error of the position [m], of the force relative to the true one [-], of the angle [rad]. The sensors' noise is
         taken for 5 % of each one's largest reading, so that a wrong skin explains the readings too; NaN where it does
         not.
     status : dict of str to int
@@ -68,9 +68,8 @@ class LocatingError:
         out = {}
         for name in ("position", "force", "angle"):
             size = np.abs(getattr(self, name))
-            found = size[np.isfinite(size)]
-            values = (float(np.median(found)), float(found.max())) if found.size else (np.nan, np.nan)
-            out[name] = dict(zip(("median", "worst"), values, strict=True))
+            found = size[np.isfinite(size)] if np.isfinite(size).any() else np.array([np.nan])
+            out[name] = {"median": float(np.median(found)), "worst": float(found.max())}
         return out
 
 
@@ -94,7 +93,7 @@ class HalfPlaneError:
         under a tangential load.
     as_drawn, calibrated, own : LocatingError
         What `locate` makes of the readings with the half plane as drawn, with a half plane whose gains and depth were
-        fitted to touches at known places, and with the finger's own skin (what is left is the touches' width). NaN
+        fitted to touches at known positions, and with the finger's own skin (what is left is the touches' width). NaN
         where that calibration does not settle.
     depth : float
         Mean depth that this calibration finds [m]: where it differs from the true one, depth makes up for the skin.
@@ -126,7 +125,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     half_width : float, optional
         Half width of the touches [m], as Hertz contacts; 0, the default, for line loads.
     snr : float, optional
-        Largest reading of each sensor over its noise, which decides how many touches are said to be unexplained.
+        Largest reading of each sensor over its noise [-], which decides how many touches are said to be unexplained.
 
     Raises
     ------
@@ -153,39 +152,34 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
             "its error against itself is 0",
             'describe the real skin: kind = "layers" or "round" in finger.toml',
         )
-    needed, live = 3, int(finger.array.live.sum())
-    if live < needed:
-        raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}")
+    live = int(finger.array.live.sum())
+    if live < 3:
+        raise InvalidValueError(f"{live} sensors that respond", "locate needs at least 3")
     width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
     ratio = _check.scalar("snr", snr, above=0.0)
     finger = replace(finger, array=replace(finger.array, low=-np.inf, high=np.inf, resolution=0.0))
     y = np.asarray(finger.array.y)
-    positions, angles = np.linspace(y.min(), y.max(), _PLACES), np.array(_ANGLES)
+    positions, angles = np.linspace(y.min(), y.max(), _POSITIONS), np.array(_ANGLES)
     flat = Finger(half_plane_of(finger), finger.array)
     difference, beneath = _readings(finger, flat, positions, width)
     readings = finger.read(_touch(angles, positions[:, None], width))
     largest = _largest(readings - np.asarray(finger.array.offset))
-    noisy = replace(finger.array, noise=largest / ratio)
-    calibrated = _calibrated(Finger(flat.skin, noisy), finger, positions, width)
-    errors = [
-        None if model is None else _locating(model, readings, positions, angles, largest, ratio)
-        for model in (flat, calibrated, finger)
-    ]
+    # the half plane with gains and depth fitted to normal touches of the true finger at known positions
+    straight = finger.read(_touch(0.0, positions, width))
+    noisy = Finger(flat.skin, replace(finger.array, noise=largest / ratio))
     none = _check.read_only(np.full((positions.size, angles.size), np.nan))
-    unsettled = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status})
+    calibrated, depth = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status}), np.nan
+    try:
+        model = calibrate(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0).finger
+        calibrated = _locating(model, readings, positions, angles, largest, ratio)
+        depth = float(np.asarray(model.array.depth).mean())
+    except ConvergenceError:
+        pass
+    drawn, own = (_locating(f, readings, positions, angles, largest, ratio) for f in (flat, finger))
     return HalfPlaneError(
-        finger=finger,
-        half_width=width,
-        positions=_check.read_only(positions),
-        angles=_check.read_only(angles),
-        beneath=_check.read_only(beneath),
-        normal=float(difference[0]),
-        tangential=float(difference[1]),
-        as_drawn=errors[0] or unsettled,
-        calibrated=errors[1] or unsettled,
-        own=errors[2] or unsettled,
-        depth=np.nan if calibrated is None else float(np.asarray(calibrated.array.depth).mean()),
-    )
+        finger, width, _check.read_only(positions), _check.read_only(angles), _check.read_only(beneath),
+        float(difference[0]), float(difference[1]), drawn, calibrated, own, depth,
+    )  # fmt: skip
 
 
 def _readings(finger: Finger, flat: Finger, positions: FloatArray, half_width: float) -> tuple[FloatArray, FloatArray]:
@@ -222,11 +216,11 @@ def half_plane_map(
     Parameters
     ----------
     thickness : array_like, shape (m,), optional
-        Thickness over depth, > 1.
+        Thickness [depths], > 1.
     radius : array_like, shape (k,), optional
-        Radius over depth, > 1; `inf` for a flat skin.
+        Radius [depths], > 1; `inf` for a flat skin.
     poisson, half_width : float, optional
-        Poisson's ratio, and half width of the touches in depths.
+        Poisson's ratio [-], and half width of the touches [depths].
     count : int, optional
         Number of sensors.
     progress : callable, optional
@@ -237,20 +231,27 @@ def half_plane_map(
     dict
         `thickness` and `radius`, as given, and arrays (k, m): `beneath`, the strain straight beneath a normal touch
         over the half plane's; `reading`, the largest difference of a reading relative to the largest one, normal or
-        tangential; `position`, the worst error of place in depths, and `angle`, that of the angle [rad], of `locate`
+        tangential; `position`, the worst error of position in depths, and `angle`, that of the angle [rad], of `locate`
         with the half plane as drawn. NaN where there is no such finger: a core thinner than a twentieth of its radius,
         or touches that reach round it.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> found = ss.design.half_plane_map(thickness=[2.0, 20.0], radius=[float("inf")], count=4)
+    >>> found["reading"].round(3).tolist()
+    [[0.271, 0.026]]
     """
     heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
     radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))
     array = SensorArray.line(count, pitch=1.0, depth=1.0)
-    names = ("beneath", "reading", "position", "angle")
     out = {"thickness": heights, "radius": radii}
-    out |= {name: np.full((radii.size, heights.size), np.nan) for name in names}
+    for name in ("beneath", "reading", "position", "angle"):
+        out[name] = np.full((radii.size, heights.size), np.nan)
     material = Material(1.0, poisson)
     flat = Finger(HalfPlane(material), array)
     y, angles = np.asarray(array.y), np.array(_ANGLES)
-    positions = np.linspace(y.min(), y.max(), _PLACES)
+    positions = np.linspace(y.min(), y.max(), _POSITIONS)
     for i, r in enumerate(radii):
         for j, h in enumerate(heights):
             if progress is not None:
@@ -278,15 +279,6 @@ def _largest(readings: FloatArray) -> FloatArray:
     """Largest reading of each sensor; 1 for a dead one, whose noise does not matter."""
     size = np.abs(readings).max(axis=(0, 1))
     return np.where(size > 0, size, 1.0)
-
-
-def _calibrated(flat: Finger, finger: Finger, positions: FloatArray, half_width: float) -> Finger | None:
-    """The half plane with gains and depth fitted to normal touches of the true finger at known places."""
-    touches = finger.read(_touch(0.0, positions, half_width))
-    try:
-        return calibrate(flat, touches, positions, fit=("gain", "depth"), force=1.0, origin=0.0).finger
-    except ConvergenceError:
-        return None
 
 
 def _locating(

@@ -71,7 +71,7 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
     """Amplitude and phase of every reading under a wave of pressure and under a wave of shear.
 
     The skin answers each wavenumber by itself: a half plane in closed form, layers and a round finger by their modes. A
-    sensor's place turns the phase; its width w takes the mean over it, a factor sin(k w / 2) / (k w / 2). For a half
+    sensor's position turns the phase; its width w takes the mean over it, a factor sin(k w / 2) / (k w / 2). For a half
     plane at nu = 1/2 and normal strain at depth d this is -(3 / 2E) k d exp(-k d) for pressure, the memo's eq. (25)
     over E, and -(3i / 2E) (1 - k d) exp(-k d) for shear. Source: memo section 6.0; docs/theory.md and docs/skins.md.
 
@@ -84,10 +84,6 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
         finger whole numbers over its radius. If left out, what is worth drawing: 240 waves, or all that close round the
         finger, up to 12 over the depth of the shallowest sensor.
 
-    Returns
-    -------
-    SpatialResponse
-
     Raises
     ------
     InvalidValueError
@@ -97,14 +93,12 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
 
     Examples
     --------
-    >>> import numpy as np, subskin as ss
+    >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
     >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=2e-3))
     >>> found = ss.design.spatial_response(finger, [0.0, 1 / 2e-3])  # no end, and a wave of 2 pi depths
     >>> (found.magnitude[:, 0] * 0.4e6).round(6).tolist()
     [[0.0, 1.5], [0.551819, 0.0]]
-    >>> round(3 / (2 * np.e), 6)
-    0.551819
     """
     waves = _drawn(finger) if wavenumber is None else wavenumber
     k = _check.real("wavenumber", waves, unit="rad/m", at_least=0.0)

@@ -18,7 +18,7 @@ __all__ = ["Touches"]
 
 @dataclass(frozen=True)
 class Touches:
-    """Line loads of one strength, spread evenly over places and over the angles of the friction cone.
+    """Line loads of one strength, spread evenly over positions and over the angles of the friction cone.
 
     The weakest force that has to be felt is the one to state: relative to the noise all others are felt better.
 
@@ -29,7 +29,7 @@ class Touches:
     friction : float, optional
         Coefficient of friction, >= 0: angles lie within +-atan(friction).
     span : (float, float), optional
-        Places y that are touched [m]; without it, from the finger's first sensor to its last.
+        Positions y that are touched [m]; without it, from the finger's first sensor to its last.
 
     Raises
     ------
@@ -65,12 +65,12 @@ class Touches:
         return float(np.arctan(self.friction))
 
     def span_on(self, finger: Finger | None = None) -> tuple[float, float]:
-        """Places that are touched [m]: `span`, or from the first sensor of `finger` to its last.
+        """Positions that are touched [m]: `span`, or from the first sensor of `finger` to its last.
 
         Raises
         ------
         GeometryError
-            No span, and no finger with sensors at more than one place.
+            No span, and no finger with sensors at more than one position.
         """
         if self.span is not None:
             return self.span
@@ -78,19 +78,22 @@ class Touches:
         if not y.min() < y.max():
             raise GeometryError(
                 "touches without a span",
-                "a span is needed, or a finger with sensors at two places or more",
+                "a span is needed, or a finger with sensors at two positions or more",
                 "span=(-2e-3, 2e-3)",
             )
         return float(y.min()), float(y.max())
 
     def grid(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
-        """Middles of equal parts of the span [m], shape (places,), and of the cone [rad], shape (angles,)."""
+        """Middles of equal parts of the span [m], shape (`positions`,), and of the cone [rad], shape (`angles`,).
+
+        The span is that of `span_on` the `finger`.
+        """
         low, high = self.span_on(finger)
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions
         return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
     def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> LineLoad:
-        """`count` touches drawn at random, a batch of shape (count,)."""
+        """`count` touches drawn at random by `rng`, a batch of shape (count,), over `span_on` the `finger`."""
         low, high = self.span_on(finger)
         angle = rng.uniform(-1.0, 1.0, count) * self.cone
         return LineLoad(self.force, angle, rng.uniform(low, high, count))

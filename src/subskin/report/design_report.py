@@ -7,8 +7,9 @@ import numpy as np
 from .. import __version__
 from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
-from ..design.search import DesignedFinger, DesignStudy, finger_table, in_words, limen
+from ..design.search import DesignedFinger, DesignStudy
 from ..design.tolerance import SOURCES, Cost, ToleranceBudget
+from ..design.words import finger_table, in_words, reasons_of
 from ..plot import (
     design_map_figure,
     finger_section,
@@ -59,11 +60,11 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
     blocks.append(Heading("Why these"))
     names = [_name(study, finger) for finger in study.fingers]
     for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
-        blocks += [Heading(f"Finger {rank}: {name}", 2), Bullets(finger.reasons)]
+        blocks += [Heading(f"Finger {rank}: {name}", 2), Bullets(reasons_of(study, finger.row))]
     blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(best))]
     for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
         blocks.append(Picture(placement_figure(finger.quality), f"Finger {rank}. {name}."))
-    blocks += [*_tolerances(study, best), *_two_points(study, best), *_filter(best), *_provenance(study, goals_text)]
+    blocks += [*_tolerances(study, best), *_two_points(best), *_filter(best), *_provenance(study, goals_text)]
     subtitle = f"subskin {__version__}, seed {goals.effort.seed}, {study.grid.excess.size:,} designs tried"
     return Document(f"{goals.title}: a design", subtitle, blocks)
 
@@ -186,8 +187,7 @@ def _amount(cost: Cost, unit: str) -> str:
     return f"{cost.amount:g}" if cost.source == "poisson" else in_words(cost.amount, cost.unit)
 
 
-def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
-    found = limen(finger.finger, study.goals, "point")
+def _two_points(finger: DesignedFinger) -> list[Block]:
     return [
         Heading("Two touches, or one"),
         Paragraph(
@@ -195,7 +195,10 @@ def _two_points(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
             f"frames at 1 % of false alarms: {_from(finger.point)} told from a single line load, {_from(finger.wide)} "
             "from a single wide contact."
         ),
-        Picture(two_point_figure(found), "Least distance of two touches that finger 1 tells from one, and how surely."),
+        Picture(
+            two_point_figure(finger.two_points),
+            "Least distance of two touches that finger 1 tells from one, and how surely.",
+        ),
     ]
 
 

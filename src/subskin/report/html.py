@@ -8,7 +8,7 @@ from functools import singledispatch
 from html import escape as escaped
 from importlib.resources import files
 
-from ..design.search import held
+from ..design.words import held
 from ..plot.style import encoded
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 

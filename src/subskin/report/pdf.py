@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 from xml.sax.saxutils import escape
 
-from ..design.search import held
+from ..design.words import held
 from ..plot.style import LETTERS, Figure, encoded
 from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
 

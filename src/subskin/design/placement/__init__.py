@@ -1,6 +1,6 @@
 """Where to put the sensors: bounds, ambiguity, and the best row."""
 
-from ._measures import PLACEMENT_MEASURES
+from ._table import PLACEMENT_MEASURES
 from .best import BestRow, best_row
 from .positions import BestPositions, best_positions
 from .quality import PlacementQuality, placement_quality

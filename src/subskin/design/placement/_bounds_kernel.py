@@ -16,36 +16,25 @@ _UNTOLD = 1e6
 def row_table(field, field_start, field_step, positions, start, step, table):
     """Fill `table` (cells, 5, 2, n): a row's receptive field from that of one sensor at y = 0.
 
-    field (c, 5, 2): of one sensor; places (n,) of each. Both are polynomials of degree 4 in a cell; those of the row
+    field (c, 5, 2): of one sensor; positions (n,) of each. Both are polynomials of degree 4 in a cell; those of the row
     go through five points of each cell.
     """
     cells, _, _, n = table.shape
-    most = field.shape[0]
+    most, v = field.shape[0], np.empty(5)
     for cell in range(cells):
         centre = start + step * (cell + 0.5)
         for i in range(n):
             for side in range(2):
-                v0 = v1 = v2 = v3 = v4 = 0.0
                 for node in range(5):
                     t = (centre + (node - 2) * 0.25 * step - positions[i] - field_start) / field_step
                     k = min(max(int(t), 0), most - 1)
                     t -= k + 0.5
                     f = field[k]
-                    v = f[0, side] + t * (f[1, side] + t * (f[2, side] + t * (f[3, side] + t * f[4, side])))
-                    if node == 0:
-                        v0 = v
-                    elif node == 1:
-                        v1 = v
-                    elif node == 2:
-                        v2 = v
-                    elif node == 3:
-                        v3 = v
-                    else:
-                        v4 = v
+                    v[node] = f[0, side] + t * (f[1, side] + t * (f[2, side] + t * (f[3, side] + t * f[4, side])))
                 # the polynomial through values at t = -1/2, -1/4, 0, 1/4, 1/2
-                odd1, odd2 = 0.5 * (v3 - v1), 0.5 * (v4 - v0)
-                even1, even2 = 0.5 * (v3 + v1) - v2, 0.5 * (v4 + v0) - v2
-                table[cell, 0, side, i] = v2
+                odd1, odd2 = 0.5 * (v[3] - v[1]), 0.5 * (v[4] - v[0])
+                even1, even2 = 0.5 * (v[3] + v[1]) - v[2], 0.5 * (v[4] + v[0]) - v[2]
+                table[cell, 0, side, i] = v[2]
                 table[cell, 1, side, i] = (16.0 * odd1 - 2.0 * odd2) / 3.0
                 table[cell, 2, side, i] = (64.0 * even1 - 4.0 * even2) / 3.0
                 table[cell, 3, side, i] = (32.0 * odd2 - 64.0 * odd1) / 3.0
@@ -120,7 +109,7 @@ def _bounds(grams, c, s, mu, farthest):
 def climb(table, start, step, mu, force, which, touch, size, ends):
     """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
 
-    touch, size (2,): place and angle to begin with, and first step of each; ends (2, 2): of both. The nearest eight
+    touch, size (2,): position and angle to begin with, and first step of each; ends (2, 2): of both. The nearest eight
     are tried, then steps halve; at a singular touch the way up ends in infinity or, between two floats, far up.
     """
     a = np.empty((4, table.shape[3]))

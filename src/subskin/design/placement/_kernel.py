@@ -1,13 +1,13 @@
 """The compiled heart of placement: a row of sensors against touches, without a search for each.
 
-The readings of a load at f are A(f) c, c = force (cos angle, sin angle). The best admissible load at another place g
+The readings of a load at f are A(f) c, c = force (cos angle, sin angle). The best admissible load at another position g
 leaves of them
 
     L(g) = |A(f) c|^2 - S(g),
 
 the chi-square by which it is a rival where L has a minimum of its own. Without the cone L is a quadratic form of c,
-c^T G(f, g) c with G = A(f)^T (I - A(g) A(g)^+) A(f), so one 2 x 2 matrix for a pair of places serves every angle:
-places at which it is too large at all angles of the cone are left out before any touch is looked at.
+c^T G(f, g) c with G = A(f)^T (I - A(g) A(g)^+) A(f), so one 2 x 2 matrix for a pair of positions serves every angle:
+positions at which it is too large at all angles of the cone are left out before any touch is looked at.
 
 Only arrays and numbers go in and out; `_table.py` prepares them.
 """
@@ -36,7 +36,7 @@ _FAR = 120.0  # and this is too much for noise to make up
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
-    """Orthonormal columns of A at each place of the scan, (n, 2, m), and unit edges of the cone in them, (4, m)."""
+    """Orthonormal columns of A at each position of the scan, (n, 2, m), and unit edges of the cone in them, (4, m)."""
     n, _, m = basis.shape
     for j in range(m):
         _field(table, start, step, scan_start + j * scan_step, a)
@@ -67,9 +67,9 @@ def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _half_turns(basis, edges, turns):
-    """Sines of half the largest angle by which the plane of A, and it or an edge of the cone, turn to the next place.
+    """Sines of half the largest angle by which the plane of A, and it or an edge of the cone, turn to the next.
 
-    turns (2, m), each the larger one of both sides. Between two places of the scan the root of L changes by no more
+    turns (2, m), each the larger one of both sides. Between two positions of the scan the root of L changes by no more
     than that share of the readings' size.
     """
     n, _, m = basis.shape
@@ -97,7 +97,7 @@ def _half_turns(basis, edges, turns):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _project(basis, a, b):
-    """B (4, m): normal and tangential field at a place, in the basis of each place of the scan."""
+    """B (4, m): normal and tangential field at a position, in the basis of each position of the scan."""
     n, _, m = basis.shape
     for j in range(m):
         b[0, j] = b[1, j] = b[2, j] = b[3, j] = 0.0
@@ -113,7 +113,7 @@ def _project(basis, a, b):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _possible(b, k11, k12, k22, cone, least, turns, possible):
-    """Mark the places of the scan at or next to which a load may leave a root of L of less than `least` per force."""
+    """Mark the positions of the scan beside which a load may leave a root of L of less than `least` per force."""
     m = b.shape[1]
     cos, sin = math.cos(cone), math.sin(cone)
     cos2, sin2 = math.cos(2 * cone), math.sin(2 * cone)
@@ -166,14 +166,14 @@ def _normal(z):
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _rise(b, edges, j, c, s, total):
-    """Chi-square at the j-th place of the scan."""
+    """Chi-square at the j-th position of the scan."""
     b1, b2 = b[0, j] * c + b[1, j] * s, b[2, j] * c + b[3, j] * s
     return _left(b1, b2, edges[0, j], edges[1, j], edges[2, j], edges[3, j], total)
 
 
 @compiled(built_on=(_climb, _bounds_kernel))
 def _widened(b, edges, scan, c, s, f, total, variance):
-    """The variance of the place, widened to where chi-square has risen by 1.96^2 on either side, as `locate` does."""
+    """The variance of the position, widened to where chi-square has risen by 1.96^2 on either side."""
     start, step, m = scan[0], scan[1], int(scan[2])
     if variance < 0.25 * step * step:
         return variance
@@ -246,9 +246,9 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
     """Fill `out` (7, p, k): what each touch is told to, and how probably it is mistaken; rows are named above.
 
     table (cells, 5, 2, n): whitened receptive field, with its start and step; scan: start, step and number of the
-    places at which loads are looked for; limits: least chi-square of a contact, `ambiguity`, distance within which two
-    minima are one, distance within which they are not far apart; places (p,), directions (2, p, k): cosine
-    and sine of each touch's angle; bounds: whether to fill the first four rows.
+    positions at which loads are looked for; limits: least chi-square of a contact, `ambiguity`, distance within which
+    two minima are one, distance within which they are not far apart; positions (p,), directions (2, p, k): cosine and
+    sine of each touch's angle; bounds: whether to fill the first four rows.
     """
     n = table.shape[3]
     scan_start, scan_step, m = scan[0], scan[1], int(scan[2])
@@ -299,11 +299,11 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
             # what else the readings would fit, as `locate` judges it
             if v_y < reach_all * reach_all and v_a < 1.0:
                 unsure = _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told)
-                # the best place lies at the search's edge
+                # the best position lies at the search's edge
                 inside = min(f - scan_start, scan_stop - f)
                 if inside * inside < _SURE * _SURE * v_y:
                     unsure = max(unsure, _normal(-inside / math.sqrt(v_y)))
-            else:  # neither place nor angle is told
+            else:  # neither position nor angle is told
                 unsure = 1.0
             _minima(near, asked, count, c, s, total, left, minimum)
             clear, odds, size = 1.0, 0.0, math.sqrt(total)

@@ -1,4 +1,4 @@
-"""The whitened receptive field of a row as a table, and the survey of touches on it."""
+"""The whitened receptive field of a row as a table, the survey of touches on it, and what it comes to in numbers."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
-from ...errors import InvalidValueError
+from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
 from ...skin import Skin
@@ -24,10 +26,18 @@ MARGIN = 1.5
 MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
 """Rows of a survey, in the order of the compiled code."""
 
+GRID = (101, 41)
+"""Positions and angles of the grid on which bounds are found."""
+
+SHARES = ("ambiguous", "wrong", "unfelt")
+_STDS = ("position", "angle", "force")
+PLACEMENT_MEASURES = (*(f"{name}_{s}" for name in _STDS for s in ("worst", "95", "mean")), *SHARES, "log_det")
+"""Names of the numbers in which a placement is judged; `study_row` describes them."""
+
 _PEAKS = 6
 _CELLS = 16
 _SCAN = 32
-"""Per depth: cells of a table, and places at which loads are looked for; `locate` has the same."""
+"""Per depth: cells of a table, and positions at which loads are looked for; `locate` has the same."""
 
 
 def _compiled() -> tuple[Any, Any]:
@@ -38,7 +48,7 @@ def _compiled() -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class RowField:
     """A row's whitened receptive field, shape (cells, 5, 2, n), its start and step [m], and its shallowest depth [m].
 
     Its two ends are those of the search.
@@ -50,7 +60,7 @@ class Table:
     shallowest: float
 
     @classmethod
-    def of(cls, finger: Finger, search: tuple[float, float]) -> Table:
+    def of(cls, finger: Finger, search: tuple[float, float]) -> RowField:
         """That of a finger, its dead sensors left out."""
         live = finger.array.live
         array = finger.array.select(live)
@@ -62,30 +72,23 @@ class Table:
         return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
 
     def survey(
-        self, touches: Touches, positions: FloatArray, directions: FloatArray, ambiguity: float, *, bounds: bool = True
+        self, touches: Touches, positions: FloatArray, angles: FloatArray, ambiguity: float, *, bounds: bool = True
     ) -> FloatArray:
-        """`MAPS` of touches at places (p,) [m] and in `directions_of` angles (2, p, k), shape (7, p, k).
+        """`MAPS` of touches at positions (p,) [m] and angles (k,) or (p, k) [rad], shape (7, p, k).
 
         Without `bounds` the first four are not filled.
         """
-        out = np.empty((len(MAPS), *directions.shape[1:]))
+        angles = np.broadcast_to(angles, (positions.size, angles.shape[-1]))
+        out = np.empty((len(MAPS), *angles.shape))
         length = self.step * len(self.values)
         count = max(int(np.ceil(length * _SCAN / self.shallowest - 1e-9)) + 1, 3)
         limits = [2 * np.log(1 / FALSE_ALARM), ambiguity, 0.02 * self.shallowest, 0.1 * self.shallowest]
+        scan = np.array([self.start, length / (count - 1), count])
+        # copies of the positions, for another kind of array would be compiled for
         _compiled()[1].survey(
-            self.values,
-            self.start,
-            self.step,
-            np.array([self.start, length / (count - 1), count]),
-            touches.friction,
-            touches.cone,
-            touches.force,
-            np.array(limits),
-            np.array(positions),  # a copy, for another kind of array would be compiled for
-            directions,
-            bounds,
-            out,
-        )
+            self.values, self.start, self.step, scan, touches.friction, touches.cone, touches.force, np.array(limits),
+            np.array(positions), np.stack([np.cos(angles), np.sin(angles)]), bounds, out,
+        )  # fmt: skip
         return out
 
     def worst(self, touches: Touches, positions: FloatArray, angles: FloatArray, maps: FloatArray) -> FloatArray:
@@ -104,17 +107,12 @@ class Table:
         return out
 
 
-def _highest(heights: FloatArray) -> list[tuple[int, int]]:
-    """Indices of the highest few points that no neighbour exceeds."""
-    padded = np.pad(heights, 1, constant_values=-np.inf)
-    middle = padded[1:-1, 1:-1]
-    top = np.ones(heights.shape, dtype=np.bool_)
-    for i in range(3):
-        for j in range(3):
-            top &= middle >= padded[i : i + heights.shape[0], j : j + heights.shape[1]]
-    at = np.argwhere(top)
-    order = np.argsort(-heights[top], kind="stable")[:_PEAKS]
-    return [(int(p), int(k)) for p, k in at[order]]
+def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
+    """Indices of the highest few points that no neighbour exceeds, shape (m, 2)."""
+    from scipy.ndimage import maximum_filter
+
+    at = np.argwhere(heights >= maximum_filter(heights, size=3))
+    return at[np.argsort(-heights[tuple(at.T)], kind="stable")[:_PEAKS]]
 
 
 class OneSensor:
@@ -132,18 +130,13 @@ class OneSensor:
         self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
         self._depth = depth
 
-    def row(self, positions: FloatArray, search: tuple[float, float]) -> Table:
+    def row(self, positions: FloatArray, search: tuple[float, float]) -> RowField:
         """The table of sensors at `positions` [m]."""
         cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
         step = (search[1] - search[0]) / cells
         values = np.empty((cells, 5, 2, positions.size))
         _compiled()[0].row_table(self._values, self._start, self._step, np.array(positions), search[0], step, values)
-        return Table(values, search[0], step, self._depth)
-
-
-def directions_of(angles: FloatArray) -> FloatArray:
-    """Cosine and sine of angles [rad], in front."""
-    return np.stack([np.cos(angles), np.sin(angles)])
+        return RowField(values, search[0], step, self._depth)
 
 
 def searched(
@@ -155,3 +148,78 @@ def searched(
         low, high = min(low, span[0]), max(high, span[1])
     middle, half = 0.5 * (low + high), min(0.5 * (high - low), 0.5 * skin.period)
     return middle - half, middle + half
+
+
+def jittered(count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """At least `count` touches, one at random in each of equal cells of the unit square: positions (p,), angles (p, k).
+
+    The angles of a position share it. There are more positions than angles, for what is ambiguous is so along narrow
+    strips that run with the angle.
+    """
+    across = max(round(np.sqrt(count / 10)), 1)
+    along = -(-count // across)
+    positions = (np.arange(along) + rng.random(along)) / along
+    return positions, (np.arange(across) + rng.random((along, across))) / across
+
+
+def judged(
+    field: RowField, touches: Touches, span: tuple[float, float], grid: tuple[int, int], ambiguity: float
+) -> tuple[FloatArray, FloatArray, FloatArray, dict[str, float]]:
+    """Positions (p,) and angles (k,) from end to end, `MAPS` of these touches, and their `PLACEMENT_MEASURES`."""
+    shape = checked_grid(grid)
+    positions = np.linspace(*span, shape[0])
+    angles = np.linspace(-touches.cone, touches.cone, shape[1]) if touches.cone > 0 else np.zeros(1)
+    weight = _trapezoid(positions.size)[:, None] * _trapezoid(angles.size)
+    maps = field.survey(touches, positions, angles, ambiguity)
+    worst = field.worst(touches, positions, angles, maps)
+    # a touch that is known less well than by its being one of `touches` counts as one known so well
+    most = {"position": (span[1] - span[0]) / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0}
+    out = {}
+    for name in _STDS:
+        std = maps[MAPS.index(name)]
+        out[f"{name}_worst"] = float(worst[MAPS.index(name)])
+        out[f"{name}_95"] = _quantile_95(std, weight)
+        out[f"{name}_mean"] = float((np.minimum(std, most[name]) * weight).sum())
+    out |= {name: float((maps[MAPS.index(name)] * weight).sum()) for name in (*SHARES, "log_det")}
+    return positions, angles, maps, out
+
+
+def _trapezoid(count: int) -> FloatArray:
+    """Weights of the trapezoidal rule, of sum 1."""
+    weight = np.ones(count)
+    if count > 1:
+        weight[[0, -1]] = 0.5
+    return weight / float(weight.sum())
+
+
+def _quantile_95(values: FloatArray, weight: FloatArray) -> float:
+    order = np.argsort(values, axis=None)
+    passed = np.cumsum(weight.ravel()[order])
+    return float(values.ravel()[order[np.searchsorted(passed, 0.95 * passed[-1])]])
+
+
+def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
+    """Two whole numbers, >= 2 positions and >= 1 angle."""
+    values = _check.real("grid", grid)
+    if values.shape != (2,) or not (values == np.round(values)).all() or values[0] < 2 or values[1] < 1:
+        raise InvalidValueError(f"grid = {grid!r}", "numbers of positions and of angles are needed", f"grid={GRID}")
+    return int(values[0]), int(values[1])
+
+
+def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.int_]:
+    """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
+    numbers = np.atleast_1d(_check.real("counts", counts))
+    if numbers.ndim != 1 or not numbers.size or not (numbers == np.round(numbers)).all():
+        raise InvalidValueError(f"counts = {counts!r}", "a list of whole numbers is needed", "counts=[4, 6, 8]")
+    needed = 2 if touches.friction == 0 else 3
+    if numbers.min() < needed:
+        raise InvalidValueError(
+            f"{int(numbers.min())} sensors", f"a touch has {needed} unknowns, and takes as many sensors that respond"
+        )
+    return numbers.astype(np.int_)
+
+
+def check_span(skin: Skin, touches: Touches) -> None:
+    """Refuses touches that go round the skin and on."""
+    if touches.span is not None and touches.span[1] - touches.span[0] > skin.period * (1 + 1e-12):
+        raise GeometryError(f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span")

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _check
-from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...transducer import Transducer
+from .._common import stretch
 from .study import PlacementStudy
 
 __all__ = ["BestRow", "best_row"]
@@ -27,22 +27,20 @@ class BestRow:
     finger : Finger
         The row, in the study's skin.
     index : (int, int, int, int)
-        Its kind, depth, spacing and count in the study's arrays.
+        Its kind, depth, pitch and count in the study's arrays.
     measure : str
         What it is best at.
     values : dict of str to float
         All its `PLACEMENT_MEASURES`.
-    transducer : Transducer
-    depth, pitch : float
-        [m].
-    count : int
+    transducer, depth, pitch, count : Transducer, float, float, int
+        Lengths in [m].
     kinds : tuple of Transducer
         Those with a row that is nearly as good.
     depths, pitches : (float, float)
         [m]. Ranges about the best one in which there are admissible rows nearly as good: of the depth whatever the
-        spacing, the kind and the count staying; of the spacing with all else staying.
+        pitch, the kind and the count staying; of the pitch with all else staying.
     counts : (int, int)
-        The same of the count, whatever depth and spacing.
+        The same of the count, whatever depth and pitch.
     """
 
     finger: Finger
@@ -72,6 +70,8 @@ def best_row(
 ) -> BestRow:
     """The row with the least of one measure, or the largest `log_det`, among those that keep within limits.
 
+    Of rows that are equally good it is the one of fewest sensors.
+
     Parameters
     ----------
     study : PlacementStudy
@@ -81,16 +81,11 @@ def best_row(
     limits : mapping of str to float, optional
         Largest admissible value of any measures; {"ambiguous": 0.01, "unfelt": 0.01} if left out.
     depths, pitches, lengths : (float, float), optional
-        Least and largest depth, spacing, and distance of the first sensor from the last [m].
+        Least and largest depth, pitch, and distance of the first sensor from the last [m].
     counts : (int, int), optional
         Least and largest number of sensors.
     within : float, optional
         A row is nearly as good where its measure is larger by this share at most (`log_det`: smaller by this number).
-
-    Returns
-    -------
-    BestRow
-        The best row. Of rows that are equally good, the one of fewest sensors.
 
     Raises
     ------
@@ -111,23 +106,33 @@ def best_row(
     """
     values = study[measure]
     within = _check.scalar("within", within, at_least=0.0)
-    good = _admissible(study, limits, depths, pitches, counts, lengths)
+    depth, pitch, count = study.depth[:, None, None], study.pitch[:, :, None], study.count.astype(np.float64)
+    good = np.ones(values.shape, dtype=np.bool_)
+    largest = {"ambiguous": 0.01, "unfelt": 0.01} if limits is None else limits
+    for name, most in largest.items():
+        good &= study[name] <= most  # NaN, a row that does not fit, is not
+    for name, quantity, bounds in (
+        ("depths", depth, depths), ("pitches", pitch, pitches), ("counts", count, counts),
+        ("lengths", pitch * (count - 1), lengths),
+    ):  # fmt: skip
+        ends = _check.ends(name, bounds, f"{name}=(least, largest)")
+        if ends is not None:
+            slack = 1e-9 * abs(ends[1])
+            good &= (quantity >= ends[0] - slack) & (quantity <= ends[1] + slack)
     rank = np.where(good & np.isfinite(values), -values if measure == "log_det" else values, np.inf)
     if not np.isfinite(rank).any():
+        known = {name: study[name][np.isfinite(study[name])] for name in largest}
+        said = ", ".join(f"least {name} of all: {v.min():.3g}" for name, v in known.items() if v.size)
         raise InvalidValueError(
             f"none of {rank.size} rows",
-            "keeps within all limits" + _nearest(study, limits),
+            "keeps within all limits" + (f" ({said})" if said else ""),
             "more sensors, less noise, or wider limits",
         )
     least = float(rank.min())
     at = np.argwhere(rank == least)
     k, d, s, c = (int(i) for i in at[np.argmin(at[:, 3])])
     near: npt.NDArray[np.bool_] = rank <= (least + within if measure == "log_det" else least * (1 + within))
-    spread = {
-        "depths": _run(study.depth, np.any(near[k, :, :, c], axis=1), d),
-        "pitches": _run(study.pitch[d], near[k, d, :, c], s),
-    }
-    number = _run(study.count, np.any(near[k], axis=(0, 1)), c)
+    fewest, most_sensors = _about(study.count, np.any(near[k], axis=(0, 1)), c)
     return BestRow(
         finger=study.finger((k, d, s, c)),
         index=(k, d, s, c),
@@ -138,58 +143,14 @@ def best_row(
         pitch=float(study.pitch[d, s]),
         count=int(study.count[c]),
         kinds=tuple(study.transducers[int(i)] for i in np.flatnonzero(near.any(axis=(1, 2, 3)))),
-        counts=(int(number[0]), int(number[1])),
-        **spread,
+        depths=_about(study.depth, np.any(near[k, :, :, c], axis=1), d),
+        pitches=_about(study.pitch[d], near[k, d, :, c], s),
+        counts=(int(fewest), int(most_sensors)),
     )
 
 
-_LIMITS = {"ambiguous": 0.01, "unfelt": 0.01}
-
-
-def _admissible(
-    study: PlacementStudy,
-    limits: Mapping[str, float] | None,
-    depths: tuple[float, float] | None,
-    pitches: tuple[float, float] | None,
-    counts: tuple[int, int] | None,
-    lengths: tuple[float, float] | None,
-) -> npt.NDArray[np.bool_]:
-    depth = study.depth[:, None, None]
-    pitch, count = study.pitch[:, :, None], study.count.astype(np.float64)
-    good = np.ones(study["wrong"].shape, dtype=np.bool_)
-    for name, most in (_LIMITS if limits is None else limits).items():
-        good &= study[name] <= most  # NaN, a row that does not fit, is not
-    ranges = {
-        "depths": (depth, depths),
-        "pitches": (pitch, pitches),
-        "counts": (count, counts),
-        "lengths": (pitch * (count - 1), lengths),
-    }
-    for name, (quantity, bounds) in ranges.items():
-        ends = _check.ends(name, bounds, f"{name}=(least, largest)")
-        if ends is not None:
-            slack = 1e-9 * abs(ends[1])
-            good &= (quantity >= ends[0] - slack) & (quantity <= ends[1] + slack)
-    return good
-
-
-def _nearest(study: PlacementStudy, limits: Mapping[str, float] | None) -> str:
-    said = []
-    for name in _LIMITS if limits is None else limits:
-        known = study[name][np.isfinite(study[name])]
-        if known.size:
-            said.append(f"least {name} of all: {known.min():.3g}")
-    return f" ({', '.join(said)})" if said else ""
-
-
-def _run(axis: npt.NDArray[np.float64 | np.int_], near: npt.NDArray[np.bool_], at: int) -> tuple[float, float]:
+def _about(axis: npt.NDArray[np.float64 | np.int_], near: npt.NDArray[np.bool_], at: int) -> tuple[float, float]:
     """Ends of the values about the one `at` for which `near` holds without a gap, in the order of size."""
     order = np.argsort(axis, kind="stable")
-    member, here = near[order], int(np.flatnonzero(order == at)[0])
-    low = high = here
-    while low > 0 and member[low - 1]:
-        low -= 1
-    while high < member.size - 1 and member[high + 1]:
-        high += 1
-    values: FloatArray = np.asarray(axis, dtype=np.float64)[order]
-    return float(values[low]), float(values[high])
+    low, high = stretch(near[order], int(np.flatnonzero(order == at)[0]))
+    return float(axis[order[low]]), float(axis[order[high]])

@@ -1,4 +1,4 @@
-"""Sensors at free places, to see whether it pays to leave the equal row."""
+"""Sensors at free positions, to see whether it pays to leave the equal row."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger
+from .._common import whole
 from ..touches import Touches
-from ._measures import PLACEMENT_MEASURES, checked_counts, checked_grid, closed_grid, measured
-from ._table import AMBIGUITY, MARGIN, OneSensor, Table, directions_of, searched
+from ._table import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, OneSensor, checked_counts, checked_grid, judged, searched
 from .quality import PlacementQuality, placement_quality
 
 __all__ = ["BestPositions", "best_positions"]
@@ -30,7 +30,7 @@ class BestPositions:
     Attributes
     ----------
     finger : Finger
-        With its sensors at the best places.
+        With its sensors at the best positions.
     measure : str
         What they are best at.
     before, after : PlacementQuality
@@ -57,7 +57,7 @@ def best_positions(
     ambiguous: float = 0.01,
     gap: float | None = None,
     symmetric: bool = True,
-    seed: int = 0,
+    rng: np.random.Generator | int = 0,
     tries: int = 1500,
     grid: tuple[int, int] = _ROUGH,
     margin: float = MARGIN,
@@ -65,13 +65,13 @@ def best_positions(
 ) -> BestPositions:
     """Moves the sensors of a finger along the row until one measure is least and few touches are ambiguous.
 
-    Nelder and Mead's search, from the places given and from places jittered about them. It is local: a
-    better place far from all starts is not found.
+    Nelder and Mead's search, from the positions given and from positions jittered about them. It is local: a
+    better position far from all starts is not found. What is found is never worse than the finger given.
 
     Parameters
     ----------
     finger : Finger
-        Of sensors alike, at their places to begin with: the best equal row, from `best_row`.
+        Of sensors alike, at their positions to begin with: the best equal row, from `best_row`.
     touches : Touches
         With a span, or the finger's own row is the span, whatever becomes of it.
     measure : str, optional
@@ -82,18 +82,13 @@ def best_positions(
     gap : float, optional
         Least distance of neighbours [m]; the sensors' width, or a tenth of their depth if that is more.
     symmetric : bool, optional
-        Whether the places mirror each other about the middle of the span.
-    seed : int, optional
+        Whether the positions mirror each other about the middle of the span.
+    rng : Generator or int, optional
         Of the jitter.
     tries : int, optional
         Placements to look at, about.
     grid, margin, ambiguity
         As of `placement_quality`; the search itself looks at this grid.
-
-    Returns
-    -------
-    BestPositions
-        Never worse than the finger given.
 
     Raises
     ------
@@ -117,31 +112,26 @@ def best_positions(
     span = touches.span_on(finger)
     own = replace(touches, span=span)
     middle = 0.5 * (span[0] + span[1])
-    depth, width = float(np.asarray(array.depth)[0]), float(np.asarray(array.width)[0])
+    depth, width, noise, unit = (float(np.asarray(v)[0]) for v in (array.depth, array.width, array.noise, array.gain))
     least = max(width, 0.1 * depth) if gap is None else _check.scalar("gap", gap, unit="m", at_least=width)
-    closest = float(np.diff(np.sort(np.asarray(array.y))).min())
+    start = np.sort(np.asarray(array.y))
+    closest = float(np.diff(start).min())
     if closest < least * (1 - 1e-9):
         raise InvalidValueError(
             f"sensors {closest:.6g} m apart", f"gap = {least:.6g} m is more", "begin with a row that keeps the gap"
         )
     share = _check.scalar("ambiguous", ambiguous, at_least=0.0)
-    amount = int(_check.scalar("tries", tries, at_least=1))
+    amount = whole("tries", tries)
+    shape = checked_grid(grid)
     before = placement_quality(finger, own, margin=margin, ambiguity=ambiguity)
     if not np.isfinite(before[measure]):
         raise InvalidValueError(
             f"{measure} = {before[measure]}", "what is infinite cannot be improved", 'measure="position_95"'
         )
     allowed = max(share, before["ambiguous"] + before["unfelt"])
-    position, angle, weight = closed_grid(own, span, checked_grid(grid))
-    directions = directions_of(np.broadcast_to(angle, weight.shape))
-    start = np.sort(np.asarray(array.y))
     # as far as sensors may come, half the span and two depths beyond it
     most = max(0.5 * (span[1] - span[0]) + 2 * depth, float(np.abs(start - middle).max()))
-    one = OneSensor(finger.skin, array.transducers[0], depth, _noise(array), width, 2 * most + margin * depth)
-
-    def table(y: FloatArray) -> Table:
-        return one.row(y, searched(y, depth, finger.skin, span, margin))
-
+    one = OneSensor(finger.skin, array.transducers[0], depth, abs(noise / unit), width, 2 * most + margin * depth)
     tried = 0
 
     def cost(y: FloatArray) -> float:
@@ -149,25 +139,23 @@ def best_positions(
         tried += 1
         outside = float(np.maximum(np.abs(y - middle) - most, 0.0).sum()) / depth
         tight = float(np.maximum(least - np.diff(y), 0.0).sum()) / depth
-        length = y[-1] - y[0] + least
-        if outside > 0 or tight > 1e-12 or length > finger.skin.period:
+        if outside > 0 or tight > 1e-12 or y[-1] - y[0] + least > finger.skin.period:
             return 1e3 * (1 + outside + tight)
-        row = table(y)
-        maps = row.survey(own, position, directions, ambiguity)
-        values = measured(maps, row.worst(own, position, angle, maps), weight, own, span)
+        field = one.row(y, searched(y, depth, finger.skin, span, margin))
+        *_, values = judged(field, own, span, shape, ambiguity)
         size = -values["log_det"] if measure == "log_det" else float(np.log(max(values[measure], 1e-300)))
         excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
         return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)
 
-    best = _searched(cost, start, middle, symmetric, 0.25 * depth, np.random.default_rng(seed), amount)
+    best = _searched(cost, start, middle, symmetric, 0.25 * depth, np.random.default_rng(rng), amount)
     moved = Finger(finger.skin, replace(array, y=best))
     after = placement_quality(moved, own, margin=margin, ambiguity=ambiguity)
     if measure == "log_det":
-        gain = after[measure] - before[measure]
+        gain, none = after[measure] - before[measure], 0.0
     else:
-        gain = before[measure] / after[measure] if after[measure] > 0 else 1.0
-    if gain < (0.0 if measure == "log_det" else 1.0):  # finer, the grid tells the other way
-        moved, after, gain = finger, before, 0.0 if measure == "log_det" else 1.0
+        gain, none = before[measure] / after[measure] if after[measure] > 0 else 1.0, 1.0
+    if gain < none:  # finer, the grid tells the other way
+        moved, after, gain = finger, before, none
     return BestPositions(moved, measure, before, after, float(gain), tried)
 
 
@@ -187,11 +175,6 @@ def _alike(finger: Finger) -> SensorArray:
     return array
 
 
-def _noise(array: SensorArray) -> float:
-    """Of what a sensor measures, its gain taken out."""
-    return abs(float((np.asarray(array.noise) / np.asarray(array.gain))[0]))
-
-
 def _searched(
     cost: Callable[[FloatArray], float],
     start: FloatArray,
@@ -201,7 +184,7 @@ def _searched(
     rng: np.random.Generator,
     tries: int,
 ) -> FloatArray:
-    """Places of least cost, from the start and from jittered ones, by turns."""
+    """Positions of least cost, from the start and from jittered ones, by turns."""
     from scipy.optimize import minimize
 
     count, half = start.size, start.size // 2
@@ -219,18 +202,15 @@ def _searched(
     best, least = start, cost(start)
     for turn in range(_STARTS):
         begin = free if turn == 0 else free + scale * rng.uniform(-1, 1, free.size)
-        simplex = np.vstack([begin, begin + scale * np.eye(free.size)])
+        options = {
+            "initial_simplex": np.vstack([begin, begin + scale * np.eye(free.size)]),
+            "maxfev": max(tries // _STARTS, free.size + 2),
+            "xatol": 1e-4 * scale,
+            "fatol": 1e-4,
+            "adaptive": free.size > 4,
+        }
         found = minimize(  # type: ignore[call-overload]
-            lambda x: cost(positions(x)),
-            begin,
-            method="Nelder-Mead",
-            options={
-                "initial_simplex": simplex,
-                "maxfev": max(tries // _STARTS, free.size + 2),
-                "xatol": 1e-4 * scale,
-                "fatol": 1e-4,
-                "adaptive": free.size > 4,
-            },
+            lambda x: cost(positions(x)), begin, method="Nelder-Mead", options=options
         )
         if found.fun < least:
             best, least, free = positions(found.x), float(found.fun), found.x

@@ -1,4 +1,4 @@
-"""How well one finger locates touches: maps over place and angle."""
+"""How well one finger locates touches: maps over position and angle."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...finger import Finger
 from ..touches import Touches
-from ._measures import SHARES, check_span, checked_counts, checked_grid, closed_grid, measured
-from ._table import AMBIGUITY, MAPS, MARGIN, Table, directions_of, searched
+from ._table import AMBIGUITY, MAPS, MARGIN, SHARES, RowField, check_span, checked_counts, judged, searched
 
 __all__ = ["PlacementQuality", "placement_quality"]
 
@@ -21,7 +20,7 @@ FINE_GRID = (401, 161)
 
 @dataclass(frozen=True, eq=False)
 class PlacementQuality:
-    """What `placement_quality` found: maps of shape (p, k) over place and angle.
+    """What `placement_quality` found: maps of shape (p, k) over position and angle.
 
     Attributes
     ----------
@@ -68,7 +67,7 @@ def placement_quality(
 ) -> PlacementQuality:
     """How well a finger locates touches, and how probably it takes one for another.
 
-    For any skin, linear transducers, and places of the sensors. The noise is that of the sensors; their range and
+    For any skin, linear transducers, and positions of the sensors. The noise is that of the sensors; their range and
     resolution are left out of it. Probabilities follow from the chi-square of each touch's rivals on readings free of
     noise (docs/placement.md).
 
@@ -79,16 +78,11 @@ def placement_quality(
     touches : Touches
         What is to be located; its friction bounds the search as well.
     grid : (int, int), optional
-        Numbers of places and of angles. With odd ones the middle is among them.
+        Numbers of positions and of angles. With odd ones the middle is among them.
     margin : float, optional
-        How far beyond the sensors loads are looked for, in depths of the deepest; 1.5, as by `finger.locate`.
+        How far beyond the sensors loads are looked for [depths of the deepest]; 1.5, as by `finger.locate`.
     ambiguity : float, optional
-        That of `Locator`.
-
-    Returns
-    -------
-    PlacementQuality
-        Maps, and the numbers they come to.
+        That of `Locator` [-].
 
     Raises
     ------
@@ -99,7 +93,7 @@ def placement_quality(
 
     Examples
     --------
-    Three sensors do not tell the place of a normal touch right above the middle one: the Jacobian is singular there.
+    Three sensors do not tell the position of a normal touch right above the middle one: the Jacobian is singular there.
 
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
@@ -117,20 +111,9 @@ def placement_quality(
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     positions, deepest = np.asarray(array.y), float(np.asarray(array.depth).max())
     search = searched(positions, deepest, finger.skin, span, beyond)
-    y, angle, weight = closed_grid(touches, span, checked_grid(grid))
-    table = Table.of(finger, search)
-    maps = table.survey(touches, y, directions_of(np.broadcast_to(angle, weight.shape)), most)
-    values = measured(maps, table.worst(touches, y, angle, maps), weight, touches, span)
+    y, angle, maps, values = judged(RowField.of(finger, search), touches, span, grid, most)
     named = {name: _check.read_only(maps[k].copy()) for k, name in enumerate(MAPS)}
     return PlacementQuality(
-        finger,
-        touches,
-        search,
-        _check.read_only(y),
-        _check.read_only(angle),
-        named["position"],
-        named["angle"],
-        named["force"],
-        **{name: named[name] for name in SHARES},
-        values=values,
-    )
+        finger, touches, search, _check.read_only(y), _check.read_only(angle),
+        named["position"], named["angle"], named["force"], **{name: named[name] for name in SHARES}, values=values,
+    )  # fmt: skip

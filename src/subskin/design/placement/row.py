@@ -13,18 +13,20 @@ from ...errors import GeometryError
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
-from ._measures import (
+from ._table import (
+    AMBIGUITY,
     GRID,
+    MAPS,
+    MARGIN,
     PLACEMENT_MEASURES,
     SHARES,
+    OneSensor,
     check_span,
     checked_counts,
-    checked_grid,
-    closed_grid,
     jittered,
-    measured,
+    judged,
+    searched,
 )
-from ._table import AMBIGUITY, MAPS, MARGIN, OneSensor, directions_of, searched
 
 __all__ = ["study_row"]
 
@@ -41,19 +43,19 @@ def study_row(
     *,
     noise: float,
     width: float = 0.0,
-    seed: int = 0,
+    rng: np.random.Generator | int = 0,
     samples: int = SAMPLES,
     grid: tuple[int, int] = GRID,
     margin: float = MARGIN,
     ambiguity: float = AMBIGUITY,
     progress: Callable[[], object] | None = None,
 ) -> dict[str, FloatArray]:
-    """How well equal rows of sensors locate touches, and how often they cannot, at every spacing and count.
+    """How well equal rows of sensors locate touches, and how often they cannot, at every pitch and count.
 
     The row stands in the middle of `touches.span`, all of which counts; without a span each row stands about 0 and is
-    touched from its first sensor to its last. Bounds are those of Cramer and Rao, on a closed grid of places and
+    touched from its first sensor to its last. Bounds are those of Cramer and Rao, on a closed grid of positions and
     angles. Shares are means of the probabilities that noise makes of a touch what is named, over `samples` touches, one
-    at random in each of as many equal cells of place and angle (docs/placement.md).
+    at random in each of as many equal cells of position and angle (docs/placement.md).
 
     Parameters
     ----------
@@ -70,19 +72,15 @@ def study_row(
     touches : Touches
         What is to be located; its friction bounds the search as well.
     noise : float
-        Standard deviation of a reading, in the transducer's unit, > 0.
+        Standard deviation of a reading [unit of the transducer], > 0.
     width : float, optional
         Of each sensor [m].
-    seed : int, optional
+    rng : Generator or int, optional
         Of the touches. Every design meets the same ones.
     samples : int, optional
         Touches a design, at least.
-    grid : (int, int), optional
-        Places and angles of the grid. With odd numbers the middle is among them.
-    margin : float, optional
-        How far beyond the row loads are looked for, in depths; 1.5, as by `finger.locate`.
-    ambiguity : float, optional
-        That of `Locator`.
+    grid, margin, ambiguity
+        As of `placement_quality`.
     progress : callable, optional
         Called after each design.
 
@@ -121,13 +119,12 @@ def study_row(
     wide = _check.scalar("width", width, unit="m", at_least=0.0)
     beyond = _check.scalar("margin", margin, at_least=0.0)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-    shape = checked_grid(grid)
     amount = int(_check.scalar("samples", samples, at_least=1))
     if steps.ndim != 1:
         raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed")
     check_span(skin, touches)
-    unit_positions, unit_angles = jittered(amount, np.random.default_rng(seed))
-    sampled_at = directions_of(touches.cone * (2 * unit_angles - 1))
+    unit_positions, unit_angles = jittered(amount, np.random.default_rng(rng))
+    angles = touches.cone * (2 * unit_angles - 1)
     out = {name: np.full((steps.size, numbers.size), np.nan) for name in PLACEMENT_MEASURES}
     rows = [
         (i, j, equal_row(int(n), float(s), touches))
@@ -141,13 +138,10 @@ def study_row(
     reach = max(max(high - y[0], y[-1] - low) for (*_, y), (low, high) in zip(rows, ends, strict=True))
     one = OneSensor(skin, transducer, deep, sigma, wide, reach)
     for (i, j, y), search in zip(rows, ends, strict=True):
-        table = one.row(y, search)
+        field = one.row(y, search)
         span = touches.span or (float(y[0]), float(y[-1]))
-        position, angle, weight = closed_grid(touches, span, shape)
-        maps = table.survey(touches, position, directions_of(np.broadcast_to(angle, weight.shape)), most)
-        values = measured(maps, table.worst(touches, position, angle, maps), weight, touches, span)
-        positions = span[0] + (span[1] - span[0]) * unit_positions
-        sampled = table.survey(touches, positions, sampled_at, most, bounds=False)
+        *_, values = judged(field, touches, span, grid, most)
+        sampled = field.survey(touches, span[0] + (span[1] - span[0]) * unit_positions, angles, most, bounds=False)
         values |= {name: float(sampled[MAPS.index(name)].mean()) for name in SHARES}
         for name, value in values.items():
             out[name][i, j] = value
@@ -157,6 +151,6 @@ def study_row(
 
 
 def equal_row(count: int, pitch: float, touches: Touches) -> FloatArray:
-    """Places of `count` sensors [m] in the middle of the span, or about 0."""
+    """Positions of `count` sensors [m] in the middle of the span, or about 0."""
     middle = 0.0 if touches.span is None else 0.5 * (touches.span[0] + touches.span[1])
     return np.asarray(middle + pitch * (np.arange(count) - (count - 1) / 2))

@@ -1,10 +1,11 @@
-"""Equal rows over kind, depth, spacing and count, on all cores."""
+"""Equal rows over kind, depth, pitch and count, on all cores."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import deepcopy
 from dataclasses import dataclass
 from threading import Event
 
@@ -19,8 +20,7 @@ from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
 from ..touches import Touches
-from ._measures import GRID, PLACEMENT_MEASURES, checked_counts
-from ._table import AMBIGUITY, MARGIN
+from ._table import AMBIGUITY, GRID, MARGIN, PLACEMENT_MEASURES, checked_counts
 from .row import SAMPLES, equal_row, study_row
 
 __all__ = ["PlacementStudy", "placement_study"]
@@ -28,7 +28,7 @@ __all__ = ["PlacementStudy", "placement_study"]
 
 @dataclass(frozen=True, eq=False)
 class PlacementStudy:
-    """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, spacing and count.
+    """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, pitch and count.
 
     Attributes
     ----------
@@ -41,11 +41,9 @@ class PlacementStudy:
     count : ndarray of int, shape (c,)
     touches : Touches
     noise : ndarray, shape (k,)
-        Of a reading of each kind, in its unit.
+        Of a reading of each kind [its unit].
     width : float
         Of a sensor [m].
-    seed : int
-        Of the touches.
     values : dict of str to ndarray, shape (k, d, s, c)
         One of each `PLACEMENT_MEASURES`, described at `study_row`. Also by index, `study["ambiguous"]`.
     """
@@ -58,7 +56,6 @@ class PlacementStudy:
     touches: Touches
     noise: FloatArray
     width: float
-    seed: int
     values: dict[str, FloatArray]
 
     def __getitem__(self, measure: str) -> FloatArray:
@@ -67,7 +64,7 @@ class PlacementStudy:
         return self.values[measure]
 
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
-        """The finger at a place of the arrays: kind, depth, spacing, count."""
+        """The finger at an `index` of the arrays: kind, depth, pitch, count."""
         k, d, s, c = index
         y = equal_row(int(self.count[c]), float(self.pitch[d, s]), self.touches)
         kind, noise = self.transducers[k], float(self.noise[k])
@@ -84,7 +81,7 @@ def placement_study(
     *,
     noise: npt.ArrayLike,
     width: float = 0.0,
-    seed: int = 0,
+    rng: np.random.Generator | int = 0,
     samples: int = SAMPLES,
     grid: tuple[int, int] = GRID,
     margin: float = MARGIN,
@@ -92,7 +89,7 @@ def placement_study(
     workers: int | None = None,
     progress: Callable[[], object] | None = None,
 ) -> PlacementStudy:
-    """Every kind of sensor at every depth, spacing and count. The numbers depend on the seed and not on the workers.
+    """Every kind of sensor at every depth, pitch and count. The numbers do not depend on the workers.
 
     Parameters
     ----------
@@ -109,18 +106,13 @@ def placement_study(
     touches : Touches
         What is to be located.
     noise : array_like, shape () or (k,)
-        Standard deviation of a reading of each kind, in its unit.
-    width, seed, samples, grid, margin, ambiguity
+        Standard deviation of a reading of each kind [its unit].
+    width, rng, samples, grid, margin, ambiguity
         As of `study_row`.
     workers : int, optional
         Threads; as many as there are cores if left out.
     progress : callable, optional
         Called after each design, from any thread. What it raises ends the study.
-
-    Returns
-    -------
-    PlacementStudy
-        The numbers of all designs.
 
     Raises
     ------
@@ -142,23 +134,18 @@ def placement_study(
     kinds = (transducers,) if isinstance(transducers, Transducer) else tuple(transducers)
     depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
     steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
-    if (
-        not kinds
-        or not depth.size
-        or not steps.size
-        or depth.ndim != 1
-        or steps.ndim > 2
-        or (steps.ndim == 2 and len(steps) != depth.size)
-    ):
+    shapes = (steps.shape[-1:], (depth.size, steps.shape[-1]))
+    if not kinds or not depth.size or not steps.size or depth.ndim != 1 or steps.shape not in shapes:
         raise GeometryError(
-            f"{len(kinds)} kinds, depths of shape {depth.shape}, spacings of shape {steps.shape}",
-            "kinds, a list of depths, and spacings of shape (s,) or (depths, s) are needed",
+            f"{len(kinds)} kinds, depths of shape {depth.shape}, pitches of shape {steps.shape}",
+            "kinds, a list of depths, and pitches of shape (s,) or (depths, s) are needed",
         )
     sigma = _check.real("noise", noise, above=0.0)
     if sigma.shape not in ((), (1,), (len(kinds),)):
         raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds")
     sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
     steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
+    touched = np.random.default_rng(rng)
     numbers = checked_counts(counts, touches)
     numbers.flags.writeable = False
     threads = os.cpu_count() or 1 if workers is None else int(_check.scalar("workers", workers, at_least=1))
@@ -174,7 +161,7 @@ def placement_study(
         k, d = cell
         return study_row(
             skin, kinds[k], float(depth[d]), steps[d], numbers, touches,
-            noise=float(sigma[k]), width=width, seed=seed, samples=samples, grid=grid, margin=margin,
+            noise=float(sigma[k]), width=width, rng=deepcopy(touched), samples=samples, grid=grid, margin=margin,
             ambiguity=ambiguity, progress=passed,
         )  # fmt: skip
 
@@ -185,9 +172,9 @@ def placement_study(
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
-    shape = (len(kinds), depth.size, steps.shape[1], numbers.size)
+    shape = (len(kinds), *steps.shape, numbers.size)
     values = {name: _check.read_only(np.stack([r[name] for r in rows]).reshape(shape)) for name in PLACEMENT_MEASURES}
-    return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), seed, values)
+    return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), values)
 
 
 class _StoppedError(Exception):

@@ -10,8 +10,6 @@ from ..._check import FloatArray
 from ...contact import Contact, ContactSum, LineLoad, PressureProfile
 from ...errors import ConvergenceError
 
-__all__ = ["LineLoads", "line_loads"]
-
 _U, _W = np.polynomial.legendre.leggauss(12)
 _PLAIN = 0.5 * (1 + _U), 0.5 * _W
 # 3 u^2 - 2 u^3 makes a root at either end of a panel, above or below the line, a polynomial
@@ -28,7 +26,7 @@ _FORCE_ERROR = 1e-6
 
 
 class LineLoads(NamedTuple):
-    """Places [m] and forces [N/m], normal and tangential, of the lines; all of shape (..., m)."""
+    """Positions [m] and forces [N/m], normal and tangential, of the lines; all of shape (..., m)."""
 
     y: FloatArray
     normal: FloatArray
@@ -38,22 +36,9 @@ class LineLoads(NamedTuple):
 def line_loads(contact: Contact, breaks: FloatArray, depth: float) -> LineLoads:
     """Line loads that act at `depth` and deeper as `contact` does, also where it is smooth only between `breaks`.
 
-    Gauss's rule between the places where the traction, or what it is to be multiplied with, is not smooth, on panels no
-    wider than the depth: the skin's answer is smooth over that.
-
-    Parameters
-    ----------
-    contact : Contact
-        Its shape has to be the batch shape of `breaks`, or to broadcast to it.
-    breaks : ndarray, shape (..., k)
-        Places y [m].
-    depth : float
-        Least depth [m].
-
-    Raises
-    ------
-    ConvergenceError
-        A contact whose forces do not come out.
+    Gauss's rule between the positions where the traction, or what it is to be multiplied with, is not smooth, on panels
+    no wider than the depth: the skin's answer is smooth over that. The contact's shape broadcasts to the batch shape of
+    `breaks` (..., k).
     """
     shape = breaks.shape[:-1]
     parts = contact.parts if isinstance(contact, ContactSum) else (contact,)
@@ -95,7 +80,7 @@ def _of_one(contact: Contact, breaks: FloatArray, depth: float) -> LineLoads:
 
 
 def _corners(contact: Contact, shape: tuple[int, ...], depth: float) -> list[FloatArray]:
-    """Places within the contact where its traction is not smooth, and others close to them, each (..., k)."""
+    """Positions within the contact where its traction is not smooth, and others close to them, each (..., k)."""
     if isinstance(contact, PressureProfile):
         return [np.broadcast_to(contact.breaks, (*shape, contact.breaks.shape[-1]))]
     around = depth * np.concatenate([-_NEAR, [0.0], _NEAR])

@@ -15,13 +15,14 @@ from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
+from .._common import index_of
 from ._nodes import LineLoads, line_loads
 from .shape import Ridges
 
 __all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
 
 _BEYOND, _PER_DEPTH, _CLOSER = 2.5, 5, 65
-"""How far beyond the contact places are tried, in depths; how many a depth; and how many about the largest reading."""
+"""How far beyond the contact is tried, in depths; how many positions a depth, and about the largest reading."""
 
 _FARTHEST = 1000.0
 _BLOCK = 1 << 18
@@ -54,14 +55,12 @@ class RidgeGain:
     pitch, half_width : ndarray
         Of the ridges, and of the contact from end to end [m].
     smooth : ndarray
-        Largest reading without ridges, in size.
+        Largest size of a reading without ridges [its unit].
     load_ratio : ndarray
-        Force of the smooth contact over that of the ridged one, at the same peak pressure; infinite where the contact
-        lies between ridges that carry nothing there.
+        Force of the smooth contact over that of the ridged one, at the same peak pressure [-]; infinite where ridges
+        carry nothing there.
     equal_peak : Gains
         Both with the same peak pressure, or rather the same pressure at the crests (the memo's).
-    equal_load : Gains
-        Both with the same force: `load_ratio` times as much.
     """
 
     finger: Finger
@@ -75,7 +74,8 @@ class RidgeGain:
     equal_peak: Gains
 
     @property
-    def equal_load(self) -> Gains:  # noqa: D102
+    def equal_load(self) -> Gains:
+        """The gains where both have the same force: `load_ratio` times as much."""
         with np.errstate(invalid="ignore"):
             return Gains(*(_check.read_only(self.load_ratio * g) for g in self.equal_peak))
 
@@ -89,9 +89,9 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     """How much more a sensor reads where ridges break up the pressure of a contact.
 
     The pressure, and the drag with it, is that of the smooth contact times the ridges' share. One sensor is tried at
-    all places along the skin: its depth, transducer and width count, its own place does not. The contact becomes line
-    loads, by Gauss's rule between the places where anything is not smooth, exact to about 1e-8. Source: memo section
-    6.1, Fig. 16; docs/ridges.md.
+    all positions along the skin: its depth, transducer and width count, its own position does not. The contact becomes
+    line loads, by Gauss's rule between the positions where anything is not smooth, exact to about 1e-8. Source: memo
+    section 6.1, Fig. 16; docs/ridges.md.
 
     Parameters
     ----------
@@ -103,10 +103,6 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         Several pitches or crests are a batch.
     sensor : int, optional
         Index of the sensor.
-
-    Returns
-    -------
-    RidgeGain
 
     Raises
     ------
@@ -130,11 +126,12 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     >>> round(float(gain.load_ratio), 3), round(float(gain.equal_peak.peak), 3)
     (1.564, 2.017)
     """
-    chosen = finger.array.select([_index(finger, sensor)])
-    depth = float(np.asarray(chosen.depth)[0])
-    shape, (low, high), lines = _broken_up(contact, ridges, depth)
+    sensor = index_of(finger.array, sensor)
+    alone = replace(finger, array=replace(finger.array.select([sensor]), y=[0.0]))
+    depth = float(np.asarray(alone.array.depth)[0])
+    (low, high), lines, shares = _broken_up(contact, ridges, depth)
+    shape = low.shape
     pitch, crest = (np.broadcast_to(v, shape) for v in (ridges.pitch, ridges.crest))
-    shares = _shares(ridges, lines)
     far = float((high - low + 0.5 * pitch).max(initial=0.0)) + (_BEYOND + 1) * depth
     if far > _FARTHEST * depth:
         raise GeometryError(
@@ -142,7 +139,8 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
             f"beyond {_FARTHEST:g} depths nothing is felt",
             "lengths in metres, such as pitch=3e-3",
         )
-    field = _Field(replace(finger, array=replace(chosen, y=[0.0])), far)
+    reach = min(far, 0.5 * finger.skin.period)
+    field = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
     out = {name: np.empty(shape) for name in ("smooth", "load_ratio", *Gains._fields)}
     for index in np.ndindex(shape):
         load, share = LineLoads(*(values[index] for values in lines)), shares[index]
@@ -150,33 +148,30 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         crests, troughs = (
             ridge_positions(float(pitch[index]), float(crest[index]), ends, shift) for shift in (0.0, 0.5)
         )
-        read = partial(field.readings, load, np.stack([np.ones_like(share), share, share - ridges.mean]))
+        both = np.stack([np.ones_like(share), share, share - ridges.mean])
+        read = partial(_readings, field, finger.skin.period, load, both)
         smooth, peak, ripple = largest(read, *ends, depth)
         if not smooth > 0:
             raise InvalidValueError(
                 f"a smooth contact that sensor {sensor} does not feel", "a gain needs something to compare with"
             )
         beneath, between = (float(np.abs(read(at)[1]).max()) for at in (crests, troughs))
-        values = (smooth, _ratio(load, share), max(peak, beneath, between), beneath, between, ripple)
+        force = load.normal if load.normal.any() else load.tangential
+        left = float((force * share).sum())
+        ratio = float(force.sum()) / left if left else np.inf
+        values = (smooth, ratio, max(peak, beneath, between), beneath, between, ripple)
         for (name, array), value in zip(out.items(), values, strict=True):
             array[index] = value / smooth if name in Gains._fields else value
     done = {name: _check.read_only(values) for name, values in out.items()}
     gains = Gains(*(done.pop(name) for name in Gains._fields))
     half = _check.read_only(0.5 * (high - low))
-    return RidgeGain(
-        finger, contact, ridges, int(sensor), _check.read_only(pitch.copy()), half, **done, equal_peak=gains
-    )
+    return RidgeGain(finger, contact, ridges, sensor, _check.read_only(pitch.copy()), half, **done, equal_peak=gains)
 
 
 def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random.Generator | None = None) -> FloatArray:
     """Readings of the sensors under a contact whose pressure and drag ridges break up.
 
-    As `Finger.read`; `finger.locate` takes them.
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        Of the shape to which contact and ridges broadcast, and the sensors.
+    As `Finger.read`; `finger.locate` takes them. Their shape is that to which contact and ridges broadcast, and (n,).
 
     Raises
     ------
@@ -192,12 +187,12 @@ def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random
     >>> read_ridged(finger, touch, Ridges(pitch=2e-3)).round(4).tolist()
     [0.0019, -0.0068, 0.0019]
     """
-    shape, (low, high), lines = _broken_up(contact, ridges, float(np.asarray(finger.array.depth).min()))
-    shares = _shares(ridges, lines)
-    margin = 1e-3 * float(np.asarray(finger.array.depth).min())  # a line load has no width
+    depth = float(np.asarray(finger.array.depth).min())
+    (low, high), lines, shares = _broken_up(contact, ridges, depth)
+    margin = 1e-3 * depth  # a line load has no width
     table = tabulate(finger, (float(low.min()) - margin, float(high.max()) + margin))
-    out = np.empty((*shape, len(finger.array)))
-    for index in np.ndindex(shape):
+    out = np.empty((*low.shape, len(finger.array)))
+    for index in np.ndindex(low.shape):
         y, *forces = (values[index] for values in lines)
         answer = table(y)
         out[index] = sum(f * shares[index] @ answer[..., i] for i, f in enumerate(forces))
@@ -205,36 +200,19 @@ def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random
     return finger.array.digitise(out / np.where(gain == 0, 1.0, gain), rng)
 
 
-def _index(finger: Finger, sensor: int) -> int:
-    count = len(finger.array)
-    if isinstance(sensor, bool) or not isinstance(sensor, (int, np.integer)) or not 0 <= sensor < count:
-        raise InvalidValueError(f"sensor = {sensor!r}", f"there are {count}, counted from 0")
-    return int(sensor)
-
-
 def _broken_up(
     contact: Contact, ridges: Ridges, depth: float
-) -> tuple[tuple[int, ...], tuple[FloatArray, FloatArray], LineLoads]:
-    """Shape of the batch, the contact's ends, and the contact as line loads, all of that shape."""
+) -> tuple[tuple[FloatArray, FloatArray], LineLoads, FloatArray]:
+    """The contact's ends, the contact as line loads, and the ridges' share of each, all of the batch's shape."""
     if not isinstance(contact, Contact):
         raise InvalidValueError(f"contact = {contact!r}", "a Contact is needed", "Hertz(40.0, half_width=2e-3)")
     if not isinstance(ridges, Ridges):
         raise InvalidValueError(f"ridges = {ridges!r}", "Ridges are needed", "Ridges(pitch=3e-3)")
     shape = _check.broadcast(contact=np.empty(contact.shape), ridges=np.empty(ridges.batch))
     low, high = (np.broadcast_to(end, shape) for end in contact.support)
-    return shape, (low, high), line_loads(contact, ridges.breaks(low, high), depth)
-
-
-def _shares(ridges: Ridges, lines: LineLoads) -> FloatArray:
+    lines = line_loads(contact, ridges.breaks(low, high), depth)
     wide = replace(ridges, pitch=np.asarray(ridges.pitch)[..., None], crest=np.asarray(ridges.crest)[..., None])
-    return wide.share(lines.y)
-
-
-def _ratio(load: LineLoads, share: FloatArray) -> float:
-    """Smooth over ridged force; of the drag where nothing presses."""
-    force = load.normal if load.normal.any() else load.tangential
-    left = float((force * share).sum())
-    return float(force.sum()) / left if left else np.inf
+    return (low, high), lines, wide.share(lines.y)
 
 
 def ridge_positions(pitch: float, crest: float, ends: tuple[float, float], shift: float) -> FloatArray:
@@ -245,34 +223,26 @@ def ridge_positions(pitch: float, crest: float, ends: tuple[float, float], shift
     return np.asarray(start + pitch * np.arange(min(first, nearest), max(last, nearest) + 1))
 
 
-class _Field:
-    """What one sensor, put at any place, reads of line loads."""
-
-    def __init__(self, alone: Finger, far: float) -> None:
-        self.period = alone.skin.period
-        reach, depth = min(far, 0.5 * self.period), float(np.asarray(alone.array.depth)[0])
-        self.table = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
-
-    def readings(self, load: LineLoads, shares: FloatArray, positions: FloatArray) -> FloatArray:
-        """Readings at `positions` of each of the shares (s, lines) of the load, shape (s, places)."""
-        felt = (load.normal != 0) | (load.tangential != 0)
-        y, forces = load.y[felt], (load.normal[felt], load.tangential[felt])
-        out = np.zeros((len(shares), positions.size))
-        size = max(1, _BLOCK // max(1, y.size))
-        for start in range(0, positions.size, size):
-            part = slice(start, start + size)
-            distance = y - positions[part, None]
-            if np.isfinite(self.period):
-                distance = distance - self.period * np.round(distance / self.period)
-            answer = self.table(distance)[..., 0, :]
-            for i, force in enumerate(forces):
-                if force.any():
-                    out[:, part] += (force * shares[:, felt]) @ answer[..., i].T
-        return out
+def _readings(field: Response, period: float, load: LineLoads, shares: FloatArray, positions: FloatArray) -> FloatArray:
+    """Readings at `positions` of each of the shares (s, lines) of the load, shape (s, positions)."""
+    felt = (load.normal != 0) | (load.tangential != 0)
+    y, forces = load.y[felt], (load.normal[felt], load.tangential[felt])
+    out = np.zeros((len(shares), positions.size))
+    size = max(1, _BLOCK // max(1, y.size))
+    for start in range(0, positions.size, size):
+        part = slice(start, start + size)
+        distance = y - positions[part, None]
+        if np.isfinite(period):
+            distance = distance - period * np.round(distance / period)
+        answer = field(distance)[..., 0, :]
+        for i, force in enumerate(forces):
+            if force.any():
+                out[:, part] += (force * shares[:, felt]) @ answer[..., i].T
+    return out
 
 
 def largest(read: Callable[[FloatArray], FloatArray], low: float, high: float, depth: float) -> list[float]:
-    """Largest size of each row of `read`, at places about a contact; where it lies is looked at more closely."""
+    """Largest size of each row of `read`, at positions about a contact; where it lies is looked at more closely."""
     start, stop = low - _BEYOND * depth, high + _BEYOND * depth
     along = np.linspace(start, stop, int(np.ceil((stop - start) / depth * _PER_DEPTH)) + 1)
     closer = (along[1] - along[0]) * np.linspace(-1, 1, _CLOSER)

@@ -29,7 +29,7 @@ class RidgePitch:
     pitch : ndarray, shape (n,)
         The best pitch [m]; infinite where a pressure without ridges is felt most.
     normal, tangential : ndarray, shape (n,)
-        Size of the reading per Pa of a wave of pressure and of a wave of shear of that pitch.
+        Size of the reading of a wave of pressure and of a wave of shear of that pitch [its unit / Pa].
     """
 
     pitch: FloatArray

@@ -30,7 +30,7 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
     ----------
     skin : Skin
         Any.
-    pitch, amplitude : array_like
+    pitch, amplitude : array_like, shape (...)
         From crest to crest, and half the height from trough to crest [m].
 
     Examples
@@ -66,10 +66,10 @@ class PressedRidges:
     touching : ndarray
         Share of the width, from the first edge of the ridged contact to its last, that touches.
     valley : ndarray
-        Pressure half a pitch from the middle over that at the crest in the middle; NaN where the smooth contact does
-        not reach so far.
+        Pressure half a pitch from the middle over that at the crest in the middle [-]; NaN where the smooth contact
+        does not reach so far.
     crest : ndarray
-        Pressure at the crest in the middle over the greatest one of the smooth contact.
+        Pressure at the crest in the middle over the greatest one of the smooth contact [-].
     shape : str
         The shape that `assumed` takes.
     solved : Gains
@@ -132,11 +132,6 @@ def press_ridges(
     nodes : int, optional
         As of `press`.
 
-    Raises
-    ------
-    InvalidValueError, GeometryError, NotLinearError
-        As of `press` and `ridge_gain`.
-
     Examples
     --------
     >>> import subskin as ss
@@ -155,8 +150,8 @@ def press_ridges(
     batch = _check.broadcast(**given)
     wide, high, load = (_check.read_only(np.broadcast_to(a, batch).copy()) for a in given.values())
     status = np.zeros(batch, dtype=int)
-    half_width, pressure, touching, valley, crest = (np.full(batch, np.nan) for _ in range(5))
-    gains = [[np.empty(batch) for _ in Gains._fields] for _ in range(2)]
+    arrays = half_width, pressure, touching, valley, crest = [np.full(batch, np.nan) for _ in range(5)]
+    gains = np.empty((2, len(Gains._fields), *batch))
     for index in np.ndindex(batch):
         p = float(wide[index])
         bodies = [SineRidges(p, a, radius) for a in (0.0, float(high[index]))]
@@ -170,13 +165,11 @@ def press_ridges(
             valley[index] = ridged.contact.pressure(0.5 * p) / top
         assumed = ridge_gain(finger, smooth.contact, Ridges(p, shape), sensor=sensor).equal_load
         solved = _solved(finger, sensor, smooth.contact, ridged.contact, p)
-        for arrays, found in zip(gains, (solved, assumed), strict=True):
-            for array, value in zip(arrays, found, strict=True):
-                array[index] = value
+        gains[(slice(None), slice(None), *index)] = solved, assumed
     closing = closing_pressure(finger.skin, wide, high)
-    for array in (half_width, pressure, touching, valley, crest):
+    for array in arrays:
         array.flags.writeable = False
-    solved_gains, assumed_gains = (Gains(*map(_check.read_only, arrays)) for arrays in gains)
+    solved_gains, assumed_gains = (Gains(*map(_check.read_only, g)) for g in gains)
     return PressedRidges(
         finger, wide, high, load, status, closing, half_width, pressure, touching, valley, crest,
         shape, solved_gains, assumed_gains,
@@ -193,7 +186,7 @@ def _solved(finger: Finger, sensor: int, smooth: PressureProfile, ridged: Pressu
         without, with_ = (Finger(finger.skin, row).measure(c, linear=True) for c in (smooth, ridged))
         return np.stack([without, with_, with_ - without])
 
-    low, high = (float(f(float(c.nodes[i]) for c in (smooth, ridged))) for f, i in ((min, 0), (max, -1)))
+    low, high = (float(v) for v in (min(smooth.nodes[0], ridged.nodes[0]), max(smooth.nodes[-1], ridged.nodes[-1])))
     top, peak, ripple = largest(read, low, high, depth)
     beneath, between = (float(np.abs(read(ridge_positions(pitch, 0.0, (low, high), s))[1]).max()) for s in (0.0, 0.5))
     values = (max(peak, beneath, between), beneath, between, ripple)

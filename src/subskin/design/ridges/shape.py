@@ -1,4 +1,4 @@
-"""Ridges: the share of a contact's pressure that they let through, place by place."""
+"""Ridges: the share of a contact's pressure that they let through, position by position."""
 
 from __future__ import annotations
 
@@ -17,6 +17,12 @@ __all__ = ["Ridges"]
 
 ShapeName = Literal["abs_cos", "cos_squared", "raised_cosine", "square"]
 
+_KNOWN: dict[str, tuple[Callable[[FloatArray], FloatArray], float]] = {
+    "abs_cos": (lambda u: np.abs(np.cos(np.pi * u)), 2 / np.pi),
+    "cos_squared": (lambda u: np.asarray(np.cos(np.pi * u) ** 2), 0.5),
+    "raised_cosine": (lambda u: np.asarray((2 + np.cos(2 * np.pi * u)) / 3), 2 / 3),
+}
+"""Shapes by name, over a pitch, with their means."""
 _DUTY = 2 / 3
 _SAMPLES = 513
 _NEAR = 8.0 ** -np.arange(1, 5)
@@ -27,7 +33,7 @@ _SMOOTH = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Ridges:
-    """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each place.
+    """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each position.
 
     They belong to the skin, or to what touches it: to first order only the sum of the two profiles counts.
 
@@ -39,7 +45,7 @@ class Ridges:
         |cos(pi u)|, its square, (2 + cos(2 pi u))/3, or 1 for |u| < duty/2 and else 0, u being the distance from the
         crest in pitches; or one's own, a function of u in [-1/2, 1/2] with values from 0 to 1 and 1 at u = 0.
     crest : array_like, optional
-        Place y of a crest [m].
+        Position y of a crest [m].
     duty : float, optional
         Share of a pitch that a "square" ridge is wide, in (0, 1]; 2/3 if left out.
     kinks : sequence of float, optional
@@ -88,13 +94,21 @@ class Ridges:
             )
         object.__setattr__(self, "kinks", tuple(kinks.tolist()))
         if own:
-            _check_shares(self._unit(np.linspace(-0.5, 0.5, _SAMPLES)))
+            share = self._unit(np.linspace(-0.5, 0.5, _SAMPLES))
+            top = float(share[_SAMPLES // 2])
+            if not (
+                np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12
+            ):
+                raise InvalidValueError(
+                    f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
+                    "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
+                )
             whole, halves = self._integral(1), self._integral(2)
             if abs(whole - halves) > _SMOOTH:
                 raise InvalidValueError(
                     f"a mean share of {whole:.6g} or {halves:.6g}, as the nodes lie",
                     "the shape has to be smooth between u = -1/2, 0, 1/2 and its kinks",
-                    "kinks=, the places where it is not",
+                    "kinks=, the positions where it is not",
                 )
 
     @property
@@ -103,7 +117,7 @@ class Ridges:
         return np.broadcast_shapes(np.shape(self.pitch), np.shape(self.crest))
 
     def share(self, y: npt.ArrayLike) -> FloatArray:
-        """Share of the smooth pressure that is left at y [m]; y broadcasts against the pitch."""
+        """Share of the smooth pressure that is left at `y` [m], which broadcasts against the pitch."""
         u = (_check.real("y", y, unit="m") - np.asarray(self.crest)) / np.asarray(self.pitch)
         return _check.read_only(self._unit(u - np.round(u)))
 
@@ -112,12 +126,11 @@ class Ridges:
         """Mean of the share over a pitch."""
         if callable(self.shape):
             return self._integral(2)
-        known = {"abs_cos": 2 / np.pi, "cos_squared": 0.5, "raised_cosine": 2 / 3}
-        return known.get(self.shape, float(self.duty or 0.0))
+        return _KNOWN[self.shape][1] if self.shape in _KNOWN else float(self.duty or 0.0)
 
     @property
     def _corners(self) -> FloatArray:
-        """Places [pitches] between which the share is smooth, in [-1/2, 1/2]."""
+        """Positions [pitches] between which the share is smooth, in [-1/2, 1/2]."""
         half = [0.5 * self.duty] if self.duty is not None else []
         kinks = np.asarray(self.kinks, dtype=np.float64)
         near = np.add.outer(kinks, np.concatenate([-_NEAR, [0.0], _NEAR])).reshape(-1)
@@ -140,12 +153,8 @@ class Ridges:
                     "the shape of a ridge has to be a function of an array",
                 )
             return values
-        if self.shape == "abs_cos":
-            return np.abs(np.cos(np.pi * u))
-        if self.shape == "cos_squared":
-            return np.asarray(np.cos(np.pi * u) ** 2)
-        if self.shape == "raised_cosine":
-            return np.asarray((2 + np.cos(2 * np.pi * u)) / 3)
+        if self.shape in _KNOWN:
+            return _KNOWN[self.shape][0](u)
         return np.where(np.abs(u) <= 0.5 * float(self.duty or 0.0), 1.0, 0.0)
 
     def breaks(self, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -155,12 +164,3 @@ class Ridges:
         count = int(np.ceil(((high - low) / np.asarray(self.pitch)).max(initial=0.0))) + 2
         u = np.add.outer(np.arange(count), np.unique(self._corners % 1.0))
         return np.asarray(crest + pitch * (first + u.reshape(-1)))
-
-
-def _check_shares(share: FloatArray) -> None:
-    top = float(share[_SAMPLES // 2])
-    if not (np.isfinite(share).all() and share.min() >= 0 and share.max() <= 1 + 1e-12 and abs(top - 1) < 1e-12):
-        raise InvalidValueError(
-            f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
-            "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
-        )

@@ -1,4 +1,4 @@
-"""How densely sensors have to lie: the spacing that a spectrum asks for, the error made, what sliding adds."""
+"""How densely sensors have to lie: the pitch that a spectrum asks for, the error made, what sliding adds."""
 
 from .aliasing import AliasingError, aliasing_error
 from .density import SensorDensity, sensor_density

@@ -11,9 +11,8 @@ from ...array import SensorArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
+from .._common import index_of
 from ..response import spatial_response
-
-__all__ = ["Row"]
 
 _TAIL = 30.0
 """Waves are followed for so many depths (as k d) beyond those wanted: what falls as exp(-k d) is then gone."""
@@ -24,27 +23,16 @@ _BLOCK = 1 << 14
 
 
 @dataclass(frozen=True)
-class Row:
+class EndlessRow:
     """One sensor of a finger, at y = 0, standing for a row of its like, under a contact (None: all waves alike)."""
 
     finger: Finger
     contact: Contact | None
 
     @classmethod
-    def of(cls, finger: Finger, sensor: int, contact: Contact | None) -> Row:
-        """The row of a finger's sensor.
-
-        Raises
-        ------
-        InvalidValueError
-            No such sensor; one that is dead.
-        GeometryError
-            A batch of contacts.
-        """
-        count = len(finger.array)
-        if isinstance(sensor, bool) or int(sensor) != sensor or not 0 <= sensor < count:
-            raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {count - 1}", "sensor=0")
-        one = finger.array.select([int(sensor)])
+    def of(cls, finger: Finger, sensor: int, contact: Contact | None) -> EndlessRow:
+        """The row of a finger's sensor, which has to live, under a single contact."""
+        one = finger.array.select([index_of(finger.array, sensor)])
         if not one.live[0]:
             raise InvalidValueError(f"sensor {sensor}", "it is dead, of gain 0", "name another")
         if contact is not None and contact.shape != ():
@@ -70,11 +58,6 @@ class Row:
         """Wavenumbers from `start` on [rad/m] that resolve the spectrum, up to where `attenuation` is far exceeded.
 
         On a round finger all that close round it, from `start` on.
-
-        Raises
-        ------
-        GeometryError
-            A contact too wide, in depths, for its lobes to be followed.
         """
         last = max((np.log(attenuation) + _TAIL) / self.depth, 2 * start)
         if turn := self.finger.skin.curvature:
@@ -101,7 +84,8 @@ class Row:
     def arriving(self, k: FloatArray) -> ComplexArray:
         """What is read of each wave under the pressure alone and under a shear of its shape, shape (m, 2).
 
-        The transform over the sensor's place s, integral of reading(s) exp(-i k s) ds; per Pa if there is no contact.
+        The transform over the sensor's position s, integral of reading(s) exp(-i k s) ds; per Pa if there is no
+        contact.
         """
         filters = self.filters(k)
         if self.contact is None:
@@ -125,15 +109,10 @@ class Row:
         return np.concatenate([np.cumsum(parts[::-1])[::-1], [0.0]])
 
     def readings(self, positions: FloatArray) -> FloatArray:
-        """Readings of the sensor at places of shape (m,), without offset and noise."""
+        """Readings of the sensor at positions of shape (m,), without offset and noise."""
         assert self.contact is not None
         one = self.finger.array
-        many = SensorArray(
-            y=positions,
-            depth=one.depth,
-            width=one.width,
-            gain=one.gain,
-            transducer=(one.transducers[0],) * positions.size,
-        )
+        kinds = (one.transducers[0],) * positions.size
+        many = SensorArray(positions, one.depth, kinds, width=one.width, gain=one.gain)
         measured = Finger(self.finger.skin, many).measure(self.contact, linear=True)
         return np.asarray(np.asarray(one.gain) * measured)

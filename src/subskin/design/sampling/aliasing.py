@@ -11,7 +11,8 @@ from ..._check import FloatArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ._row import Row
+from .._common import whole
+from ._row import EndlessRow
 
 __all__ = ["AliasingError", "aliasing_error"]
 
@@ -30,7 +31,7 @@ _BLOCK = 1 << 22
 
 @dataclass(frozen=True, eq=False)
 class AliasingError:
-    """What `aliasing_error` found, m places along the skin and p shifts of the row.
+    """What `aliasing_error` found, m positions along the skin and p shifts of the row.
 
     Attributes
     ----------
@@ -40,20 +41,20 @@ class AliasingError:
     pitch : float
         Of the sensors [m].
     position : ndarray, shape (m,)
-        Places along the skin [m].
+        Positions along the skin [m].
     reading : ndarray, shape (m,)
-        What a sensor there would read.
+        What a sensor there would read [its unit].
     shift : ndarray, shape (p,)
-        How far the row is shifted [m]: sensors at shift + j spacing, from the contact's centre.
+        How far the row is shifted [m]: sensors at shift + j pitch, from the contact's centre.
     error : ndarray, shape (p, m)
         Reading recovered from the row's samples, less the true one.
     full_scale : float
-        Largest size of a reading anywhere.
+        Largest size of a reading anywhere [its unit].
     bound : float
         No error is larger, whatever the shift: 2 / pi times the integral of the spectrum's size beyond the Nyquist
         wavenumber, over `full_scale`.
     at_nyquist : float
-        Largest spectral value beyond the Nyquist wavenumber over the largest at all: 1 / attenuation, the memo's
+        Largest spectral value beyond the Nyquist wavenumber over the largest at all [-]: 1 / attenuation, the memo's
         measure.
     """
 
@@ -70,7 +71,7 @@ class AliasingError:
 
     @property
     def largest(self) -> float:
-        """Largest error, over all places and shifts, in shares of the full scale."""
+        """Largest error, over all positions and shifts, in shares of the full scale."""
         return float(np.abs(self.error).max()) / self.full_scale
 
     @property
@@ -82,9 +83,9 @@ class AliasingError:
 def aliasing_error(
     finger: Finger, contact: Contact, pitch: float | None = None, *, sensor: int = 0, shifts: int = 16
 ) -> AliasingError:
-    """What is lost between sensors: the strain sampled at their places, joined by sinc functions, against the true one.
+    """What is lost between sensors: their samples joined by sinc functions, against the true reading.
 
-    The row has no end, and is free of noise. It is shifted through one spacing, for a contact can press anywhere
+    The row has no end, and is free of noise. It is shifted through one pitch, for a contact can press anywhere
     between two sensors. The error has two halves, the short waves that are missing and the longer ones for which they
     are taken, so it is at most twice the spectrum's integral beyond the Nyquist wavenumber: the bound. What is
     recovered here is the reading between the sensors, of a contact of which nothing is known. A contact of known shape
@@ -97,23 +98,19 @@ def aliasing_error(
     contact : Contact
         A single one; pressure and shear as given.
     pitch : float, optional
-        Spacing of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
+        Pitch of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
         smaller one of which a whole number goes round.
     sensor : int, optional
         Which sensor of the finger is repeated.
     shifts : int, optional
         Number of shifts of the row, >= 2.
 
-    Returns
-    -------
-    AliasingError
-
     Raises
     ------
     InvalidValueError
-        A spacing below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
+        A pitch below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
     GeometryError
-        A batch of contacts; no spacing, and a finger whose sensors have none.
+        A batch of contacts; no pitch, and a finger whose sensors have none.
     NotLinearError
         A transducer that has no linear part.
 
@@ -128,14 +125,13 @@ def aliasing_error(
     >>> f"{found.at_nyquist:.2e} {found.largest:.2e} {found.bound:.2e}"
     '1.00e-03 8.08e-04 8.08e-04'
     """
-    row = Row.of(finger, sensor, contact)
+    row = EndlessRow.of(finger, sensor, contact)
     step = _pitch(finger, pitch)
     if step < _DENSEST * row.depth:
         raise InvalidValueError(
             f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
         )
-    if isinstance(shifts, bool) or int(shifts) != shifts or shifts < 2:
-        raise InvalidValueError(f"shifts = {shifts!r}", "a whole number >= 2 is needed", "shifts=16")
+    shifts = whole("shifts", shifts, 2)
     skin, around = row.finger.skin, 0
     if skin.curvature:
         around = max(int(np.ceil(skin.period / step * (1 - 1e-12))), 1)
@@ -146,7 +142,7 @@ def aliasing_error(
     if around:
         positions = positions[np.abs(positions) <= 0.5 * skin.period]
     truth = row.readings(row.centre + positions)
-    offsets = step / int(shifts) * np.arange(int(shifts), dtype=np.float64)
+    offsets = step / shifts * np.arange(shifts, dtype=np.float64)
     error = np.stack([_recovered(row, positions, offset, step, around) for offset in offsets]) - truth
     scale = float(np.abs(truth).max())
     if not scale > 0:
@@ -155,17 +151,9 @@ def aliasing_error(
         )
     bound, at_nyquist = _spectral(row, np.pi / step)
     return AliasingError(
-        finger=row.finger,
-        contact=contact,
-        pitch=step,
-        position=_check.read_only(row.centre + positions),
-        reading=_check.read_only(truth),
-        shift=_check.read_only(offsets),
-        error=_check.read_only(error),
-        full_scale=scale,
-        bound=bound / scale,
-        at_nyquist=at_nyquist,
-    )
+        row.finger, contact, step, _check.read_only(row.centre + positions), _check.read_only(truth),
+        _check.read_only(offsets), _check.read_only(error), scale, bound / scale, at_nyquist,
+    )  # fmt: skip
 
 
 def _pitch(finger: Finger, pitch: float | None) -> float:
@@ -179,7 +167,7 @@ def _pitch(finger: Finger, pitch: float | None) -> float:
     return float(gaps.mean())
 
 
-def _recovered(row: Row, positions: FloatArray, offset: float, step: float, around: int) -> FloatArray:
+def _recovered(row: EndlessRow, positions: FloatArray, offset: float, step: float, around: int) -> FloatArray:
     """The samples at offset + j step from the contact's centre, joined by sinc functions, or their like on a ring."""
     if around:
         at = offset + step * np.arange(around, dtype=np.float64)
@@ -210,7 +198,7 @@ def _periodic(t: FloatArray, count: int) -> FloatArray:
         return np.where(near, 1.0, np.sin(np.pi * t) / (count * np.where(near, 1.0, under)))
 
 
-def _spectral(row: Row, nyquist: float) -> tuple[float, float]:
+def _spectral(row: EndlessRow, nyquist: float) -> tuple[float, float]:
     """The bound on the error, and the spectrum beyond the Nyquist wavenumber over its largest value."""
     beyond, wanted = row.waves(_DEEP, start=nyquist), row.waves(_DEEP)
     sizes = np.abs(row.spectrum(beyond))

@@ -1,4 +1,4 @@
-"""The spacing of sensors that a wanted attenuation at the Nyquist frequency asks for (memo section 6.0, eq. 26)."""
+"""The pitch of sensors that a wanted attenuation at the Nyquist frequency asks for (memo section 6.0, eq. 26)."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ..._check import ComplexArray, FloatArray
 from ...contact import Contact
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ._row import Row
+from ._row import EndlessRow
 
 __all__ = ["SensorDensity", "sensor_density"]
 
 _GROWS = 3.0
 """A response that grows by more than this from one long wave to one ten times as long has no largest value."""
-_WINDOW, _PLACES = 4.0, 32
-"""Depths on either side of a contact where the largest reading is looked for, and places per depth."""
+_WINDOW, _POSITIONS = 4.0, 32
+"""Depths on either side of a contact where the largest reading is looked for, and positions per depth."""
 _BLOCK = 1 << 22
 
 
@@ -34,10 +34,11 @@ class SensorDensity:
     contact : Contact or None
         What presses; None for the worst case.
     attenuation : ndarray, shape (...)
+        As wanted [-].
     pitch : ndarray, shape (..., 2)
-        Largest spacing of the sensors [m]; NaN where the response to long waves has no bound.
+        Largest pitch of the sensors [m]; NaN where the response to long waves has no bound.
     error_pitch : ndarray, shape (..., 2)
-        Largest spacing at which no reading recovered between the sensors can be off by more than full scale /
+        Largest pitch at which no reading recovered between the sensors can be off by more than full scale /
         attenuation [m]: the bound of `aliasing_error`. Full scale is the largest reading under the contact; without
         one, under a line load.
     peak : ndarray, shape (2,)
@@ -56,24 +57,18 @@ class SensorDensity:
 
     @property
     def density(self) -> FloatArray:
-        """Sensors per metre, 1 / spacing [1/m], shape (..., 2); the memo's s in s d > 3.2."""
+        """Sensors per metre, 1 / pitch [1/m], shape (..., 2); the memo's s in s d > 3.2."""
         return _check.read_only(1 / self.pitch)
 
     @property
     def nyquist(self) -> FloatArray:
-        """Wavenumber pi / spacing from which on all is attenuated [rad/m], shape (..., 2)."""
+        """Wavenumber pi / pitch from which on all is attenuated [rad/m], shape (..., 2)."""
         return _check.read_only(np.pi / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
-        """Size of what is read of each wave [rad/m], over the largest, shape (..., 2).
-
-        Raises
-        ------
-        InvalidValueError
-            As `spatial_response`.
-        """
+        """Size of what is read of waves of `wavenumber` [rad/m], over the largest, shape (..., 2)."""
         k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
-        row = Row(self.finger, self.contact)
+        row = EndlessRow(self.finger, self.contact)
         flat = k.reshape(-1)
         sizes = np.abs(row.arriving(flat)) / self.largest
         return _check.read_only(sizes.reshape(*k.shape, 2))
@@ -88,8 +83,8 @@ def sensor_density(
 ) -> SensorDensity:
     """How closely sensors have to lie for the continuous reading to be recovered from theirs.
 
-    A row of equal sensors `pitch` apart samples the reading along the skin. Waves shorter than two spacings, beyond
-    the Nyquist wavenumber pi / spacing, appear as longer ones. Wanted is that all of these are down by `attenuation`
+    A row of equal sensors `pitch` apart samples the reading along the skin. Waves shorter than two pitches, beyond
+    the Nyquist wavenumber pi / pitch, appear as longer ones. Wanted is that all of these are down by `attenuation`
     from the wave that is read most: abs(P H) beyond the Nyquist wavenumber against its own largest value, H being the
     response of skin and sensor and P the pressure's spectrum. All waves beyond count, not only the one at the Nyquist
     wavenumber, which may be one that a contact happens not to contain. Normal and tangential load are taken one by one,
@@ -98,7 +93,7 @@ def sensor_density(
     Without a `contact` all waves are pressed alike, as by a line load: the worst case, and the memo's. For a half plane
     with nu = 1/2 and normal strain at depth d that is f exp(1 - f) = 1 / attenuation with f = k d, and density times
     depth is f / pi: 3.2574 for 1000, where the memo's eq. (26) has 3.2 (`subskin.memo.eq26_corrected`). This number is
-    no error of the reading; `aliasing_error` finds that one.
+    no error of the reading; `aliasing_error` finds that one. On a round finger a whole number of sensors goes round.
 
     Parameters
     ----------
@@ -107,14 +102,9 @@ def sensor_density(
     attenuation : array_like, shape (...)
         Wanted ratio, > 1.
     contact : Contact, optional
-        What presses; its force and place do not matter.
+        What presses; its force and position do not matter.
     sensor : int, optional
         Which sensor of the finger is repeated.
-
-    Returns
-    -------
-    SensorDensity
-        On a round finger the spacing is such that a whole number of sensors goes round.
 
     Raises
     ------
@@ -138,7 +128,7 @@ def sensor_density(
     0.95
     """
     wanted = _check.real("attenuation", attenuation, above=1.0)
-    row = Row.of(finger, sensor, contact)
+    row = EndlessRow.of(finger, sensor, contact)
     k = row.waves(float(wanted.max(initial=2.0)))
     waves = row.arriving(k)
     sizes, scales = np.abs(waves), _full_scale(row, k, waves)
@@ -161,14 +151,14 @@ def sensor_density(
     return SensorDensity(row.finger, contact, wanted, *arrays)
 
 
-def _size(row: Row, k: float, load: int) -> float:
+def _size(row: EndlessRow, k: float, load: int) -> float:
     return float(np.abs(row.arriving(np.array([k]))[0, load]))
 
 
-def _full_scale(row: Row, k: FloatArray, waves: ComplexArray) -> FloatArray:
+def _full_scale(row: EndlessRow, k: FloatArray, waves: ComplexArray) -> FloatArray:
     """Largest reading along the skin under the pressure alone and under the shear alone, shape (2,)."""
     reach = row.half_width + _WINDOW * row.depth
-    positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_PLACES * reach / row.depth)) + 1)
+    positions = row.centre + np.linspace(-reach, reach, 2 * int(np.ceil(_POSITIONS * reach / row.depth)) + 1)
     if turn := row.finger.skin.curvature:
         weights = np.where(k == 0, 0.5, 1.0) * turn / np.pi
     else:
@@ -181,11 +171,7 @@ def _full_scale(row: Row, k: FloatArray, waves: ComplexArray) -> FloatArray:
     return found
 
 
-def _last(sizes: FloatArray, level: float) -> int:
-    return int(np.flatnonzero(sizes > level)[-1])
-
-
-def _summit(row: Row, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
+def _summit(row: EndlessRow, k: FloatArray, sizes: FloatArray, load: int) -> tuple[float, float]:
     """Where the response is largest, and how large; NaN where it grows without bound towards long waves."""
     from scipy.optimize import minimize_scalar
 
@@ -202,22 +188,22 @@ def _summit(row: Row, k: FloatArray, sizes: FloatArray, load: int) -> tuple[floa
     return float(found.x), -float(found.fun)
 
 
-def _crossing(row: Row, k: FloatArray, sizes: FloatArray, level: float, load: int) -> float:
+def _crossing(row: EndlessRow, k: FloatArray, sizes: FloatArray, level: float, load: int) -> float:
     """The Nyquist wavenumber beyond which the response stays below `level`."""
     from scipy.optimize import brentq
 
     if np.isnan(level):
         return np.nan
-    at = _last(sizes, level)
+    at = int(np.flatnonzero(sizes > level)[-1])
     if turn := row.finger.skin.curvature:
         return _between(turn, k[at])
     root = brentq(lambda wave: _size(row, wave, load) - level, k[at], k[at + 1], xtol=1e-13 * k[at + 1])
     return float(root)
 
 
-def _fallen(row: Row, k: FloatArray, errors: FloatArray, level: float) -> float:
+def _fallen(row: EndlessRow, k: FloatArray, errors: FloatArray, level: float) -> float:
     """The Nyquist wavenumber at which the falling `errors` reach `level`."""
-    at = _last(errors, level)
+    at = int(np.flatnonzero(errors > level)[-1])
     if turn := row.finger.skin.curvature:
         return _between(turn, k[at])
     share = np.log(errors[at] / level) / np.log(errors[at] / errors[at + 1])

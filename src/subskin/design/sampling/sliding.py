@@ -10,11 +10,12 @@ from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
+from .._common import index_of
 
 __all__ = ["SlidingSamples", "sliding_samples"]
 
 _SAME = 1e-9
-"""Samples closer than this share of a step lie at one place."""
+"""Samples closer than this share of a step lie at one position."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,16 +29,16 @@ class SlidingSamples:
     distance : float
         How far it slides in all [m].
     position : ndarray, shape (m,)
-        Different places sampled on the stretch that every sensor passes over, one step of it [m], ascending.
+        Different positions sampled on the stretch that every sensor passes over, one step of it [m], ascending.
     visits : float
-        Samples at each of these places, on average over the places: those of sensors that follow in others' tracks.
+        Mean number of samples at each of these positions: more than 1 where sensors follow in others' tracks.
     pitch : float
-        The widest gap between neighbouring places [m]: what the row's spacing is to be replaced by.
+        The widest gap between neighbouring positions [m]: what the row's pitch is to be replaced by.
     mean_pitch : float
-        Step over the number of places [m]; smaller than `pitch` where samples come in bunches.
+        Step over the number of positions [m]; smaller than `pitch` where samples come in bunches.
     noise_gain : float
         Noise of the readings recovered between the samples over that of as many samples spaced evenly, if all waves up
-        to pi / mean_spacing are recovered: 1 for even samples, large for bunches.
+        to pi / mean_pitch are recovered [-]: 1 for even samples, large for bunches.
     """
 
     step: float
@@ -52,12 +53,12 @@ class SlidingSamples:
 def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: int = 0) -> SlidingSamples:
     """Where on a thing that slides past the sensors sample it.
 
-    In frame j a sensor at y samples the thing at y + j speed / rate. One sensor alone so samples every step = speed /
-    rate; n sensors sample n places a step, where their places differ once whole steps are taken off. Sensors a whole
-    number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count that
-    are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over the
-    whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
-    known: one wrong by a share e puts a sample e times the way slid off its place.
+    In frame j a sensor at y samples the thing at y + j speed / rate, a step further on each time. One sensor samples
+    one position a step; n sensors sample n, where their positions differ once whole steps are taken off. Sensors a
+    whole number of steps apart follow in each other's tracks, and add nothing but a mean of their noise. Sensors count
+    that are like the one named: of its depth, width and transducer. This takes for granted that the thing slides over
+    the whole row and one step more, without sticking and without turning, at a force that stays; and that the speed is
+    known: one wrong by a share e puts a sample e times the way slid off its position.
 
     Parameters
     ----------
@@ -70,14 +71,12 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     sensor : int, optional
         The sensor whose like are counted.
 
-    Returns
-    -------
-    SlidingSamples
-
     Raises
     ------
     InvalidValueError
         A speed of 0, a rate that is not > 0, a sensor that is not there.
+    GeometryError
+        A sensor that is dead, and so are its like.
 
     Examples
     --------
@@ -93,9 +92,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     frames = _check.scalar("rate", rate, unit="Hz", above=0.0)
     if not pace > 0:
         raise InvalidValueError("speed = 0 m/s", "what does not slide adds no samples", "speed=0.05")
-    count = len(array)
-    if isinstance(sensor, bool) or int(sensor) != sensor or not 0 <= sensor < count:
-        raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {count - 1}", "sensor=0")
+    sensor = index_of(array, sensor)
     kinds = [
         (kind.linear_part, float(depth), float(width))
         for kind, depth, width in zip(array.transducers, np.asarray(array.depth), np.asarray(array.width), strict=True)
@@ -109,15 +106,9 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     rest = np.sort(np.where(rest > 1 - _SAME, 0.0, rest))
     rest = rest[np.concatenate([[True], np.diff(rest) > _SAME])]
     gaps = np.diff(np.concatenate([rest, [rest[0] + 1]]))
-    # waves that the step alone confuses, told apart by the places within it; evenly spaced these are a Fourier matrix
+    # waves that the step alone confuses, told apart by the positions in it; evenly spaced, these are a Fourier matrix
     waves = np.exp(2j * np.pi * np.outer(rest, np.arange(rest.size))) / np.sqrt(rest.size)
     gain = float(np.sqrt((np.abs(np.linalg.inv(waves)) ** 2).sum() / rest.size))
-    return SlidingSamples(
-        step=step,
-        distance=float(np.ptp(y)) + step,
-        position=_check.read_only(y.max() + step * rest),
-        visits=y.size / rest.size,
-        pitch=step * float(gaps.max()),
-        mean_pitch=step / rest.size,
-        noise_gain=gain,
-    )
+    position = _check.read_only(y.max() + step * rest)
+    widest, mean = step * float(gaps.max()), step / rest.size
+    return SlidingSamples(step, float(np.ptp(y)) + step, position, y.size / rest.size, widest, mean, noise_gain=gain)

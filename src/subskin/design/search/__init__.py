@@ -3,9 +3,6 @@
 from .goals import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice
 from .grid import Criterion, DesignGrid, Store, search_grid
 from .rank import Check, DesignedFinger, DesignStudy, rank_fingers
-from .reasons import held, in_words
-from .refine import limen
-from .table import finger_table
 
 __all__ = [
     "Accuracy",
@@ -21,10 +18,6 @@ __all__ = [
     "SensorKind",
     "SkinChoice",
     "Store",
-    "finger_table",
-    "held",
-    "in_words",
-    "limen",
     "rank_fingers",
     "search_grid",
 ]

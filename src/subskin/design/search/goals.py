@@ -12,6 +12,7 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
+from .._common import whole
 from ..touches import Touches
 
 __all__ = ["Accuracy", "Effort", "Goals", "Room", "Row", "SensorKind", "SkinChoice"]
@@ -24,7 +25,7 @@ _FELT = 3.0
 
 @dataclass(frozen=True)
 class SensorKind:
-    """A kind of sensor that is at hand.
+    """A kind of sensor that is at hand; `rank_fingers` has an example.
 
     Parameters
     ----------
@@ -33,13 +34,18 @@ class SensorKind:
     transducer : Transducer
         What it measures.
     noise : float
-        Standard deviation of a reading, > 0, in the unit of what it measures.
+        Standard deviation of a reading [unit of the transducer], > 0.
     width : float, optional
         Width over which it averages [m].
     largest : float, optional
-        Largest magnitude that it can read, in the same unit.
+        Largest magnitude that it can read [unit of the transducer].
     resolution : float, optional
-        Step to which a reading is rounded, in the same unit; its rounding error adds to the noise.
+        Step to which a reading is rounded [unit of the transducer]; its rounding error adds to the noise.
+
+    Raises
+    ------
+    InvalidValueError
+        What is no transducer; a value out of range.
     """
 
     name: str
@@ -67,7 +73,7 @@ class SensorKind:
 
 @dataclass(frozen=True)
 class SkinChoice:
-    """A skin that could be moulded, and what it is called in the report."""
+    """A `skin` that could be moulded, and the `name` of it in the report; `rank_fingers` has an example."""
 
     name: str
     skin: Skin
@@ -77,16 +83,23 @@ class SkinChoice:
 class Accuracy:
     """What 95 % of the weakest touches should be told to, in one frame; None where it does not matter.
 
+    `rank_fingers` has an example.
+
     Parameters
     ----------
     position, angle : float, optional
-        Standard error of the place [m] and of the angle [rad].
+        Standard error of the position [m] and of the angle [rad].
     force : float, optional
         Standard error of the force, relative to it.
     unsure : float, optional
         Largest share of touches that may be ambiguous or not felt, in (0, 1].
     feature : float, optional
         Distance at which two touches have to be told from one, 95 % of pairs [m].
+
+    Raises
+    ------
+    InvalidValueError
+        A value out of range; neither position, angle nor force.
     """
 
     position: float | None = None
@@ -108,7 +121,7 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Room:
-    """Where sensors can be put.
+    """Where sensors can be put; `rank_fingers` has an example.
 
     Parameters
     ----------
@@ -120,6 +133,11 @@ class Room:
         Least distance between sensors, their wiring included [m].
     longest_row : float, optional
         Largest distance from the first sensor to the last [m].
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Counts or depths that do not ascend; a row too short for the fewest sensors.
     """
 
     count: tuple[int, int]
@@ -147,7 +165,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of equal sensors: the indices of its skin and of its kind of sensor among the goals', and its geometry.
+    """A row of equal sensors.
 
     Parameters
     ----------
@@ -177,7 +195,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Effort:
-    """How finely designs are searched.
+    """How finely designs are searched; `rank_fingers` has an example.
 
     Parameters
     ----------
@@ -189,6 +207,11 @@ class Effort:
         Of the touches: the same seed gives the same numbers.
     keep : int, optional
         How many fingers are returned at most.
+
+    Raises
+    ------
+    InvalidValueError
+        What is no whole number, or too small.
     """
 
     depths: int = 20
@@ -199,14 +222,12 @@ class Effort:
 
     def __post_init__(self) -> None:
         for name, least in (("depths", 1), ("pitches", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or int(value) != value or value < least:
-                raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed")
+            whole(name, getattr(self, name), least)
 
 
 @dataclass(frozen=True)
 class Goals:
-    """All that `search_designs` needs to know.
+    """All that a search needs to know; `rank_fingers` has an example.
 
     Parameters
     ----------
@@ -219,7 +240,7 @@ class Goals:
     skins : tuple of SkinChoice
     room : Room
     largest_strain : float, optional
-        Largest compressive strain at the sensors under the strongest force: the theory is one of small strains.
+        Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
         Tolerances of making the finger, as of `tolerance_budget`; without them only noise counts.
     effort : Effort, optional
@@ -243,43 +264,37 @@ class Goals:
     title: str = "Finger"
 
     def __post_init__(self) -> None:
-        self.touches.span_on()
+        low, high = self.touches.span_on()
         if not self.touches.force <= self.strongest < np.inf:
             raise InvalidValueError(
                 f"strongest = {self.strongest!r} N/m",
                 f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
             )
-        self._check_span()
+        room, deep = self.room, self.room.depth[1]
+        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
+        felt = longest + 2 * _FELT * deep
+        if high - low > felt:  # most often one in the wrong unit
+            raise GeometryError(
+                f"span = {high - low:.6g} m",
+                f"the longest row, {longest:.6g} m, feels {felt:.6g} m at most",
+                'a shorter span, with its unit: "12 mm"',
+            )
         for name, amount in self.tolerances.items():
             _check.scalar(name, amount, at_least=0.0)
-        object.__setattr__(
-            self, "largest_strain", _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
-        )
+        strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
+        object.__setattr__(self, "largest_strain", strain)
         for name in ("sensors", "skins"):
             choices = tuple(getattr(self, name))
             object.__setattr__(self, name, choices)
             if not choices:
                 raise InvalidValueError(f"{name} = ()", "one at least is needed")
             called = [choice.name for choice in choices]
-            twice = next((c for c in called if called.count(c) > 1), None)
-            if twice is not None:
-                raise InvalidValueError(f'two {name} called "{twice}"', "names tell them apart in the report")
-
-    def _check_span(self) -> None:
-        """A span that no row could feel is most often one in the wrong unit."""
-        low, high = self.touches.span_on()
-        room, deep = self.room, self.room.depth[1]
-        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
-        felt = longest + 2 * _FELT * deep
-        if high - low > felt:
-            raise GeometryError(
-                f"span = {high - low:.6g} m",
-                f"the longest row, {longest:.6g} m, feels {felt:.6g} m at most",
-                'a shorter span, with its unit: "12 mm"',
-            )
+            twice = [c for c in called if called.count(c) > 1]
+            if twice:
+                raise InvalidValueError(f'two {name} called "{twice[0]}"', "names tell them apart in the report")
 
     def finger(self, row: Row) -> Finger:
-        """The finger of one design."""
+        """The finger of one `row`."""
         kind = self.sensors[row.sensor]
         array = SensorArray.line(
             row.count, row.pitch, row.depth, transducer=kind.transducer, noise=kind.noise, width=kind.width,

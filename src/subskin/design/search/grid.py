@@ -23,11 +23,18 @@ __all__ = ["Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
 _DEEPEST = 0.98
 """A sensor lies no deeper than this share of the skin: at a rigid base little is to be felt."""
 _LOOKED_AT = np.linspace(-4.0, 4.0, 161)
-"""Places at which the largest strain and reading are looked for, in depths."""
+"""Positions at which the largest strain and reading are looked for, in depths."""
 
 
 class Store(Protocol):
-    """Where finished rows of the grid are kept, so that a search that was stopped can go on."""
+    """Where finished rows of the grid are kept, so that a search that was stopped can go on.
+
+    Examples
+    --------
+    >>> class Memory(dict):
+    ...     put = dict.__setitem__
+    >>> store: Store = Memory()
+    """
 
     def get(self, key: str) -> Mapping[str, FloatArray] | None:
         """What was put under `key`, if anything."""
@@ -47,7 +54,7 @@ class Criterion:
     label, unit : str
         What it is called, and the SI unit.
     wanted : float
-        Largest value that will do.
+        Largest value that will do [`unit`].
     """
 
     name: str
@@ -71,7 +78,7 @@ class DesignGrid:
     values : dict of ndarray
         The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not felt; "strain":
         compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
-        be read. NaN where a row has no room.
+        be read [m, rad, -]. NaN where a row has no room.
     criteria : tuple of Criterion
         What is wanted, of these values.
     """
@@ -110,7 +117,7 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
     """What the goals ask of every design of the grid."""
     accuracy = goals.accuracy
     asked = [
-        Criterion("position_95", "error of the place", "m", accuracy.position or np.inf),
+        Criterion("position_95", "error of the position", "m", accuracy.position or np.inf),
         Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
         Criterion("unsure", "touches ambiguous or not felt", "", accuracy.unsure),
@@ -128,7 +135,7 @@ def search_grid(
     workers: int | None = None,
     progress: Callable[[], object] | None = None,
 ) -> DesignGrid:
-    """Judge every design of the grid, on all cores.
+    """Judge every design of the grid, on all cores; `rank_fingers` has an example.
 
     Parameters
     ----------
@@ -167,7 +174,7 @@ def search_grid(
         if row is None:
             row = study_row(
                 skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width,
-                seed=effort.seed, samples=effort.touches,
+                rng=effort.seed, samples=effort.touches,
             )  # fmt: skip
             if store is not None:
                 store.put(key, row)
@@ -184,7 +191,10 @@ def search_grid(
         pool.shutdown(wait=True, cancel_futures=True)
     values = {name: np.stack([rows[task][name] for task in tasks]).reshape(shape) for name in rows[tasks[0]]}
     values["unsure"] = values["ambiguous"] + values["unfelt"]
-    values |= _under_load(goals, depths, shape)
+    values |= {name: np.zeros(shape) for name in ("strain", "range")}
+    for k, m, d in tasks:
+        for name, value in loaded(goals, k, m, float(depths[k, d])).items():
+            values[name][k, m, d] = value
     fits = pitches[:, None] * (counts - 1) <= room.longest_row * (1 + 1e-9)
     values = {name: np.where(fits, value, np.nan) for name, value in values.items()}
     return DesignGrid(goals, depths, pitches, counts, values, criteria_of(goals))
@@ -213,18 +223,8 @@ def _pitches(goals: Goals) -> FloatArray:
     return np.geomspace(room.least_pitch, max(widest, room.least_pitch), goals.effort.pitches)
 
 
-def _under_load(goals: Goals, depths: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
-    found: dict[str, FloatArray] = {"strain": np.zeros(shape), "range": np.zeros(shape)}
-    for k, m, d in np.ndindex(shape[:3]):
-        for name, value in loaded(goals, k, m, float(depths[k, d])).items():
-            found[name][k, m, d] = value
-    return found
-
-
 def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
-    """Largest strain at `depth` in the k-th skin under the strongest force, and largest reading of the m-th kind
-    over its range.
-    """
+    """Largest strain at `depth` in the k-th skin under the strongest force; largest reading over the range."""
     kind = goals.sensors[m]
     angles = goals.touches.cone * np.linspace(-1.0, 1.0, 9)
     load = LineLoad(goals.strongest, angles[:, None], _LOOKED_AT * depth)

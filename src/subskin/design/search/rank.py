@@ -1,4 +1,4 @@
-"""From the grid to the fingers to build: refined, looked at closely, ranked, each with its reasons."""
+"""From the grid to the fingers to build: refined, looked at closely, ranked."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ...errors import ConvergenceError
 from ...finger import Finger
 from ..placement import PlacementQuality, placement_quality
 from ..tolerance import ToleranceBudget, tolerance_budget, usual_tolerances
+from ..two_point import TwoPointLimen
 from .goals import Goals, Row
 from .grid import Criterion, DesignGrid
-from .reasons import reasons_of
 from .refine import Aim, apart, limen
 
 __all__ = ["Check", "DesignStudy", "DesignedFinger", "rank_fingers"]
@@ -27,7 +27,7 @@ _MADE = ("position_95", "angle_95", "force_95")
 
 
 class Check(NamedTuple):
-    """One thing that was wanted, and what the finger does."""
+    """One `criterion`, and the `value` [its unit] that a finger has."""
 
     criterion: Criterion
     value: float
@@ -47,18 +47,18 @@ class DesignedFinger:
     row : Row
         Which skin, kind, count, depth [m] and pitch [m].
     finger : Finger
-    values : dict of float
-        As those of `DesignGrid`, for this design.
+    values : dict of str to float
+        As those of `DesignGrid`, for this design [m, rad, -].
     quality : PlacementQuality
-        Accuracy and ambiguity over places and angles.
+        Accuracy and ambiguity over positions and angles.
     budget : ToleranceBudget or None
         What the tolerances cost; None where none were stated.
-    point, wide : float
-        Distance at which 95 % of pairs of touches are told from one, and from one wide contact [m].
+    two_points : TwoPointLimen
+        From which distance on two touches are told from one.
+    wide : float
+        Distance at which 95 % of pairs of touches are told from one wide contact [m].
     checks : tuple of Check
         What was wanted, and what it does.
-    reasons : tuple of str
-        Why it is as it is.
     """
 
     row: Row
@@ -66,10 +66,14 @@ class DesignedFinger:
     values: dict[str, float]
     quality: PlacementQuality
     budget: ToleranceBudget | None
-    point: float
+    two_points: TwoPointLimen
     wide: float
     checks: tuple[Check, ...]
-    reasons: tuple[str, ...]
+
+    @property
+    def point(self) -> float:
+        """Distance at which 95 % of pairs of touches are told from one [m]."""
+        return apart(self.two_points)
 
     @property
     def excess(self) -> float:
@@ -84,7 +88,7 @@ class DesignedFinger:
 
 @dataclass(frozen=True, eq=False)
 class DesignStudy:
-    """The result of `design_fingers`.
+    """What `rank_fingers` found.
 
     Attributes
     ----------
@@ -92,10 +96,13 @@ class DesignStudy:
         All designs that were tried.
     fingers : tuple of DesignedFinger
         Ranked: those that meet the goals first, the fewest sensors first among them; then by how far they fall short.
+    looked : dict of (int, int, int) to tuple of Check
+        Every design that was looked at closely, by the indices of its skin, kind and count.
     """
 
     grid: DesignGrid
     fingers: tuple[DesignedFinger, ...]
+    looked: dict[tuple[int, int, int], tuple[Check, ...]]
 
     @property
     def goals(self) -> Goals:
@@ -124,8 +131,22 @@ def rank_fingers(
     ------
     ConvergenceError
         No design of the grid has room, or is felt at all.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
+    >>> goals = ss.design.Goals(
+    ...     ss.design.Touches(force=20.0, friction=0.0, span=(-1e-3, 1e-3)), strongest=100.0,
+    ...     accuracy=Accuracy(position=0.1e-3), sensors=(SensorKind("gauge", ss.NormalStrain(), noise=2e-4),),
+    ...     skins=(SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.4e6))),),
+    ...     room=Room(count=(3, 4), depth=(2e-3, 2e-3), least_pitch=1e-3), effort=Effort(1, 3, touches=200),
+    ... )
+    >>> study = ss.design.rank_fingers(ss.design.search_grid(goals))
+    >>> [(f.row.count, f.meets) for f in study.fingers]
+    [(3, True), (4, True)]
     """
-    pairs = _pairs(grid)
+    pairs = [(int(k), int(m)) for k, m in np.argwhere(np.isfinite(grid.excess).any(axis=(2, 3, 4)))]
     if not pairs:
         if np.isnan(grid.excess).all():
             raise ConvergenceError(
@@ -150,19 +171,8 @@ def rank_fingers(
     finally:
         stopped.set()
         pool.shutdown(wait=True, cancel_futures=True)
-    looked = {f.row.which(grid.goals): f.checks for f in found}
-    return DesignStudy(
-        grid,
-        tuple(
-            replace(f, wide=value, reasons=reasons_of(grid, f.row, looked)) for f, value in zip(kept, wide, strict=True)
-        ),
-    )
-
-
-def _pairs(grid: DesignGrid) -> list[tuple[int, int]]:
-    """Skins and kinds that have room for some row that feels the touches."""
-    finite = np.isfinite(grid.excess).any(axis=(2, 3, 4))
-    return [(int(k), int(m)) for k, m in np.argwhere(finite)]
+    best = tuple(replace(finger, wide=value) for finger, value in zip(kept, wide, strict=True))
+    return DesignStudy(grid, best, {f.row.which(grid.goals): f.checks for f in found})
 
 
 def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFinger]:
@@ -181,11 +191,9 @@ def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFi
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if excess[middle] <= 1 and meets(middle) else (middle + 1, high)
-        near = (low - 1, low, low + 1)
     else:
-        nearest = int(np.argmin(excess))
-        near = (nearest - 1, nearest, nearest + 1)
-    for n in near:
+        low = int(np.argmin(excess))
+    for n in (low - 1, low, low + 1):
         if 0 <= n < excess.size and np.isfinite(excess[n]):
             meets(n)
     return [looked[n] for n in sorted(looked)]
@@ -211,27 +219,20 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     if amounts:
         amounts["noise"] = goals.sensors[best.row.sensor].error
         budget = tolerance_budget(
-            finger,
-            goals.touches,
-            amounts,
-            positions=12,
-            angles=6,
-            draws=50,
-            seed=goals.effort.seed,
+            finger, goals.touches, amounts, positions=12, angles=6, draws=50, rng=goals.effort.seed,
             search=quality.search,
-        )
-    point = apart(limen(finger, goals, "point"))
-    checks = _checks(grid, best.values, {} if budget is None else _made(budget), point)
-    return DesignedFinger(best.row, finger, best.values, quality, budget, point, np.nan, checks, ())
+        )  # fmt: skip
+    found = limen(finger, goals, "point")
+    checks = _checks(grid, best.values, {} if budget is None else _made(budget), apart(found))
+    return DesignedFinger(best.row, finger, best.values, quality, budget, found, np.nan, checks)
 
 
 def _made(budget: ToleranceBudget) -> dict[str, float]:
     """What the tolerances of a finger's making add, in squares, to the errors that 95 % of the touches keep."""
     both, noise = budget.kept(0.95), budget.kept(0.95, ["noise"])
-    pairs = zip(_MADE, both, noise, strict=True)
     return {
-        name: float(np.sqrt(max(all_of_it**2 - own**2, 0.0))) if np.isfinite(all_of_it) else np.inf
-        for name, all_of_it, own in pairs
+        name: float(np.sqrt(max(whole**2 - own**2, 0.0))) if np.isfinite(whole) else np.inf
+        for name, whole, own in zip(_MADE, both, noise, strict=True)
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -13,8 +14,6 @@ from ..placement import study_row
 from ..two_point import TwoPointLimen, two_point_limen
 from .goals import Goals, Row
 from .grid import DesignGrid, loaded
-
-__all__ = ["Aim", "Tried", "apart", "limen"]
 
 _DEPTHS = 2.0
 """Two points are tried up to so many depths apart."""
@@ -33,22 +32,13 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """What a row of one skin, kind and count should do best.
-
-    Attributes
-    ----------
-    grid : DesignGrid
-    skin, sensor, n : int
-        Which skin, kind and count of the grid.
-    made : dict of str to float
-        What tolerances add to the values of these names, as root sum of squares.
-    """
+    """The best row of one skin, kind and count, by their indices; `made` is added to errors as root sum of squares."""
 
     grid: DesignGrid
     skin: int
     sensor: int
     n: int
-    made: dict[str, float] = field(default_factory=dict)
+    made: Mapping[str, float] = field(default_factory=dict)
 
     def best(self) -> Tried:
         """The best row.
@@ -56,25 +46,31 @@ class Aim:
         The depth is found by halving steps, for a receptive field is tabulated for each; pitches then cost little. Two
         points are asked for only where nothing else makes the row worse than the best so far.
         """
-        depths, pitches, at = self._choices(*self._start())
+        grid, room = self.grid, self.grid.goals.room
+        own = grid.depths[self.skin]
+        d, s = self._start()
+        longest = room.longest_row / (self._count - 1)
+        pitches = _between(_round_values(grid.pitches, s), room.least_pitch, longest, grid.pitches[[s]])
+        depths = _between(_round_values(own, d), room.depth[0], float(own[-1]), own[[d]])
+        at, step = int(np.argmin(np.abs(depths - own[d]))), max(depths.size // 4, 1)
         tried: dict[int, Tried] = {}
-        step = max(depths.size // 4, 1)
         while step >= 1:
             for i in (at, at - step, at + step):
                 if 0 <= i < depths.size and i not in tried:
-                    tried[i] = self._at_depth(
-                        float(depths[i]), pitches, min(tried.values(), key=lambda t: t[:2], default=None)
-                    )
+                    so_far = min((t.worst for t in tried.values()), default=np.inf)
+                    tried[i] = self._at_depth(float(depths[i]), pitches, so_far)
             at = min(tried, key=lambda i: tried[i][:2])
             step //= 2
         return tried[at]
 
-    def _row(self, depth: float, pitch: float) -> Row:
-        return Row(self.skin, self.sensor, int(self.grid.counts[self.n]), depth, pitch)
+    @property
+    def _count(self) -> int:
+        return int(self.grid.counts[self.n])
 
-    def _excess(self, values: dict[str, float]) -> float:
+    def _excess(self, values: Mapping[str, float | FloatArray]) -> FloatArray:
+        """Largest ratio of values to what is wanted of them; infinite where one is none."""
         ratios = [np.hypot(values[c.name], self.made.get(c.name, 0.0)) / c.wanted for c in self.grid.criteria]
-        return float(max(ratio if np.isfinite(ratio) else np.inf for ratio in ratios))
+        return np.asarray(np.nan_to_num(np.max(ratios, axis=0), nan=np.inf, posinf=np.inf))
 
     def _apart(self, row: Row, positions: int) -> float:
         """Distance at which two points are told, over what is wanted; 0 where nothing is."""
@@ -86,14 +82,8 @@ class Aim:
     def _start(self) -> tuple[int, int]:
         """The best depth and pitch of the grid."""
         grid = self.grid
-        planes = {name: value[self.skin, self.sensor, :, :, self.n] for name, value in grid.values.items()}
-        excess = np.array(
-            [
-                [self._excess({name: float(p[d, s]) for name, p in planes.items()}) for s in range(grid.pitches.size)]
-                for d in range(grid.depths.shape[1])
-            ]
-        )
-        cells = [(d, s) for d, s in np.ndindex(excess.shape) if np.isfinite(excess[d, s])]
+        excess = self._excess({name: v[self.skin, self.sensor, :, :, self.n] for name, v in grid.values.items()})
+        cells = [(int(d), int(s)) for d, s in np.argwhere(np.isfinite(excess))]
         cells.sort(key=lambda cell: float(excess[cell]))
         if grid.goals.accuracy.feature is None:
             return cells[0]
@@ -102,41 +92,35 @@ class Aim:
         rng = np.random.default_rng(grid.goals.effort.seed)
         cells = [cells[i] for i in rng.permutation(good)] + cells[good:]
         best, chosen = (np.inf, np.inf), cells[0]
-        for d, s in cells[:_CELLS]:
-            if excess[d, s] < best[0]:
-                row = self._row(float(grid.depths[self.skin, d]), float(grid.pitches[s]))
-                value = max(float(excess[d, s]), self._apart(row, positions=9)), float(excess[d, s])
+        for cell in cells[:_CELLS]:
+            own = float(excess[cell])
+            if own < best[0]:
+                depth, pitch = float(grid.depths[self.skin, cell[0]]), float(grid.pitches[cell[1]])
+                value = max(own, self._apart(Row(self.skin, self.sensor, self._count, depth, pitch), 9)), own
                 if value < best:
-                    best, chosen = value, (d, s)
+                    best, chosen = value, cell
         return chosen
 
-    def _choices(self, d: int, s: int) -> tuple[FloatArray, FloatArray, int]:
-        """Round depths and pitches about those of the grid that have room, and which depth is nearest."""
-        grid, room = self.grid, self.grid.goals.room
-        own = grid.depths[self.skin]
-        longest = room.longest_row / max(int(grid.counts[self.n]) - 1, 1)
-        pitches = _between(_round_values(grid.pitches, s), room.least_pitch, longest, grid.pitches[[s]])
-        depths = _between(_round_values(own, d), room.depth[0], float(own[-1]), own[[d]])
-        return depths, pitches, int(np.argmin(np.abs(depths - own[d])))
-
-    def _at_depth(self, depth: float, pitches: FloatArray, so_far: Tried | None) -> Tried:
+    def _at_depth(self, depth: float, pitches: FloatArray, so_far: float) -> Tried:
+        """The best pitch, if it is better than what was found `so_far`."""
         goals = self.grid.goals
         kind, effort = goals.sensors[self.sensor], goals.effort
         found = study_row(
-            goals.skins[self.skin].skin, kind.transducer, depth, pitches, [int(self.grid.counts[self.n])],
-            goals.touches, noise=kind.error, width=kind.width, seed=effort.seed, samples=effort.touches,
+            goals.skins[self.skin].skin, kind.transducer, depth, pitches, [self._count], goals.touches,
+            noise=kind.error, width=kind.width, rng=effort.seed, samples=effort.touches,
         )  # fmt: skip
         under_load = loaded(goals, self.skin, self.sensor, depth)
         rows = []
         for j, pitch in enumerate(pitches):
             values = {name: float(value[j, 0]) for name, value in found.items()} | under_load
             values["unsure"] = values["ambiguous"] + values["unfelt"]
-            rows.append((self._excess(values), self._row(depth, float(pitch)), values))
+            row = Row(self.skin, self.sensor, self._count, depth, float(pitch))
+            rows.append((float(self._excess(values)), row, values))
         rows.sort(key=lambda row: row[0])
         best = Tried(np.inf, *rows[0])
         for excess, row, values in rows[:_PITCHES]:
-            if excess < min(best.worst, np.inf if so_far is None else so_far.worst):
-                one = Tried(max(excess, self._apart(row, positions=17)), excess, row, values)
+            if excess < min(best.worst, so_far):
+                one = Tried(max(excess, self._apart(row, 17)), excess, row, values)
                 best = min(best, one, key=lambda t: t[:2])
         return best
 

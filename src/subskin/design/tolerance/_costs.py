@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import NormalDist
 from typing import Any
 
@@ -12,78 +12,64 @@ from ..._check import FloatArray
 from ...errors import InvalidValueError, SubskinError
 from ...finger import Finger
 from ._study import Located, Study
-from .result import Cost
-from .sources import SOURCES, as_made, of_each_sensor
-
-__all__ = ["Costs", "combined", "joined", "summed_up"]
+from .cost import Cost
+from .sources import SOURCES, Source, as_made, of_each_sensor
 
 _TRIES = 1000
 _STEP = 1e-3
-"""Of the differences by a sensor's place or depth, in amounts."""
+"""Of the differences by a sensor's position or depth, in amounts."""
+_TOLD = ("position", "force", "angle")
 
 
 class Costs:
-    """Costs of sources on a study's touches.
+    """Costs of sources on a study's touches, by as many drawn fingers or frames as `draws`.
 
-    Parameters
-    ----------
-    study : Study
-    draws : int
-        Fingers drawn for what differs from sensor to sensor, frames for what differs from reading to reading.
-    quantile : float
-        Of the draws, for the worst errors.
-    seed : int
-        Of the draws; each source has its own from it, so that a row does not depend on the others.
+    The worst errors hold for a `quantile` of these. Each source has its own random numbers from `root`, so that a row
+    does not depend on the others.
     """
 
-    def __init__(self, study: Study, draws: int, quantile: float, seed: int) -> None:
-        self.study, self.draws, self.quantile, self.seed = study, draws, quantile, seed
+    def __init__(self, study: Study, draws: int, quantile: float, root: int) -> None:
+        self.study, self.draws, self.quantile, self.root = study, draws, quantile, root
         self.drawn_readings = study.readings(study.finger)
         self._slope, self._singular = study.slope()
         self._far = NormalDist().inv_cdf(0.5 * (1 + quantile))
 
     def rng(self, name: str, *more: int) -> np.random.Generator:
         """Random numbers of a source's own."""
-        return np.random.default_rng([self.seed, [*SOURCES, "together"].index(name), *more])
+        return np.random.default_rng([self.root, [*SOURCES, "together"].index(name), *more])
 
     def cost(self, name: str, amount: float) -> Cost:
-        """What the source costs if it is off by `amount`.
-
-        Raises
-        ------
-        InvalidValueError
-            Where no finger can be off by as much.
-        """
-        study, spread = self.study, SOURCES[name].spread
+        """What the source costs if it is off by `amount`; refused where no finger can be off by as much."""
+        spread = SOURCES[name].spread
         linear = np.sqrt((self.linear(name, amount) ** 2).mean(axis=(0, 1)))
-        if spread in ("finger", "fixed"):
-            near = joined(study.locate(study.readings(made)) for made in self.sides(name, amount))
-            wide = near
-            if spread == "finger":
-                wide = joined(study.locate(study.readings(made)) for made in self.sides(name, self._far * amount))
-            return summed_up(name, amount, near, np.abs(wide.errors).max(axis=0), linear)
-        if name == "resolution":
-            step = of_each_sensor(study.finger.array.resolution, amount)
-            found = study.locate(np.round(self.drawn_readings / step) * step)
-            return summed_up(name, amount, found, np.abs(found.errors), linear)
-        if name == "noise":
-            readings = self.drawn_readings + self.noise(amount, self.rng(name))
-        else:
-            readings = study.readings_of(self.fingers({name: amount}, self.rng(name)))
-        found = study.locate(readings)
-        return summed_up(name, amount, found, self.largest(found.errors), linear)
+        if spread in ("sensor", "reading"):
+            found = self.study.locate(self._drawn({name: amount}, self.rng(name)))
+            return summed_up(name, amount, found, self.largest(found.errors), linear)
+        near = wide = self._beside(name, amount)
+        if spread == "finger":
+            wide = self._beside(name, self._far * amount)
+        return summed_up(name, amount, near, np.abs(wide.errors).max(axis=0), linear)
 
     def together(self, amounts: Mapping[str, float]) -> Cost:
         """All sources at once, by drawing fingers and frames."""
-        rng = self.rng("together")
-        readings = self.study.readings_of(self.fingers(amounts, rng))
-        if "noise" in amounts:
-            readings = readings + self.noise(amounts["noise"], rng)
-        if "resolution" in amounts:
-            step = of_each_sensor(self.study.finger.array.resolution, amounts["resolution"])
-            readings = np.round(readings / step) * step
-        found = self.study.locate(readings)
+        found = self.study.locate(self._drawn(amounts, self.rng("together")))
         return summed_up("together", np.nan, found, self.largest(found.errors))
+
+    def _beside(self, name: str, amount: float) -> Located:
+        return joined(self.study.locate(self.study.readings(made)) for made in self.sides(name, amount))
+
+    def _drawn(self, amounts: Mapping[str, float], rng: np.random.Generator) -> FloatArray:
+        """Readings of fingers and frames drawn at random, shape (draws, p, a, n); (1, p, a, n) if all are the same."""
+        array, readings = self.study.finger.array, self.drawn_readings[None]
+        if any(SOURCES[name].spread != "reading" for name in amounts):
+            readings = self.study.readings_of([self.finger(amounts, rng) for _ in range(self.draws)])
+        if "noise" in amounts:
+            size = of_each_sensor(array.noise, amounts["noise"])
+            readings = readings + size * rng.standard_normal((self.draws, *self.drawn_readings.shape))
+        if "resolution" in amounts:
+            step = of_each_sensor(array.resolution, amounts["resolution"])
+            readings = np.round(readings / step) * step
+        return readings
 
     def sides(self, name: str, amount: float) -> list[Finger]:
         """The finger off by the amount to either side; one of them where the other cannot be."""
@@ -98,10 +84,6 @@ class Costs:
                 f"{name} off by {amount:.6g}", f"no such finger ({refused.seen}: {refused.rule})", "a smaller one"
             )
         return out
-
-    def fingers(self, amounts: Mapping[str, float], rng: np.random.Generator) -> list[Finger]:
-        """Fingers drawn at random, as many as `draws`."""
-        return [self.finger(amounts, rng) for _ in range(self.draws)]
 
     def finger(self, amounts: Mapping[str, float], rng: np.random.Generator) -> Finger:
         """A finger drawn at random; drawn again where there is no such finger."""
@@ -126,11 +108,6 @@ class Costs:
             f"hardly a finger is off like that ({refused.seen}: {refused.rule})",
             "smaller tolerances",
         )
-
-    def noise(self, amount: float, rng: np.random.Generator) -> FloatArray:
-        """Noise of `draws` frames of each touch, shape (draws, p, a, n)."""
-        size = of_each_sensor(self.study.finger.array.noise, amount)
-        return np.asarray(size * rng.standard_normal((self.draws, *self.drawn_readings.shape)))
 
     def largest(self, errors: FloatArray) -> FloatArray:
         """What the quantile of the draws stays within at each touch, shape (p, a, 3)."""
@@ -171,34 +148,22 @@ def joined(parts: Iterable[Located]) -> Located:
 
 def summed_up(name: str, amount: float, found: Located, worst: FloatArray, linear: FloatArray | None = None) -> Cost:
     """A row of the budget; `worst` (p, a, 3) is the error at each touch."""
-    e = found.errors.reshape(-1, 3)
-    answered = np.isfinite(e).all(axis=1)
-    rms = np.sqrt((e[answered] ** 2).mean(axis=0)) if answered.any() else np.full(3, np.nan)
-    top = worst.reshape(-1, 3)
-    top = top[np.isfinite(top).all(axis=1)]
-    largest = top.max(axis=0) if len(top) else np.full(3, np.nan)
-    first = np.full(3, np.nan) if linear is None else linear
-    source = SOURCES.get(name)
-    return Cost(
-        source=name,
-        amount=amount,
-        unit="" if source is None else source.unit,
-        spread="finger" if source is None else source.spread,
-        position_rms=float(rms[0]),
-        position_worst=float(largest[0]),
-        angle_rms=float(rms[2]),
-        angle_worst=float(largest[2]),
-        force_rms=float(rms[1]),
-        force_worst=float(largest[1]),
-        lost=float(1 - found.ok.mean()),
-        position_linear=float(first[0]),
-        angle_linear=float(first[2]),
-        force_linear=float(first[1]),
-    )
+    nothing = np.full(3, np.nan)
+    errors, top = (e.reshape(-1, 3)[np.isfinite(e.reshape(-1, 3)).all(axis=1)] for e in (found.errors, worst))
+    columns = {
+        "rms": np.sqrt((errors**2).mean(axis=0)) if len(errors) else nothing,
+        "worst": top.max(axis=0) if len(top) else nothing,
+        "linear": nothing if linear is None else linear,
+    }
+    values = {
+        f"{what}_{kind}": float(v) for kind, column in columns.items() for what, v in zip(_TOLD, column, strict=True)
+    }
+    source = SOURCES.get(name, Source("", "finger", ""))
+    return Cost(name, amount, source.unit, source.spread, **values, lost=float(1 - found.ok.mean()))
 
 
-def combined(rows: tuple[Cost, ...]) -> Cost:
+def combined(rows: Sequence[Cost]) -> Cost:
     """The root of the sum of squares of each column; frames that are lost do not add up like that."""
-    names = [f"{what}_{kind}" for what in ("position", "angle", "force") for kind in ("rms", "worst", "linear")]
+    names = [f"{what}_{kind}" for what in _TOLD for kind in ("rms", "worst", "linear")]
     values = {name: float(np.sqrt(sum(getattr(row, name) ** 2 for row in rows))) for name in names}
     return Cost("total", np.nan, "", "finger", **values, lost=np.nan)

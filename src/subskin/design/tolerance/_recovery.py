@@ -14,10 +14,8 @@ from ...errors import ConvergenceError, SubskinError
 from ...finger import Finger
 from ._costs import Costs, joined, summed_up
 from ._study import Located
-from .result import Cost, Recovery
+from .cost import Cost, Recovery
 from .sources import SOURCES, as_made, of_each_sensor
-
-__all__ = ["METHODS", "recoveries", "terms_for"]
 
 METHODS = ("known", "blind")
 
@@ -54,55 +52,32 @@ def recoveries(
     progress: Callable[[], object],
 ) -> tuple[Recovery, ...]:
     """A row for each source that a calibration could remove, and one for all of them at once."""
-    if not methods:
-        return ()
     off = {name: amount for name, amount in amounts.items() if SOURCES[name].spread != "reading"}
-    if not off:
+    if not methods or not off:
         return ()
-    rows = [{name: amount} for name, amount in off.items()] + [off]
-    names = [*off, _TOGETHER]
-    return tuple(
-        _recovery(costs, name, row, amounts, methods, draws, touches, progress)
-        for name, row in zip(names, rows, strict=True)
-    )
-
-
-def _recovery(
-    costs: Costs,
-    name: str,
-    off: Mapping[str, float],
-    amounts: Mapping[str, float],
-    methods: Mapping[str, Sequence[str]],
-    draws: int,
-    touches: Mapping[str, int],
-    progress: Callable[[], object],
-) -> Recovery:
-    study = costs.study
-    drawn: list[Located] = []
-    after: dict[str, list[Located]] = {method: [] for method in methods}
-    failed = dict.fromkeys(methods, 0)
-    for draw in range(draws):
-        rng = costs.rng(name, draw)
-        made = _made(costs, name, off, draw, rng)
-        readings = study.readings(made)
-        drawn.append(study.locate(readings))
-        for method, fit in methods.items():
-            try:
-                found = _calibrated(costs, made, method, fit, amounts, touches[method], rng)
-                after[method].append(study.of(found).locate(readings))
-            except ConvergenceError:
-                failed[method] += 1
-                after[method].append(drawn[-1])
-            progress()
-    amount = off.get(name, np.nan)
-    costs_after = {method: _summed(costs, name, amount, parts) for method, parts in after.items()}
-    return Recovery(
-        name,
-        _summed(costs, name, amount, drawn),
-        costs_after.get("known"),
-        costs_after.get("blind"),
-        tuple(failed.items()),
-    )
+    study, out = costs.study, []
+    for name, row in [*((name, {name: amount}) for name, amount in off.items()), (_TOGETHER, off)]:
+        drawn: list[Located] = []
+        after: dict[str, list[Located]] = {method: [] for method in methods}
+        failed = dict.fromkeys(methods, 0)
+        for draw in range(draws):
+            rng = costs.rng(name, draw)
+            made = _made(costs, name, row, draw, rng)
+            readings = study.readings(made)
+            drawn.append(study.locate(readings))
+            for method, fit in methods.items():
+                try:
+                    found = _calibrated(costs, made, method, fit, amounts, touches[method], rng)
+                    after[method].append(study.of(found).locate(readings))
+                except ConvergenceError:
+                    failed[method] += 1
+                    after[method].append(drawn[-1])
+                progress()
+        amount = row.get(name, np.nan)
+        done = {method: _summed(costs, name, amount, parts) for method, parts in after.items()}
+        before = _summed(costs, name, amount, drawn)
+        out.append(Recovery(name, before, done.get("known"), done.get("blind"), tuple(failed.items())))
+    return tuple(out)
 
 
 def _summed(costs: Costs, name: str, amount: float, parts: list[Located]) -> Cost:
@@ -135,32 +110,31 @@ def _calibrated(
     noise = of_each_sensor(made.array.noise, amounts["noise"]) if "noise" in amounts else made.array.noise
     made = replace(made, array=replace(made.array, noise=noise))
     if method == "known":
-        positions = np.linspace(*study.touches.span_on(study.finger), count)
-        force = study.touches.force
+        positions, force = np.linspace(*study.touches.span_on(study.finger), count), study.touches.force
         readings = made.read(LineLoad(force, 0.0, positions), rng)
+
+        def fitted(terms: Sequence[str]) -> Finger:
+            return calibrate(study.finger, readings, positions, fit=terms, force=force, origin=0.0).finger
+
         try:
-            return calibrate(study.finger, readings, positions, fit=fit, force=force, origin=0.0).finger
+            return fitted(fit)
         except ConvergenceError:  # normal touches do not tell Poisson's ratio from a gain to every kind of sensor
             rest = tuple(term for term in fit if term != "poisson")
             if rest in (tuple(fit), ()):
                 raise
-            return calibrate(study.finger, readings, positions, fit=rest, force=force, origin=0.0).finger
+            return fitted(rest)
     readings = made.read(study.touches.sample(count, rng, study.finger), rng)
-    options: dict[str, Any] = {"friction": study.friction, "search": study.search}
-    options |= _priors(study.finger, fit, amounts)
-    return calibrate_blind(study.finger, readings, fit=fit, **options).finger
+    priors: dict[str, Any] = _priors(study.finger, fit, amounts)
+    return calibrate_blind(
+        study.finger, readings, fit=fit, friction=study.friction, search=study.search, **priors
+    ).finger
 
 
 def _priors(finger: Finger, fit: Sequence[str], amounts: Mapping[str, float]) -> dict[str, float]:
     """The tolerances as errors of the drawing, as `calibrate_blind` takes them; its own where there is none."""
     depth = np.asarray(finger.array.depth)
-    below = finger.skin.thickness - float(depth.max())
-    scale = {
-        "position": 1 / depth.mean(),
-        "depth": 1 / depth.mean(),
-        "depths": 1 / depth.mean(),
-        "thickness": 1 / below,
-    }
+    scale = dict.fromkeys(("position", "depth", "depths"), 1 / depth.mean())
+    scale["thickness"] = 1 / (finger.skin.thickness - float(depth.max()))
     out: dict[str, float] = {}
     for term in fit:
         names = ("depth", "depths") if term == "depths" else _TERMS.get(term, ())

@@ -16,8 +16,6 @@ from ...estimate import Locator, Status
 from ...finger import Finger
 from ..touches import Touches
 
-__all__ = ["Located", "Study"]
-
 _FORCED = 1e-12
 _EXPLAINED = 90.0
 """What a load explains of chi-square in a frame that is located whatever its status: well above the least, 55."""
@@ -35,20 +33,9 @@ class Located:
 
 
 class Study:
-    """Touches on a grid of places and angles, and the finger by which they are located.
+    """Touches on a grid of positions (p,) [m] and angles (a,) [rad], and the finger that locates them.
 
-    Parameters
-    ----------
-    finger : Finger
-        As drawn: what `locate` believes.
-    touches : Touches
-        What presses.
-    position, angle : ndarray, shapes (p,), (a,)
-        The grid [m, rad].
-    friction : float
-        Of the search.
-    search : (float, float) or None
-        Where loads are looked for [m].
+    That is the finger as drawn; `friction` and `search` are those of `locate`.
     """
 
     def __init__(
@@ -130,7 +117,7 @@ class Study:
     def slope(self) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Errors (p, a, 3, n) per change of each reading, to first order, and where (p, a) there is no such thing.
 
-        (J^T W J)^-1 J^T W, J being the readings' derivatives by place, normal and tangential force, W the inverse
+        (J^T W J)^-1 J^T W, J being the readings' derivatives by position, normal and tangential force, W the inverse
         variances of their noise; it does not exist where J is singular.
         """
         array = self.finger.array

@@ -1,21 +1,162 @@
-"""What each tolerance of a finger costs in millimetres, degrees and force."""
+"""What each tolerance of a finger costs in millimetres, degrees and force, and how tight it has to be."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ... import _check
-from ...errors import InvalidValueError
+from ...errors import InvalidValueError, SubskinError
 from ...estimate.frames import checked_friction
 from ...finger import Finger
+from .._common import whole
 from ..touches import Touches
 from ._costs import Costs, combined
 from ._recovery import METHODS, recoveries, terms_for
 from ._study import Study
-from .result import ToleranceBudget
+from .cost import Cost, Needed, Recovery
 from .sources import checked_tolerances
 
-__all__ = ["tolerance_budget"]
+__all__ = ["ToleranceBudget", "tolerance_budget"]
+
+_NO_PART = 1e-3
+"""Share of a wanted accuracy below which a source takes no part in it."""
+_WIDEST = 10.0
+_CLOSE = 0.02
+_ROUNDS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceBudget:
+    """What `tolerance_budget` found.
+
+    Parameters
+    ----------
+    finger : Finger
+        As drawn, by which readings of the fingers as made are located.
+    touches : Touches
+        What presses.
+    rows : tuple of Cost
+        One a source.
+    total : Cost
+        Root of the sum of squares of each column. NaN for what is lost: misfits add up, and what each source leaves
+        explained all of them together may not.
+    together : Cost
+        All sources at once, by drawing fingers and frames: what the total should be.
+    recovered : tuple of Recovery
+        With self-calibration, one a source that it could remove, and all together at the end.
+    quantile : float
+        What share of the fingers the worst errors hold for [-].
+    draws : int
+        Fingers or frames drawn for each source.
+    """
+
+    finger: Finger
+    touches: Touches
+    rows: tuple[Cost, ...]
+    total: Cost
+    together: Cost
+    recovered: tuple[Recovery, ...]
+    quantile: float
+    draws: int
+    _costs: Costs = field(repr=False)
+
+    def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
+        """Errors of position [m], angle [rad] and force [-] that a `share` of the touches keep, to first order.
+
+        At each touch the standard deviations of all `sources`, or of those named, add up as squares.
+
+        Raises
+        ------
+        InvalidValueError
+            A share that is not in (0, 1), a source that is not in the budget.
+        """
+        part = _check.scalar("share", share, above=0.0, at_most=1.0)
+        amounts = {row.source: row.amount for row in self.rows}
+        chosen = amounts if sources is None else sources
+        for name in chosen:
+            if name not in amounts:
+                raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}")
+        square = sum(self._costs.linear(name, amounts[name]) ** 2 for name in chosen)
+        position, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
+        return float(position), float(angle), float(force)
+
+    def needed(
+        self, position: float | None = None, angle: float | None = None, *, keep: Sequence[str] = ()
+    ) -> tuple[Needed, ...]:
+        """How tight each tolerance has to be for a wanted rms error of `position` [m], of `angle` [rad], or both.
+
+        Each amount is found by locating again with it, until the error is within 2 % of what it may be.
+
+        Parameters
+        ----------
+        position, angle : float, optional
+            Wanted root mean square errors [m, rad], > 0.
+        keep : sequence of str, optional
+            Sources that stay as they are, such as the noise: what they cost is taken off the wanted accuracy first, and
+            they are not among the answers.
+
+        Raises
+        ------
+        InvalidValueError
+            Nothing wanted, a source that has no row, or one kept that costs more than what is wanted.
+        """
+        wanted = {
+            name: _check.scalar(name, value, above=0.0, unit=unit)
+            for name, value, unit in (("position", position, "m"), ("angle", angle, "rad"))
+            if value is not None
+        }
+        if not wanted:
+            raise InvalidValueError("no accuracy wanted", "position, angle or both are needed", "position=1e-4")
+        named = [row.source for row in self.rows]
+        for source in keep:
+            if source not in named:
+                raise InvalidValueError(f"keep = {source!r}", f"there are {', '.join(named)}")
+        kept, free = ([r for r in self.rows if (r.source in keep) is side] for side in (True, False))
+        left = {}
+        for name, value in wanted.items():
+            rest = value**2 - sum(_rms(row, name) ** 2 for row in kept)
+            if not rest > 0:
+                raise InvalidValueError(
+                    f"{name} = {value:.6g}", f"{', '.join(keep)} alone cost more than that", "tighten these too"
+                )
+            left[name] = float(np.sqrt(rest))
+        parts = {name: max(sum(_rms(row, name) > _NO_PART * value for row in free), 1) for name, value in left.items()}
+        share = {name: value / np.sqrt(parts[name]) for name, value in left.items()}
+        return tuple(
+            Needed(row.source, row.amount, row.unit, self._amount(row, left), self._amount(row, share)) for row in free
+        )
+
+    def _amount(self, row: Cost, allowed: dict[str, float]) -> float:
+        """The amount at which the first of the `allowed` errors is reached, by secants in the logarithms."""
+
+        def used(cost: Cost) -> float:
+            return max(_rms(cost, name) / value for name, value in allowed.items())
+
+        amount, power, now, most = row.amount, 1.0, used(row), _WIDEST * row.amount
+        for _ in range(_ROUNDS):
+            if not now > _NO_PART / _WIDEST:
+                return np.inf
+            if abs(now - 1) < _CLOSE:
+                break
+            following = amount * float(np.clip(now ** (-1 / power), 1e-3, _WIDEST))
+            if following > most and amount >= most:
+                return np.inf
+            following = min(following, most)
+            try:
+                before, now = now, used(self._costs.cost(row.source, following))
+            except SubskinError:  # no finger can be off by so much
+                return np.inf
+            if now > 0 and following != amount:
+                power = float(np.clip(np.log(now / before) / np.log(following / amount), 0.5, 4.0))
+            amount = following
+        return amount
+
+
+def _rms(row: Cost, name: str) -> float:
+    return float(getattr(row, f"{name}_rms"))
 
 
 def tolerance_budget(
@@ -27,7 +168,7 @@ def tolerance_budget(
     angles: int = 12,
     draws: int = 200,
     quantile: float = 0.95,
-    seed: int = 0,
+    rng: np.random.Generator | int = 0,
     friction: float | None = None,
     search: tuple[float, float] | None = None,
     self_calibration: str | Sequence[str] | Mapping[str, Sequence[str]] = (),
@@ -39,10 +180,9 @@ def tolerance_budget(
     """What each source of error costs in locating the touches that a finger is made for.
 
     Readings of the finger as made, off by one source, are located by the finger as drawn. They are free of noise but
-    where noise is the source, so every error is that source's. Errors are those of `locate` itself: frames that it
-    calls unexplained count as lost, and with the load that fits them best in the errors. Errors to first order stand
-    beside them. What is one number for the whole finger is taken off by its amount to either side, or to the one that
-    there is (Poisson's ratio ends at 1/2); what each sensor has of its own is drawn `draws` times.
+    where noise is the source. Frames that `locate` calls unexplained count as lost, and with the load that fits them
+    best in the errors; errors to first order stand beside them. What is one number for the whole finger is off by its
+    amount to either side, or to the one that there is; what each sensor has of its own is drawn `draws` times.
 
     Parameters
     ----------
@@ -60,25 +200,20 @@ def tolerance_budget(
         Fingers or frames drawn for each source that is random from sensor to sensor or from reading to reading.
     quantile : float, optional
         What share of the fingers the worst errors hold for.
-    seed : int, optional
+    rng : Generator or int, optional
         Of all draws.
     friction : float, optional
-        Of `locate`; that of the touches if left out.
+        Coefficient of friction of `locate`; that of the touches if left out.
     search : (float, float), optional
         Where loads are looked for, y [m]; as of `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
-        "known": calibrate each finger by presses straight down at known places along the span, their force being
-        known, before it is located. "blind": by touches like these of which nothing is known, the tolerances being what
-        is known beforehand. Each fits all that has a tolerance and can be fitted; a mapping says otherwise, as
-        {"blind": ("gain", "depth", "position")}.
+        "known": calibrate each finger first by presses straight down, of known force at known positions. "blind": by
+        touches like these of which only the tolerances are known. Each fits all that has a tolerance and can be fitted;
+        a mapping says otherwise, as {"blind": ("gain", "depth", "position")}.
     calibration_draws, calibration_touches, calibration_presses : int, optional
-        Fingers calibrated for each source; touches of each blind calibration, and presses of each at known places.
+        Fingers calibrated for each source; touches of each blind calibration, and presses of each at known positions.
     progress : callable, optional
         Called after each row, and after each calibration.
-
-    Returns
-    -------
-    ToleranceBudget
 
     Raises
     ------
@@ -108,17 +243,15 @@ def tolerance_budget(
         "calibration_presses": calibration_presses,
     }  # fmt: skip
     for name, count in counts.items():
-        if isinstance(count, bool) or int(count) != count or count < 1:
-            raise InvalidValueError(f"{name} = {count!r}", "a whole number >= 1 is needed")
+        whole(name, count)
     share = _check.scalar("quantile", quantile, above=0.0)
     if not share < 1:
         raise InvalidValueError(f"quantile = {share:.6g}", "has to be < 1", "quantile=0.95")
-    if isinstance(seed, bool) or int(seed) != seed or seed < 0:
-        raise InvalidValueError(f"seed = {seed!r}", "a whole number >= 0 is needed")
+    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0)
     methods = _methods(self_calibration, terms_for(finger, amounts))
     mu = touches.friction if friction is None else checked_friction(friction)
     position, angle = touches.grid(positions, angles, finger)
-    costs = Costs(Study(finger, touches, position, angle, mu, search), draws, share, seed)
+    costs = Costs(Study(finger, touches, position, angle, mu, search), draws, share, root)
     advance = progress or (lambda: None)
     rows = []
     for name, amount in amounts.items():
@@ -126,13 +259,9 @@ def tolerance_budget(
         advance()
     together = costs.together(amounts)
     advance()
-    recovered = recoveries(
-        costs, amounts, methods, calibration_draws,
-        {"known": calibration_presses, "blind": calibration_touches}, advance,
-    )  # fmt: skip
-    return ToleranceBudget(
-        finger, touches, tuple(rows), combined(tuple(rows)), together, recovered, share, draws, seed, costs
-    )
+    presses = {"known": calibration_presses, "blind": calibration_touches}
+    recovered = recoveries(costs, amounts, methods, calibration_draws, presses, advance)
+    return ToleranceBudget(finger, touches, tuple(rows), combined(rows), together, recovered, share, draws, costs)
 
 
 def _methods(

@@ -18,7 +18,13 @@ __all__ = ["SOURCES", "Source", "as_made", "checked_tolerances", "of_each_sensor
 
 
 class Source(NamedTuple):
-    """A source of error: unit of its amount, what draws it anew, and its name in words."""
+    """A source of error: `unit` of its amount, what has a value of its own (`spread`), its name in words (`text`).
+
+    Examples
+    --------
+    >>> SOURCES["depth"]
+    Source(unit='m', spread='finger', text='depth of all')
+    """
 
     unit: str
     spread: Literal["finger", "fixed", "sensor", "reading"]
@@ -26,7 +32,7 @@ class Source(NamedTuple):
 
 
 SOURCES = {
-    "position": Source("m", "sensor", "each sensor's place"),
+    "position": Source("m", "sensor", "each sensor's position"),
     "depth": Source("m", "finger", "depth of all"),
     "depths": Source("m", "sensor", "each sensor's depth"),
     "young": Source("", "finger", "Young's modulus"),
@@ -75,13 +81,7 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
 
 
 def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -> dict[str, float]:
-    """Amounts > 0 in the order of `SOURCES`; those that are 0 are left out.
-
-    Raises
-    ------
-    InvalidValueError
-        An unknown source, an amount that is negative, none at all, or one that this finger has not.
-    """
+    """Amounts > 0 in the order of `SOURCES`; what is 0 is left out, what the finger has not is refused."""
     given = usual_tolerances(finger) if tolerances is None else tolerances
     if not isinstance(given, Mapping):
         raise InvalidValueError(
@@ -103,23 +103,18 @@ def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -
 def as_made(finger: Finger, off: Mapping[str, Any]) -> Finger:
     """The finger with each source of `off` off by the value given: a number, or one a sensor.
 
-    Raises
-    ------
-    SubskinError
-        Where there is no such finger: a depth below 0, sensors beneath the base, Poisson's ratio above 1/2.
+    A SubskinError is raised where there is no such finger: a depth below 0, Poisson's ratio above 1/2.
     """
-    array = finger.array
-    values: dict[str, FloatArray] = {
-        name: np.asarray(getattr(array, name)) for name in ("y", "depth", "gain", "offset", "width")
-    }
-    changes = {
-        "y": values["y"] + off.get("position", 0.0),
-        "depth": values["depth"] + off.get("depth", 0.0) + off.get("depths", 0.0),
-        "gain": values["gain"] * (1 + off.get("gain", 0.0)) * (1 + off.get("gains", 0.0)),
-        "offset": values["offset"] + off.get("offset", 0.0),
-        "width": values["width"] + off.get("width", 0.0),
-    }
-    return Finger(_skin_off(finger.skin, off), replace(array, **changes))
+    a = finger.array
+    array = replace(
+        a,
+        y=np.asarray(a.y) + off.get("position", 0.0),
+        depth=np.asarray(a.depth) + off.get("depth", 0.0) + off.get("depths", 0.0),
+        gain=np.asarray(a.gain) * (1 + off.get("gain", 0.0)) * (1 + off.get("gains", 0.0)),
+        offset=np.asarray(a.offset) + off.get("offset", 0.0),
+        width=np.asarray(a.width) + off.get("width", 0.0),
+    )
+    return Finger(_skin_off(finger.skin, off), array)
 
 
 def _skin_off(skin: Skin, off: Mapping[str, Any]) -> Skin:

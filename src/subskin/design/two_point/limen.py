@@ -12,9 +12,9 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
+from .._common import whole
 from ..touches import Touches
-from ._pairs import Pairs
-from ._threshold import from_which_on
+from ._pairs import Pairs, from_which_on
 
 __all__ = ["Against", "Angle", "Test", "TwoPointLimen", "two_point_limen"]
 
@@ -45,7 +45,7 @@ class TwoPointLimen:
     power, false_alarm : float
         Probabilities with which two points are found, and one contact is taken for two.
     needed : float
-        Distance at which that is so.
+        Distance at which that is so [standard deviations].
     position : ndarray, shape (p,)
         Middles between the two points [m].
     share : ndarray, shape (q,)
@@ -90,7 +90,7 @@ class TwoPointLimen:
         return float(np.median(self.separation))
 
     def with_noise(self, factor: float) -> TwoPointLimen:
-        """The same with the noise of all sensors times a factor > 0: distances are in proportion to 1 / noise."""
+        """The same with the noise of all sensors times a `factor` > 0: distances are in proportion to 1 / noise."""
         ratio = _check.scalar("factor", factor, above=0.0)
         array = replace(self.finger.array, noise=ratio * np.asarray(self.finger.array.noise))
         # in units of the noise that the pairs were made with
@@ -133,19 +133,20 @@ def two_point_limen(
     """How far apart two points have to be for the sensors to tell them from one contact.
 
     The readings of two points, free of noise, are fitted with one contact: its forces are eliminated exactly, its
-    place, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
+    position, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
     what any test has to go by. "fit" is the test that `Finger.locate` and `Finger.fit` make: the residual of noisy
     readings against chi-square, non-central with D^2 under two points. It asks nothing about what else it might be.
     "best" is the Neyman-Pearson test between just these two points and just that contact: no test of any kind needs
-    less than its D, the sum of the two normal quantiles. Source: memo section 7; docs/two_points.md.
+    less than its D, the sum of the two normal quantiles. `TwoPointLimen.worst` is the one number. Source: memo section
+    7; docs/two_points.md.
 
     Parameters
     ----------
     finger : Finger
         With the noise of its sensors. Fewer sensors than the one contact has unknowns tell nothing.
     touches : Touches
-        `force` is that of both points together [N/m], `span` the places of their middle, `friction` the cone of angles
-        where these are not normal.
+        `force` is that of both points together [N/m], `span` the positions of their middle, `friction` the cone of
+        angles where these are not normal.
     against : {"point", "wide"}, optional
         One point, or one Hertz contact of any half width up to 1.25 times the largest separation, and 4 depths. Its
         table is good to some 5e-6 of the largest reading, so at a noise below 1e-5 of it distances are not exact.
@@ -157,7 +158,7 @@ def two_point_limen(
     test : {"fit", "best"}, optional
         Which test.
     positions : int, optional
-        Number of places of the middle.
+        Number of positions of the middle.
     shares : array_like, shape (q,), optional
         Share of the force carried by the point at lower y, between 0 and 1.
     angles : int, optional
@@ -165,17 +166,12 @@ def two_point_limen(
     largest : float, optional
         Largest separation tried [m]; two depths of the shallowest sensor if left out.
 
-    Returns
-    -------
-    TwoPointLimen
-        Separations, of which `worst` is the one number [m].
-
     Raises
     ------
     InvalidValueError
         Sensors without noise, an option out of range.
     GeometryError
-        Touches without a span on a finger with sensors at one place.
+        Touches without a span on a finger with sensors at one position.
     NotLinearError
         A transducer with no linear part.
 
@@ -192,22 +188,18 @@ def two_point_limen(
     two points against one point, angle normal: told from 0.736 mm on at worst, 0.248 mm at half of them
     two points against one wide contact, angle normal: told from 2.69 mm on at worst, 1.02 mm at half of them
     """
-    _checked(against, angle, test, positions, angles)
+    for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
+        if value not in get_args(known):
+            raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
     share = np.atleast_1d(_check.real("shares", shares, above=0.0))
     if share.ndim != 1 or not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")
     shallowest = float(np.asarray(finger.array.depth).min())
     far = _LARGEST * shallowest if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
     pairs = Pairs(
-        finger,
-        touches,
-        wide=against == "wide",
-        angle=angle,
-        positions=positions,
-        angles=angles,
-        share=share,
-        largest=far,
-    )
+        finger, touches, wide=against == "wide", angle=angle, positions=whole("positions", positions),
+        angles=whole("angles", angles), share=share, largest=far,
+    )  # fmt: skip
     needed = _needed(pairs.spare, power, false_alarm, test)
     least = _LEAST[against]
     step = np.geomspace(least * far, far, int(np.ceil(np.log(1 / least) / np.log(_RATIO))) + 1)
@@ -220,15 +212,6 @@ def two_point_limen(
         _check.read_only(distance.reshape(step.size, *pairs.shape)),
         _check.read_only(separation.reshape(pairs.shape)), pairs,
     )  # fmt: skip
-
-
-def _checked(against: str, angle: str, test: str, positions: int, angles: int) -> None:
-    for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
-        if value not in get_args(known):
-            raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
-    for name, count in (("positions", positions), ("angles", angles)):
-        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-            raise InvalidValueError(f"{name} = {count!r}", "a whole number >= 1 is needed")
 
 
 def _needed(spare: int, power: float, false_alarm: float, test: Test) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from ...response import tabulate
 __all__ = ["Metamers", "metamers"]
 
 _NODES = 4
-"""Places looked at in each cell of the table: its polynomials of degree 4 do not turn unseen between them."""
+"""Positions looked at in each cell of the table: its polynomials of degree 4 do not turn unseen between them."""
 _HALVINGS = 50
 
 
@@ -27,9 +28,9 @@ class Metamers:
     Attributes
     ----------
     reading : ndarray, shape (..., 2)
-        What the two sensors read under all the points, without offset.
+        What the two sensors read under all the points, without offset [their unit].
     position, force : ndarray, shape (..., k)
-        Place [m] and magnitude [N/m] of each single point that reads the same, from -y to +y; NaN where a touch has
+        Position [m] and magnitude [N/m] of each single point that reads the same, from -y to +y; NaN where a touch has
         fewer than k. k is that of the touch with most, and at least 1.
     direction : ndarray, shape (...)
         atan2 of the second reading and the first [rad]: the ratio of the readings, with their signs.
@@ -77,7 +78,7 @@ def metamers(
     finger : Finger
         With two live sensors.
     position : array_like, shape (..., m)
-        Places of the points of each touch [m].
+        Positions of the points of each touch [m].
     force : array_like, shape (..., m), optional
         Their magnitudes [N/m], >= 0, one or more > 0.
     angle : float, optional
@@ -110,7 +111,15 @@ def metamers(
             "metamers are those of two",
             "Finger(skin, array.select([0, 1]))",
         )
-    positions, forces, lean = _touches(position, force, angle)
+    positions = np.atleast_1d(_check.real("position", position, unit="m"))
+    forces = _check.real("force", force, unit="N/m", at_least=0.0)
+    _check.broadcast(position=positions, force=forces)
+    positions, forces = np.broadcast_arrays(positions, forces)
+    if not (forces > 0).any(axis=-1).all():
+        raise GeometryError("a touch without force", "one point or more has to press", "force=[10.0, 10.0]")
+    lean = _check.scalar("angle", angle, unit="rad")
+    if not abs(lean) < np.pi / 2:
+        raise GeometryError(f"angle = {lean:.6g}", "has to press, between -pi/2 and pi/2")
     along = np.array([np.cos(lean), np.sin(lean)])
     table = tabulate(finger, search)
 
@@ -133,31 +142,15 @@ def metamers(
         for values in (found, size)
     ]
     turned = np.unwrap(np.arctan2(*curve(grid).T[::-1]))
+    direction = np.arctan2(reading[..., 1], reading[..., 0])
     return Metamers(
-        _check.read_only(reading),
-        _check.read_only(chosen[0]),
-        _check.read_only(chosen[1]),
-        _check.read_only(np.arctan2(reading[..., 1], reading[..., 0])),
-        (float(turned.min()), float(turned.max())),
-    )
+        _check.read_only(reading), _check.read_only(chosen[0]), _check.read_only(chosen[1]),
+        _check.read_only(direction), (float(turned.min()), float(turned.max())),
+    )  # fmt: skip
 
 
-def _touches(position: npt.ArrayLike, force: npt.ArrayLike, angle: float) -> tuple[FloatArray, FloatArray, float]:
-    positions = np.atleast_1d(_check.real("position", position, unit="m"))
-    forces = _check.real("force", force, unit="N/m", at_least=0.0)
-    _check.broadcast(position=positions, force=forces)
-    positions, forces = np.broadcast_arrays(positions, forces)
-    if not (forces > 0).any(axis=-1).all():
-        raise GeometryError("a touch without force", "one point or more has to press", "force=[10.0, 10.0]")
-    lean = _check.scalar("angle", angle, unit="rad")
-    if not abs(lean) < np.pi / 2:
-        raise GeometryError(f"angle = {lean:.6g}", "has to press, between -pi/2 and pi/2")
-    return positions, forces, lean
-
-
-def _crossings(reading: FloatArray, curve: object, grid: FloatArray) -> FloatArray:
-    """Places (f, k) at which the curve is in line with each reading (f, 2), before or behind; the rest NaN."""
-    assert callable(curve)
+def _crossings(reading: FloatArray, curve: Callable[[FloatArray], FloatArray], grid: FloatArray) -> FloatArray:
+    """Positions (f, k) at which the curve is in line with each reading (f, 2), before or behind; the rest NaN."""
     across = _cross(reading[:, None, :], curve(grid))
     before, after = across[:, :-1], across[:, 1:]
     frame, cell = np.nonzero((before == 0) | (before * after < 0))

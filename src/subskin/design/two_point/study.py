@@ -1,4 +1,4 @@
-"""The least separation of two points over count, depth and spacing of the sensors, and over their noise."""
+"""The least separation of two points over count, depth and pitch of the sensors, and over their noise."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...response import tabulate
+from .._common import stretch
 from ..touches import Touches
 from .limen import Against, two_point_limen
 
 __all__ = ["TwoPointStudy", "two_point_study"]
 
-_SPACING = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0, 1.25, 1.5, 2.0)
+_PITCHES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0, 1.25, 1.5, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
 class TwoPointStudy:
-    """What `two_point_study` found. Arrays of shape (c, k, s, m): count, depth, spacing, noise.
+    """What `two_point_study` found. Arrays of shape (c, k, s, m): count, depth, pitch, noise.
 
     Attributes
     ----------
@@ -38,7 +39,7 @@ class TwoPointStudy:
     depth : ndarray, shape (k,)
         Their depths [m].
     pitch : ndarray, shape (s,)
-        Their spacings, in depths [-].
+        Their pitches, in depths [-].
     noise : ndarray, shape (m,)
         Noise, as a share of the largest reading under one point of the whole force, square to the skin [-].
     worst, median : ndarray, shape (c, k, s, m)
@@ -56,10 +57,10 @@ class TwoPointStudy:
     median: FloatArray
 
     def best(self, slack: float = 0.25) -> FloatArray:
-        """The best spacing, and the range around it that is nearly as good, in depths, shape (c, k, m, 3).
+        """The best pitch, and the range around it that is nearly as good, in depths, shape (c, k, m, 3).
 
-        Best spacing, least and largest of those spacings, without a gap, whose worst separation is larger by a share
-        of `slack` at most; NaN where no spacing serves.
+        Best pitch, least and largest of those pitches, without a gap, whose worst separation is larger by a share
+        of `slack` at most; NaN where no pitch serves.
         """
         share = _check.scalar("slack", slack, at_least=0.0)
         worst = np.moveaxis(self.worst, 2, -1)
@@ -68,10 +69,7 @@ class TwoPointStudy:
             row = worst[index]
             at = int(np.argmin(row))
             if np.isfinite(row[at]):
-                bad = np.flatnonzero(~(row <= (1 + share) * row[at]))
-                low = bad[bad < at].max(initial=-1) + 1
-                high = bad[bad > at].min(initial=row.size) - 1
-                out[index] = self.pitch[[at, low, high]]
+                out[index] = self.pitch[[at, *stretch(row <= (1 + share) * row[at], at)]]
         return out
 
 
@@ -80,14 +78,14 @@ def two_point_study(
     touches: Touches,
     *,
     count: npt.ArrayLike = (3, 4, 5, 6, 8),
-    pitch: npt.ArrayLike = _SPACING,
+    pitch: npt.ArrayLike = _PITCHES,
     depth: npt.ArrayLike | None = None,
     noise: npt.ArrayLike = (1e-4, 1e-3, 1e-2),
     against: Against = "point",
     progress: Callable[[], object] | None = None,
     **options: Any,
 ) -> TwoPointStudy:
-    """`two_point_limen` of even rows in one skin, over their count, depth and spacing, and over the noise.
+    """`two_point_limen` of even rows in one skin, over their count, depth and pitch, and over the noise.
 
     On a half plane lengths scale with the depth, and the noise counts as a share of the largest reading: one depth says
     all. Layers and a round finger have lengths of their own.
@@ -101,7 +99,7 @@ def two_point_study(
     count : array_like of int, shape (c,), optional
         Numbers of sensors, >= 2.
     pitch : array_like, shape (s,), optional
-        Spacings in depths, ascending.
+        Pitches, ascending [depths].
     depth : array_like, shape (k,), optional
         Depths [m]; the mean of the finger's own if left out.
     noise : array_like, shape (m,), optional
@@ -160,15 +158,9 @@ def _row(finger: Finger, count: int, pitch: float, depth: float, noise: float) -
     """An even row of sensors like the finger's first, in its skin."""
     a = finger.array
     array = SensorArray.line(
-        count,
-        pitch,
-        depth,
-        centre=float(np.asarray(a.y).mean()),
-        transducer=a.transducers[0],
-        gain=np.asarray(a.gain)[0],
-        width=np.asarray(a.width)[0],
-        noise=noise,
-    )
+        count, pitch, depth, centre=float(np.asarray(a.y).mean()), transducer=a.transducers[0],
+        gain=np.asarray(a.gain)[0], width=np.asarray(a.width)[0], noise=noise,
+    )  # fmt: skip
     return Finger(finger.skin, array)
 
 

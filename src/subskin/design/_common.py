@@ -1,0 +1,31 @@
+"""What several tools for designers ask: whole numbers, one sensor of a row, the stretch in which something is good."""
+
+from __future__ import annotations
+
+from numbers import Real
+
+import numpy as np
+import numpy.typing as npt
+
+from ..array import SensorArray
+from ..errors import InvalidValueError
+
+
+def whole(name: str, value: object, least: int = 1) -> int:
+    """`value` as a whole number, or a message that says which are allowed."""
+    if isinstance(value, bool) or not isinstance(value, Real) or value % 1 or value < least:
+        raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed")
+    return int(value)  # type: ignore[call-overload, no-any-return]
+
+
+def index_of(array: SensorArray, sensor: object) -> int:
+    """`sensor` as the index of one."""
+    if isinstance(sensor, bool) or sensor not in range(len(array)):
+        raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {len(array) - 1}", "sensor=0")
+    return int(sensor)  # type: ignore[call-overload, no-any-return]
+
+
+def stretch(good: npt.NDArray[np.bool_], at: int) -> tuple[int, int]:
+    """First and last index about `at` between which all are good."""
+    bad = np.flatnonzero(~good)
+    return int(bad[bad < at].max(initial=-1)) + 1, int(bad[bad > at].min(initial=good.size)) - 1
