@@ -64,6 +64,11 @@ class Finger:
     array : SensorArray
         The sensors.
 
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        What is no skin or no array; a sensor that lies beneath the skin.
+
     Examples
     --------
     >>> import numpy as np, subskin as ss
@@ -171,7 +176,7 @@ class Finger:
         Parameters
         ----------
         position : array_like, shape (...)
-            Places y of the load [m].
+            Positions y of the load [m].
 
         Returns
         -------

@@ -25,13 +25,7 @@ EDGE = {"cli", "__main__"}
 LATER = {
     "design",
     "plot",
-    "estimate",
-    "calibration",
-    "stream",
     "report",
-    "response",
-    "finger",
-    "prepared",
 }  # rooms that are not yet complete
 NUMBER = re.compile(r"\b(float|array_like|ndarray|FloatArray)\b")
 COUNTED = re.compile(r"\b(bool|of int|of str)\b")

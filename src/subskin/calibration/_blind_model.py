@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..finger import Finger
-from ._forward import Forward
+from ._forward import Forward, slices
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]
 
@@ -92,14 +92,9 @@ class BlindModel:
         self.drawn, self.loads = finger, loads
         self.forward = Forward(finger, names)
         n = len(finger.array)
-        self.slices: dict[str, slice] = {}
-        at = 0
-        for name in TERMS:
-            if name in names:
-                size = n if name in ("gain", "offset", "depths", "position") else 1
-                self.slices[name] = slice(at, at + size)
-                at += size
-        self.size = at
+        each = ("gain", "offset", "depths", "position")
+        self.slices = slices({name: n if name in each else 1 for name in TERMS if name in names})
+        at = self.size = sum(part.stop - part.start for part in self.slices.values())
         self.prior = np.empty(at)
         for name, part in self.slices.items():
             self.prior[part] = errors[name]

@@ -183,8 +183,7 @@ class Rounds:
             rows = np.isfinite(found.position) & np.isfinite(rise[:, i])
             alone = Finger(finger.skin, array.select([i]))
             field = alone.receptive_field(found.position[rows])[:, 0] / np.asarray(alone.array.noise)
-            force = np.stack([np.cos(found.angle[rows]), np.sin(found.angle[rows])], -1) * found.force[rows, None]
-            expected = (field * force).sum(axis=1)
+            expected = (field * found.components[rows]).sum(axis=1)
             power = float((expected**2).sum())
             if power > _TELLING**2 * max(rows.sum(), 1) and float(expected @ rise[rows, i]) < _DEAD * power:
                 live[i] = False

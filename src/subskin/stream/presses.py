@@ -78,7 +78,7 @@ class Presses:
     start, stop : ndarray
         First and last time of the plateau [s].
     position : ndarray or None
-        Mean place of the indenter on the plateau [m].
+        Mean position of the indenter on the plateau [m].
     depth : ndarray or None
         Mean depth of the indenter on the plateau, from the rest [m].
     reading : ndarray, shape (presses, n)
@@ -143,7 +143,7 @@ def segment(
     Raises
     ------
     InvalidValueError, GeometryError
-        Shapes that do not match, times that go back, a place, depth or time that is not finite, no press at all.
+        Shapes that do not match, times that go back, a position, depth or time that is not finite, no press at all.
 
     Examples
     --------
@@ -189,7 +189,7 @@ def segment(
 
 
 def _level(track: FloatArray | None, first: IndexArray, stop: IndexArray) -> FloatArray | None:
-    """Mean of a place on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
+    """Mean of a track on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
     return None if track is None else _check.read_only(_mean(track[:, None], first, stop)[0][:, 0].round(12))
 
 
