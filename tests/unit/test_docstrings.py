@@ -177,10 +177,11 @@ def returned(one):
 
 
 def parts(name):
-    """Names of classes that the fields of a class hold."""
+    """Names of classes that the fields of a class hold, or that its own methods give back."""
     kinds = [one.thing for one in BY_NAME.get(name, ()) if isinstance(one.thing, type)]
     notes = [note for kind in kinds for note in vars(kind).get("__annotations__", {}).values()]
-    return {word for note in notes for word in WORD.findall(str(note))}
+    given = (word for one in THINGS if one.owner in kinds for word in returned(one))
+    return {word for note in notes for word in WORD.findall(str(note))}.union(given)
 
 
 def filled_in(kind):
@@ -189,7 +190,7 @@ def filled_in(kind):
     return any(">>>" in (base.__doc__ or "") and own <= set(dir(base)) for base in getattr(kind, "__mro__", ())[1:])
 
 
-SHOWN = {name for one in THINGS if ">>>" in one.text for name in returned(one)}
+SHOWN = {name for one in THINGS if ">>>" in one.text for name in (*returned(one), one.name.rsplit(".", 1)[1])}
 while more := {part for name in SHOWN for part in parts(name)} - SHOWN:
     SHOWN |= more
 
