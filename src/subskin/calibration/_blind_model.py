@@ -13,7 +13,7 @@ from .._check import FloatArray
 from ..finger import Finger
 from ._forward import Forward, slices
 
-__all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]
+__all__ = ["TERMS", "BlindModel", "Linearised", "Whitened"]
 
 TERMS = ("gain", "offset", "depth", "depths", "position", "poisson", "thickness")
 """What can be fitted, in the order of x."""
@@ -22,15 +22,15 @@ _STEP = 1e-5
 """Of differences, in typical sizes: what rounding and what curvature make of them is then about alike."""
 
 
-class Touches(NamedTuple):
+class Whitened(NamedTuple):
     """Readings (m, n) less the drawn offsets, over the noise; 0 where they are not `seen` (m, n)."""
 
     data: FloatArray
     seen: npt.NDArray[np.bool_]
 
-    def of(self, rows: npt.NDArray[np.bool_]) -> Touches:
+    def of(self, rows: npt.NDArray[np.bool_]) -> Whitened:
         """Some of them."""
-        return Touches(self.data[rows], self.seen[rows])
+        return Whitened(self.data[rows], self.seen[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class BlindModel:
         return Finger(fitted.skin, array)
 
     def fit_forces(
-        self, touches: Touches, x: FloatArray, positions: FloatArray
+        self, touches: Whitened, x: FloatArray, positions: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Readings under unit loads (m, n, k), an orthonormal basis of them, the best forces, and the rest (m, n)."""
         field = self._field(x, positions) * touches.seen[..., None]
@@ -143,7 +143,7 @@ class BlindModel:
         force = np.linalg.solve(triangle, along)[..., 0]
         return field, basis, force, data - (basis @ along)[..., 0]
 
-    def linearise(self, touches: Touches, x: FloatArray, positions: FloatArray) -> Linearised:
+    def linearise(self, touches: Whitened, x: FloatArray, positions: FloatArray) -> Linearised:
         """The model near x and `positions` (m,) [m].
 
         A skin is the same all along its surface: a sensor moved one way reads what a touch moved the other way makes.

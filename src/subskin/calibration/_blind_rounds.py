@@ -15,7 +15,7 @@ from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
 from ._blind_fit import Settled, settle
-from ._blind_model import BlindModel, Touches
+from ._blind_model import BlindModel, Whitened
 
 __all__ = ["Rounds"]
 
@@ -81,7 +81,7 @@ class Rounds:
         part = Finger(finger.skin, finger.array.select(self.live))
         self.model = BlindModel(part, tuple(shares), _in_units(part, shares, self.live), self.unknowns - 1)
         noise, offset = np.asarray(part.array.noise), np.asarray(part.array.offset)
-        self.touches = Touches(np.where(seen, (self.readings - offset) / noise, 0.0), seen)
+        self.touches = Whitened(np.where(seen, (self.readings - offset) / noise, 0.0), seen)
         self.x = np.zeros(self.model.size)
 
     def _refuse_too_few(self, touches: int, shares: Mapping[str, FloatArray]) -> None:

@@ -129,10 +129,10 @@ def fit_relaxation(
         raise InvalidValueError(
             f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s", f"at least {_FEWEST} frames have to lie in it", "leave it out"
         )
-    return _Fit(data, clock, first, stop, terms, rest).result()
+    return _Series(data, clock, first, stop, terms, rest).result()
 
 
-class _Fit:
+class _Series:
     """Least squares over c = share / (1 - sum of share) and log(time): both free of the constraint."""
 
     def __init__(
