@@ -87,19 +87,15 @@ class Rounds:
     def _refuse_too_few(self, touches: int, shares: Mapping[str, FloatArray]) -> None:
         live = int(self.live.sum())
         if live <= self.unknowns:
-            raise ConvergenceError(
-                f"{live} live sensors, and {self.unknowns} unknowns a touch",
-                "only what a touch's own unknowns leave over tells of the finger: one sensor more is needed",
-                "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down"),
-            )
+            rule = "only what a touch's own unknowns leave over tells of the finger: one sensor more is needed"
+            fix = "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down")
+            raise ConvergenceError(f"{live} live sensors, and {self.unknowns} unknowns a touch", rule, fix)
         size = sum(live if share.shape else 1 for share in shares.values())
         over = int(np.maximum(self.spare, 0).sum())
         if over <= size:
-            raise ConvergenceError(
-                f"{touches} touches, which have {over} readings more than unknowns, for {size} numbers of the finger",
-                "more are needed",
-                f"at least {size // (live - self.unknowns) + 1} touches of all sensors, or fit less",
-            )
+            seen = f"{touches} touches, which have {over} readings more than unknowns, for {size} numbers of the finger"
+            fix = f"at least {size // (live - self.unknowns) + 1} touches of all sensors, or fit less"
+            raise ConvergenceError(seen, "more are needed", fix)
 
     def locate(self, finger: Finger, readings: FloatArray) -> Estimate:
         """Touches (m,) on `finger`, its noise taken `factor` times as large."""

@@ -104,11 +104,9 @@ def calibrate_blind(
     mu = checked_friction(friction)
     for kind in finger.array.transducers:
         if not kind.linear:
-            raise NotLinearError(
-                f"transducer {type(kind).__name__}",
-                "its reading is not proportional to the load, which a calibration without positions needs",
-                "a linear transducer, or calibrate at known positions",
-            )
+            seen = f"transducer {type(kind).__name__}"
+            rule = "its reading is not proportional to the load, which a calibration without positions needs"
+            raise NotLinearError(seen, rule, "a linear transducer, or calibrate at known positions")
     data = checked_readings(readings, len(finger.array))
     fix = "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin"
     check_noise(finger.array, "touches and drawing are weighed by the sensors' noise", fix)

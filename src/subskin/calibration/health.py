@@ -112,10 +112,9 @@ def sensor_health(
     --------
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> gains = np.array([1, 1, 0.6, 1, 1, 1])
-    >>> now, then = (
-    ...     ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=1e-4, gain=g)) for g in (gains, 1.0)
-    ... )
+    >>> row = {"pitch": 1.5e-3, "depth": 2e-3, "noise": 1e-4}
+    >>> then = ss.Finger(skin, ss.SensorArray.line(6, **row))
+    >>> now = ss.Finger(skin, ss.SensorArray.line(6, gain=[1, 1, 0.6, 1, 1, 1], **row))
     >>> rng = np.random.default_rng(0)
     >>> touches = ss.LineLoad(40.0, rng.uniform(-0.5, 0.5, 500), rng.uniform(-4e-3, 4e-3, 500))
     >>> found = sensor_health(then, now.read(touches, rng))

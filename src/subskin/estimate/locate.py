@@ -303,7 +303,7 @@ def fit(
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `locator`; a last axis that is not the number of sensors.
+        As of `locate`.
 
     Examples
     --------

@@ -125,11 +125,9 @@ def checked_width(
             raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
         return None, np.zeros(()), np.array(True)
     if half_width is None:
-        raise InvalidValueError(
-            f"half_width = None of a {family.__name__}",
-            "the slope tells the angle only where the half width is known",
-            "half_width=1e-3, side_angle_from_gradients on a half plane, or finger.fit, which finds it",
-        )
+        rule = "the slope tells the angle only where the half width is known"
+        fix = "half_width=1e-3, side_angle_from_gradients on a half plane, or finger.fit, which finds it"
+        raise InvalidValueError(f"half_width = None of a {family.__name__}", rule, fix)
     width, spread, known = known_only(half_width=half_width, half_width_std=std)
     _check.real("half_width", np.where(known, width, 1.0), unit="m", above=0.0)
     return np.where(known, width, 1.0), spread, known
@@ -208,11 +206,9 @@ def side_angle(
     alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
     array, depth = finger.array, np.asarray(finger.array.depth)
     if np.unique(np.asarray(array.y)).size < len(array) or np.ptp(depth) > _LEVEL * depth.mean():
-        raise GeometryError(
-            f"{len(array)} sensors at depths from {depth.min():.6g} to {depth.max():.6g} m",
-            "a slope takes sensors in one row",
-            "ss.Finger(finger.skin, finger.array.select(...)), or side_angle_from_gradients for two rows",
-        )
+        rule = "a slope takes sensors in one row"
+        fix = "ss.Finger(finger.skin, finger.array.select(...)), or side_angle_from_gradients for two rows"
+        raise GeometryError(f"{len(array)} sensors at depths from {depth.min():.6g} to {depth.max():.6g} m", rule, fix)
     frames = Frames.of(finger, readings, position, position_std)
     _check.broadcast(frames=np.empty(frames.shape), half_width=known.astype(float), half_width_std=width_std)
     shape = np.broadcast_shapes(frames.shape, known.shape, width_std.shape)

@@ -43,11 +43,9 @@ class Frames(NamedTuple):
         array = finger.array
         kinds = set(array.transducers)
         if len(kinds) > 1:
-            raise InvalidValueError(
-                f"{len(kinds)} kinds of transducer in one array",
-                "a slope is a difference of sensors of one kind",
-                "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit",
-            )
+            rule = "a slope is a difference of sensors of one kind"
+            fix = "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit"
+            raise InvalidValueError(f"{len(kinds)} kinds of transducer in one array", rule, fix)
         check_noise(array, "an angle's error comes from the sensors' noise", "SensorArray(..., noise=1e-4)")
         raw = np.asarray(readings, dtype=np.float64)
         if raw.ndim == 0 or raw.shape[-1] != len(array):

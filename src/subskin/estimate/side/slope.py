@@ -101,11 +101,8 @@ def blind_depth(skin: Skin, half_width: npt.ArrayLike, family: str | Family = "h
     """
     kind = family_of(family)
     if issubclass(kind, LineLoad):
-        raise InvalidValueError(
-            "family = LineLoad",
-            "it has no width, and on a half plane no blind depth",
-            "a family of some width, such as hertz",
-        )
+        rule = "it has no width, and on a half plane no blind depth"
+        raise InvalidValueError("family = LineLoad", rule, "a family of some width, such as hertz")
     widths = _check.real("half_width", half_width, unit="m", above=0.0)
     out = [_shallowest_zero(skin, kind, float(a)) for a in widths.reshape(-1)]
     return _check.read_only(np.array(out, dtype=np.float64).reshape(widths.shape))
