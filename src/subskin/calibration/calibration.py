@@ -168,7 +168,7 @@ def checked_readings(readings: npt.ArrayLike, sensors: int) -> FloatArray:
     """Readings (m, n), checked; NaN and infinity stay."""
     data = _check.real("readings", readings, finite=False)
     if data.ndim != 2 or data.shape[1] != sensors:
-        rule = f"one touch, or one frame, a row, one of the {sensors} sensors a column"
+        rule = f"one touch a row, one of the {sensors} sensors a column"
         raise GeometryError(f"readings of shape {data.shape}", rule)
     return data
 

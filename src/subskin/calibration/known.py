@@ -130,13 +130,13 @@ class _Fit:
             raise ConvergenceError(seen, "more readings than parameters are needed", fix)
         self.noise = np.ones(int(live.sum()))
 
-    def unit(self, p: FloatArray) -> FloatArray:
+    def unit_readings(self, p: FloatArray) -> FloatArray:
         """What unit gains would read."""
         return self.forward.unit(p, self.positions - self.forward.origin(p, self.origin), self.load)
 
     def linear(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Unit-gain model, gains and offsets that fit best for the other parameters `p`."""
-        unit = self.unit(p)
+        unit = self.unit_readings(p)
         array = self.forward.finger.array
         gain, offset = np.array(array.gain), np.array(array.offset)
         m = self.seen
@@ -219,7 +219,7 @@ class _Fit:
             ends = [self.p.copy(), self.p.copy()]
             ends[0][k] = min(self.p[k] + h, upper[k])
             ends[1][k] = max(self.p[k] - h, lower[k])
-            change = self.unit(ends[0]) - self.unit(ends[1])
+            change = self.unit_readings(ends[0]) - self.unit_readings(ends[1])
             columns.append(self.gain * change / (ends[0][k] - ends[1][k]))
         for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
             if name in self.names:
