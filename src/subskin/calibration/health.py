@@ -226,8 +226,8 @@ class _Check:
                 break
         good = found.status == Status.OK
         if good.sum() < _FEWEST:
-            seen = f"{good.sum()} touches that one load explains"
-            raise ConvergenceError(seen, f"at least {_FEWEST} are needed", "more frames, with their drift off")
+            few = f"{good.sum()} touches that one load explains"
+            raise ConvergenceError(few, f"at least {_FEWEST} are needed", "more frames, with their drift off")
         array, n = self.finger().array, self.ratio.size
         raw = self.data[good]
         seen = array.inside(raw) & self.live
@@ -284,11 +284,9 @@ class _Check:
         self.shift[self.out] = 0.0
         weak = _changed(ratio, std) & (ratio < _WEAK)
         health = np.where(self.out, Health.DEAD, np.where(weak, Health.WEAK, Health.OK))
-        return SensorHealth(
-            self.finger(),
-            *(_check.read_only(values) for values in (ratio, std, self.shift)),
-            *(self.explained, self.share(), self.touches, tuple(Health(int(h)) for h in health)),
-        )
+        ratio, std, shift = (_check.read_only(values) for values in (ratio, std, self.shift))
+        said = tuple(Health(int(h)) for h in health)
+        return SensorHealth(self.finger(), ratio, std, shift, self.explained, self.share(), self.touches, said)
 
 
 def _changed(ratio: FloatArray, std: FloatArray) -> npt.NDArray[np.bool_]:

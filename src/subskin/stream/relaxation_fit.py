@@ -225,4 +225,7 @@ class _Series:
 def _least(left: Callable[[FloatArray], FloatArray], start: FloatArray, ends: tuple[FloatArray, FloatArray]) -> Any:
     from scipy.optimize import least_squares
 
-    return least_squares(lambda p: left(p).reshape(-1), start, bounds=ends, x_scale=np.maximum(np.abs(start), 0.1))
+    def flat(p: FloatArray) -> FloatArray:
+        return left(p).reshape(-1)
+
+    return least_squares(flat, start, bounds=ends, x_scale=np.maximum(np.abs(start), 0.1))
