@@ -35,13 +35,7 @@ def real(
     finite: bool = True,
     fix: str = "",
 ) -> FloatArray:
-    """`value` as a read-only float array that is not the caller's own, within the stated bounds.
-
-    Raises
-    ------
-    InvalidValueError
-        Where `value` is no number, not finite, or outside the bounds.
-    """
+    """`value` as a read-only float array that is not the caller's own, within the stated bounds."""
     try:
         if np.asarray(value).dtype.kind in "SU":  # NumPy would read a number out of the text
             raise TypeError
@@ -86,13 +80,7 @@ def read_only(values: npt.ArrayLike) -> FloatArray:
 
 
 def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
-    """The common shape of the arrays.
-
-    Raises
-    ------
-    GeometryError
-        Where they have none; the message gives each one's shape.
-    """
+    """The common shape of the arrays; an error gives each one's."""
     try:
         return np.broadcast_shapes(*(a.shape for a in arrays.values()))
     except ValueError:
@@ -101,13 +89,7 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
 
 
 def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
-    """Two numbers as a pair that can be a key, or None; whether they ascend is for others to say.
-
-    Raises
-    ------
-    InvalidValueError
-        Where `value` is neither.
-    """
+    """Two numbers as a pair that can be a key, or None; whether they ascend is for others to say."""
     if value is None:
         return None
     if type(value) is tuple and len(value) == 2 and type(value[0]) is type(value[1]) is float:
@@ -118,32 +100,18 @@ def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
     return float(pair[0]), float(pair[1])
 
 
-def value(name: str, given: Any) -> float | None:
-    """An option as a number that can be a key: what is a number of any kind becomes a float, or an int where it is one.
-
-    Raises
-    ------
-    InvalidValueError
-        Where it is no single number.
-    """
-    if given is None or isinstance(given, int | float):
-        return given
-    if np.ndim(given) == 0 and np.asarray(given).dtype.kind in "iuf":
-        number: float = np.asarray(given).item()
-        return number
-    raise InvalidValueError(f"{name} = {given!r}", "a single number is needed")
+def values(**options: Any) -> dict[str, float | None]:
+    """Options as numbers that can be a key: a number of any kind as a float, or as an int where it is one."""
+    for name, given in options.items():
+        if given is not None and (np.ndim(given) or np.asarray(given).dtype.kind not in "biuf"):
+            raise InvalidValueError(f"{name} = {given!r}", "a single number is needed")
+    return {name: np.asarray(given).item() for name, given in options.items()}
 
 
 def no_options(unknown: Mapping[str, object], known: str) -> None:
-    """Refuse options that do not exist, and say which do.
-
-    Raises
-    ------
-    UnknownOptionError
-        Where there is any.
-    """
-    import difflib
-
+    """Refuse options that do not exist, and say which do."""
     for name in unknown:
+        import difflib
+
         near = difflib.get_close_matches(name, known.split(", "), n=1)
         raise UnknownOptionError(f"option {name!r}", f"there are {known}", f"{near[0]}=..." if near else "")

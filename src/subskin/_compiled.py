@@ -51,7 +51,7 @@ def compiled(
 
 def is_cached(loop: Any) -> bool:
     """Whether a loop need not be compiled any more."""
-    return bool(loop.signatures) or bool(_indices(loop))
+    return not hasattr(loop, "signatures") or bool(loop.signatures) or bool(_indices(loop))  # plain Python needs none
 
 
 def _indices(loop: Any) -> list[Path]:

@@ -25,9 +25,6 @@ class Named:
             return
         other = cls._by_name.get(name, cls)
         if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
-            raise InvalidValueError(
-                f'name="{name}" of {cls.__qualname__}',
-                f"{other.__module__}.{other.__qualname__} has that name",
-                "another name",
-            )
+            rule = f"{other.__module__}.{other.__qualname__} has that name"
+            raise InvalidValueError(f'name="{name}" of {cls.__qualname__}', rule, "another name")
         cls._by_name[name] = cls

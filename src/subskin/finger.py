@@ -64,13 +64,20 @@ class Finger:
     array : SensorArray
         The sensors.
 
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        What is no skin or no array; a sensor that lies beneath the skin.
+
     Examples
     --------
-    >>> import numpy as np, subskin as ss
+    >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4))
     >>> finger.read(ss.LineLoad(force=40.0, position=0.5e-3)).round(4).tolist()
     [0.003, -0.0043, -0.0198, 0.002]
+    >>> finger.receptive_field([0.0, 0.5e-3]).shape  # positions, sensors, normal and tangential
+    (2, 4, 2)
     """
 
     skin: Skin
@@ -88,11 +95,8 @@ class Finger:
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
         deepest = float(np.asarray(self.array.depth).max())
         if deepest > self.skin.thickness * (1 + 1e-12):
-            raise GeometryError(
-                f"depth = {deepest:.6g} m",
-                f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick",
-                "a thicker skin or shallower sensors",
-            )
+            rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
+            raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
 
     def __repr__(self) -> str:
         return f"Finger({self.skin}, {self.array})"
@@ -171,7 +175,7 @@ class Finger:
         Parameters
         ----------
         position : array_like, shape (...)
-            Places y of the load [m].
+            Positions y of the load [m].
 
         Returns
         -------
@@ -183,14 +187,6 @@ class Finger:
         NotLinearError
             Where a transducer has no linear part.
 
-        Examples
-        --------
-        >>> import subskin as ss
-        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-        >>> finger = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=2e-3))
-        >>> field = finger.receptive_field([0.0, 1e-3])
-        >>> field.shape, round(float(field[0, 0, 0] * 40), 6)
-        ((2, 1, 2), -0.023873)
         """
         for kind in self.array.transducers:
             kind.linearise(np.zeros(0))  # refuses what cannot be made linear

@@ -12,17 +12,19 @@ __all__ = ["Prepared", "prepared"]
 
 T = TypeVar("T")
 
-_MOST = 32
-"""Things kept of one finger; the one that was made first leaves."""
-
-_fingers: WeakKeyDictionary[Finger, Prepared]
-
 
 class Prepared:
-    """Things made of one finger, by what they were made from."""
+    """Things by what they were made from.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    most : int, optional
+        How many are kept; the one that was made first leaves.
+    """
+
+    def __init__(self, most: int = 32) -> None:
         self._kept: dict[Hashable, Any] = {}
+        self._most = most
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
         """What `make` returned when `key` was first asked for.
@@ -44,17 +46,22 @@ class Prepared:
             found: T = self._kept[key]
         except KeyError:
             found = make()
-            if len(self._kept) >= _MOST:
+            if len(self._kept) >= self._most:
                 self._kept.pop(next(iter(self._kept)))
             self._kept[key] = found
         return found
 
 
-_fingers = WeakKeyDictionary()
+_fingers: WeakKeyDictionary[Finger, Prepared] = WeakKeyDictionary()
 
 
 def prepared(finger: Finger) -> Prepared:
     """What is kept of a finger; it goes with the finger.
+
+    Parameters
+    ----------
+    finger : Finger
+        Never pickled with what is kept of it.
 
     Examples
     --------

@@ -40,8 +40,8 @@ _FARTHEST = 100.0
 class Response:
     """Readings under a unit normal and a unit tangential force, as functions of the contact's position.
 
-    In each of `cells` equal cells a polynomial of degree 4 in t = (y - centre of the cell) / step. For contacts of some
-    half width a, in which readings are even, each coefficient is a Chebyshev sum in 2 (a / widest)^2 - 1.
+    In each of `cells` equal cells a polynomial of degree 4 in t, the distance from the cell's centre over `step`. For
+    contacts of some half width a, in which readings are even, each coefficient is a Chebyshev sum over the square of a.
 
     Parameters
     ----------
@@ -58,16 +58,6 @@ class Response:
     ------
     GeometryError
         Coefficients of another shape.
-
-    Examples
-    --------
-    >>> import numpy as np, subskin as ss
-    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3))
-    >>> table = Response.from_function(finger.receptive_field, -5e-3, 5e-3, step=2e-3 / 16)
-    >>> difference = np.abs(table(1.234e-3) - finger.receptive_field(1.234e-3))
-    >>> bool(difference.max() < 1e-9 * np.abs(table(1.234e-3)).max())
-    True
     """
 
     start: float
@@ -123,7 +113,7 @@ class Response:
         """
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop")
-        cells = max(int(np.ceil((stop - start) / step * (1 - 1e-12))), 1)
+        cells = _cells(stop - start, step)
         most = max(_MOST_CELLS, cells << _MOST_HALVINGS)
         while cells <= most:
             width = (stop - start) / cells
@@ -137,11 +127,9 @@ class Response:
             if worst <= tolerance * peak:
                 return cls(start, width, coefficients, worst / peak if peak else 0.0)
             cells *= 2
-        raise ConvergenceError(
-            f"an error of {worst / peak if peak else 0.0:.2g} with {cells // 2} cells",
-            "a smooth receptive field is needed",
-            "sensors that read something: not strain along the depth at a rigid base; and not at the surface itself",
-        )
+        rule = "a smooth receptive field is needed"
+        fix = "sensors that read something: not strain along the depth at a rigid base; and not at the surface itself"
+        raise ConvergenceError(f"an error of {worst / peak if peak else 0.0:.2g} with {cells // 2} cells", rule, fix)
 
     @classmethod
     def from_table(
@@ -152,9 +140,9 @@ class Response:
         Parameters
         ----------
         positions : array_like, shape (m,)
-            Places of the load [m], ascending, m >= 6.
+            Positions of the load [m], ascending, m >= 6.
         normal, tangential : array_like, shape (m, n)
-            Reading of each sensor per N/m of normal and of tangential line load.
+            Reading of each sensor per unit of normal and of tangential line load [1/(N/m)].
         tolerance : float, optional
             Accuracy to which the spline is followed, relative to the largest value.
 
@@ -168,7 +156,7 @@ class Response:
         y = _check.real("positions", positions, unit="m")
         fields = [_check.real("normal", normal), _check.real("tangential", tangential)]
         if y.ndim != 1 or y.size < 6 or not (np.diff(y) > 0).all():
-            raise GeometryError(f"positions of shape {y.shape}", "at least 6 ascending places are needed")
+            raise GeometryError(f"positions of shape {y.shape}", "at least 6 ascending positions are needed")
         if any(f.ndim != 2 or f.shape[0] != y.size or f.shape != fields[0].shape for f in fields):
             raise GeometryError(
                 f"normal {fields[0].shape}, tangential {fields[1].shape}", f"both need the shape ({y.size}, sensors)"
@@ -201,25 +189,23 @@ class Response:
         low, high = search
         depth = float(np.asarray(finger.array.depth).min())
         if widest > _MOST_WIDE * depth * (1 + 1e-12):
-            raise InvalidValueError(
-                f"half widths up to {widest:.6g} m",
-                f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted",
-                f"half_width=(0.0, {_MOST_WIDE * depth:.3g})",
-            )
-        step = depth / 16
-        cells = max(int(np.ceil((high - low) / step * (1 - 1e-12))), 1)
+            rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted"
+            fix = f"half_width=(0.0, {_MOST_WIDE * depth:.3g})"
+            raise InvalidValueError(f"half widths up to {widest:.6g} m", rule, fix)
+        cells = _cells(high - low, depth / 16)
         step = (high - low) / cells
         positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
         line = tabulate(finger, (low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
         t, weights = _points(family)
-        values = np.stack([_spread(line, positions, widest * np.sqrt(q) * t, weights) for q in shares])
+        shifts = [widest * np.sqrt(q) * t for q in shares]
+        values = np.stack([sum(w * line(positions + s) for s, w in zip(row, weights, strict=True)) for row in shifts])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
         return cls(low, step, np.einsum("kj,wcjnl->wcknl", _TO_POWERS, sums), line.error, widest)
 
     def select(self, sensors: npt.ArrayLike) -> Response:
-        """The response of some of the sensors, given by a mask or by indices."""
+        """The response of some of the `sensors`, given by a mask or by indices."""
         return replace(self, coefficients=self.coefficients[..., np.asarray(sensors), :])
 
     def __call__(self, position: npt.ArrayLike, half_width: npt.ArrayLike = 0.0, *, derivative: int = 0) -> FloatArray:
@@ -238,8 +224,9 @@ class Response:
         c, cells = self.coefficients, self.coefficients.shape[-4]
         if self.widest:
             y, a = np.broadcast_arrays(y, np.asarray(half_width, dtype=np.float64))
-        cell = np.clip(np.floor((y - self.start) / self.step).astype(np.intp), 0, cells - 1)
-        t = ((y - self.start) / self.step - cell - 0.5)[..., None, None]
+        steps = (y - self.start) / self.step
+        cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
+        t = (steps - cell - 0.5)[..., None, None]
         if self.widest:
             shares = np.polynomial.chebyshev.chebvander(2 * (a / self.widest) ** 2 - 1, len(c) - 1)
             c = np.einsum("w...knl,...w->...knl", c[:, cell], shares)
@@ -269,11 +256,14 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
 
     Examples
     --------
-    >>> import subskin as ss
+    >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3))
-    >>> tabulate(finger)
+    >>> table = tabulate(finger)
+    >>> table
     Response(4 sensors, y = -0.006 to 0.006 m)
+    >>> bool(np.allclose(table(1.234e-3), finger.receptive_field(1.234e-3), rtol=1e-8))
+    True
     """
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
 
@@ -285,6 +275,10 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     return prepared(finger).get(("table", ends), make)
 
 
+def _cells(length: float, step: float) -> int:
+    return max(int(np.ceil(length / step * (1 - 1e-12))), 1)
+
+
 def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float, float]:
     """The ends of a search, checked."""
     y, deepest, period = np.asarray(finger.array.y), float(np.max(finger.array.depth)), finger.skin.period
@@ -293,26 +287,20 @@ def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float,
         middle = 0.5 * (whole[0] + whole[1])
         half = min(0.5 * (whole[1] - whole[0]), 0.5 * period)
         return float(middle - half), float(middle + half)
-    low, high = _check.real("search", search, unit="m")
+    low, high = _check.real("search", search, unit="m").tolist()
     if not low < high:
         raise InvalidValueError(f"search = {search!r}", "two ascending positions are needed", "search=(-5e-3, 5e-3)")
     if high - low > period * (1 + 1e-12):
-        raise InvalidValueError(
-            f"search = {search!r}",
-            f"the finger is {period:.6g} m about, and positions repeat after that",
-            "a narrower search",
-        )
+        rule = f"the finger is {period:.6g} m about, and positions repeat after that"
+        raise InvalidValueError(f"search = {search!r}", rule, "a narrower search")
     if high - low > np.ptp(y) + _FARTHEST * deepest:
-        raise InvalidValueError(
-            f"search = {search!r} m",
-            f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which nothing is felt",
-            "search in metres, such as (-5e-3, 5e-3)",
-        )
-    return float(low), float(high)
+        rule = f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which nothing is felt"
+        raise InvalidValueError(f"search = {search!r} m", rule, "search in metres, such as (-5e-3, 5e-3)")
+    return low, high
 
 
 def _points(family: type[SpreadContact]) -> tuple[FloatArray, FloatArray]:
-    """Places in half widths and weights of line loads that make the contact of unit force.
+    """Positions in half widths and weights of line loads that make the contact of unit force.
 
     t = sin(psi), whose slope takes up a root at the ends, and psi crowded towards 0, where a wedge has its tip.
     """
@@ -325,7 +313,3 @@ def _points(family: type[SpreadContact]) -> tuple[FloatArray, FloatArray]:
     weights = pressure * np.cos(psi) * 1.5 * np.pi * v**2 * weight
     both = np.concatenate([-t[::-1], t]), np.concatenate([weights[::-1], weights])
     return both[0], both[1] / both[1].sum()
-
-
-def _spread(line: Response, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
-    return np.asarray(sum(w * line(positions + s) for s, w in zip(shifts, weights, strict=True)))

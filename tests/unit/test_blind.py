@@ -7,7 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.calibration import Known
-from subskin.calibration._blind_model import BlindModel, Touches
+from subskin.calibration._blind_model import BlindModel, Whitened
 
 SOFT = ss.Material(0.4e6)
 SKINS = {
@@ -87,7 +87,7 @@ class TestDerivatives:
             return (model.finger(at).read(load) - offset) / np.asarray(tip.array.noise)
 
         seen = np.ones((2, 3), dtype=bool)
-        near = model.linearise(Touches(readings(x, touch), seen), x, np.asarray(touch.position))
+        near = model.linearise(Whitened(readings(x, touch), seen), x, np.asarray(touch.position))
         np.testing.assert_allclose(near.force, np.stack([touch.normal_force, touch.tangential_force], -1), rtol=1e-7)
         assert np.abs(near.rest).max() < 1e-6
         for i, step in enumerate(np.full(x.size, 1e-3) * np.eye(x.size)):
@@ -103,7 +103,7 @@ class TestDerivatives:
         model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, 2)
         touch = loads(drawn(count=4), 3)
         data = drawn(count=4).read(touch) / 5e-5
-        near = model.linearise(Touches(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position))
+        near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position))
         below = ss.Finger(ss.HalfPlane(ss.Material(0.4e6, 0.5 - 1e-6)), drawn(count=4).array).read(touch) / 5e-5
         slope = (data - below) / 1e-6 * 0.03
         np.testing.assert_allclose(near.by_finger[..., 0], slope, atol=1e-4 * np.abs(slope).max())
@@ -126,7 +126,7 @@ def test_elimination_is_the_schur_complement_of_the_whole_system():
     model = BlindModel(tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, 2)
     touch = loads(tip, 6)
     data = (tip.read(touch, np.random.default_rng(0)) + 1e-3) / 5e-5
-    near = model.linearise(Touches(data, np.ones_like(data, bool)), np.zeros(11), np.asarray(touch.position))
+    near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(11), np.asarray(touch.position))
     whole = dense(model, near)
     size = np.linalg.norm(whole, axis=0)
     fisher = (whole / size).T @ (whole / size)
@@ -143,7 +143,7 @@ def test_settles_at_the_minimum_over_everything_at_once():
     found = ss.calibrate_blind(tip, readings)
     learning = found._learning
     model, x, positions = learning.model, learning.x, found.touches.position[found.used]
-    rows = Touches(readings[found.used] / 5e-5, np.ones((found.used.sum(), 5), dtype=bool))
+    rows = Whitened(readings[found.used] / 5e-5, np.ones((found.used.sum(), 5), dtype=bool))
 
     def objective(at, where):
         return (model.fit_forces(rows, at, where)[3] ** 2).sum() + found.misfit**2 * (at @ at)

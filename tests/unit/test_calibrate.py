@@ -127,7 +127,7 @@ def test_the_score_on_held_out_touches_is_that_of_its_formula():
         ({"fit": ("gian",)}, ss.errors.InvalidValueError, "gian"),
         ({"fit": ()}, ss.errors.InvalidValueError, "empty"),
         ({"fit": ("depth", "depths")}, ss.errors.InvalidValueError, "both"),
-        ({"positions": PLACES[:-1]}, ss.errors.GeometryError, "one place for each"),
+        ({"positions": PLACES[:-1]}, ss.errors.GeometryError, "one position for each"),
         ({"positions": np.where(PLACES > 0.03, np.nan, PLACES)}, ss.errors.InvalidValueError, "positions"),
         ({"readings": np.zeros((65, 3))}, ss.errors.GeometryError, "4 sensors"),
         ({"readings": np.zeros((65, 4))}, ss.errors.ConvergenceError, "no sensor"),

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import subskin
+from subskin._compiled import is_cached
 
 ROOT = Path(subskin.__file__).parent
 COMPILED = {path for path in ROOT.rglob("*.py") if "@compiled(" in path.read_text() and path.name != "_compiled.py"}
@@ -53,6 +54,10 @@ def test_names_what_it_is_built_on(path):
 
 def test_some_are_built_on_others():
     assert imported(ROOT / "estimate" / "project.py") == ["climb", "scan"]
+
+
+def test_a_loop_in_plain_python_need_not_be_compiled():
+    assert is_cached(lambda: None)
 
 
 def test_what_was_kept_is_thrown_away_when_what_it_is_built_on_changes(tmp_path):

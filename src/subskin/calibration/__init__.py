@@ -1,4 +1,4 @@
-"""Touches -> the finger's own numbers: from known places, from touches of which nothing is known, from daily use."""
+"""Touches -> the finger's own numbers: from known positions, from touches of which nothing is known, from daily use."""
 
 from .blind import calibrate_blind
 from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known

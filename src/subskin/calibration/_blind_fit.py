@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._check import FloatArray
-from ._blind_model import BlindModel, Linearised, Touches
+from ._blind_model import BlindModel, Linearised, Whitened
 
 __all__ = ["Settled", "settle"]
 
@@ -28,7 +28,7 @@ class Settled(NamedTuple):
 
 
 def settle(
-    model: BlindModel, touches: Touches, x: FloatArray, positions: FloatArray, ends: tuple[float, float], factor: float
+    model: BlindModel, touches: Whitened, x: FloatArray, positions: FloatArray, ends: tuple[float, float], factor: float
 ) -> Settled:
     """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' places, these within `ends`.
 

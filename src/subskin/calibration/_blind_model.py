@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..finger import Finger
-from ._forward import Forward
+from ._forward import Forward, slices
 
-__all__ = ["TERMS", "BlindModel", "Linearised", "Touches"]
+__all__ = ["TERMS", "BlindModel", "Linearised", "Whitened"]
 
 TERMS = ("gain", "offset", "depth", "depths", "position", "poisson", "thickness")
 """What can be fitted, in the order of x."""
@@ -22,15 +22,15 @@ _STEP = 1e-5
 """Of differences, in typical sizes: what rounding and what curvature make of them is then about alike."""
 
 
-class Touches(NamedTuple):
+class Whitened(NamedTuple):
     """Readings (m, n) less the drawn offsets, over the noise; 0 where they are not `seen` (m, n)."""
 
     data: FloatArray
     seen: npt.NDArray[np.bool_]
 
-    def of(self, rows: npt.NDArray[np.bool_]) -> Touches:
+    def of(self, rows: npt.NDArray[np.bool_]) -> Whitened:
         """Some of them."""
-        return Touches(self.data[rows], self.seen[rows])
+        return Whitened(self.data[rows], self.seen[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +92,9 @@ class BlindModel:
         self.drawn, self.loads = finger, loads
         self.forward = Forward(finger, names)
         n = len(finger.array)
-        self.slices: dict[str, slice] = {}
-        at = 0
-        for name in TERMS:
-            if name in names:
-                size = n if name in ("gain", "offset", "depths", "position") else 1
-                self.slices[name] = slice(at, at + size)
-                at += size
-        self.size = at
+        each = ("gain", "offset", "depths", "position")
+        self.slices = slices({name: n if name in each else 1 for name in TERMS if name in names})
+        at = self.size = sum(part.stop - part.start for part in self.slices.values())
         self.prior = np.empty(at)
         for name, part in self.slices.items():
             self.prior[part] = errors[name]
@@ -138,7 +133,7 @@ class BlindModel:
         return Finger(fitted.skin, array)
 
     def fit_forces(
-        self, touches: Touches, x: FloatArray, positions: FloatArray
+        self, touches: Whitened, x: FloatArray, positions: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Readings under unit loads (m, n, k), an orthonormal basis of them, the best forces, and the rest (m, n)."""
         field = self._field(x, positions) * touches.seen[..., None]
@@ -148,7 +143,7 @@ class BlindModel:
         force = np.linalg.solve(triangle, along)[..., 0]
         return field, basis, force, data - (basis @ along)[..., 0]
 
-    def linearise(self, touches: Touches, x: FloatArray, positions: FloatArray) -> Linearised:
+    def linearise(self, touches: Whitened, x: FloatArray, positions: FloatArray) -> Linearised:
         """The model near x and `positions` (m,) [m].
 
         A skin is the same all along its surface: a sensor moved one way reads what a touch moved the other way makes.

@@ -15,7 +15,7 @@ from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
 from ._blind_fit import Settled, settle
-from ._blind_model import BlindModel, Touches
+from ._blind_model import BlindModel, Whitened
 
 __all__ = ["Rounds"]
 
@@ -81,25 +81,21 @@ class Rounds:
         part = Finger(finger.skin, finger.array.select(self.live))
         self.model = BlindModel(part, tuple(shares), _in_units(part, shares, self.live), self.unknowns - 1)
         noise, offset = np.asarray(part.array.noise), np.asarray(part.array.offset)
-        self.touches = Touches(np.where(seen, (self.readings - offset) / noise, 0.0), seen)
+        self.touches = Whitened(np.where(seen, (self.readings - offset) / noise, 0.0), seen)
         self.x = np.zeros(self.model.size)
 
     def _refuse_too_few(self, touches: int, shares: Mapping[str, FloatArray]) -> None:
         live = int(self.live.sum())
         if live <= self.unknowns:
-            raise ConvergenceError(
-                f"{live} live sensors, and {self.unknowns} unknowns a touch",
-                "only what a touch's own unknowns leave over tells of the finger: one sensor more is needed",
-                "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down"),
-            )
+            rule = "only what a touch's own unknowns leave over tells of the finger: one sensor more is needed"
+            fix = "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down")
+            raise ConvergenceError(f"{live} live sensors, and {self.unknowns} unknowns a touch", rule, fix)
         size = sum(live if share.shape else 1 for share in shares.values())
         over = int(np.maximum(self.spare, 0).sum())
         if over <= size:
-            raise ConvergenceError(
-                f"{touches} touches, which have {over} readings more than unknowns, for {size} numbers of the finger",
-                "more are needed",
-                f"at least {size // (live - self.unknowns) + 1} touches of all sensors, or fit less",
-            )
+            seen = f"{touches} touches, which have {over} readings more than unknowns, for {size} numbers of the finger"
+            fix = f"at least {size // (live - self.unknowns) + 1} touches of all sensors, or fit less"
+            raise ConvergenceError(seen, "more are needed", fix)
 
     def locate(self, finger: Finger, readings: FloatArray) -> Estimate:
         """Touches (m,) on `finger`, its noise taken `factor` times as large."""
@@ -183,8 +179,7 @@ class Rounds:
             rows = np.isfinite(found.position) & np.isfinite(rise[:, i])
             alone = Finger(finger.skin, array.select([i]))
             field = alone.receptive_field(found.position[rows])[:, 0] / np.asarray(alone.array.noise)
-            force = np.stack([np.cos(found.angle[rows]), np.sin(found.angle[rows])], -1) * found.force[rows, None]
-            expected = (field * force).sum(axis=1)
+            expected = (field * found.components[rows]).sum(axis=1)
             power = float((expected**2).sum())
             if power > _TELLING**2 * max(rows.sum(), 1) and float(expected @ rise[rows, i]) < _DEAD * power:
                 live[i] = False

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,9 @@ from ..contact import LineLoad
 from ..errors import InvalidValueError
 from ..finger import Finger
 
-__all__ = ["TERMS", "Forward"]
+__all__ = ["TERMS", "Forward", "checked_names", "slices"]
 
 TERMS = ("origin", "depth", "depths", "position", "poisson", "width", "thickness")
-_UNITS = {
-    "origin": "m", "depth": "m", "depths": "m", "position": "m", "poisson": "", "width": "m", "thickness": "m",
-}  # fmt: skip
 _ABOVE_BASE = 0.999
 """Deepest that a trial puts a sensor, of the skin's thickness where that is not fitted."""
 
@@ -30,10 +28,30 @@ _THICKEST = 0.94
 """Largest thickness of a round finger, of its radius; its core has at least a twentieth of it."""
 
 
+def checked_names(fit: Sequence[str], known: Sequence[str], no_origin: str = "") -> tuple[str, ...]:
+    """What to fit, each once, in the order of what is `known`; `no_origin` is what to do where that is not."""
+    names = (fit,) if isinstance(fit, str) else tuple(fit)
+    for name in names:
+        if name not in known:
+            fix = no_origin if name == "origin" else ""
+            raise InvalidValueError(f'fit = "{name}"', f"has to be among {', '.join(known)}", fix)
+    if not names:
+        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}")
+    if "depth" in names and "depths" in names:
+        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
+    return tuple(name for name in known if name in names)
+
+
+def slices(sizes: Mapping[str, int]) -> dict[str, slice]:
+    """Where each name stands in a vector, one after the other."""
+    ends = np.cumsum([0, *sizes.values()]).tolist()
+    return {name: slice(*pair) for name, pair in zip(sizes, pairwise(ends), strict=True)}
+
+
 class Forward:
     """A finger whose geometry and material depend on a vector p: the terms of `names`, in the order of `TERMS`.
 
-    `position` moves each sensor along the row; where the origin is fitted too, the mean place stays as drawn.
+    `position` moves each sensor along the row; where the origin is fitted too, the mean position stays as drawn.
     `thickness` is what lies beneath the deepest sensor, and without it the depths end at the
     base: no sensor leaves the skin on the way.
     """
@@ -46,26 +64,19 @@ class Forward:
         material = finger.skin.single_material
         self.poisson = 0.5 if material is None else material.poisson
         for name in ("poisson", "thickness"):
-            if name in self.names and (
-                material is None or (name == "thickness" and not np.isfinite(finger.skin.thickness))
-            ):
-                raise InvalidValueError(
-                    f"fit = {name}",
-                    f"a {type(finger.skin).__name__} like this has no single {name}",
-                    "one layer on a rigid base and a round finger have both; a half plane has poisson",
-                )
+            there = material is not None and (name == "poisson" or np.isfinite(finger.skin.thickness))
+            if name in self.names and not there:
+                rule = f"a {type(finger.skin).__name__} like this has no single {name}"
+                fix = "one layer on a rigid base and a round finger have both; a half plane has poisson"
+                raise InvalidValueError(f"fit = {name}", rule, fix)
         counts = {"depths": n, "position": n - 1 if self.tied else n}
-        self.slices: dict[str, slice] = {}
-        at = 0
-        for name in self.names:
-            self.slices[name] = slice(at, at + counts.get(name, 1))
-            at += counts.get(name, 1)
-        self.size = at
+        self.slices = slices({name: counts.get(name, 1) for name in self.names})
+        self.size = sum(part.stop - part.start for part in self.slices.values())
 
     @property
-    def has_depth(self) -> bool:
-        """Whether the depth is among the unknowns."""
-        return "depth" in self.names or "depths" in self.names
+    def depth(self) -> slice | None:
+        """Where the depths are in p, if they are among the unknowns."""
+        return self.slices.get("depths", self.slices.get("depth"))
 
     def _depths(self) -> FloatArray:
         return np.asarray(self.finger.array.depth)
@@ -127,18 +138,15 @@ class Forward:
         """The origin in p, or the fixed one."""
         return float(p[self.slices["origin"]][0]) if "origin" in self.names else fixed
 
-    def _positions(self, p: FloatArray) -> FloatArray:
-        moves = p[self.slices["position"]]
-        return np.append(moves, -moves.sum()) if self.tied else moves
-
     def apply(self, p: FloatArray) -> Finger:
         """The finger with the parameters p."""
         array, skin = self.finger.array, self.finger.skin
         changes: dict[str, Any] = {}
-        if self.has_depth:
-            changes["depth"] = self._depths() + p[self.slices["depths" if "depths" in self.names else "depth"]]
+        if self.depth:
+            changes["depth"] = self._depths() + p[self.depth]
         if "position" in self.names:
-            changes["y"] = np.asarray(array.y) + self._positions(p)
+            moves = p[self.slices["position"]]
+            changes["y"] = np.asarray(array.y) + (np.append(moves, -moves.sum()) if self.tied else moves)
         if "width" in self.names:
             changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
         if "poisson" in self.names:
@@ -163,13 +171,12 @@ class Forward:
     def expansion(self, p: FloatArray) -> FloatArray:
         """How what is reported follows from p, shape (reported, size).
 
-        The last of tied places is minus the others; the thickness goes down from the deepest sensor.
+        The last of tied positions is minus the others; the thickness goes down from the deepest sensor.
         """
         rows = [np.eye(self.size)[self.slices[name]] for name in self.names]
-        if "thickness" in self.names and self.has_depth:
-            part = self.slices["depths" if "depths" in self.names else "depth"]
-            deepest = int(np.argmax(self._depths() + p[part])) if "depths" in self.names else 0
-            rows[self.names.index("thickness")][0, part.start + deepest] = 1.0
+        if "thickness" in self.names and self.depth:
+            deepest = int(np.argmax(self._depths() + p[self.depth])) if "depths" in self.names else 0
+            rows[self.names.index("thickness")][0, self.depth.start + deepest] = 1.0
         if self.tied:
             i = self.names.index("position")
             rows[i] = np.concatenate([rows[i], -rows[i].sum(axis=0, keepdims=True)])
@@ -178,21 +185,15 @@ class Forward:
     def parameters(self, p: FloatArray, sensors: npt.NDArray[np.intp]) -> list[tuple[str, int | None, float, str]]:
         """(name, sensor, value, unit) of what is reported, in absolute values."""
         fitted = self.apply(p)
+        depths = np.asarray(fitted.array.depth)
+        each = {"depths": ("depth", depths), "position": ("y", np.asarray(fitted.array.y))}
+        whole = {"depth": depths.mean(), "thickness": fitted.skin.thickness}
         out: list[tuple[str, int | None, float, str]] = []
         for name in self.names:
-            part = self.slices[name]
-            values = p[part]
-            if name == "depth":
-                values = np.atleast_1d(np.asarray(fitted.array.depth).mean())
-            elif name == "depths":
-                values = np.asarray(fitted.array.depth)
-            elif name == "position":
-                values = np.asarray(fitted.array.y)
-            elif name == "thickness":
-                values = np.atleast_1d(fitted.skin.thickness)
-            each = name in ("depths", "position")
-            label = {"depths": "depth", "position": "y"}.get(name, name)
-            out += [
-                (label, int(sensors[i]) if each else None, float(value), _UNITS[name]) for i, value in enumerate(values)
-            ]
+            if name in each:
+                label, values = each[name]
+                out += [(label, int(i), float(value), "m") for i, value in zip(sensors, values, strict=True)]
+            else:
+                value = float(whole.get(name, p[self.slices[name]][0]))
+                out.append((name, None, value, "" if name == "poisson" else "m"))
         return out

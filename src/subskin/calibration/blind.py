@@ -1,4 +1,4 @@
-"""Unlabelled touches -> the finger's gains, depth, sensors' places: no motor, no balance, readings alone."""
+"""Unlabelled touches -> the finger's gains, depth, sensors' positions: no motor, no balance, readings alone."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
-from ..estimate.frames import checked_friction
+from ..estimate.frames import check_noise, checked_friction
 from ..finger import Finger
 from ..response import tabulate
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
+from ._forward import checked_names
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
-from .calibration import Health
+from .calibration import Health, checked_readings
 
 __all__ = ["calibrate_blind"]
 
@@ -43,7 +44,7 @@ def calibrate_blind(
 ) -> BlindCalibration:
     """Fit a finger to touches of which nothing is known but the readings.
 
-    Each touch is a line load of its own place, normal and tangential force. With one sensor more than these unknowns,
+    Each touch is a line load of its own position, normal and tangential force. With one sensor more than unknowns,
     every touch says something of the finger too. All touches and the finger are estimated at once (maximum a
     posteriori, Gaussian priors about the finger as drawn); touches are located anew, over the whole of `search`, after
     each round, and those that are not OK are left out.
@@ -59,7 +60,7 @@ def calibrate_blind(
         along the row), "poisson" (of a skin of one material), "thickness" (of a skin of one layer), "offset" (each
         sensor's).
     gain_error, depth_error, position_error, poisson_error, thickness_error, offset_error : float, optional
-        Standard deviation of what is as drawn. Gains: a share of each. Depth and place: shares of the mean depth.
+        Standard deviation of what is as drawn. Gains: a share of each. Depth and position: shares of the mean depth.
         Thickness: a share of what lies beneath the deepest sensor. Poisson's ratio: itself. Offset: in readings. The
         last three have no default. What each sensor has may be given one a sensor.
     friction : float, optional
@@ -94,7 +95,7 @@ def calibrate_blind(
     >>> bool(np.ptp(ratio) < 0.01), found.unknown[0]
     (True, 'the common scale of the gains: forces are found up to a factor')
     """
-    names = _names(fit)
+    names = checked_names(fit, TERMS, "leave it out: without known positions there is none")
     given = {
         "gain": gain_error, "depth": depth_error, "depths": depth_error, "position": position_error,
         "poisson": poisson_error, "thickness": thickness_error, "offset": offset_error,
@@ -103,39 +104,14 @@ def calibrate_blind(
     mu = checked_friction(friction)
     for kind in finger.array.transducers:
         if not kind.linear:
-            raise NotLinearError(
-                f"transducer {type(kind).__name__}",
-                "its reading is not proportional to the load, which a calibration without places needs",
-                "a linear transducer, or calibrate at known places",
-            )
-    data = _check.real("readings", readings, finite=False)
-    n = len(finger.array)
-    if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column")
-    silent = np.flatnonzero((np.asarray(finger.array.noise) == 0) & finger.array.live)
-    if silent.size:
-        raise InvalidValueError(
-            f"noise = 0 of sensor {silent[0]}",
-            "touches and drawing are weighed by the noise, so each sensor needs one > 0",
-            "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin",
-        )
+            seen = f"transducer {type(kind).__name__}"
+            rule = "its reading is not proportional to the load, which a calibration without positions needs"
+            raise NotLinearError(seen, rule, "a linear transducer, or calibrate at known positions")
+    data = checked_readings(readings, len(finger.array))
+    fix = "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin"
+    check_noise(finger.array, "touches and drawing are weighed by the sensors' noise", fix)
     table = tabulate(finger, search)
     return _result(Rounds(finger, data, shares, mu, (table.start, table.stop)), finger, data)
-
-
-def _names(fit: Sequence[str]) -> tuple[str, ...]:
-    names = (fit,) if isinstance(fit, str) else tuple(fit)
-    for name in names:
-        if name not in TERMS:
-            fix = ""
-            if name == "origin":
-                fix = "leave it out: without known places there is none"
-            raise InvalidValueError(f'fit = "{name}"', f"has to be among {', '.join(TERMS)}", fix)
-    if not names:
-        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(TERMS)}")
-    if "depth" in names and "depths" in names:
-        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
-    return tuple(name for name in TERMS if name in names)
 
 
 def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
@@ -159,11 +135,10 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
     model, live, factor = rounds.model, np.flatnonzero(rounds.live), rounds.factor
     fitted = model.finger(settled.x)
     whole, part = finger.array, fitted.array
-    fields: dict[str, Any] = {
-        name: np.array(getattr(whole, name)) for name in ("y", "depth", "gain", "offset", "noise")
-    }
+    names = ("y", "depth", "gain", "offset", "noise")
+    fields: dict[str, Any] = {name: np.array(getattr(whole, name)) for name in names}
     fields["gain"][:] = 0.0
-    for name in ("y", "depth", "gain", "offset"):
+    for name in names[:-1]:
         fields[name][live] = np.asarray(getattr(part, name))
     change = fields["gain"][live] / np.asarray(whole.gain)[live]
     found = Finger(fitted.skin, replace(whole, **fields))
@@ -173,6 +148,7 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
     for i, ratio in zip(live, change, strict=True):
         health[i] = Health.WEAK if ratio < _WEAK * np.median(change) else Health.OK
     learning = Learning(model, settled.x, settled.near, factor)
+    sensors = {None: None} | dict(enumerate(live.tolist()))
     rows = zip(
         model.reported(np.zeros(model.size)),
         np.sqrt((model.turn(np.zeros(model.size)) ** 2).sum(axis=1)),
@@ -182,20 +158,11 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
         strict=True,
     )
     parameters = tuple(
-        BlindParameter(
-            name=name,
-            sensor=None if sensor is None else int(live[sensor]),
-            drawn=drawn,
-            prior=float(prior),
-            value=value,
-            std=float(std),
-            limit=float(limit),
-            unit=unit,
-        )
-        for (name, sensor, drawn, unit), prior, (_, _, value, _), std, limit in rows
+        BlindParameter(name, sensors[i], drawn, float(prior), value, float(std), float(limit), unit)
+        for (name, i, drawn, unit), prior, (_, _, value, _), std, limit in rows
     )
     return BlindCalibration(
-        finger=Finger(fitted.skin, replace(whole, **fields)),
+        finger=replace(found, array=replace(whole, **fields)),
         parameters=parameters,
         covariance=_check.read_only(learning.turn @ learning.covariance() @ learning.turn.T),
         touches=touches,

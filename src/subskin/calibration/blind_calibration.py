@@ -37,16 +37,22 @@ class Known(IntEnum):
 
 @dataclass(frozen=True)
 class BlindParameter:
-    """A fitted number, before and after; `sensor` is None where it holds for the whole finger.
+    """A fitted number of a `BlindCalibration`, before and after.
 
     Parameters
     ----------
+    name : str
+        What it is.
+    sensor : int or None
+        Whose; None where it holds for the whole finger.
     drawn, prior : float
-        Its value as drawn, and the standard deviation given to that.
+        Its value as drawn, and the standard deviation given to that [`unit`].
     value, std : float
-        As found, with its standard deviation.
+        As found, with its standard deviation [`unit`].
     limit : float
-        The standard deviation that endless touches would leave, 0 where they leave none.
+        The standard deviation that endless touches would leave [`unit`], 0 where they leave none.
+    unit : str
+        Of all of these; empty for numbers without one and for readings.
     """
 
     name: str
@@ -75,9 +81,14 @@ class BlindParameter:
 
 @dataclass(frozen=True)
 class ErrorRatio:
-    """RMS errors over those that a finger known exactly makes; `angle` is NaN where loads are normal.
+    """RMS errors over those that a finger known exactly makes.
 
-    Places are compared up to what no touches can tell: a common shift, on a half plane a scale.
+    Parameters
+    ----------
+    position : float
+        Of positions [-], up to what no touches can tell: a common shift, on a half plane a scale.
+    angle : float
+        Of angles [-]; NaN where loads are normal.
     """
 
     position: float
@@ -95,7 +106,7 @@ class BlindCalibration:
     parameters : tuple of BlindParameter
         Every fitted number.
     covariance : ndarray, shape (k, k)
-        Of the k parameters, given the readings and the drawing.
+        Of the k parameters, in the units of each, given the readings and the drawing.
     touches : Estimate
         Each touch on the finger found, shape (m,).
     used : ndarray of bool, shape (m,)
@@ -103,7 +114,7 @@ class BlindCalibration:
     health : tuple of Health
         Of each sensor.
     misfit : float
-        Residuals over what the noise explains, >= 1: more than that, the model does not fit.
+        Ratio of the residuals to what the noise explains, >= 1: more than that, the model does not fit.
     steady : bool
         Whether locating the touches and fitting the finger, in turns, came to rest.
     unknown : tuple of str
@@ -130,6 +141,13 @@ class BlindCalibration:
         """How many touches of this kind it takes, in all, until a parameter's standard deviation is at most `std`.
 
         It falls as the root of their number, from the prior's down to `limit`. Infinite where that is above `std`.
+
+        Parameters
+        ----------
+        parameter : int
+            Index of one of `parameters`.
+        std : float
+            Standard deviation that is wanted, in its units of the parameter.
 
         Raises
         ------

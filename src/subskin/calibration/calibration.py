@@ -14,7 +14,7 @@ from ..errors import GeometryError
 from ..finger import Finger
 from ._forward import Forward
 
-__all__ = ["Calibration", "Health", "Parameter", "Score", "checked_touches", "score"]
+__all__ = ["Calibration", "Health", "Parameter", "Score", "checked_readings", "checked_touches", "score"]
 
 
 _LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
@@ -32,7 +32,19 @@ class Health(IntEnum):
 
 @dataclass(frozen=True)
 class Parameter:
-    """A fitted number: `sensor` is None where it holds for the whole finger; `std` is its standard error."""
+    """A fitted number of a `Calibration`.
+
+    Parameters
+    ----------
+    name : str
+        What it is.
+    sensor : int or None
+        Whose; None where it holds for the whole finger.
+    value, std : float
+        The number and its standard error [`unit`].
+    unit : str
+        Of both; empty for numbers without one and for readings.
+    """
 
     name: str
     sensor: int | None
@@ -43,10 +55,16 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """How well a finger explains touches at known places.
+    """How well a finger explains touches at known positions.
 
-    `r2` over all live sensors (1 - residual / variance about each sensor's mean), `r2_sensor` and `residual_std` for
-    each, NaN for a dead one.
+    Parameters
+    ----------
+    r2 : float
+        1 - residual / variance about each sensor's mean [-], over all live sensors.
+    r2_sensor, residual_std : ndarray, shape (n,)
+        The same of each sensor [-], and the standard deviation of its residuals [reading]; NaN for a dead one.
+    touches : int
+        Number of touches.
     """
 
     r2: float
@@ -69,12 +87,14 @@ class Calibration:
         Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
         where the model, not noise, limits the fit they are too small.
     covariance : ndarray, shape (k, k)
-        Of the k parameters: the inverse Fisher information. A parameter of which the touches say nothing has an
-        infinite variance.
+        Of the k parameters, in the units of each: the inverse Fisher information. A parameter of which the touches say
+        nothing has an infinite variance.
     health : tuple of Health
         Of each sensor.
     score : Score
         On the touches used.
+    force, angle : ndarray, shape (m,)
+        Load of each touch [N/m], [rad].
     """
 
     finger: Finger
@@ -113,15 +133,15 @@ class Calibration:
         std = np.sqrt(np.diag(self.covariance))
         for n, i in enumerate(whole):
             for j in whole[n + 1 :]:
-                if np.isfinite(std[[i, j]]).all() and std[i] > 0 and std[j] > 0:
-                    r = float(self.covariance[i, j] / (std[i] * std[j]))
-                    if abs(r) > _TIED:
-                        one, two = self.parameters[i].name, self.parameters[j].name
-                        alone = np.sqrt(1 - min(abs(r), 1.0) ** 2)
-                        said.append(
-                            f"{one} and {two} are hardly told apart (correlation {r:.3f}): were one of them known, "
-                            f"the other's standard error would be {alone:.2g} times as large"
-                        )
+                known = np.isfinite(std[[i, j]]).all() and std[i] > 0 and std[j] > 0
+                r = float(self.covariance[i, j] / (std[i] * std[j])) if known else 0.0
+                if abs(r) > _TIED:
+                    one, two = self.parameters[i].name, self.parameters[j].name
+                    alone = np.sqrt(1 - min(abs(r), 1.0) ** 2)
+                    said.append(
+                        f"{one} and {two} are hardly told apart (correlation {r:.3f}): were one of them known, the "
+                        f"other's standard error would be {alone:.2g} times as large"
+                    )
         return tuple(said)
 
     def evaluate(
@@ -132,7 +152,7 @@ class Calibration:
         force: npt.ArrayLike | None = None,
         angle: npt.ArrayLike = 0.0,
     ) -> Score:
-        """The score on other touches: held out ones. Arguments as those of `calibrate`."""
+        """The score on other touches: held out ones. `readings`, `positions`, `force`, `angle` as of `calibrate`."""
         data, y, load = checked_touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
         model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
         return score(data, model, self.finger.array.live)
@@ -144,17 +164,23 @@ def _share(parameter: Parameter) -> str:
     return f"{100 * ratio:.0f} % of it" if ratio < _HOPELESS else f"more than {_HOPELESS} times the value"
 
 
+def checked_readings(readings: npt.ArrayLike, sensors: int) -> FloatArray:
+    """Readings (m, n), checked; NaN and infinity stay."""
+    data = _check.real("readings", readings, finite=False)
+    if data.ndim != 2 or data.shape[1] != sensors:
+        rule = f"one touch a row, one of the {sensors} sensors a column"
+        raise GeometryError(f"readings of shape {data.shape}", rule)
+    return data
+
+
 def checked_touches(
     finger: Finger, readings: npt.ArrayLike, positions: npt.ArrayLike, force: npt.ArrayLike, angle: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Readings (m, n), places (m,) and loads (N, T) (m, 2), checked."""
-    n = len(finger.array)
-    data = _check.real("readings", readings, finite=False)
+    """Readings (m, n), positions (m,) and loads (N, T) (m, 2), checked."""
+    data = checked_readings(readings, len(finger.array))
     y = _check.real("positions", positions, unit="m")
-    if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(f"readings of shape {data.shape}", f"one touch a row, one of the {n} sensors a column")
     if y.shape != data.shape[:1]:
-        raise GeometryError(f"positions of shape {y.shape}", f"one place for each of the {len(data)} touches")
+        raise GeometryError(f"positions of shape {y.shape}", f"one position for each of the {len(data)} touches")
     p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape)
     a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape)
     usable = np.where(finger.array.inside(data), data, np.nan)

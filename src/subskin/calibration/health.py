@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import ConvergenceError, GeometryError
+from ..errors import ConvergenceError
 from ..estimate.estimate import Status
 from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
-from .calibration import Health
+from .calibration import Health, checked_readings
 
 __all__ = ["SensorHealth", "sensor_health"]
 
@@ -47,7 +47,7 @@ class SensorHealth:
         tell. Of those that have changed, with the others as they were.
         The gain that all sensors have in common cannot be told from the touches' force: the median sensor has 1.
     shift : ndarray, shape (n,)
-        By how much the offset of a sensor seems to have changed; 0 but for those that had to be left out at first.
+        By how much the offset of a sensor seems to have changed [reading]; 0 but for those left out at first.
     explained, explained_now : float
         Share of the touches that a load explains, with the finger as it was and as it is now.
     touches : int
@@ -76,14 +76,14 @@ def sensor_health(
 ) -> SensorHealth:
     """Find sensors that have died, weakened or strengthened, from frames of ordinary use.
 
-    Places and forces of the touches need not be known, but they have to be many, and lie all over the row. Where loads
+    Positions and forces of the touches need not be known, but they have to be many, all over the row. Where loads
     explain too few of them, sensors are left out, first the one without which most are explained. Then gains are fitted
     to the touches that are explained, by Gauss-Newton: a sensor's residual against its reading, both without what a
     change of the touch would do to all sensors, so that a weak one does not spoil the others' gains. Those that have
     not changed by more than 4 standard errors are then held, and the others fitted again.
 
     Standard errors are those of independent noise. Where it is the model that does not quite fit, as on most real
-    skins, they are too small; and where a touch moves but two or three sensors, its place takes up a change of gain. So
+    skins, they are too small; where a touch moves but two or three sensors, its position takes up a change of gain. So
     believe a change that explains touches which were not explained before (`explained`, `explained_now`).
 
     Parameters
@@ -91,7 +91,8 @@ def sensor_health(
     finger : Finger
         As it was calibrated.
     readings : array_like, shape (m, n)
-        Frames with drift taken off (`Tare`); NaN is a missing reading. Frames of free skin do no harm.
+        Frames in units of each gain, their drift taken off (`Tare`); NaN is a missing reading. Frames of free skin do
+        no harm.
     friction, search
         As of `Finger.locate`.
 
@@ -111,25 +112,19 @@ def sensor_health(
     --------
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> gains = np.array([1, 1, 0.6, 1, 1, 1])
-    >>> now, then = (
-    ...     ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=1e-4, gain=g)) for g in (gains, 1.0)
-    ... )
+    >>> row = {"pitch": 1.5e-3, "depth": 2e-3, "noise": 1e-4}
+    >>> then = ss.Finger(skin, ss.SensorArray.line(6, **row))
+    >>> now = ss.Finger(skin, ss.SensorArray.line(6, gain=[1, 1, 0.6, 1, 1, 1], **row))
     >>> rng = np.random.default_rng(0)
     >>> touches = ss.LineLoad(40.0, rng.uniform(-0.5, 0.5, 500), rng.uniform(-4e-3, 4e-3, 500))
     >>> found = sensor_health(then, now.read(touches, rng))
     >>> found.gain_ratio.round(2).tolist(), found.health[2].name
     ([1.0, 1.0, 0.6, 1.0, 1.0, 1.0], 'WEAK')
     """
-    n = len(finger.array)
-    data = _check.real("readings", readings, finite=False)
-    if data.ndim != 2 or data.shape[1] != n:
-        raise GeometryError(f"readings of shape {data.shape}", f"one frame a row, one of the {n} sensors a column")
-    needed = 3 if friction == 0 else 4
-    if finger.array.live.sum() < needed:
-        raise ConvergenceError(
-            f"{int(finger.array.live.sum())} live sensors", f"at least {needed} are needed: one more than unknowns"
-        )
+    data = checked_readings(readings, len(finger.array))
+    needed, live = 3 if friction == 0 else 4, int(finger.array.live.sum())
+    if live < needed:
+        raise ConvergenceError(f"{live} live sensors", f"at least {needed} are needed: one more than unknowns")
     return _Check(finger, data, {"friction": friction, "search": search}).result()
 
 
@@ -150,9 +145,8 @@ class _Check:
         most = max(min(_MOST, _CELLS // n**2), _FEWEST)
         self.data = touched[:: max(-(-len(touched) // most), 1)]
         if self.touches < _FEWEST:
-            raise ConvergenceError(
-                f"{self.touches} touches in {len(data)} frames", f"at least {_FEWEST} are needed", "more frames"
-            )
+            seen = f"{self.touches} touches in {len(data)} frames"
+            raise ConvergenceError(seen, f"at least {_FEWEST} are needed", "more frames")
         self.explained = self.share()
 
     def finger(self) -> Finger:
@@ -232,11 +226,8 @@ class _Check:
                 break
         good = found.status == Status.OK
         if good.sum() < _FEWEST:
-            raise ConvergenceError(
-                f"{good.sum()} touches that one load explains",
-                f"at least {_FEWEST} are needed",
-                "more frames, with their drift off",
-            )
+            few = f"{good.sum()} touches that one load explains"
+            raise ConvergenceError(few, f"at least {_FEWEST} are needed", "more frames, with their drift off")
         array, n = self.finger().array, self.ratio.size
         raw = self.data[good]
         seen = array.inside(raw) & self.live
@@ -244,8 +235,7 @@ class _Check:
             raw = locator._linearised(raw)
             seen &= np.isfinite(raw)
         noise = np.where(self.live, array.noise, 1.0)
-        force, angle = found.force[good], found.angle[good]
-        load = np.stack([force * np.cos(angle), force * np.sin(angle)], axis=-1)
+        load = found.components[good]
         value = self.field(found.position[good])
         slope = self.field(found.position[good], derivative=1)
         unit = np.einsum("mnl,ml->mn", value, load) / noise
@@ -294,16 +284,9 @@ class _Check:
         self.shift[self.out] = 0.0
         weak = _changed(ratio, std) & (ratio < _WEAK)
         health = np.where(self.out, Health.DEAD, np.where(weak, Health.WEAK, Health.OK))
-        return SensorHealth(
-            finger=self.finger(),
-            gain_ratio=_check.read_only(ratio),
-            std=_check.read_only(std),
-            shift=_check.read_only(self.shift),
-            explained=self.explained,
-            explained_now=self.share(),
-            touches=self.touches,
-            health=tuple(Health(int(h)) for h in health),
-        )
+        ratio, std, shift = (_check.read_only(values) for values in (ratio, std, self.shift))
+        said = tuple(Health(int(h)) for h in health)
+        return SensorHealth(self.finger(), ratio, std, shift, self.explained, self.share(), self.touches, said)
 
 
 def _changed(ratio: FloatArray, std: FloatArray) -> npt.NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Touches at known places -> the finger's gains, offsets, depth, place on the motor's axis, with standard errors."""
+"""Touches at known positions -> the finger's gains, offsets, depth and origin, with standard errors."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import ConvergenceError, InvalidValueError
+from ..errors import ConvergenceError
 from ..finger import Finger
-from ._forward import TERMS, Forward
+from ._forward import TERMS, Forward, checked_names
 from .calibration import Calibration, Health, Parameter, checked_touches, score
 
 __all__ = ["calibrate"]
@@ -36,7 +36,7 @@ def calibrate(
     angle: npt.ArrayLike = 0.0,
     origin: float | None = None,
 ) -> Calibration:
-    """Fit a finger to touches by a line load at known places on a motor's axis.
+    """Fit a finger to touches by a line load at known positions on a motor's axis.
 
     Gains and offsets are linear and are eliminated at each trial of the rest; the start is found by a scan over origin
     and depth, so no guess of the origin is needed. Sensors are weighted by their own residuals.
@@ -66,7 +66,7 @@ def calibrate(
     Raises
     ------
     InvalidValueError, GeometryError
-        Unknown names in `fit`, shapes that do not match, readings or places that are not finite.
+        Unknown names in `fit`, shapes that do not match, readings or positions that are not finite.
     ConvergenceError
         Fewer readings than parameters, no sensor that responds, or a fit that did not settle.
 
@@ -82,7 +82,7 @@ def calibrate(
     >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
     (9.0, 5.4)
     """
-    names = _names(fit)
+    names = checked_names(fit, (*_LINEAR, *TERMS))
     data, y, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle)
     start = 0.0 if origin is None else _check.scalar("origin", origin, unit="m")
     live = np.isfinite(data).sum(axis=0) >= 2
@@ -98,21 +98,8 @@ def calibrate(
             break
         live &= ~dead
     if solution is None or not live.any():
-        raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check columns and places")
+        raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check the columns")
     return solution.result()
-
-
-def _names(fit: Sequence[str]) -> tuple[str, ...]:
-    names = (fit,) if isinstance(fit, str) else tuple(fit)
-    known = (*_LINEAR, *TERMS)
-    for name in names:
-        if name not in known:
-            raise InvalidValueError(f'fit = "{name}"', f"has to be among {', '.join(known)}")
-    if not names:
-        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}")
-    if "depth" in names and "depths" in names:
-        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
-    return tuple(dict.fromkeys(names))
 
 
 class _Fit:
@@ -136,19 +123,20 @@ class _Fit:
         self.seen = np.isfinite(self.data)
         part = replace(finger, array=finger.array.select(live))
         self.forward = Forward(part, names)
-        count = int(self.seen.sum())
         self.unknowns = self.forward.size + sum(name in names for name in _LINEAR) * int(live.sum())
-        if count <= self.unknowns:
-            raise ConvergenceError(
-                f"{count} readings for {self.unknowns} parameters",
-                "more readings than parameters are needed",
-                "calibrate on more touches or fit fewer parameters",
-            )
+        if self.seen.sum() <= self.unknowns:
+            seen = f"{self.seen.sum()} readings for {self.unknowns} parameters"
+            fix = "calibrate on more touches or fit fewer parameters"
+            raise ConvergenceError(seen, "more readings than parameters are needed", fix)
         self.noise = np.ones(int(live.sum()))
+
+    def unit_readings(self, p: FloatArray) -> FloatArray:
+        """What unit gains would read."""
+        return self.forward.unit(p, self.positions - self.forward.origin(p, self.origin), self.load)
 
     def linear(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Unit-gain model, gains and offsets that fit best for the other parameters `p`."""
-        unit = self.forward.unit(p, self.positions - self.forward.origin(p, self.origin), self.load)
+        unit = self.unit_readings(p)
         array = self.forward.finger.array
         gain, offset = np.array(array.gain), np.array(array.offset)
         m = self.seen
@@ -158,10 +146,10 @@ class _Fit:
         if fit_gain and fit_offset:
             mean_u, mean_d = u.sum(axis=0) / count, d.sum(axis=0) / count
             du, dd = np.where(m, unit - mean_u, 0.0), np.where(m, self.data - mean_d, 0.0)
-            gain = _ratio((du * dd).sum(axis=0), (du * du).sum(axis=0))
+            gain = (du * dd).sum(axis=0) / _divisor((du * du).sum(axis=0))
             offset = mean_d - gain * mean_u
         elif fit_gain:
-            gain = _ratio((u * np.where(m, self.data - offset, 0.0)).sum(axis=0), (u * u).sum(axis=0))
+            gain = (u * np.where(m, self.data - offset, 0.0)).sum(axis=0) / _divisor((u * u).sum(axis=0))
         elif fit_offset:
             offset = (d - gain * u).sum(axis=0) / count
         return unit, gain, offset
@@ -200,17 +188,9 @@ class _Fit:
         from scipy.optimize import least_squares
 
         lower, upper = self.forward.bounds()
-        return least_squares(
-            self.residual,
-            np.clip(p, lower, upper),
-            bounds=(lower, upper),
-            x_scale=self.forward.scale(),
-            method="trf",
-            xtol=tolerance,
-            ftol=tolerance,
-            gtol=tolerance,
-            max_nfev=400,
-        )
+        options: dict[str, Any] = dict.fromkeys(("xtol", "ftol", "gtol"), tolerance)
+        options |= {"bounds": (lower, upper), "x_scale": self.forward.scale(), "method": "trf", "max_nfev": 400}
+        return least_squares(self.residual, np.clip(p, lower, upper), **options)
 
     def _starts(self) -> list[FloatArray]:
         """The best of a scan over origin (where it is fitted and not given) and depth; one for each thickness tried."""
@@ -220,7 +200,7 @@ class _Fit:
             step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
             first, last = self.positions.min() - y.max(), self.positions.max() - y.min()
             origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
-        depths = (0.6, 1.0, 1.6) if self.forward.has_depth else (1.0,)
+        depths = (0.6, 1.0, 1.6) if self.forward.depth else (1.0,)
         if not self.forward.size:
             return [self.forward.start(self.origin)]
         return [
@@ -239,10 +219,8 @@ class _Fit:
             ends = [self.p.copy(), self.p.copy()]
             ends[0][k] = min(self.p[k] + h, upper[k])
             ends[1][k] = max(self.p[k] - h, lower[k])
-            above, below = (
-                self.forward.unit(q, self.positions - self.forward.origin(q, self.origin), self.load) for q in ends
-            )
-            columns.append(self.gain * (above - below) / (ends[0][k] - ends[1][k]))
+            change = self.unit_readings(ends[0]) - self.unit_readings(ends[1])
+            columns.append(self.gain * change / (ends[0][k] - ends[1][k]))
         for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
             if name in self.names:
                 columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
@@ -321,5 +299,5 @@ class _Fit:
         )
 
 
-def _ratio(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a / np.where(b > 0, b, 1.0))
+def _divisor(square: FloatArray) -> FloatArray:
+    return np.where(square > 0, square, 1.0)

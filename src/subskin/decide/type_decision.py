@@ -209,7 +209,7 @@ def contact_type(
         if not isinstance(kind, Kind):
             raise InvalidValueError(f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)')
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
-    mu, alarm = _check.value("friction", friction), _check.value("false_alarm", false_alarm)
+    mu, alarm = _check.values(friction=friction, false_alarm=false_alarm).values()
 
     def make() -> Evidence:
         return Evidence(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)

@@ -35,13 +35,6 @@ class Status(IntEnum):
     """Too few sensors could be used."""
 
 
-def _counted(name: str, status: npt.NDArray[np.int8]) -> str:
-    """An answer in a line: of what, and how many frames of which status."""
-    counts = np.bincount(np.atleast_1d(status).reshape(-1), minlength=len(Status))
-    said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
-    return f"{name}(shape {status.shape}: {said or 'no frames'})"
-
-
 class _Found:
     """A contact as some columns of a table give it: those from `_first` on."""
 
@@ -81,7 +74,13 @@ class _Found:
 
 @dataclass(frozen=True, eq=False)
 class Rival(_Found):
-    """The second-best contact: a minimum of chi-square of its own. NaN, and `chi2` infinite, where there is none."""
+    """The second-best contact: a minimum of chi-square of its own. NaN, and `chi2` infinite, where there is none.
+
+    Parameters
+    ----------
+    table, layout
+        As of `Estimate`, whose `second` it is.
+    """
 
     table: FloatArray
     layout: Layout
@@ -98,15 +97,7 @@ class Rival(_Found):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrameTable(ABC):
-    """Answers frame by frame: indexed as arrays are, and joined.
-
-    Parameters
-    ----------
-    table : ndarray, shape (..., columns)
-        The packed results; read them by name.
-    used : ndarray of bool, shape (..., n)
-        Which sensors each frame's answer rests on; the others were missing, saturated or dead.
-    """
+    """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as of `Estimate`."""
 
     table: FloatArray
     used: npt.NDArray[np.bool_]
@@ -115,6 +106,11 @@ class FrameTable(ABC):
     def join(cls, parts: Sequence[Self]) -> Self:
         """Answers of one kind one after the other, along the first axis of the batch.
 
+        Parameters
+        ----------
+        parts : sequence of answers
+            At least one.
+
         Raises
         ------
         GeometryError
@@ -122,16 +118,14 @@ class FrameTable(ABC):
         """
         if len({part.table.shape[-1] for part in parts}) != 1:
             raise GeometryError(f"{len(parts)} answers", "at least one is needed, all of one layout")
-        table = np.concatenate([p.table for p in parts])
-        used = np.concatenate([p.used for p in parts])
-        table.flags.writeable = used.flags.writeable = False
-        return replace(parts[0], table=table, used=used)
+        return parts[0]._with(np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]))
 
     def __getitem__(self, index: object) -> Self:
         """Some frames of the batch."""
         at = np.arange(int(np.prod(self.shape))).reshape(self.shape)[index]  # type: ignore[call-overload]
-        table = self.table.reshape(-1, self.table.shape[-1])[at]
-        used = self.used.reshape(-1, self.used.shape[-1])[at]
+        return self._with(*(part.reshape(-1, part.shape[-1])[at] for part in (self.table, self.used)))
+
+    def _with(self, table: FloatArray, used: npt.NDArray[np.bool_]) -> Self:
         table.flags.writeable = used.flags.writeable = False
         return replace(self, table=table, used=used)
 
@@ -146,7 +140,9 @@ class FrameTable(ABC):
         return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
-        return _counted(type(self).__name__, self.status)
+        counts = np.bincount(self.status.reshape(-1), minlength=len(Status))
+        said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
+        return f"{type(self).__name__}(shape {self.shape}: {said or 'no frames'})"
 
     @property
     @abstractmethod
@@ -168,7 +164,7 @@ class Estimate(_Found, FrameTable):
     Parameters
     ----------
     table : ndarray, shape (..., layout.columns)
-        The packed results; read them by name.
+        The packed results, in the columns and units of `layout`; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on; the others were missing, saturated or dead.
     friction : float

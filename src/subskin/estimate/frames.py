@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,12 @@ from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError
+from ..prepared import Prepared
 from ..response import Response
 from .estimate import Status
 from .layout import Layout
 
-__all__ = ["Framewise", "checked_friction", "packed", "scan_geometry", "sensor_rows"]
+__all__ = ["Framewise", "check_noise", "checked_friction", "packed", "patterns", "scan_geometry", "sensor_rows"]
 
 _MOST_PATTERNS = 64
 _CHANCE = 1e-3
@@ -33,8 +34,6 @@ class Framewise(ABC):
     ----------
     array : SensorArray
         Offset, noise and range of each sensor.
-    kernel : callable
-        Returns the compiled loop, imported on first use.
     needed : int
         Least number of sensors.
     columns, status : int
@@ -50,7 +49,6 @@ class Framewise(ABC):
     def __init__(
         self,
         array: SensorArray,
-        kernel: Callable[[], Any],
         *,
         needed: int,
         columns: int,
@@ -60,22 +58,14 @@ class Framewise(ABC):
         ambiguity: float = 0.0,
     ) -> None:
         if isinstance(outliers, bool) or outliers not in (0, 1):
-            raise InvalidValueError(
-                f"outliers = {outliers!r}",
-                "has to be 0, or 1 to try unexplained frames without each one reading",
-                "outliers=1",
-            )
-        silent = np.flatnonzero((np.asarray(array.noise) == 0) & array.live)
-        if silent.size:
-            raise InvalidValueError(
-                f"noise = 0 of sensor {silent[0]}",
-                "estimates weigh sensors by their noise, so each needs one > 0",
-                "SensorArray(..., noise=1e-4), or calibrate, which measures it",
-            )
+            rule = "has to be 0, or 1 to try unexplained frames without each one reading"
+            raise InvalidValueError(f"outliers = {outliers!r}", rule, "outliers=1")
+        fix = "SensorArray(..., noise=1e-4), or calibrate, which measures it"
+        check_noise(array, "estimates weigh sensors by their noise", fix)
         self.array = array
-        self._kernel, self._needed, self._columns = kernel, needed, columns
+        self._needed, self._columns = needed, columns
         self._status, self._layout, self._outliers, self._apart = status, layout, int(outliers), ambiguity
-        self._prepared: dict[bytes, tuple[Any, ...]] = {}
+        self._prepared = Prepared(_MOST_PATTERNS)
         self._all = array.live
         self._all.flags.writeable = False
         self._whole = bool(self._all.all()) and len(array) >= needed
@@ -83,6 +73,10 @@ class Framewise(ABC):
         self._sensors = len(array)
         self._compiled: Any = None
         self._linear = all(t.linear for t in array.transducers)
+
+    @abstractmethod
+    def _kernel(self) -> Any:
+        """The compiled loop, imported on first use."""
 
     @abstractmethod
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
@@ -93,9 +87,8 @@ class Framewise(ABC):
         try:
             raw = np.asarray(readings, dtype=np.float64)
         except (TypeError, ValueError):
-            raise InvalidValueError(
-                f"readings = {repr(readings)[:60]}", "numbers are needed, NaN for a missing one"
-            ) from None
+            rule = "numbers are needed, NaN for a missing one"
+            raise InvalidValueError(f"readings = {repr(readings)[:60]}", rule) from None
         n = self._sensors
         if raw.ndim == 0 or raw.shape[-1] != n:
             raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")
@@ -139,10 +132,7 @@ class Framewise(ABC):
         self, frames: FloatArray, used: npt.NDArray[np.bool_], pending: npt.NDArray[np.bool_], out: FloatArray
     ) -> None:
         """Frames in which a sensor is out, grouped by the sensors that are left."""
-        index = np.flatnonzero(pending)
-        patterns, group = np.unique(used[index], axis=0, return_inverse=True)
-        for g, pattern in enumerate(patterns):
-            rows = index[group.reshape(-1) == g]
+        for pattern, rows in patterns(used, pending):
             if pattern.sum() < self._needed:
                 out[rows] = np.nan
                 if self._layout is not None:
@@ -167,13 +157,10 @@ class Framewise(ABC):
         if columns is None:
             return used
         again = (out[:, self._status] == Status.UNEXPLAINED) & (used.sum(axis=-1) >= self._needed + 2)
-        index = np.flatnonzero(again)
-        if not index.size:
+        if not again.any():
             return used
         found = np.array(used)
-        patterns, group = np.unique(used[index], axis=0, return_inverse=True)
-        for g, pattern in enumerate(patterns):
-            rows = index[group.reshape(-1) == g]
+        for pattern, rows in patterns(used, again):
             largest = float(chdtri(int(pattern.sum()) - 1 - self._needed, _CHANCE))
             sensors = np.flatnonzero(pattern)
             parts = np.empty((sensors.size, len(rows), self._columns))
@@ -200,24 +187,31 @@ class Framewise(ABC):
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
         key = self._whole_key if pattern is self._all else pattern.tobytes()
-        arrays = self._prepared.get(key)
-        if arrays is None:
-            if len(self._prepared) >= _MOST_PATTERNS:
-                self._prepared.pop(next(iter(self._prepared)))
-            arrays = self._prepared[key] = self._prepare(pattern)
+        arrays = self._prepared.get(key, lambda: self._prepare(pattern))
         if self._compiled is None:
-            self._compiled = _loaded(self._kernel)
+            from .._compiled import is_cached
+
+            self._compiled = self._kernel()
+            if not is_cached(self._compiled):
+                _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
         self._compiled(frames, *arrays, out)
 
 
-def _loaded(kernel: Callable[[], Any]) -> Any:
-    """The compiled loop; says so when it has to be compiled."""
-    from .._compiled import is_cached
+def patterns(
+    used: npt.NDArray[np.bool_], chosen: npt.NDArray[np.bool_]
+) -> Iterator[tuple[npt.NDArray[np.bool_], npt.NDArray[np.intp]]]:
+    """Each set of sensors in the `chosen` (f,) of the frames' `used` (f, n), and which frames have it."""
+    index = np.flatnonzero(chosen)
+    kinds, group = np.unique(used[index], axis=0, return_inverse=True)
+    for g, kind in enumerate(kinds):
+        yield kind, index[group.reshape(-1) == g]
 
-    loop = kernel()
-    if not is_cached(loop):
-        _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
-    return loop
+
+def check_noise(array: SensorArray, why: str, fix: str, noise: npt.ArrayLike | None = None) -> None:
+    """Refuse a live sensor without noise, which has to be the array's own, or `noise`."""
+    silent = np.flatnonzero((np.asarray(array.noise if noise is None else noise) == 0) & array.live)
+    if silent.size:
+        raise InvalidValueError(f"noise = 0 of sensor {silent[0]}", f"{why}, so each needs one > 0", fix)
 
 
 def checked_friction(friction: float) -> float:

@@ -25,13 +25,6 @@ _SCAN_WIDTHS = 12
 _OPTIONS = "search, half_width, friction, scan_step, false_alarm, ambiguity, outliers"
 
 
-def _kernel() -> Any:
-    """The compiled loop, imported on first use."""
-    from .project import project_frames
-
-    return project_frames
-
-
 class Locator(Framewise):
     """Finds the contact in frames of readings; prepared once, then called on a frame or on millions.
 
@@ -68,16 +61,6 @@ class Locator(Framewise):
     ------
     InvalidValueError, GeometryError
         A sensor without noise, a table whose sensors do not match the array's, an option out of range.
-
-    Examples
-    --------
-    >>> import numpy as np, subskin as ss
-    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-5))
-    >>> locator = finger.locator(friction=1.0)
-    >>> found = locator(finger.read(ss.LineLoad(force=40.0, angle=0.3, position=0.8e-3)))
-    >>> round(float(found.position) * 1e3, 4), round(float(found.force), 2), round(float(found.angle), 4)
-    (0.8, 40.0, 0.3)
     """
 
     def __init__(
@@ -99,19 +82,18 @@ class Locator(Framewise):
         wide = response.widest > 0
         ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
-            raise InvalidValueError(
-                f"half_width = {half_width!r}",
-                f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed",
-            )
+            rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
+            raise InvalidValueError(f"half_width = {half_width!r}", rule)
         self.response = response
         self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
         self.layout = WIDE if wide else LINE
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+        layout = self.layout
         super().__init__(
-            array, _kernel, needed=self.unknowns, columns=self.layout.columns, status=self.layout.status,
-            layout=self.layout, outliers=outliers, ambiguity=self._ambiguity,
+            array, needed=self.unknowns, columns=layout.columns, status=layout.status, layout=layout,
+            outliers=outliers, ambiguity=self._ambiguity,
         )  # fmt: skip
         self._shallowest = float(np.asarray(array.depth).min())
         step = self._shallowest / (16 if wide else 32)
@@ -128,7 +110,8 @@ class Locator(Framewise):
         Parameters
         ----------
         readings : array_like, shape (..., n)
-            Raw readings, offset included. NaN marks a missing one; it, and a saturated one, are left out of its frame.
+            Raw readings, offset included, in units of each gain. NaN marks a missing one; it, and a saturated one, are
+            left out of its frame.
 
         Returns
         -------
@@ -141,6 +124,11 @@ class Locator(Framewise):
             A last axis that is not the number of sensors.
         """
         return Estimate(*self._frames(readings), self.friction, self.unknowns, self.layout)
+
+    def _kernel(self) -> Any:
+        from .project import project_frames
+
+        return project_frames
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
@@ -213,18 +201,16 @@ def locator(
     kind = family_of(family)
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
-    options = {
-        "friction": friction, "scan_step": scan_step, "false_alarm": false_alarm, "ambiguity": ambiguity,
-        "outliers": outliers,
-    }  # fmt: skip
-    values: dict[str, Any] = {name: _check.value(name, option) for name, option in options.items()}
+    values: dict[str, Any] = _check.values(
+        friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
+    )
 
     def make() -> Locator:
+        table = tabulate(finger, ends)
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
-            return Locator(tabulate(finger, ends), finger.array, **values)
-        table = tabulate(finger, ends)
+            return Locator(table, finger.array, **values)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
         response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))
         return Locator(response, finger.array, half_width=(low, high), **values)
@@ -254,7 +240,7 @@ def locate(
     finger : Finger
         The forward model, with the sensors' noise.
     readings : array_like, shape (..., n)
-        Raw readings; NaN marks a missing one.
+        Raw readings, each in units of its gain; NaN marks a missing one.
     search, friction, scan_step, false_alarm, ambiguity, outliers
         As of `locator`.
 
@@ -279,8 +265,7 @@ def locate(
     """
     if _unknown:
         _check.no_options(_unknown, _OPTIONS.replace("half_width, ", ""))
-    options = (search, friction, scan_step, false_alarm, ambiguity, outliers)
-    return _quick(finger, "line", options, None)(readings)
+    return _quick(finger, "line", search, None, friction, scan_step, false_alarm, ambiguity, outliers)(readings)
 
 
 def fit(
@@ -304,10 +289,8 @@ def fit(
 
     Parameters
     ----------
-    finger : Finger
-        The forward model, with the sensors' noise.
-    readings : array_like, shape (..., n)
-        Raw readings; NaN marks a missing one.
+    finger, readings
+        As of `locate`.
     family, search, half_width, friction, scan_step, false_alarm, ambiguity, outliers
         As of `locator`.
 
@@ -320,7 +303,7 @@ def fit(
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `locator`; a last axis that is not the number of sensors.
+        As of `locate`.
 
     Examples
     --------
@@ -332,23 +315,17 @@ def fit(
     >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3)
     ('OK', 1.2)
     """
-    if _unknown:
-        _check.no_options(_unknown, _OPTIONS)
-    options = (search, friction, scan_step, false_alarm, ambiguity, outliers)
-    return _quick(finger, family, options, half_width)(readings)
+    _check.no_options(_unknown, _OPTIONS)
+    return _quick(finger, family, search, half_width, friction, scan_step, false_alarm, ambiguity, outliers)(readings)
 
 
-def _quick(finger: Finger, family: str | Family, options: tuple[Any, ...], half_width: Any) -> Locator:
-    """The locator of these options, by the options as they were given: the shortest way for a frame by itself."""
-    search, friction, scan_step, false_alarm, ambiguity, outliers = options
+def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator:
+    """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
     def make() -> Locator:
-        return locator(
-            finger, family, search=search, half_width=half_width, friction=friction, scan_step=scan_step,
-            false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers,
-        )  # fmt: skip
+        return locator(finger, family, **dict(zip(_OPTIONS.split(", "), options, strict=True)))
 
     try:
-        return prepared(finger).get((family, half_width, options), make)
+        return prepared(finger).get((family, options), make)
     except TypeError:  # an array or a list among them, which is no key
         return make()

@@ -15,7 +15,7 @@ from .._check import FloatArray
 from ..array import SensorArray
 from ..contact import Hertz
 from ..estimate import side_angle, side_angle_from_gradients
-from ..estimate.side._row import Response
+from ..estimate.side.row import Changes
 from ..finger import Finger
 from ..memo import eq20, eq20_corrected, eq21, eq21_corrected, eq22
 from .memo_contacts import BLIND_DEPTH
@@ -158,7 +158,7 @@ def _spread(axes: Axes, noise: float) -> None:
 def _bound(finger: Finger, touch: Hertz) -> FloatArray:
     """Cramer-Rao bound of the angle [rad] where position, width, force and angle are unknown."""
     force = np.array([np.cos(0.3), np.sin(0.3)])
-    made = Response.of(finger, Hertz, np.zeros(touch.shape), np.asarray(touch.half_width))
+    made = Changes.of(finger, Hertz, np.zeros(touch.shape), np.asarray(touch.half_width))
     turned = made.unit @ np.array([-force[1], force[0]])
     columns = [turned, made.unit @ force, made.by_position @ force, made.by_width @ force]
     jacobian = np.stack(columns, axis=-1) / np.asarray(finger.array.noise)[:, None]

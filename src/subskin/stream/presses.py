@@ -78,7 +78,7 @@ class Presses:
     start, stop : ndarray
         First and last time of the plateau [s].
     position : ndarray or None
-        Mean place of the indenter on the plateau [m].
+        Mean position of the indenter on the plateau [m].
     depth : ndarray or None
         Mean depth of the indenter on the plateau, from the rest [m].
     reading : ndarray, shape (presses, n)
@@ -143,7 +143,7 @@ def segment(
     Raises
     ------
     InvalidValueError, GeometryError
-        Shapes that do not match, times that go back, a place, depth or time that is not finite, no press at all.
+        Shapes that do not match, times that go back, a position, depth or time that is not finite, no press at all.
 
     Examples
     --------
@@ -189,7 +189,7 @@ def segment(
 
 
 def _level(track: FloatArray | None, first: IndexArray, stop: IndexArray) -> FloatArray | None:
-    """Mean of a place on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
+    """Mean of a track on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
     return None if track is None else _check.read_only(_mean(track[:, None], first, stop)[0][:, 0].round(12))
 
 
@@ -199,7 +199,7 @@ def _fix(by_depth: bool) -> str:
     return "give [recording] press, the indenter's depth, if it was recorded"
 
 
-class _Found(NamedTuple):
+class _Plateaus(NamedTuple):
     """First and past-the-last frame of each plateau, and of the free skin before it."""
 
     first: IndexArray
@@ -208,7 +208,7 @@ class _Found(NamedTuple):
     base_stop: IndexArray
 
 
-def _from_depth(z: FloatArray, time: FloatArray, before: float, hold: float) -> _Found:
+def _from_depth(z: FloatArray, time: FloatArray, before: float, hold: float) -> _Plateaus:
     low = float(z.min())
     stroke = float(z.max()) - low
     level = _span(z[:, None], _frames(time, hold))
@@ -222,10 +222,10 @@ def _from_depth(z: FloatArray, time: FloatArray, before: float, hold: float) -> 
     # the free run that holds the last free frame begins after the frame that was last not free
     run = np.maximum.accumulate(np.where(free, -1, frames))[last] + 1
     since = np.searchsorted(time, time[last] - before, side="left")
-    return _Found(first, stop, np.maximum(run, since), last + 1)
+    return _Plateaus(first, stop, np.maximum(run, since), last + 1)
 
 
-def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: float) -> _Found:
+def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: float) -> _Plateaus:
     begin = max(int(np.searchsorted(time, time[0] + hold, side="right")), 1)
     seen = np.isfinite(data)
     start = np.array([np.median(c[ok][:begin]) if ok.any() else 0.0 for c, ok in zip(data.T, seen.T, strict=True)])
@@ -249,7 +249,7 @@ def _from_readings(data: FloatArray, time: FloatArray, before: float, hold: floa
         room = calm[previous : max(a - count, previous)]
         base[k] = previous + int(np.argmin(room)) if room.size else -1
         previous = int(e)
-    return _Found(first, stop, np.maximum(base, 0), np.where(base < 0, 0, base + count))
+    return _Plateaus(first, stop, np.maximum(base, 0), np.where(base < 0, 0, base + count))
 
 
 def _frames(time: FloatArray, seconds: float) -> int:

@@ -18,12 +18,12 @@ __all__ = ["Relaxation", "RelaxationState", "Relaxing"]
 
 @dataclass(frozen=True, eq=False)
 class RelaxationState:
-    """What is carried from one batch of a stream to the next.
+    """What is carried from one batch of a stream to the next, by `Relaxing.step`.
 
     Parameters
     ----------
     rows : ndarray, shape (3 + terms, n)
-        Of each sensor its rest, the time of its last reading, and what it remembers.
+        Of each sensor its rest [reading], the time of its last reading [s], and what it remembers [reading].
     time : float
         Time of the last frame [s].
     """

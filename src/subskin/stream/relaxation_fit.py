@@ -32,7 +32,7 @@ class RelaxationFit:
     relaxation : Relaxation
         The kernel common to all sensors.
     share_std, time_std : ndarray, shape (k,)
-        Standard errors; of residuals that are independent from frame to frame, so rather too small.
+        Standard errors [-], [s]; of residuals that are independent from frame to frame, so rather too small.
     scale, scale_std : ndarray, shape (n,)
         How many times the common shares each sensor loses, and the standard error; NaN for a sensor that the touches do
         not move.
@@ -80,7 +80,7 @@ def fit_relaxation(
     Parameters
     ----------
     readings : array_like, shape (m, n)
-        The whole recording, from its beginning at rest; NaN is a missing reading.
+        The whole recording, each sensor in units of its gain, from its beginning at rest; NaN is a missing reading.
     time : array_like, shape (m,)
         Time of each frame [s], not decreasing.
     held : array_like, shape (k, 2)
@@ -129,10 +129,10 @@ def fit_relaxation(
         raise InvalidValueError(
             f"held[{short[0]}] = ({a:.6g}, {b:.6g}) s", f"at least {_FEWEST} frames have to lie in it", "leave it out"
         )
-    return _Fit(data, clock, first, stop, terms, rest).result()
+    return _Series(data, clock, first, stop, terms, rest).result()
 
 
-class _Fit:
+class _Series:
     """Least squares over c = share / (1 - sum of share) and log(time): both free of the constraint."""
 
     def __init__(
@@ -155,11 +155,8 @@ class _Fit:
         moved = np.abs(frames - at_rest)
         largest = float(moved[np.isfinite(moved)].max(initial=0.0))
         if not largest > 0:
-            raise ConvergenceError(
-                "readings that never change, or are all missing",
-                "relaxation shows where a touch is held",
-                "frames from before the touches on, and stretches within them",
-            )
+            fix = "frames from before the touches on, and stretches within them"
+            raise ConvergenceError("readings that never change, or are all missing", "held touches are needed", fix)
         self.noise = np.maximum(self.noise, 1e-9 * largest or 1.0)
         self.lengths = np.array([clock[s][-1] - clock[s][0] for s in self.spans])
         if not self.lengths.max() > 0:

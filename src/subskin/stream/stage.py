@@ -85,12 +85,7 @@ class Stage(ABC, Generic[State, Out]):
         Returns
         -------
         Out
-            As of `step`.
-
-        Raises
-        ------
-        GeometryError, InvalidValueError
-            As `step`.
+            As of `step`, whose errors it raises.
         """
         frames, clock = np.asarray(readings), None if time is None else np.asarray(time)
         if frames.ndim < 2:

@@ -14,6 +14,7 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.estimate import Status
+from ..estimate.frames import check_noise
 from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
@@ -33,16 +34,16 @@ _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of 
 
 @dataclass(frozen=True, eq=False)
 class TareState:
-    """All that is carried from one batch of a stream to the next.
+    """All that is carried from one batch of a stream to the next, by `Tare.step`.
 
     Parameters
     ----------
     rows : ndarray, shape (10, n)
-        What is known of each sensor: its offset, sums over the last frames, and its last readings.
+        What is known of each sensor: its offset, sums over the last frames, and its last readings [reading].
     numbers : ndarray, shape (4,)
-        Whether the skin is free, and clocks.
+        Whether the skin is free, and clocks [s].
     frames, time : ndarray, shape (k, n) and (k,)
-        The last `guard` seconds.
+        The last `guard` seconds [reading], [s].
     """
 
     rows: FloatArray
@@ -68,16 +69,16 @@ class Tared:
     Parameters
     ----------
     readings : ndarray, shape (m, n)
-        Readings as if the offsets were the finger's own: `Finger.locate` takes them as they are. NaN where a sensor is
-        frozen, or its offset not known yet.
+        Readings as if the offsets were the finger's own, in units of each gain: `Finger.locate` takes them as they are.
+        NaN where a sensor is frozen, or its offset not known yet.
     offset : ndarray, shape (m, n)
-        The offset that was taken for each frame's; NaN where it is not known yet.
+        The offset that was taken for each frame's [reading]; NaN where it is not known yet.
     free : ndarray of bool, shape (m,)
         Which frames are free of contact.
     frozen : ndarray of bool, shape (m, n)
         Which sensors have stopped to move at all.
     own, noise : ndarray, shape (n,)
-        The finger's own offsets, and its noise.
+        The finger's own offsets, and its noise [reading].
     """
 
     readings: FloatArray
@@ -89,11 +90,9 @@ class Tared:
 
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:
-        """Successive parts of one stream as one."""
-        joined = {
-            name: join([getattr(part, name) for part in parts]) for name in ("readings", "offset", "free", "frozen")
-        }
-        return replace(parts[0], **joined)
+        """Successive `parts` of one stream as one."""
+        frames = ("readings", "offset", "free", "frozen")
+        return replace(parts[0], **{name: join([getattr(part, name) for part in parts]) for name in frames})
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -134,9 +133,9 @@ class Tare(Stage[TareState, Tared]):
         Fastest drift that is believed [reading/s]; 0.3 noise a second if left out. Faster drift is taken for a touch;
         touches so light and slow are taken for drift.
     noise : array_like, optional
-        Standard deviation of a reading, where not the finger's.
+        Standard deviation of a reading [reading], where not the finger's.
     known : array_like, optional
-        Standard deviation of the finger's own offsets at the beginning. Infinite if left out: the stream then has to
+        Standard deviation of the finger's own offsets at first [reading]. Infinite if left out: the stream then has to
         begin with the skin free, and its first frame is the first offset.
     guard, settle, patience : float, optional
         Times [s], > 0.
@@ -178,18 +177,12 @@ class Tare(Stage[TareState, Tared]):
         known = _check.real("known", self.known, at_least=0.0, finite=False)
         for name, value in (("noise", noise), ("drift", drift), ("known", known)):
             if value.shape not in ((), (n,)):
-                raise GeometryError(
-                    f"{name} of shape {value.shape}", f"one value, or one for each of the {n} sensors, is needed"
-                )
+                rule = f"one value, or one for each of the {n} sensors, is needed"
+                raise GeometryError(f"{name} of shape {value.shape}", rule)
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
-        silent = np.flatnonzero((np.asarray(self.noise) == 0) & array.live)
-        if silent.size:
-            raise InvalidValueError(
-                f"noise = 0 of sensor {silent[0]}", "a touch is told from noise, so each sensor needs one > 0",
-                "Tare(finger, noise=1e-4)",
-            )  # fmt: skip
+        check_noise(array, "a touch is told from the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
         for name in ("guard", "settle", "patience"):
             _check.scalar(name, getattr(self, name), unit="s", above=0.0)
         _check.scalar("false_alarm", self.false_alarm, above=0.0, at_most=0.5)

@@ -100,15 +100,8 @@ def simulate_recording(
     ((325, 4), 0.001, 0.004)
     """
     y = np.atleast_1d(_check.real("positions", positions, unit="m"))
-    sizes = {
-        "stroke": stroke,
-        "ramp": ramp,
-        "hold": hold,
-        "rest": rest,
-        "rate": rate,
-        "relaxation_time": relaxation_time,
-    }
-    for name, value in sizes.items():
+    times = {"ramp": ramp, "hold": hold, "rest": rest, "relaxation_time": relaxation_time}
+    for name, value in {"stroke": stroke, "rate": rate, **times}.items():
         _check.scalar(name, value, above=0.0)
     _check.scalar("force", force, unit="N/m", at_least=0.0)
     _check.scalar("drift", drift, at_least=0.0)
@@ -150,7 +143,5 @@ def _drift(frames: int, sensors: int, rng: np.random.Generator | None) -> FloatA
     phase = source.uniform(0, 2 * np.pi, (len(_PERIODS), sensors))
     size = source.normal(0, 0.6, (len(_PERIODS), sensors))
     t = np.linspace(0, 1, frames)[:, None]
-    waves = np.zeros((frames, sensors))
-    for k, period in enumerate(_PERIODS):
-        waves += size[k] * (np.sin(2 * np.pi * t / period + phase[k]) - np.sin(phase[k]))
-    return waves
+    waves = [s * (np.sin(2 * np.pi * t / p + q) - np.sin(q)) for s, p, q in zip(size, _PERIODS, phase, strict=True)]
+    return np.asarray(sum(waves))

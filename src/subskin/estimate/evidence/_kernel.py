@@ -138,13 +138,13 @@ def weigh_frames(
 ):
     """Fill `out`, one row a frame; the columns are named in `evidence.py`.
 
-    bases, edges, squares, tables: one array a kind, as of `project_frames`; geometry (kinds, 5): start and step of the
-    table, the square of its widest, and the ends of q; fines, nodes, rows: as of `_survey`; options: mu, the ends of
-    y, then the thresholds.
+    bases, edges, squares, tables: one array a kind, as of `project_frames`; geometry (kinds, 7): start and step of the
+    table, the square of its widest, and the ends of y and q; fines, nodes, rows: as of `_survey`; options: mu, then the
+    thresholds.
     """
     frames, n = readings.shape
     kinds = geometry.shape[0]
-    mu, detection, largest = options[0], options[3], options[4]
+    mu, detection, largest = options
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
     wides = 1
@@ -153,7 +153,7 @@ def weigh_frames(
     a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + wides + 3))
     fits, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6)
     at, score = np.empty((kinds, _PEAKS, 2)), np.empty(_PEAKS)
-    spans, hold, ends = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4))), np.empty(4)
+    spans, hold = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4)))
     info, mean = np.empty((3, 3)), np.empty(3)
     counts = np.empty(kinds, dtype=np.int64)
     most = 1
@@ -181,8 +181,7 @@ def weigh_frames(
             if attempt == 1 and total - explained <= largest:
                 break
             for k in range(kinds):
-                g = geometry[k]
-                ends[0], ends[1], ends[2], ends[3] = options[1], options[2], g[3], g[4]
+                g, ends = geometry[k, :3], geometry[k, 3:]
                 size = squares[k].size * m
                 scan(w_single, bases[k], edges[k], sums[:, :size], scans[:size])
                 s = scans[:size].reshape(squares[k].size, m)
@@ -204,8 +203,7 @@ def weigh_frames(
                 part[CHI2] = max(total - fits[k, 0, 2], 0.0)
                 part[POSITION], part[NORMAL], part[TANGENTIAL] = at[k, 0, 0], normal, tangential
                 part[HALF_WIDTH] = math.sqrt(at[k, 0, 1])
-            g = geometry[k]
-            ends[0], ends[1], ends[2], ends[3] = options[1], options[2], g[3], g[4]
+            g, ends = geometry[k, :3], geometry[k, 3:]
             count = 0
             while count < counts[k] and fits[k, count, 2] > explained - 2.0 * _NEGLIGIBLE:
                 count += 1

@@ -31,13 +31,6 @@ _FINE_WIDTH = 0.04
 """Largest step of the survey in the half width, in least depths."""
 
 
-def _kernel() -> Any:
-    """The compiled loop, imported on first use."""
-    from . import _kernel as module
-
-    return module.weigh_frames
-
-
 @dataclass(frozen=True)
 class Kind:
     """A kind of contact that may have pressed, and what is known of it before a reading is seen.
@@ -79,16 +72,11 @@ class Kind:
         ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1]:
             raise InvalidValueError(f"half_width = {self.half_width!r}", "two half widths, ascending, are needed")
+        seen = f"half_width = {self.half_width!r} of a {'line load' if line else self.family}"
         if line and ends[1] > 0:
-            raise InvalidValueError(
-                f"half_width = {self.half_width!r} of a line load", "it has none", "leave out half_width"
-            )
+            raise InvalidValueError(seen, "it has none", "leave out half_width")
         if not line and not ends[1] > 0:
-            raise InvalidValueError(
-                f"half_width = {self.half_width!r} of a {self.family}",
-                "its largest half width has to be > 0",
-                "half_width=(0.1e-3, 1e-3)",
-            )
+            raise InvalidValueError(seen, "its largest half width has to be > 0", "half_width=(0.1e-3, 1e-3)")
         _check.scalar("prior", self.prior, above=0.0)
 
 
@@ -115,6 +103,16 @@ class Evidence(Framewise):
     ------
     InvalidValueError, GeometryError
         Sensors without noise, kinds of one name, a search that is none.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=1e-5))
+    >>> evidence = Evidence(finger, [Kind("edge", "line"), Kind("rod", "hertz", half_width=(0.5e-3, 2e-3))])
+    >>> table, used = evidence(finger.read(ss.LineLoad(force=40.0)))
+    >>> bool(table[1] > table[7])  # the logarithms of their probabilities
+    True
     """
 
     def __init__(
@@ -135,9 +133,8 @@ class Evidence(Framewise):
         if search is None:
             search = (float(y.min() - 0.5 * depth.max()), float(y.max() + 0.5 * depth.max()))
         self.friction = checked_friction(friction)
-        super().__init__(
-            array, _kernel, needed=4 if self.friction > 0 else 3, columns=KIND + EACH * len(names), status=STATUS
-        )
+        needed = 4 if self.friction > 0 else 3
+        super().__init__(array, needed=needed, columns=KIND + EACH * len(names), status=STATUS)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(depth.min())
         table = tabulate(finger, search)
@@ -145,18 +142,24 @@ class Evidence(Framewise):
         self.fields = tuple(Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in self.kinds)
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._positions = np.linspace(*self._ends, count)
-        self._squares = tuple(
-            np.linspace(
-                k.half_width[0] ** 2,
-                k.half_width[1] ** 2,
-                1 + int(np.ceil((k.half_width[1] ** 2 - k.half_width[0] ** 2) / (_SQUARE * self._shallowest**2))),
-            )
-            for k in self.kinds
-        )
+        step = _SQUARE * self._shallowest**2
+        ends = [np.square(k.half_width) for k in self.kinds]
+        self._squares = tuple(np.linspace(low, high, 1 + int(np.ceil((high - low) / step))) for low, high in ends)
 
     def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n)."""
+        """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n).
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            As of `Locator`.
+        """
         return self._frames(readings)
+
+    def _kernel(self) -> Any:
+        from ._kernel import weigh_frames
+
+        return weigh_frames
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         from scipy.special import chdtri
@@ -178,28 +181,13 @@ class Evidence(Framewise):
             fines.append(np.ascontiguousarray(np.moveaxis(grid, (2, 3), (0, 1))))
             nodes.append(_inverse(grid, self.friction))
             rows.append(np.stack([widths, widths**2, weights]))
-            geometry.append([field.start, field.step, field.widest**2 or 1.0, *np.square(kind.half_width)])
-        options = np.array(
-            [
-                self.friction,
-                *self._ends,
-                2 * np.log(1 / self._false_alarm),
-                float(chdtri(max(len(array) - (3 if self.friction > 0 else 2), 1), self._false_alarm)),
-            ]
-        )
-        return (
-            sensor_rows(array),
-            tuple(bases),
-            tuple(edges),
-            self._positions,
-            self._squares,
-            tuple(tables),
-            tuple(fines),
-            tuple(nodes),
-            tuple(rows),
-            np.array(geometry),
-            options,
-        )
+            ends = (*self._ends, *np.square(kind.half_width))
+            geometry.append([field.start, field.step, field.widest**2 or 1.0, *ends])
+        largest = float(chdtri(max(len(array) - (3 if self.friction > 0 else 2), 1), self._false_alarm))
+        options = np.array([self.friction, 2 * np.log(1 / self._false_alarm), largest])
+        scans = (tuple(bases), tuple(edges), self._positions, self._squares)
+        surveys = (tuple(fines), tuple(nodes), tuple(rows))
+        return sensor_rows(array), *scans, tuple(tables), *surveys, np.array(geometry), options
 
 
 def _widths(width: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:

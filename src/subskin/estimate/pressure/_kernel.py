@@ -12,29 +12,16 @@ import numpy as np
 
 from ..._compiled import compiled
 from . import _solver, _weight
+from . import columns as column
 from ._solver import forward, settle, turn
 from ._weight import HIGHEST, LOWEST, weigh
-from .columns import (
-    ANGLE,
-    ANGLE_STD,
-    CENTRE,
-    CENTRE_STD,
-    FORCE_STD,
-    FORCES,
-    LEAN,
-    OPTIMALITY,
-    RESIDUAL,
-    STATUS,
-    WEIGHT,
-    WIDTH,
-)
 
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _EDGE = 0.02  # of the force
 _SETTLED, _NEAR = 0.01, 0.03  # of the tangent's standard deviation, on fine and on coarse elements
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled()
 def _guess(shapes, power, squares, w, blocks, on):
     """Which coarse elements are > 0, from the smoothest solution; shapes (rows, n), power U^T b."""
     rows, n = shapes.shape
@@ -55,7 +42,7 @@ def _guess(shapes, power, squares, w, blocks, on):
         on[j] = value[j] > 0.05 * largest
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled()
 def _finer(coarse, blocks, ratio, fine):
     """Which elements lie at or beside those coarse ones that are > 0."""
     mc, m = coarse.size // blocks, fine.size // blocks
@@ -68,7 +55,7 @@ def _finer(coarse, blocks, ratio, fine):
             fine[block * m + j] = here
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled(built_on=(_solver,))
 def _spread(lower, count, index, weights, z):
     """L^-1 e for a sum e of the unknowns; returns its square, the variance of that sum."""
     for k in range(count):
@@ -80,7 +67,7 @@ def _spread(lower, count, index, weights, z):
     return s
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled()
 def _project(basis, b, out):
     n = b.size
     for i in range(n):
@@ -90,7 +77,7 @@ def _project(basis, b, out):
         out[i] = s
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled()
 def _first_lean(strips, gauges, b, most):
     """The tangent of the one strip, of a few widths at many places, that explains most; strips (2, M, n)."""
     best = lean = 0.0
@@ -110,7 +97,7 @@ def _first_lean(strips, gauges, b, most):
     return lean
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled()
 def _nearest(tangents, t):
     best = 0
     for k in range(tangents.size):
@@ -119,9 +106,11 @@ def _nearest(tangents, t):
     return best
 
 
-@compiled(built_on=(_solver, _weight))
-def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along):
+@compiled(built_on=(_solver,))
+def _totals(row, level, work, count, t, b, surface, sums, along):
     """Forces, angle and centre with their standard deviations, how well the minimum is met, and the status."""
+    parts, cost = level[0], level[4]
+    columns, x, slope, _, lower, index, z, c = work
     y, scales = surface[0], surface[1]
     step, friction, blocks, ratio = scales[0], scales[1], int(scales[2]), int(scales[3])
     total, n = columns.shape
@@ -142,15 +131,15 @@ def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c
         if min(position, m - 1 - position) < ratio:
             edge += step * x[j]
     centre, tangent = moment / normal, tangential / normal
-    row[OPTIMALITY] = worst / reach
-    row[FORCES], row[FORCES + 1], row[CENTRE] = normal, tangential, centre
-    row[ANGLE], row[ANGLE_STD] = math.atan(tangent), 0.0
+    row[column.OPTIMALITY] = worst / reach
+    row[column.FORCES], row[column.FORCES + 1], row[column.CENTRE] = normal, tangential, centre
+    row[column.ANGLE], row[column.ANGLE_STD] = math.atan(tangent), 0.0
     for j in range(total):
         sums[2, j] = step * (y[j % m] - centre) / normal
         sums[3, j] = (sums[1, j] - tangent * sums[0, j]) / normal
     curve = math.inf
     if parts.shape[0] > 1:
-        curve = turn(parts, columns, x, r, lower, index, count, along, c)[1]
+        curve = turn(parts, work, count, along)[1]
     for k in range(4):
         variance = _spread(lower, count, index, sums[k], z)
         if parts.shape[0] > 1:
@@ -159,18 +148,18 @@ def _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c
                 pull -= z[i] * c[i]
             variance += pull * pull / curve
         sums[k, 0] = math.sqrt(variance)
-    row[FORCE_STD], row[FORCE_STD + 1], row[CENTRE_STD] = sums[0, 0], sums[1, 0], sums[2, 0]
-    row[ANGLE_STD] = sums[3, 0] / (1.0 + tangent * tangent)
+    row[column.FORCE_STD], row[column.FORCE_STD + 1], row[column.CENTRE_STD] = sums[0, 0], sums[1, 0], sums[2, 0]
+    row[column.ANGLE_STD] = sums[3, 0] / (1.0 + tangent * tangent)
     # what lies at the edge may lie beyond it; and the angle may be any
-    row[STATUS] = _AMBIGUOUS if edge > _EDGE * normal or not row[ANGLE_STD] < 1.0 else _OK
+    row[column.STATUS] = _AMBIGUOUS if edge > _EDGE * normal or not row[column.ANGLE_STD] < 1.0 else _OK
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled()
 def _curves(row, x, shares, squares, prior, w, surface):
     """Pressure and shear along the surface, and their standard deviations."""
     scales = surface[1]
     friction, blocks, m = scales[1], int(scales[2]), surface[0].size
-    at = WIDTH
+    at = column.WIDTH
     known = 1.0 / (squares + w)
     for block in range(blocks):
         row[at] = row[at + m + 1] = row[at + m + 2] = row[at + 2 * m + 3] = 0.0
@@ -188,32 +177,28 @@ def _curves(row, x, shares, squares, prior, w, surface):
 
 @compiled(built_on=(_solver, _weight))
 def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
-    """Fill `out`, a row of WIDTH columns and the nodes' values for each frame of `readings` (frames, n).
+    """Fill `out`, a row of `WIDTH` columns and the nodes' values for each frame of `readings` (frames, n).
 
     sensors (4, n): offset, 1 / noise, ends of the range. factors: tangents (T,), U^T (T, n, n), S^2 (T, n), squares of
-    V (T, rows, n), diagonal of C (rows,), V at the coarse nodes (T, coarse rows, n). fine, coarse: columns by part
-    (1 or 2, N, n), Hessians by power of t (1 or 3, N, N), K's diagonal and the line beside it, cost. surface: y of the
+    V (T, rows, n), diagonal of C (rows,), V at the coarse nodes (T, coarse rows, n). fine, coarse: as of `settle`.
+    surface: y of the
     inner nodes; step, friction, blocks, elements in a coarse one; strips (2, M, n) and their products (M, 3).
     options: rule, no contact below, unexplained above.
     """
     tangents, basis, squares, shares, prior, starts = factors
-    parts, gram, diagonal, beside, cost = fine
-    parts_c, gram_c, diagonal_c, beside_c, cost_c = coarse
     _, scales, strips, gauges = surface
     blocks, ratio = int(scales[2]), int(scales[3])
     kind, silent, largest = int(options[0]), options[1], options[2]
     frames, n = readings.shape
-    total, total_c = diagonal.size, diagonal_c.size
-    turns = parts.shape[0] > 1
+    total, total_c = fine[2].size, coarse[2].size
+    turns = fine[0].shape[0] > 1
     b, r, power, squared = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    columns, x, slope, on = parts[0].copy(), np.empty(total), np.empty(total), np.empty(total, dtype=np.bool_)
-    lower, z, c = np.empty((total, total)), np.empty(total), np.empty(total)
-    index = np.empty(total, dtype=np.int64)
-    columns_c, x_c, slope_c = parts_c[0].copy(), np.empty(total_c), np.empty(total_c)
-    on_c = np.empty(total_c, dtype=np.bool_)
-    lower_c = np.empty((total_c, total_c))
-    along = np.empty(n)
-    sums = np.zeros((4, total))
+    x, on, lower = np.empty(total), np.empty(total, dtype=np.bool_), np.empty((total, total))
+    x_c, on_c, lower_c = np.empty(total_c), np.empty(total_c, dtype=np.bool_), np.empty((total_c, total_c))
+    index, z, c = np.empty(total, dtype=np.int64), np.empty(total), np.empty(total)
+    work = (fine[0][0].copy(), x, np.empty(total), r, lower, index, z, c)
+    work_c = (coarse[0][0].copy(), x_c, np.empty(total_c), r, lower_c, index, z, c)
+    along, sums = np.empty(n), np.zeros((4, total))
     for f in range(frames):
         row = out[f]
         row[:] = math.nan
@@ -224,11 +209,11 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
             b[i] = (raw - sensors[0, i]) * sensors[1, i]
             power_total += b[i] * b[i]
         if not (usable and power_total < math.inf):
-            row[STATUS] = _PENDING
+            row[column.STATUS] = _PENDING
             continue
-        row[RESIDUAL] = power_total
+        row[column.RESIDUAL] = power_total
         if power_total <= silent:
-            row[STATUS] = _NO_CONTACT
+            row[column.STATUS] = _NO_CONTACT
             continue
         t = _first_lean(strips, gauges, b, tangents[-1]) if turns else 0.0
         for level in range(2 if turns else 1):
@@ -239,20 +224,14 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
             w = math.exp(weigh(squared, squares[lean], kind))
             if level == 0:
                 _guess(starts[lean], power, squares[lean], w, blocks, on_c)
-                t, count = settle(
-                    parts_c, gram_c, t, tangents[0], tangents[-1], w, diagonal_c, beside_c, cost_c, b, on_c,
-                    columns_c, x_c, slope_c, r, lower_c, index, z, c, _NEAR,
-                )  # fmt: skip
+                t, count = settle(coarse, t, tangents[0], tangents[-1], w, b, on_c, work_c, _NEAR)
         if count < 0:
             x_c[:] = 1.0
         _finer(x_c, blocks, ratio, on)
         chi2, factor = math.inf, 1.0
         lowest, highest = math.exp(LOWEST) * squares[lean, n - 1], math.exp(HIGHEST) * squares[lean, n - 1]
         while True:
-            t, count = settle(
-                parts, gram, t, tangents[0], tangents[-1], w, diagonal, beside, cost, b, on, columns, x, slope, r,
-                lower, index, z, c, _SETTLED,
-            )  # fmt: skip
+            t, count = settle(fine, t, tangents[0], tangents[-1], w, b, on, work, _SETTLED)
             chi2 = 0.0
             for i in range(n):
                 chi2 += r[i] * r[i]
@@ -265,9 +244,9 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
             if not lowest <= w * factor <= highest:
                 break
             w *= factor
-        row[RESIDUAL], row[WEIGHT], row[LEAN] = chi2, w, lean
+        row[column.RESIDUAL], row[column.WEIGHT], row[column.LEAN] = chi2, w, lean
         if count < 0 or not chi2 <= largest:
-            row[STATUS] = _UNEXPLAINED
+            row[column.STATUS] = _UNEXPLAINED
             continue
-        _totals(row, parts, columns, x, slope, cost, b, r, lower, index, count, z, c, t, w, surface, sums, along)
+        _totals(row, fine, work, count, t, b, surface, sums, along)
         _curves(row, x, shares[lean], squares[lean], prior, w, surface)

@@ -53,19 +53,14 @@ class Surface:
         else:
             step = _check.scalar("step", step, unit="m", above=0.0)
             if step > depth / 4:
-                raise InvalidValueError(
-                    f"step = {step:.6g} m",
-                    f"elements have to be much finer than the depth, here at most {depth / 4:.6g} m",
-                    "leave out step",
-                )
+                rule = f"elements have to be much finer than the depth, here at most {depth / 4:.6g} m"
+                raise InvalidValueError(f"step = {step:.6g} m", rule, "leave out step")
         length = table.stop - table.start
         cells = COARSE * max(int(np.ceil(length / (COARSE * step) * (1 - 1e-12))), 2)
         if cells > _MOST_NODES:
-            raise GeometryError(
-                f"{cells} elements of {length / cells:.3g} m",
-                f"at most {_MOST_NODES} can be solved for",
-                "a narrower search or a larger step",
-            )
+            rule = f"at most {_MOST_NODES} can be solved for"
+            fix = "a narrower search or a larger step"
+            raise GeometryError(f"{cells} elements of {length / cells:.3g} m", rule, fix)
         y = np.linspace(table.start, table.stop, cells + 1)
         return cls(_check.read_only(y), _check.read_only(_hats(table, y)))
 

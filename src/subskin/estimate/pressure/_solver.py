@@ -68,17 +68,29 @@ def forward(lower, count, z):
 
 
 @compiled()
-def _backward(lower, count, z):
-    """Solve L^T z = z in place."""
+def _solve(level, t, w, on, downhill, lower, index, z):
+    """The heights that are `on`, whatever their signs, into z: how many, or -1 where they are not determined."""
+    count = 0
+    for j in range(on.size):
+        if on[j]:
+            index[count] = j
+            z[count] = downhill[j]
+            count += 1
+    if not _factor(level[1], t, w, level[2], level[3], index, count, lower):
+        return -1
+    forward(lower, count, z)
     for i in range(count - 1, -1, -1):
         z[i] *= lower[i, i]
         for k in range(i):
             z[k] -= lower[i, k] * z[i]
+    return count
 
 
 @compiled()
-def _slope(columns, w, diagonal, beside, cost, b, x, r, slope):
-    """Residual A x - b into r and the gradient of J into `slope`; columns (N, n)."""
+def _slope(level, w, b, work):
+    """Residual A x - b into r and the gradient of J into `slope`."""
+    _, _, diagonal, beside, cost = level
+    columns, x, slope, r, _, _, _, _ = work
     total, n = columns.shape
     for i in range(n):
         r[i] = -b[i]
@@ -98,11 +110,13 @@ def _slope(columns, w, diagonal, beside, cost, b, x, r, slope):
 
 
 @compiled()
-def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z):
+def _minimise(level, t, w, b, on, work):
     """The x >= 0 of least J, from the guess `on` of what is > 0; how many are, or -1 where none was found.
 
     Leaves the factor of the Hessian on these in `lower`, their places in `index`, and the gradient in `slope`.
     """
+    cost = level[4]
+    columns, x, slope, _, lower, index, z, _ = work
     total, n = columns.shape
     largest = 0.0
     for j in range(total):
@@ -113,26 +127,17 @@ def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, l
         largest = max(largest, abs(s))
     tolerance = _TOLERANCE * largest
     fewest, patience = total + 1, 3
-    downhill = np.empty(total)
-    for j in range(total):
-        downhill[j] = slope[j]
+    downhill = slope.copy()
     for _ in range(_ROUNDS):
-        count = 0
-        for j in range(total):
-            x[j] = 0.0
-            if on[j]:
-                index[count] = j
-                z[count] = downhill[j]
-                count += 1
-        if not _factor(gram, t, w, diagonal, beside, index, count, lower):
+        count = _solve(level, t, w, on, downhill, lower, index, z)
+        if count < 0:
             return -1
-        forward(lower, count, z)
-        _backward(lower, count, z)
+        x[:] = 0.0
         wrong = 0
         for k in range(count):
             x[index[k]] = z[k]
             wrong += z[k] < 0.0
-        _slope(columns, w, diagonal, beside, cost, b, x, r, slope)
+        _slope(level, w, b, work)
         for j in range(total):
             wrong += not on[j] and slope[j] < -tolerance
         if wrong == 0:
@@ -142,9 +147,7 @@ def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, l
         elif patience > 0:
             patience -= 1
         else:
-            return _descend(
-                columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance
-            )
+            return _descend(level, t, w, b, on, work, downhill, tolerance)
         for j in range(total):
             if on[j]:
                 on[j] = x[j] >= 0.0
@@ -154,23 +157,17 @@ def _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, l
 
 
 @compiled()
-def _descend(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z, downhill, tolerance):
+def _descend(level, t, w, b, on, work, downhill, tolerance):
     """The same from x, by Lawson and Hanson's way: downhill all along, one height more > 0 at a time."""
+    _, x, slope, _, lower, index, z, _ = work
     total = x.size
     for j in range(total):
         on[j] = x[j] > 0.0
         x[j] = max(x[j], 0.0)
     for _ in range(_ROUNDS):
-        count = 0
-        for j in range(total):
-            if on[j]:
-                index[count] = j
-                z[count] = downhill[j]
-                count += 1
-        if not _factor(gram, t, w, diagonal, beside, index, count, lower):
+        count = _solve(level, t, w, on, downhill, lower, index, z)
+        if count < 0:
             return -1
-        forward(lower, count, z)
-        _backward(lower, count, z)
         share, first = 1.0, -1
         for k in range(count):
             if z[k] < 0.0 and x[index[k]] < share * (x[index[k]] - z[k]):
@@ -184,7 +181,7 @@ def _descend(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lo
             continue
         for k in range(count):
             x[index[k]] = z[k]
-        _slope(columns, w, diagonal, beside, cost, b, x, r, slope)
+        _slope(level, w, b, work)
         steepest = -1
         for j in range(total):
             if not on[j] and slope[j] < -tolerance and (steepest < 0 or slope[j] < slope[steepest]):
@@ -196,22 +193,11 @@ def _descend(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lo
 
 
 @compiled()
-def _lean(parts, t, columns):
-    """Columns at the tangent t."""
-    total, n = columns.shape
-    if parts.shape[0] == 1:
-        return
-    for j in range(total):
-        for i in range(n):
-            columns[j, i] = parts[0, j, i] + t * parts[1, j, i]
-
-
-@compiled()
-def turn(parts, columns, x, r, lower, index, count, along, c):
+def turn(parts, work, count, along):
     """dJ/dt and d2J/dt2 at the minimum over x; leaves L^-1 d2J/dx dt in c."""
+    columns, x, _, r, lower, index, _, c = work
     n = r.size
-    for i in range(n):
-        along[i] = 0.0
+    along[:] = 0.0
     for k in range(count):
         j = index[k]
         for i in range(n):
@@ -233,21 +219,27 @@ def turn(parts, columns, x, r, lower, index, count, along, c):
 
 
 @compiled()
-def settle(parts, gram, t, low, high, w, diagonal, beside, cost, b, on, columns, x, slope, r, lower, index, z, c, near):
+def settle(level, t, low, high, w, b, on, work, near):
     """Least J over x >= 0 and over t in [low, high], from the guesses `on` and t: t and the count.
 
-    Newton's method, with the bracket halved where it would leave it. With no second part t stays.
+    Newton's method, with the bracket halved where it would leave it. With no second part t stays. level: columns by
+    part (1 or 2, N, n), Hessians by power of t (1 or 3, N, N), K's diagonal and the line beside it, cost. work, all of
+    it changed: columns at t (N, n), x, gradient, residual (n,), factor (N, N), the places of what is > 0, and scratch.
     """
-    n = r.size
-    along = np.empty(n)
+    parts, columns = level[0], work[0]
+    leans = parts.shape[0] > 1
+    along = np.empty(b.size)
     count, second = -1, math.inf
     a, d = low, high
     for _ in range(40):
-        _lean(parts, t, columns)
-        count = _minimise(columns, gram, t, w, diagonal, beside, cost, b, on, x, slope, r, lower, index, z)
-        if parts.shape[0] == 1 or count < 0:
+        if leans:
+            for j in range(columns.shape[0]):
+                for i in range(columns.shape[1]):
+                    columns[j, i] = parts[0, j, i] + t * parts[1, j, i]
+        count = _minimise(level, t, w, b, on, work)
+        if not leans or count < 0:
             return t, count
-        first, second = turn(parts, columns, x, r, lower, index, count, along, c)
+        first, second = turn(parts, work, count, along)
         if first > 0.0:
             d = t
         else:

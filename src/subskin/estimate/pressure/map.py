@@ -11,21 +11,9 @@ import numpy.typing as npt
 from ..._check import FloatArray, read_only
 from ...array import SensorArray
 from ..estimate import FrameTable
+from ..frames import patterns
+from . import columns as column
 from ._operator import Factors
-from .columns import (
-    ANGLE,
-    ANGLE_STD,
-    CENTRE,
-    CENTRE_STD,
-    FORCE_STD,
-    FORCES,
-    LEAN,
-    OPTIMALITY,
-    RESIDUAL,
-    STATUS,
-    WEIGHT,
-    WIDTH,
-)
 
 __all__ = ["PressureMap"]
 
@@ -44,7 +32,8 @@ def _column(index: int, text: str) -> property:
     def get(self: PressureMap) -> FloatArray:
         return self.table[..., index]
 
-    return property(get, doc=text)
+    get.__doc__ = text
+    return property(get)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,28 +44,26 @@ class PressureMap(FrameTable):
 
     Parameters
     ----------
-    table : ndarray
-        The packed results; read them by name.
-    used : ndarray of bool, shape (..., n)
-        Which sensors each frame's answer rests on.
+    table, used
+        As of `Estimate`.
     mapper : PressureMapper
         What made it.
     """
 
     mapper: _Mapper
 
-    normal_force = _column(FORCES, "Normal force [N/m], the pressure's integral.")
-    tangential_force = _column(FORCES + 1, "Tangential force [N/m], the shear's integral.")
-    normal_std = _column(FORCE_STD, "Standard deviation of the normal force [N/m].")
-    tangential_std = _column(FORCE_STD + 1, "Standard deviation of the tangential force [N/m].")
-    angle = _column(ANGLE, "Angle of the resultant from the inward normal [rad]; 0 without shear.")
-    angle_std = _column(ANGLE_STD, "Standard deviation of the angle [rad]; 0 without shear.")
-    centre = _column(CENTRE, "Centre of pressure y [m].")
-    centre_std = _column(CENTRE_STD, "Standard deviation of the centre [m].")
-    residual = _column(RESIDUAL, "Chi-square: sum of squared residuals in units of each sensor's noise.")
-    weight = _column(WEIGHT, "Weight of the integral of (dp/dy)^2 beside chi-square [m/Pa^2].")
+    normal_force = _column(column.FORCES, "Normal force [N/m], the pressure's integral.")
+    tangential_force = _column(column.FORCES + 1, "Tangential force [N/m], the shear's integral.")
+    normal_std = _column(column.FORCE_STD, "Standard deviation of the normal force [N/m].")
+    tangential_std = _column(column.FORCE_STD + 1, "Standard deviation of the tangential force [N/m].")
+    angle = _column(column.ANGLE, "Angle of the resultant from the inward normal [rad]; 0 without shear.")
+    angle_std = _column(column.ANGLE_STD, "Standard deviation of the angle [rad]; 0 without shear.")
+    centre = _column(column.CENTRE, "Centre of pressure y [m].")
+    centre_std = _column(column.CENTRE_STD, "Standard deviation of the centre [m].")
+    residual = _column(column.RESIDUAL, "Chi-square: sum of squared residuals in units of each sensor's noise.")
+    weight = _column(column.WEIGHT, "Weight of the integral of (dp/dy)^2 beside chi-square [m/Pa^2].")
     optimality = _column(
-        OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
+        column.OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
     )
 
     @property
@@ -87,11 +74,11 @@ class PressureMap(FrameTable):
     @property
     def status(self) -> npt.NDArray[np.int8]:
         """`Status` of each frame, as integers."""
-        return self.table[..., STATUS].astype(np.int8)
+        return self.table[..., column.STATUS].astype(np.int8)
 
     def _curve(self, index: int) -> FloatArray:
         m = len(self.y)
-        return self.table[..., WIDTH + index * m : WIDTH + (index + 1) * m]
+        return self.table[..., column.WIDTH + index * m : column.WIDTH + (index + 1) * m]
 
     @property
     def pressure(self) -> FloatArray:
@@ -142,16 +129,14 @@ class PressureMap(FrameTable):
     def _along(self, what: str) -> FloatArray:
         """What the factors tell at each inner node, for each frame's sensors, angle and weight."""
         count = len(self.y) - 2
-        weight, lean = self.weight.reshape(-1), self.table[..., LEAN].reshape(-1)
+        weight, lean = self.weight.reshape(-1), self.table[..., column.LEAN].reshape(-1)
         used = self.used.reshape(-1, self.used.shape[-1])
         out = np.full((len(weight), len(self.y)), np.nan)
-        there = np.flatnonzero(np.isfinite(self.normal_force.reshape(-1)))
-        patterns, group = np.unique(used[there], axis=0, return_inverse=True)
-        for g, pattern in enumerate(patterns):
+        for pattern, found in patterns(used, np.isfinite(self.normal_force.reshape(-1))):
             factors = self.mapper.factors(pattern)
-            for k in np.unique(lean[there][group.reshape(-1) == g]):
-                rows = there[(group.reshape(-1) == g) & (lean[there] == k)]
+            for k in np.unique(lean[found]):
+                rows = found[lean[found] == k]
                 out[rows, 1:-1] = getattr(factors[int(k)], what)(weight[rows], count)
         # there is no traction at the ends
-        out[there, 0], out[there, -1] = out[there, 1], out[there, -2]
+        out[:, 0], out[:, -1] = out[:, 1], out[:, -2]
         return read_only(out.reshape(*self.shape, len(self.y)))

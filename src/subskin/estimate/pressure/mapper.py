@@ -11,7 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ...prepared import prepared
+from ...prepared import Prepared, prepared
 from ..frames import Framewise, sensor_rows
 from ._operator import COARSE, Factors, Surface, shear_seen
 from .columns import STATUS, WIDTH
@@ -28,13 +28,6 @@ SHEARS = ("none", "proportional", "free")
 _LEANS = 17
 _LEAST_SEEN = 0.2
 _STRIPS = (0.75, 1.5, 3.0)
-
-
-def _kernel() -> Any:
-    """The compiled loop, imported on first use."""
-    from . import _kernel as module
-
-    return module.map_frames
 
 
 class PressureMapper(Framewise):
@@ -61,7 +54,7 @@ class PressureMapper(Framewise):
         taken for pressure elsewhere); or any shear with |q| <= friction * p, which asks for sensors of two kinds, or in
         two depths.
     friction : float, optional
-        Bound of |q| / p; of no account without shear.
+        Bound of |q| / p [-]; of no account without shear.
     rule : {"evidence", "discrepancy", "gcv"}, optional
         The weight: most probable; the one that leaves a chi-square of n; or generalised cross-validation. Each for the
         smoothest p without regard to its sign, and the largest such weight.
@@ -86,6 +79,15 @@ class PressureMapper(Framewise):
         More elements than can be solved for.
     NotLinearError
         A transducer without a linear part.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=25, pitch=0.5e-3, depth=2e-3, noise=2e-5))
+    >>> mapper = PressureMapper(finger, shear="none")
+    >>> mapper(finger.read(ss.Hertz(force=40.0, half_width=2e-3))).pressure.shape == mapper.y.shape
+    True
     """
 
     def __init__(
@@ -109,24 +111,18 @@ class PressureMapper(Framewise):
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._surface = Surface.of(finger, search, step)
         self.y = self._surface.y
-        parts = 2 if shear == "free" else 1
-        super().__init__(
-            finger.array,
-            _kernel,
-            needed=3 if shear == "none" else 4,
-            columns=WIDTH + 2 * parts * len(self.y),
-            status=STATUS,
-        )
+        self._blocks = 2 if shear == "free" else 1
+        columns = WIDTH + 2 * self._blocks * len(self.y)
+        super().__init__(finger.array, needed=3 if shear == "none" else 4, columns=columns, status=STATUS)
         normal, tangential = self._columns_of(finger.array.live)
         self.shear_seen = shear_seen(normal, tangential, self._surface.step)
         if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
             raise InvalidValueError(
                 f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
-                f"at least {_LEAST_SEEN} is needed: one kind of sensors in one depth reads one function of y, which "
-                "is not enough for two",
+                f"at least {_LEAST_SEEN} is needed: sensors of one kind and depth read one function of y, not two",
                 'shear="proportional", or sensors of another kind or depth as well',
             )
-        self._factors: dict[bytes, list[Factors]] = {}
+        self._factors = Prepared(64)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureMap:
         """The pressure in each frame.
@@ -134,7 +130,7 @@ class PressureMapper(Framewise):
         Parameters
         ----------
         readings : array_like, shape (..., n)
-            Raw readings, offset included. NaN marks a missing one; it, and a saturated one, are left out of its frame.
+            As of `Locator`.
 
         Returns
         -------
@@ -150,18 +146,15 @@ class PressureMapper(Framewise):
 
     def factors(self, used: npt.NDArray[np.bool_]) -> list[Factors]:
         """The factors for the sensors `used` (n,), one for each tangent in `tangents`."""
-        key = used.tobytes()
-        if key not in self._factors:
-            if len(self._factors) >= 64:
-                self._factors.pop(next(iter(self._factors)))
+
+        def make() -> list[Factors]:
             normal, tangential = self._columns_of(used)
             step = self._surface.step
             if self.shear == "free":
-                made = [Factors.of([normal, self.friction * tangential], step)]
-            else:
-                made = [Factors.of([normal + t * tangential], step) for t in self.tangents]
-            self._factors[key] = made
-        return self._factors[key]
+                return [Factors.of([normal, self.friction * tangential], step)]
+            return [Factors.of([normal + t * tangential], step) for t in self.tangents]
+
+        return self._factors.get(used.tobytes(), make)
 
     @property
     def tangents(self) -> FloatArray:
@@ -175,6 +168,11 @@ class PressureMapper(Framewise):
         part = self._surface.reading[:, used] / np.asarray(self.finger.array.noise)[used, None]
         return np.ascontiguousarray(part[..., 0]), np.ascontiguousarray(part[..., 1])
 
+    def _kernel(self) -> Any:
+        from ._kernel import map_frames
+
+        return map_frames
+
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
         from scipy.special import chdtri
@@ -182,7 +180,7 @@ class PressureMapper(Framewise):
         factors, step = self.factors(pattern), self._surface.step
         normal, tangential = self._columns_of(pattern)
         m = len(normal)
-        blocks = 2 if self.shear == "free" else 1
+        blocks = self._blocks
         if self.shear == "free":
             parts = np.concatenate([normal + self.friction * tangential, normal - self.friction * tangential])[None]
         elif self.shear == "proportional":
@@ -192,23 +190,19 @@ class PressureMapper(Framewise):
         largest = float(np.linalg.norm(normal, axis=1).max()) / step
         grid = np.arange(COARSE, m + 1, COARSE) - 1
         rows = np.concatenate([grid + k * m for k in range(blocks)])
-        degrees = int(pattern.sum())
+        most = float(chdtri(int(pattern.sum()), self._false_alarm))
         widths = np.array(_STRIPS) * float(np.asarray(self.finger.array.depth).min()) / step
-        stacked = [np.stack([getattr(f, name) for f in factors]) for name in ("basis", "squares", "shapes")]
+        basis, squares, shapes = (np.stack([getattr(f, n) for f in factors]) for n in ("basis", "squares", "shapes"))
+        starts = np.ascontiguousarray(shapes[:, rows])
+        scales = np.array([step, self.friction, blocks, COARSE])
         return (
             sensor_rows(self.finger.array.select(pattern)),
-            (
-                self.tangents, stacked[0], stacked[1], stacked[2] ** 2, factors[0].spread,
-                np.ascontiguousarray(stacked[2][:, rows]),
-            ),
+            (self.tangents, basis, squares, shapes**2, factors[0].spread, starts),
             _level(parts, blocks, step, self.least_force * largest),
             _level(_coarsened(parts, blocks), blocks, COARSE * step, self.least_force * largest),
-            (self.y[1:-1], np.array([step, self.friction, blocks, COARSE]), *_strips(normal, tangential, widths)),
-            np.array([
-                RULES.index(self.rule),
-                *[float(chdtri(degrees, self._false_alarm))] * 2,
-            ]),
-        )  # fmt: skip
+            (self.y[1:-1], scales, *_strips(normal, tangential, widths)),
+            np.array([RULES.index(self.rule), most, most]),
+        )
 
 
 def _coarsened(parts: FloatArray, blocks: int) -> FloatArray:
@@ -273,10 +267,8 @@ def pressure_map(
     finger : Finger
         The skin and the sensors in it.
     readings : array_like, shape (..., n)
-        Raw readings; NaN marks a missing one.
-    search : (float, float), optional
-        Stretch of the surface that is mapped [m]; 1.5 depths beyond the outermost sensors if left out.
-    step, shear, friction, rule, least_force, false_alarm
+        Raw readings, each in units of its gain; NaN marks a missing one.
+    search, step, shear, friction, rule, least_force, false_alarm
         As of `PressureMapper`.
 
     Returns
@@ -304,13 +296,9 @@ def pressure_map(
     """
     _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
-    numbers: dict[str, Any] = {
-        "step": step,
-        "friction": friction,
-        "least_force": least_force,
-        "false_alarm": false_alarm,
-    }
-    numbers = {name: _check.value(name, option) for name, option in numbers.items()}
+    numbers: dict[str, Any] = _check.values(
+        step=step, friction=friction, least_force=least_force, false_alarm=false_alarm
+    )
 
     def make() -> PressureMapper:
         return PressureMapper(finger, search=ends, shear=shear, rule=rule, **numbers)

@@ -22,7 +22,7 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ..estimate import Status
 from ..frames import checked_friction
-from ._row import LEAST, Frames, Mask, Response, count_of, known_only, stencil
+from .row import LEAST, Changes, Frames, Mask, count_of, known_only, stencil
 
 __all__ = ["MOST_STD", "SideAngle", "side_angle"]
 
@@ -49,7 +49,7 @@ class SideAngle:
     status : ndarray of int8
         `Status`. AMBIGUOUS: the readings leave the angle open, as near the blind depth (`most_std`). UNEXPLAINED: the
         load pulls or leans out of the friction cone, or the contact cannot make such readings. INCOMPLETE: too few
-        sensors, or a place or width that is NaN.
+        sensors, or a position or width that is NaN.
     per_position : ndarray
         Change of the angle with the assumed centre of the contact [rad/m]. This is what usually limits it.
     per_half_width : ndarray
@@ -71,7 +71,7 @@ class SideAngle:
         return self.angle.shape
 
     @classmethod
-    def judged(
+    def _judged(
         cls,
         shape: tuple[int, ...],
         angle: FloatArray,
@@ -109,13 +109,7 @@ class SideAngle:
 
 
 def checked_bounds(friction: float, most_std: float) -> tuple[float, float]:
-    """Steepest angle of the friction cone, and the largest standard deviation that is accepted [rad]; may be infinite.
-
-    Raises
-    ------
-    InvalidValueError
-        A friction < 0, a standard deviation that is not positive.
-    """
+    """Steepest angle of the friction cone, and the largest standard deviation accepted [rad]; may be infinite."""
     most = float(most_std)
     if not most > 0:
         raise InvalidValueError(f"most_std = {most:g}", "has to be > 0 [rad]", "most_std=np.deg2rad(10)")
@@ -125,23 +119,15 @@ def checked_bounds(friction: float, most_std: float) -> tuple[float, float]:
 def checked_width(
     family: Family, half_width: npt.ArrayLike | None, std: npt.ArrayLike
 ) -> tuple[FloatArray | None, FloatArray, Mask]:
-    """The half width of a contact that has one, its standard deviation, and where both are known.
-
-    Raises
-    ------
-    InvalidValueError
-        A line load with a half width, another contact without; a half width <= 0.
-    """
+    """The half width of a contact that has one, its standard deviation, and where both are known."""
     if issubclass(family, LineLoad):
         if half_width is not None or np.any(np.asarray(std) != 0):
             raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
         return None, np.zeros(()), np.array(True)
     if half_width is None:
-        raise InvalidValueError(
-            f"half_width = None of a {family.__name__}",
-            "the slope tells the angle only where the half width is known",
-            "half_width=1e-3, side_angle_from_gradients on a half plane, or finger.fit, which finds it",
-        )
+        rule = "the slope tells the angle only where the half width is known"
+        fix = "half_width=1e-3, side_angle_from_gradients on a half plane, or finger.fit, which finds it"
+        raise InvalidValueError(f"half_width = None of a {family.__name__}", rule, fix)
     width, spread, known = known_only(half_width=half_width, half_width_std=std)
     _check.real("half_width", np.where(known, width, 1.0), unit="m", above=0.0)
     return np.where(known, width, 1.0), spread, known
@@ -161,20 +147,20 @@ def side_angle(
     most_std: float = MOST_STD,
     false_alarm: float = 1e-6,
 ) -> SideAngle:
-    """Angle of force on a contact whose place and width are known, from value and slope of the strain beneath it.
+    """Angle of force on a contact whose position and width are known, from value and slope of the strain beneath it.
 
     The memo's quick way (section 5) on a row of sensors, any skin and any transducer. It has to be told the centre: an
-    error of a hundredth of a depth turns the angle by some 3 degrees (`per_position`), and the place of the largest
-    strain will not do, for the slope is always 0 there. Find it with `finger.fit`, or by symmetry while nothing drags.
-    Where place and width are unknown `finger.fit` tells the angle as well as it can be told. A contact that sticks, its
-    drag not in proportion to the pressure, misleads both (docs/limits.md).
+    error of a hundredth of a depth turns the angle by some 3 degrees (`per_position`), and where the largest strain
+    lies will not do, for the slope is always 0 there. Find it with `finger.fit`, or by symmetry while nothing drags.
+    Where both are unknown `finger.fit` tells the angle as well as it can be told. A contact that sticks, its drag not
+    in proportion to the pressure, misleads both (docs/limits.md).
 
     Parameters
     ----------
     finger : Finger
         One row of sensors of one kind.
     readings : array_like, shape (..., n)
-        Raw readings; NaN marks a missing one.
+        Raw readings, each in units of its gain; NaN marks a missing one.
     family : {"line", "wedge", "hertz", "strip", "punch"} or subclass of SpreadContact, optional
         What presses, the drag being in proportion to the pressure.
     position : array_like, shape (...)
@@ -192,7 +178,7 @@ def side_angle(
         of the angle [rad] where the force leans little, and does not shrink where chance has made it steep.
     false_alarm : float, optional
         Chance with which noise is called a contact, or readings of that contact UNEXPLAINED. For the latter all sensors
-        are asked; where `position_std` or `half_width_std` is not 0, errors of place or width are let pass.
+        are asked; where `position_std` or `half_width_std` is not 0, errors of these are let pass.
 
     Returns
     -------
@@ -220,18 +206,16 @@ def side_angle(
     alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
     array, depth = finger.array, np.asarray(finger.array.depth)
     if np.unique(np.asarray(array.y)).size < len(array) or np.ptp(depth) > _LEVEL * depth.mean():
-        raise GeometryError(
-            f"{len(array)} sensors at depths from {depth.min():.6g} to {depth.max():.6g} m",
-            "a slope takes sensors in one row",
-            "ss.Finger(finger.skin, finger.array.select(...)), or side_angle_from_gradients for two rows",
-        )
+        rule = "a slope takes sensors in one row"
+        fix = "ss.Finger(finger.skin, finger.array.select(...)), or side_angle_from_gradients for two rows"
+        raise GeometryError(f"{len(array)} sensors at depths from {depth.min():.6g} to {depth.max():.6g} m", rule, fix)
     frames = Frames.of(finger, readings, position, position_std)
     _check.broadcast(frames=np.empty(frames.shape), half_width=known.astype(float), half_width_std=width_std)
     shape = np.broadcast_shapes(frames.shape, known.shape, width_std.shape)
 
     count = count_of(sensors, int(array.live.sum()))
     local = stencil(array, frames.usable, frames.position, count)[..., :2, :]
-    made = Response.of(finger, kind, frames.position, width)
+    made = Changes.of(finger, kind, frames.position, width)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         to_forces = _inverse(local @ made.unit) @ local  # (..., 2, n)
         forces = np.einsum("...ln,...n->...l", to_forces, frames.measured)
@@ -249,11 +233,8 @@ def side_angle(
     columns = [made.unit]
     columns += [made.by_position] if (frames.position_std > 0).any() else []
     columns += [made.by_width] if (width_std > 0).any() else []
-    return SideAngle.judged(
-        shape,
-        angle,
-        np.where(lost, np.inf, variance),
-        *(per_position, per_width, 0.0),
+    return SideAngle._judged(
+        *(shape, angle, np.where(lost, np.inf, variance), per_position, per_width, 0.0),
         bounds=bounds,
         silent=~frames.beyond(made.unit[..., :0], alarm),
         incomplete=(frames.usable.sum(axis=-1) < LEAST) | ~known,

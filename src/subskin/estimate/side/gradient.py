@@ -14,8 +14,8 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...skin import Skin
 from ...transducer import MeanPressure, NormalStrain, NormalStress, VolumeResistance
-from ._row import LEAST, Frames, count_of, stencil, unit_readings
 from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds
+from .row import LEAST, Frames, count_of, stencil, unit_readings
 from .slope import blind_depth
 
 __all__ = ["side_angle_from_gradients"]
@@ -50,11 +50,7 @@ def side_angle_from_gradients(
     finger : Finger
         On a half plane, its sensors at two depths, of one kind: `NormalStrain`, `NormalStress`, `MeanPressure` or
         `VolumeResistance`.
-    readings : array_like, shape (..., n)
-        Raw readings; NaN marks a missing one.
-    position : array_like, shape (...)
-        Centre of the contact y [m]; NaN where it is unknown.
-    position_std, sensors, friction, most_std, false_alarm
+    readings, position, position_std, sensors, friction, most_std, false_alarm
         As of `side_angle`; `sensors` of each row.
 
     Returns
@@ -80,19 +76,13 @@ def side_angle_from_gradients(
     (0.29, 0.004, 0.024)
     """
     skin, array = finger.skin, finger.array
+    fix = "side_angle of one row, with the half width, or finger.fit"
     if not skin.endless:
-        raise InvalidValueError(
-            f"a {type(skin).__name__} skin",
-            "the gradient rule holds on a half plane alone",
-            "side_angle of one row, with the half width, or finger.fit",
-        )
+        raise InvalidValueError(f"a {type(skin).__name__} skin", "the gradient rule holds on a half plane alone", fix)
     kind = array.transducers[0]
     if not isinstance(kind, _KINDS):
-        raise InvalidValueError(
-            f"transducer {type(kind).__name__}",
-            f"the gradient rule takes one of {', '.join(k.__name__ for k in _KINDS)}",
-            "side_angle of one row, with the half width, or finger.fit",
-        )
+        rule = f"the gradient rule takes one of {', '.join(k.__name__ for k in _KINDS)}"
+        raise InvalidValueError(f"transducer {type(kind).__name__}", rule, fix)
     depth = np.asarray(array.depth)
     depths = np.unique(depth)
     if depths.size != 2:
@@ -100,7 +90,7 @@ def side_angle_from_gradients(
             f"sensors at {depths.size} depths", "two rows are needed, each at one depth", "SensorArray(depth=[...])"
         )
     if any(np.unique(np.asarray(array.y)[depth == d]).size < (depth == d).sum() for d in depths):
-        raise GeometryError("two sensors at one place", "each has to have a place of its own in its row")
+        raise GeometryError("two sensors at one position", "each has to have its own in its row")
     bounds = checked_bounds(friction, most_std)
     alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
     frames = Frames.of(finger, readings, position, position_std)
@@ -115,27 +105,25 @@ def side_angle_from_gradients(
     shares = depths / depths.sum()
     along = shares[0] * upper[..., 1:, :] + shares[1] * lower[..., 1:, :]  # slope, bend
     across = (lower[..., :2, :] - upper[..., :2, :]) / np.diff(depths)  # of value, of slope
-    rule = np.stack([-along[..., 0, :], across[..., 0, :]], axis=-2)
+    weights = np.stack([-along[..., 0, :], across[..., 0, :]], axis=-2)
     moved = np.stack([-along[..., 1, :], across[..., 1, :]], axis=-2)
     middle = 0.5 * (upper[..., 0, :] + lower[..., 0, :])
 
-    drag, press = np.moveaxis(np.einsum("...ln,...n->...l", rule, frames.measured), -1, 0)
+    drag, press = np.moveaxis(np.einsum("...ln,...n->...l", weights, frames.measured), -1, 0)
     drag_moved, press_moved = np.moveaxis(np.einsum("...ln,...n->...l", moved, frames.measured), -1, 0)
     noise = frames.used_noise
     with np.errstate(divide="ignore", invalid="ignore"):
         square = drag**2 + press**2
-        turned = press[..., None] * rule[..., 0, :] - drag[..., None] * rule[..., 1, :]
+        turned = press[..., None] * weights[..., 0, :] - drag[..., None] * weights[..., 1, :]
         per_position = (press * drag_moved - drag * press_moved) / square
         variance = ((turned * noise) ** 2).sum(axis=-1) / square**2 + (per_position * frames.position_std) ** 2
         angle = np.arctan(drag / press)
     # a gradient that is not beyond its own noise is steep or shallow by chance, and says so of neither
-    lost = np.abs(press) < BEYOND * np.sqrt(((rule[..., 1, :] * noise) ** 2).sum(axis=-1))
+    lost = np.abs(press) < BEYOND * np.sqrt(((weights[..., 1, :] * noise) ** 2).sum(axis=-1))
     pressed = np.einsum("...n,...n->...", middle, frames.measured) * (1 if isinstance(kind, MeanPressure) else -1)
-    return SideAngle.judged(
-        frames.shape,
-        angle,
-        np.where(lost, np.inf, variance),
-        *(per_position, 0.0, _truncation(finger, skin, frames.position, rule, angle)),
+    truncation = _truncation(finger, skin, frames.position, weights, angle)
+    return SideAngle._judged(
+        *(frames.shape, angle, np.where(lost, np.inf, variance), per_position, 0.0, truncation),
         bounds=bounds,
         silent=~frames.beyond(np.empty((len(array), 0)), alarm),
         incomplete=np.minimum(*(row.sum(axis=-1) for row in rows)) < LEAST,

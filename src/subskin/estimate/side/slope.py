@@ -13,8 +13,8 @@ from ...contact import LineLoad
 from ...contact.families import Family, family_of
 from ...errors import InvalidValueError
 from ...skin import Skin
-from ._row import Mask, unit_loads
 from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds, checked_width
+from .row import Mask, unit_loads
 
 __all__ = ["blind_depth", "side_angle_from_slope"]
 
@@ -101,11 +101,8 @@ def blind_depth(skin: Skin, half_width: npt.ArrayLike, family: str | Family = "h
     """
     kind = family_of(family)
     if issubclass(kind, LineLoad):
-        raise InvalidValueError(
-            "family = LineLoad",
-            "it has no width, and on a half plane no blind depth",
-            "a family of some width, such as hertz",
-        )
+        rule = "it has no width, and on a half plane no blind depth"
+        raise InvalidValueError("family = LineLoad", rule, "a family of some width, such as hertz")
     widths = _check.real("half_width", half_width, unit="m", above=0.0)
     out = [_shallowest_zero(skin, kind, float(a)) for a in widths.reshape(-1)]
     return _check.read_only(np.array(out, dtype=np.float64).reshape(widths.shape))
@@ -151,7 +148,7 @@ def side_angle_from_slope(
         tan(angle) = -(slope/strain) x (1 - x/s) / [1 - x (x^2 + 2 a^2)/s^3],
 
     in place of the memo's (20) to (22), whose alpha is -angle. Any other skin and contact answers in the same way. The
-    centre is that of the contact; the place of the largest strain is another, and the slope is always 0 there.
+    centre is that of the contact; the largest strain lies elsewhere, and the slope is always 0 there.
 
     Parameters
     ----------
@@ -169,11 +166,8 @@ def side_angle_from_slope(
         Half width of the contact [m]; left out for a line load.
     position_std, half_width_std : array_like, optional
         How well the centre and the half width are known [m]; both go into the angle's standard deviation.
-    friction : float, optional
-        Coefficient of friction: an angle well beyond its cone is UNEXPLAINED.
-    most_std : float, optional
-        Standard deviation of tan(angle) above which no angle is given (AMBIGUOUS), as near the blind depth. It is that
-        of the angle [rad] where the force leans little, and does not shrink where chance has made it steep.
+    friction, most_std
+        As of `side_angle`.
 
     Returns
     -------
@@ -203,16 +197,8 @@ def side_angle_from_slope(
     value_std = _check.real("strain_std", strain_std, at_least=0.0)
     position_std = _check.real("position_std", position_std, unit="m", at_least=0.0)
     bounds = checked_bounds(friction, most_std)
-    shape = _check.broadcast(
-        slope=rise,
-        strain=value,
-        depth=x,
-        half_width=known.astype(float),
-        slope_std=rise_std,
-        strain_std=value_std,
-        position_std=position_std,
-        half_width_std=width_std,
-    )
+    stds = {"slope_std": rise_std, "strain_std": value_std, "position_std": position_std, "half_width_std": width_std}
+    shape = _check.broadcast(slope=rise, strain=value, depth=x, half_width=known.astype(float), **stds)
     unit = _Beneath.of(skin, kind, x, a)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         to_drag = np.where(unit.blind, np.nan, x / unit.slope)
@@ -231,11 +217,8 @@ def side_angle_from_slope(
         # a strain that is not beyond its own noise is no measure for the slope
         lost = np.abs(value) < BEYOND * value_std
         silent = (np.abs(value) <= BEYOND * value_std) & (np.abs(rise) <= BEYOND * rise_std)
-    return SideAngle.judged(
-        shape,
-        angle,
-        np.where(lost, np.inf, variance),
-        *(per_position, per_width, 0.0),
+    return SideAngle._judged(
+        *(shape, angle, np.where(lost, np.inf, variance), per_position, per_width, 0.0),
         bounds=bounds,
         silent=silent,
         incomplete=~(np.isfinite(rise) & np.isfinite(value) & known),

@@ -14,8 +14,9 @@ from ...contact import LineLoad, ProportionalContact
 from ...contact.families import Family
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
+from ..frames import check_noise
 
-__all__ = ["LEAST", "Frames", "Response", "count_of", "stencil", "unit_loads"]
+__all__ = ["LEAST", "Changes", "Frames", "count_of", "stencil", "unit_loads"]
 
 LEAST = 3
 """Sensors that a slope takes."""
@@ -38,28 +39,14 @@ class Frames(NamedTuple):
     def of(
         cls, finger: Finger, readings: npt.ArrayLike, position: npt.ArrayLike, position_std: npt.ArrayLike
     ) -> Frames:
-        """Checked, linear, without gain and offset; a NaN of position or its std takes away the frame's sensors.
-
-        Raises
-        ------
-        InvalidValueError, GeometryError
-            Several kinds of sensor, one without noise; shapes that do not fit.
-        """
+        """Checked, linear, without gain and offset; a NaN of position or its std takes away the frame's sensors."""
         array = finger.array
         kinds = set(array.transducers)
         if len(kinds) > 1:
-            raise InvalidValueError(
-                f"{len(kinds)} kinds of transducer in one array",
-                "a slope is a difference of sensors of one kind",
-                "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit",
-            )
-        silent = np.flatnonzero((np.asarray(array.noise) == 0) & array.live)
-        if silent.size:
-            raise InvalidValueError(
-                f"noise = 0 of sensor {silent[0]}",
-                "an angle's standard deviation comes from the sensors' noise, so each needs one > 0",
-                "SensorArray(..., noise=1e-4)",
-            )
+            rule = "a slope is a difference of sensors of one kind"
+            fix = "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit"
+            raise InvalidValueError(f"{len(kinds)} kinds of transducer in one array", rule, fix)
+        check_noise(array, "an angle's error comes from the sensors' noise", "SensorArray(..., noise=1e-4)")
         raw = np.asarray(readings, dtype=np.float64)
         if raw.ndim == 0 or raw.shape[-1] != len(array):
             raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors")
@@ -101,30 +88,16 @@ class Frames(NamedTuple):
 
 
 def known_only(**values: npt.ArrayLike) -> tuple[FloatArray, FloatArray, Mask]:
-    """A length and its standard deviation, 0 where either is NaN, and where both are known.
-
-    Raises
-    ------
-    InvalidValueError
-        An infinite length; a negative standard deviation.
-    """
+    """A length and its standard deviation, 0 where either is NaN, and where both are known."""
     (name, value), (std_name, std) = values.items()
-    lengths = _check.real(name, value, unit="m", finite=False)
-    spread = _check.real(std_name, std, unit="m", finite=False)
+    lengths, spread = _check.real(name, value, finite=False), _check.real(std_name, std, finite=False)
     known = ~(np.isnan(lengths) | np.isnan(spread))
-    _check.real(name, np.where(np.isnan(lengths), 0.0, lengths), unit="m")
-    _check.real(std_name, np.where(np.isnan(spread), 0.0, spread), unit="m", at_least=0.0)
-    return np.nan_to_num(lengths), np.nan_to_num(spread), known
+    lengths = _check.real(name, np.where(np.isnan(lengths), 0.0, lengths), unit="m")
+    return lengths, _check.real(std_name, np.where(np.isnan(spread), 0.0, spread), unit="m", at_least=0.0), known
 
 
 def count_of(sensors: int, available: int) -> int:
-    """Number of sensors in a stencil.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        Less than 3 asked for, or in the row.
-    """
+    """Number of sensors in a stencil."""
     if isinstance(sensors, bool) or int(sensors) != sensors or sensors < LEAST:
         raise InvalidValueError(f"sensors = {sensors!r}", f"a whole number >= {LEAST} is needed", "sensors=5")
     if available < LEAST:
@@ -159,7 +132,7 @@ def unit_loads(family: Family, position: npt.ArrayLike, half_width: FloatArray |
     return family.of_components(np.eye(2), position, half_width=half_width)
 
 
-class Response(NamedTuple):
+class Changes(NamedTuple):
     """Readings (..., n, 2) under a unit normal and a unit tangential force, before gain, and their changes."""
 
     unit: FloatArray
@@ -167,8 +140,8 @@ class Response(NamedTuple):
     by_width: FloatArray
 
     @classmethod
-    def of(cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None) -> Response:
-        """Changes by central differences."""
+    def of(cls, finger: Finger, family: Family, position: FloatArray, half_width: FloatArray | None) -> Changes:
+        """By central differences."""
         h = _STEP * float(np.asarray(finger.array.depth).mean())
         if half_width is None:
             unit, after, before = unit_readings(finger, family, np.stack([position, position + h, position - h]), None)

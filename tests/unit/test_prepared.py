@@ -1,0 +1,96 @@
+"""What is made once of a finger: kept by value, bounded, never pickled; options that are no key, or do not exist."""
+
+from __future__ import annotations
+
+import gc
+import pickle
+import weakref
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.errors import InvalidValueError, UnknownOptionError
+from subskin.prepared import Prepared, prepared
+
+
+def finger():
+    return ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(5, 1.5e-3, depth=2e-3, noise=1e-4))
+
+
+def test_by_value_and_no_more_than_there_is_room_for():
+    made = []
+    kept = Prepared(most=3)
+    for key in (1, 2, 3, 1.0, 4, 2, 1):  # 4 drives out 1, the first that was made
+        kept.get(key, lambda key=key: made.append(key))
+    assert made == [1, 2, 3, 4, 1]
+
+
+def test_one_locator_for_equal_options():
+    tip = finger()
+    assert tip.locator(friction=1) is tip.locator() is tip.locator(friction=np.float32(1.0))
+    assert (
+        tip.locator(search=[-3e-3, 3e-3])
+        is tip.locator(search=(-3e-3, 3e-3))
+        is tip.locator(search=np.array([-3e-3, 3e-3]))
+    )
+    assert tip.locator(friction=0.5) is not tip.locator()
+    assert finger().locator() is not tip.locator()  # a finger of its own
+
+
+def test_a_thousand_searches_do_not_stay():
+    tip = finger()
+    first = weakref.ref(tip.tabulate((-2e-3, 2e-3)))
+    for k in range(40):
+        tip.tabulate((-2e-3, 2e-3 + 1e-5 * (k + 1)))
+    gc.collect()
+    assert first() is None
+
+
+def test_a_finger_travels_without_what_was_made_of_it():
+    tip = finger()
+    bare = len(pickle.dumps(tip))
+    locator = tip.locator()
+    tip.locate(np.zeros(5))
+    assert len(pickle.dumps(tip)) == bare
+    assert pickle.loads(pickle.dumps(tip)).locator() is not locator
+
+
+def test_what_is_made_goes_with_the_finger():
+    tip = finger()
+    kept = weakref.ref(prepared(tip))
+    tip.locate(np.zeros(5))
+    del tip
+    gc.collect()
+    assert kept() is None
+
+
+@pytest.mark.parametrize(
+    ("call", "seen", "fix"),
+    [
+        (lambda tip, r: tip.locate(r, frictoin=0.5), "frictoin", "friction="),
+        (lambda tip, r: tip.locator(scanstep=1e-4), "scanstep", "scan_step="),
+        (lambda tip, r: tip.fit(r, halfwidth=(0.0, 1e-3)), "halfwidth", "half_width="),
+        (lambda tip, r: ss.pressure_map(tip, r, least_forse=0.1), "least_forse", "least_force="),
+    ],
+    ids=["locate", "locator", "fit", "pressure_map"],
+)
+def test_a_misspelt_option_is_told_what_there_is(call, seen, fix):
+    with pytest.raises(UnknownOptionError, match=seen) as error:
+        call(finger(), np.zeros(5))
+    assert "false_alarm" in str(error.value)
+    assert fix in str(error.value)
+
+
+def test_locate_has_no_half_width():
+    with pytest.raises(UnknownOptionError) as error:
+        finger().locate(np.zeros(5), half_width=(0.0, 1e-3))
+    assert "half_width" not in str(error.value).split("there are")[1]
+
+
+def test_an_option_that_is_no_number_says_so():
+    for value in ([0.5], np.array([0.5, 1.0]), {}, "much"):
+        with pytest.raises(InvalidValueError, match=r"friction.*a single number"):
+            finger().locate(np.zeros(5), friction=value)
+    with pytest.raises(InvalidValueError, match=r"search.*two ascending numbers"):
+        finger().locate(np.zeros(5), search={})
