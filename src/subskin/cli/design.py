@@ -17,7 +17,7 @@ from .common import add_json, describe, give, progress_bar, show
 
 _EXAMPLES = """\
   subskin design --example > goals.toml          # a file to begin with; every key is explained in it
-  subskin design goals.toml -o design            # design/report.html, report.pdf, finger_1.toml, ...
+  subskin design goals.toml -o design            # design/report.html, finger_1.toml, ...
   subskin simulate design/finger_1.toml --help   # the fingers are files like any other
 """
 _NOTES = """\
@@ -72,8 +72,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *, report: bool) -> list[Path]:
     """The fingers, the table of all designs, and the report."""
-    for stale in ("report.html", "report.pdf"):  # of an earlier search: it would tell of other fingers
-        (folder / stale).unlink(missing_ok=True)
+    page = folder / "report.html"
+    page.unlink(missing_ok=True)  # of an earlier search: it would tell of other fingers
     written = []
     for rank, finger in enumerate(study.fingers, start=1):
         remarks = [f"{study.goals.title}: finger {rank} of subskin design", *design.words.reasons_of(study, finger.row)]
@@ -86,16 +86,14 @@ def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *
     written.append(folder / "designs.csv")
     io.write_table(written[-1], study.grid.columns())
     if report:
-        from ..report import as_html, as_pdf, design_report
+        from ..report import as_html, design_report
 
-        with progress_bar("report", 3) as advance:
+        with progress_bar("report", 2) as advance:
             text = design_report(study, file.text)
             advance()
-            write_bytes(folder / "report.html", as_html(text).encode())
+            write_bytes(page, as_html(text).encode())
             advance()
-            write_bytes(folder / "report.pdf", as_pdf(text))
-            advance()
-        written += [folder / "report.html", folder / "report.pdf"]
+        written.append(page)
     return written
 
 

@@ -8,6 +8,7 @@ from . import search as search
 from . import tolerance as tolerance
 from . import touches as touches
 from . import two_point as two_point
+from . import words as words
 from .compliance import skin_compliance
 from .half_plane import half_plane_error, half_plane_map
 from .placement import best_positions, best_row, placement_quality, placement_study

@@ -1,19 +1,7 @@
-"""Reports of a design: one content, written as a page for a browser and as a document for print."""
+"""Reports of a design: one content, written as a page that a browser shows and prints."""
 
 from .design_report import design_report
-from .document import Bullets, Document, Heading, Listing, Paragraph, Picture, Table
+from .document import Bullets, Document, Heading, Listing, Paragraph, Picture, TextTable
 from .html import as_html
-from .pdf import as_pdf
 
-__all__ = [
-    "Bullets",
-    "Document",
-    "Heading",
-    "Listing",
-    "Paragraph",
-    "Picture",
-    "Table",
-    "as_html",
-    "as_pdf",
-    "design_report",
-]
+__all__ = ["Bullets", "Document", "Heading", "Listing", "Paragraph", "Picture", "TextTable", "as_html", "design_report"]

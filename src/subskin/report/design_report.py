@@ -18,7 +18,7 @@ from ..plot import (
     tolerance_figure,
     two_point_figure,
 )
-from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
+from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, TextTable
 
 __all__ = ["design_report"]
 
@@ -56,7 +56,7 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
     columns, rows, left = finger_table(study)
     blocks: list[Block] = [Heading("What to build"), Paragraph(_verdict(study), lead=True), _checks(best)]
     blocks += [_section(study, best), Heading("The fingers"), Paragraph(_ranked(study))]
-    blocks += [Table(columns, rows, left=left, strong=frozenset({0})), Picture(design_map_figure(study), _MAP)]
+    blocks += [TextTable(columns, rows, left=left, strong=frozenset({0})), Picture(design_map_figure(study), _MAP)]
     blocks.append(Heading("Why these"))
     names = [_name(study, finger) for finger in study.fingers]
     for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
@@ -88,7 +88,7 @@ def _verdict(study: DesignStudy) -> str:
     )
 
 
-def _checks(finger: DesignedFinger) -> Table:
+def _checks(finger: DesignedFinger) -> TextTable:
     rows = [
         [
             check.criterion.label,
@@ -99,7 +99,7 @@ def _checks(finger: DesignedFinger) -> Table:
         ]
         for check in finger.checks
     ]
-    return Table(
+    return TextTable(
         ["wanted", "at most", "finger 1", "ratio", ""],
         rows,
         "What was wanted, and what finger 1 does. Errors hold noise and, where stated, the tolerances of making.",
@@ -163,7 +163,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
             "What each source of error costs by itself, finger 1 being read as if it had been made exactly: root mean "
             "squares over the touches, and the share of frames that are no longer told for sure."
         ),
-        Table(["source", "amount", "position", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})),
+        TextTable(["source", "amount", "position", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})),
         Picture(
             tolerance_figure(budget, position=accuracy.position, angle=accuracy.angle),
             "The same: bars are root mean squares, and what is wanted is for 95 % of the touches. What calibrating on "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..plot.style import Figure
 
-__all__ = ["Block", "Bullets", "Document", "Heading", "Listing", "Paragraph", "Picture", "Table"]
+__all__ = ["Block", "Bullets", "Document", "Heading", "Listing", "Paragraph", "Picture", "TextTable"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Bullets:
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table of `columns` and `rows`, and its `caption`.
 
     The first `left` columns are text and the rest numbers; rows in `strong` stand out.
@@ -62,7 +62,7 @@ class Listing:
     text: str
 
 
-Block = Heading | Paragraph | Bullets | Table | Picture | Listing
+Block = Heading | Paragraph | Bullets | TextTable | Picture | Listing
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Document:
     --------
     >>> from subskin.plot.style import new_figure
     >>> blocks = [Heading("Why"), Paragraph("It is soft."), Bullets(["one", "two"]), Listing("young = 0.4e6")]
-    >>> blocks += [Table(["name", "value"], [["pitch", "2 mm"]]), Picture(new_figure(84.0, 60.0), "nothing yet")]
+    >>> blocks += [TextTable(["name", "value"], [["pitch", "2 mm"]]), Picture(new_figure(84.0, 60.0), "nothing yet")]
     >>> Document("A finger", "seed 3", blocks).title
     'A finger'
     """

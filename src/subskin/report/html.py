@@ -10,7 +10,7 @@ from importlib.resources import files
 
 from ..design.words import held
 from ..plot.style import encoded
-from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, Table
+from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Picture, TextTable
 
 __all__ = ["as_html"]
 
@@ -90,7 +90,7 @@ def _(block: Bullets) -> str:
 
 
 @_html.register
-def _(block: Table) -> str:
+def _(block: TextTable) -> str:
     def cells(row: Sequence[str], tag: str) -> str:
         return "".join(f"<{tag}{_class('text', i < block.left)}>{escape(cell)}</{tag}>" for i, cell in enumerate(row))
 
