@@ -4,7 +4,7 @@
 
 A Hertz contact over the middle of a row in a half plane, lengths in depths, noise in shares of the reading of a unit
 line load right above (the contact's own largest reading is 0.6 of that: of it, the noise is 1.7 times as much). Errors
-are relative, in the L2 norm along the surface. Asked for: 0.10 at half width 1, spacing 0.25, noise 0.1 %, also with
+are relative, in the L2 norm along the surface. Asked for: 0.10 at half width 1, pitch 0.25, noise 0.1 %, also with
 drag of 30 degrees to either side; at most 100 us a frame in one thread. Times
 are of the processor: what else it does is left out.
 
@@ -104,7 +104,7 @@ def target(options: object) -> list[list[str]]:
 
 
 def sweep(options: object) -> list[list[str]]:
-    """Errors over noise, spacing and half width, the row 6 depths long."""
+    """Errors over noise, pitch and half width, the row 6 depths long."""
     rows = []
     count = max(options.frames // 10, 50)
     for noise in (1e-4, 1e-3, 1e-2):
@@ -132,9 +132,9 @@ def main() -> None:
     ]  # fmt: skip
     title = f"Pressure of a Hertz contact, half width 1, 25 sensors 0.25 apart, noise 0.1 %, {options.frames} frames"
     show(title, columns, target(options), options.json)
-    columns = ["noise, spacing", *(f"half width {w}" for w in (0.25, 0.5, 1.0, 2.0)), "resolution"]
+    columns = ["noise, pitch", *(f"half width {w}" for w in (0.25, 0.5, 1.0, 2.0)), "resolution"]
     show(
-        "rms error over noise, spacing and half width in depths; drag 30 degrees, row of 6",
+        "rms error over noise, pitch and half width in depths; drag 30 degrees, row of 6",
         columns,
         sweep(options),
         options.json,

@@ -61,7 +61,7 @@ def main() -> None:
                 f"{1 / roots:.0f}",
             ]
         )
-    columns = ["sensors, spacing, noise", "M frames/s, median", "best", "Finger.locate, us"]
+    columns = ["sensors, pitch, noise", "M frames/s, median", "best", "Finger.locate, us"]
     columns += ["Locator, us", "Locator, 99 %, us"]
     columns += ["least_squares, 8 starts, frames/s", "numpy.roots of eq. (13), frames/s"]
     show(f"Speed of locate, batches of {options.frames}", columns, rows, options.json)

@@ -2,7 +2,7 @@
 
     python benchmarks/study_placement.py [--depths 20] [--samples 100000] [--touches 200] [--json FILE]
 
-The full study is three kinds of sensor, 20 depths, 30 spacings, 3 to 16 sensors, and 100 000 touches of each; with
+The full study is three kinds of sensor, 20 depths, 30 pitches, 3 to 16 sensors, and 100 000 touches of each; with
 `--depths 2` a tenth of it is run.
 
 The peer looks for rivals of each touch by itself: `least_squares` within the friction cone from twelve places, on
@@ -109,7 +109,7 @@ def main() -> None:
     """Both tables."""
     given = arguments(__doc__, depths=20, samples=100_000, touches=200)
     columns = ["", "wall [s]", "CPU [s]", "CPU a design [ms]", "touches / s", "all 20 depths [s]"]
-    show("Placement: 3 kinds, 30 spacings, 14 counts", columns, [study(given.depths, given.samples)], given.json)
+    show("Placement: 3 kinds, 30 pitches, 14 counts", columns, [study(given.depths, given.samples)], given.json)
     columns = ["", "ambiguous", "scipy", "the same touches", "scipy a touch", "a touch", "times"]
     show(f"Ambiguous touches, {given.touches} a row, beside scipy.optimize", columns, peer(given.touches), given.json)
 

@@ -192,7 +192,7 @@ def three_sensors() -> Figure:
 
 
 def two_points() -> Figure:
-    """Least separations over spacing, count and noise: the study of docs/two_points.md."""
+    """Least separations over pitch, count and noise: the study of docs/two_points.md."""
     unit = ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), ss.SensorArray(y=[0.0], depth=1.0))
     touches = ss.design.Touches(force=1.0, span=(-1.0, 1.0))
     return two_point_study_figure(ss.design.two_point_study(unit, touches))
@@ -292,7 +292,7 @@ def placement() -> Figure:
 
 
 def rows() -> Figure:
-    """Rows of three to sixteen sensors over their spacing: the study of docs/placement.md, spacings closer."""
+    """Rows of three to sixteen sensors over their pitch: the study of docs/placement.md, pitches closer."""
     study = ss.design.placement_study(
         ss.HalfPlane(ss.Material(young=0.4e6)),
         ss.NormalStrain(),

@@ -16,7 +16,7 @@ FloatOrArray: TypeAlias = float | FloatArray
 
 
 def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
-    """`name = value`, with the place of the first offender where the value is an array."""
+    """`name = value`, with the index of the first offender where the value is an array."""
     if array.ndim == 0:
         return f"{name} = {float(array):.6g}"
     where = tuple(int(i) for i in np.argwhere(bad)[0])

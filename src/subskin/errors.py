@@ -55,7 +55,7 @@ class UnknownOptionError(SubskinError, TypeError):
 
 
 class GeometryError(SubskinError):
-    """Shapes that do not fit each other, or places outside the body."""
+    """Shapes that do not fit each other, or positions outside the body."""
 
 
 class NotLinearError(SubskinError):

@@ -285,12 +285,12 @@ def transducer_of(kind: str) -> Transducer:
         fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(known)}, or mypackage.mymodule:MyGauge"
         raise InvalidValueError(seen, "no such kind of sensor is known", fix)
     try:
-        place = import_module(module)
+        home = import_module(module)
     except Exception as error:  # what a module of one's own does when it is imported is not ours to foresee
         fix = "install it, or put its folder on PYTHONPATH"
         raise InvalidValueError(seen, f"{module} cannot be imported ({error})", fix) from error
     try:
-        found = attrgetter(name)(place)
+        found = attrgetter(name)(home)
     except AttributeError:
         raise InvalidValueError(seen, f"{module} has no {name}", "mypackage.mymodule:MyGauge") from None
     if not (isinstance(found, type) and issubclass(found, Transducer)):

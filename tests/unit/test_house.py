@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -159,3 +160,18 @@ def test_a_class_has_a_name_of_its_own():
         if isinstance(node, ast.ClassDef) and not is_private(node.name)
     )
     assert [name for name, count in names.items() if count > 1] == []
+
+
+OLD_WORDS = re.compile(r"\b(spacings?|spots?|places?)\b", re.IGNORECASE)
+IDIOMS = re.compile(r"\bin (the )?place\b|\btakes? (the|its|their) place\b|\bbeside its place\b", re.IGNORECASE)
+
+
+def test_one_word_a_thing():
+    """Position, not place or spot; pitch, not spacing: in names, messages, labels and docstrings alike."""
+    said = [
+        f"{path}:{number}: {line.strip()}"
+        for path in sorted(p for p in ROOT.rglob("*") if p.suffix in {".py", ".pyi", ".toml", ".css"})
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if OLD_WORDS.search(IDIOMS.sub("", line))
+    ]
+    assert said == []

@@ -258,7 +258,7 @@ def test_no_contact():
 def test_pitch_is_the_depth(origin):
     y = origin + 2e-3 * np.array([-1, 0, 1])
     found = three_sensor(read(origin + 0.5e-3, 0.1, y, 2e-3), y, 2e-3, young=1.0)
-    assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_DEPTH]
+    assert [n.kind for n in found.notes] == [Degeneracy.PITCH_IS_DEPTH]
     false = [root for root in found.roots if root.verdict is Verdict.NOT_A_SOLUTION]
     assert [root.position for root in false] == pytest.approx([origin], abs=1e-15)
     assert nearest(found, origin + 0.5e-3).verdict is Verdict.ACCEPTED
@@ -267,7 +267,7 @@ def test_pitch_is_the_depth(origin):
 def test_pitch_is_the_depth_and_the_load_lies_over_the_middle():
     y = [-1.0, 0.0, 1.0]
     found = three_sensor(read(0.0, 0.3, y), y, 1.0, young=1.0)
-    assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_DEPTH, Degeneracy.FORCE_UNDETERMINED]
+    assert [n.kind for n in found.notes] == [Degeneracy.PITCH_IS_DEPTH, Degeneracy.FORCE_UNDETERMINED]
     root = nearest(found, 0.0)
     assert (root.verdict, root.multiplicity) == (Verdict.ACCEPTED, 2)
     assert root.normal_force == pytest.approx(np.cos(0.3), rel=1e-12)  # the tangential load leaves no trace
@@ -280,7 +280,7 @@ def test_false_root_that_is_a_root_twice():
     root = nearest(found, 0.0)
     assert (root.position, root.multiplicity, root.verdict) == (0.0, 2, Verdict.NOT_A_SOLUTION)
     assert root.residual == pytest.approx(0.5)
-    assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_DEPTH]
+    assert [n.kind for n in found.notes] == [Degeneracy.PITCH_IS_DEPTH]
 
 
 @pytest.mark.parametrize("b", [0.6, 1.0, 2.0])
@@ -306,7 +306,7 @@ def test_a_load_close_to_the_false_root_is_told_from_it(off):
 def test_pitch_is_two_depths():
     y = [-2.0, 0.0, 2.0]
     found = three_sensor(read(0.3, 0.1, y), y, 1.0, young=1.0)
-    assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_TWO_DEPTHS]
+    assert [n.kind for n in found.notes] == [Degeneracy.PITCH_IS_TWO_DEPTHS]
     assert [r.position for r in found.roots if r.verdict is Verdict.NOT_A_SOLUTION] == [-1.0, 1.0]
 
 
@@ -337,7 +337,7 @@ def test_pitch_of_root_three_depths(angle):
     y = [-b, 0.0, b]
     found = three_sensor(read(0.0, angle, y), y, 1.0, young=1.0)
     double = Degeneracy.DOUBLE_ROOT if angle else Degeneracy.NORMAL_LOAD_OVER_MIDDLE
-    assert [n.kind for n in found.notes] == [Degeneracy.SPACING_IS_SQRT3_DEPTHS, double]
+    assert [n.kind for n in found.notes] == [Degeneracy.PITCH_IS_SQRT3_DEPTHS, double]
     root = nearest(found, 0.0)
     assert root.multiplicity == 2
     assert root.angle == pytest.approx(angle, abs=1e-6)

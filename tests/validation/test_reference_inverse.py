@@ -47,8 +47,8 @@ def test_named_cases_are_named():
         b = case["b_spacing"]
         found = three_sensor([case["eps1"], case["eps2"], case["eps3"]], [-b, 0.0, b], case["x_depth"], young=1.0)
         kinds[case["label"].split(":")[0]] = {note.kind for note in found.notes}
-    assert kinds["b=x"] == {Degeneracy.SPACING_IS_DEPTH}
-    assert kinds["b=2x"] == {Degeneracy.SPACING_IS_TWO_DEPTHS}
+    assert kinds["b=x"] == {Degeneracy.PITCH_IS_DEPTH}
+    assert kinds["b=2x"] == {Degeneracy.PITCH_IS_TWO_DEPTHS}
     assert kinds["y=0, alpha=0"] == {Degeneracy.NORMAL_LOAD_OVER_MIDDLE}
     assert kinds["2 eps2 = eps1+eps3"] == {Degeneracy.DEGREE_DROPS}
     assert all(not noted for label, noted in kinds.items() if label.startswith("random"))

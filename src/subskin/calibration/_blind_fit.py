@@ -20,7 +20,7 @@ _LONGEST = 0.25
 
 
 class Settled(NamedTuple):
-    """The finger x, the places of the touches (m,) [m], and the model there."""
+    """The finger x, the positions of the touches (m,) [m], and the model there."""
 
     x: FloatArray
     positions: FloatArray
@@ -30,11 +30,11 @@ class Settled(NamedTuple):
 def settle(
     model: BlindModel, touches: Whitened, x: FloatArray, positions: FloatArray, ends: tuple[float, float], factor: float
 ) -> Settled:
-    """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' places, these within `ends`.
+    """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' positions, these within `ends`.
 
     Forces are eliminated exactly at every trial (variable projection; Golub and Pereyra 1973, with the derivative of
-    Kaufman 1975), and the places, one to a touch, from each step's linear system: a Schur complement whose blocks are 1
-    by 1. What is left is as large as x.
+    Kaufman 1975), and the positions, one to a touch, from each step's linear system: a Schur complement whose blocks are
+    1 by 1. What is left is as large as x.
     """
     weight = 1 / factor**2
     longest = _LONGEST * float(np.asarray(model.drawn.array.depth).min())
@@ -76,7 +76,7 @@ class _Step:
         self.pull_finger = np.einsum("mnp,mn->p", finger, near.rest)
 
     def solve(self, damping: float) -> tuple[FloatArray, FloatArray, float]:
-        """Changes of x and of the places, and the fall of chi-square that they promise."""
+        """Changes of x and of the positions, and the fall of chi-square that they promise."""
         own = self.own * (1 + damping)
         own[own == 0] = 1.0
         left = self.weight * (self.full - self.mixed.T @ (self.mixed / own[:, None]))

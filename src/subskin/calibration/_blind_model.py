@@ -35,7 +35,7 @@ class Whitened(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Whitened readings near a finger x and touches at places f, with the forces that fit best.
+    """Whitened readings near a finger x and touches at positions f, with the forces that fit best.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Linearised:
         return position, self.by_finger - self.basis @ (across @ self.by_finger)
 
     def information(self) -> FloatArray:
-        """Fisher information of x at unit noise, every touch's place and forces being unknown, shape (p, p)."""
+        """Fisher information of x at unit noise, every touch's position and forces being unknown, shape (p, p)."""
         position, finger = self.free()
         size = np.linalg.norm(position, axis=1)
         unit = position / np.where(size > 0, size, 1.0)[:, None]

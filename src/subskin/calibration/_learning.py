@@ -67,9 +67,9 @@ class Learning:
         return self._least(lambda touches: bool(self.std(touches)[row] <= std))
 
     def error_ratio(self, touches: float | None = None) -> tuple[float, float]:
-        """RMS errors of place and of angle over those that a finger known exactly makes, on touches like these.
+        """RMS errors of position and of angle over those that a finger known exactly makes, on touches like these.
 
-        Places up to what no touches can tell (a common shift, on a half plane a scale).
+        Positions up to what no touches can tell (a common shift, on a half plane a scale).
         """
         covariance = self.covariance(touches)
         ratios = []
@@ -138,24 +138,24 @@ class Learning:
         if "gain" in model.slices:
             out.append(("the common scale of the gains: forces are found up to a factor", direction(gain=1.0)))
         if "position" in model.slices:
-            out.append(("a common shift of all sensors: places are found up to it", direction(position=1.0)))
+            out.append(("a common shift of all sensors: positions are found up to it", direction(position=1.0)))
         deep = "depths" if "depths" in model.slices else "depth"
         if "position" in model.slices and deep in model.slices:
             depth = np.asarray(array.depth)
             lengths: dict[str, FloatArray | float] = {"position": y - y.mean()}
             lengths[deep] = depth if deep == "depths" else float(depth.mean())
-            said = "depths and places"
+            said = "depths and positions"
             if "thickness" in model.slices:
                 lengths["thickness"] = model.finger(self.x).skin.thickness - float(depth.max())
-                said = "depths, places and thickness"
+                said = "depths, positions and thickness"
             out.append((f"the common scale of {said}: lengths are found up to a factor", direction(**lengths)))
         return out
 
 
 def _effects(near: Linearised, factor: float) -> list[tuple[FloatArray, FloatArray]]:
-    """For place, then angle: how a change of x moves each touch's estimate (m, p), and its variance by noise (m,)."""
+    """For position, then angle: how a change of x moves each touch's estimate (m, p), its variance by noise (m,)."""
     own = np.concatenate([near.by_position[..., None], near.by_force], axis=-1)
-    # places and forces differ in size by far
+    # positions and forces differ in size by far
     size = np.linalg.norm(own, axis=1, keepdims=True)
     q, r = np.linalg.qr(own / size)
     back = np.linalg.inv(r) @ np.swapaxes(q, 1, 2) / np.swapaxes(size, 1, 2)  # (m, 1 + k, n)

@@ -31,7 +31,7 @@ _COMMANDS = {
 """What each command does. Its module, of its name, has `add`, which says what it takes, and `run`."""
 
 _EPILOG = """\
-a recording of your own, from raw pressures to places:
+a recording of your own, from raw pressures to positions:
   subskin segment   finger.toml raw.csv -o presses.csv
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
   subskin locate    calibrated.toml presses.csv -o located.csv --every 2 --skip-used --truth position
@@ -81,7 +81,7 @@ class _Version(argparse.Action):
 
 
 def _warn(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning in one line, without the place in the code that raised it."""
+    """A warning in one line, without the line of code that raised it."""
     print(f"subskin: warning: {message}", file=sys.stderr)
 
 

@@ -49,9 +49,9 @@ def project(w, table, start, step, mu, y, a, fit):
     for the covariance.
     """
     cells, _, _, n = table.shape
-    place = (y - start) / step
-    cell = min(max(int(place), 0), cells - 1)
-    t = place - cell - 0.5
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
     d1 = 1.0 / step
     d2 = d1 * d1
     g11 = g12 = g22 = b1 = b2 = 0.0
@@ -133,9 +133,9 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
     """
     cells, widths, size = table.shape
     two_n = size // 5
-    place = (y - start) / step
-    cell = min(max(int(place), 0), cells - 1)
-    t = place - cell - 0.5
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
     x, slope = 2.0 * q / square - 1.0, 2.0 / square
     v0, v1, v2 = c[0], c[1], c[2]  # the sums, and their first and second derivatives in x
     for j in range(size):

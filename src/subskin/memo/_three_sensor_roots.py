@@ -54,7 +54,7 @@ class Determinant:
     """f -> sum over cyclic (i, j, k) of e_i (s_k - s_j) q_i h_j h_k, less the factors common to all terms.
 
     Here t_i = s_i - f, q = (1 + t^2)^2 and h = 1 - kappa t^2 = (1 + a t)(1 - a t), a = sqrt(kappa). At nu =
-    1/2 in plane strain (kappa = 1) with equal spacing b this is -b times the f(y) of memo eq. (13).
+    1/2 in plane strain (kappa = 1) with equal pitch b this is -b times the f(y) of memo eq. (13).
 
     Parameters
     ----------

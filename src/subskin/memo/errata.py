@@ -137,11 +137,11 @@ ERRATA: tuple[Erratum, ...] = (
         "where all three readings are equal.\n"
         "- The false root at y = 0 for x = b, which the memo names, is there: f(0) = {at_zero:.0f} for any readings.\n"
         "- It misses those for b = 2x, at y = {false_roots} depths, where two sensors are blind at once.\n"
-        "- A normal load straight above the middle sensor is a double root for every spacing. An error of 1e-6 in the "
+        "- A normal load straight above the middle sensor is a double root for every pitch. An error of 1e-6 in the "
         "middle reading, relative, then moves the position by {moved:.1e} depths: it goes with the square root of the "
         "error. At b = x and b = sqrt(3) x the Jacobian of (12) vanishes at y = 0 for every alpha.\n"
         "- Readings of one load mostly have four real roots. With b = x, no second load that presses within 45 "
-        "degrees of the normal explains them from within the array; with other spacings one often does.",
+        "degrees of the normal explains them from within the array; with another pitch one often does.",
         _findings.polynomial,
         functions="eq13, eq13_coefficients; solved by three_sensor",
     ),

@@ -41,9 +41,9 @@ class Verdict(IntEnum):
 class Degeneracy(Enum):
     """What is special about a row of sensors, its readings, or one of the roots."""
 
-    SPACING_IS_DEPTH = "spacing = depth"
-    SPACING_IS_TWO_DEPTHS = "spacing = 2 depths"
-    SPACING_IS_SQRT3_DEPTHS = "spacing = sqrt(3) depths"
+    PITCH_IS_DEPTH = "pitch = depth"
+    PITCH_IS_TWO_DEPTHS = "pitch = 2 depths"
+    PITCH_IS_SQRT3_DEPTHS = "pitch = sqrt(3) depths"
     BLIND_TOGETHER = "two sensors blind to one position"
     NO_CONTACT = "all readings are zero"
     DEGREE_DROPS = "the degree drops"
@@ -160,7 +160,7 @@ def three_sensor(
     """Every line load that explains three readings of normal strain in a half plane.
 
     Three readings leave a polynomial of degree 8 in the load's position (memo eq. 13), with up to eight real roots. All
-    of them are found, each with its load and a verdict. The memo takes nu = 1/2, plane strain and equal spacing; here
+    of them are found, each with its load and a verdict. The memo takes nu = 1/2, plane strain and equal pitch; here
     any nu, either plane state and any three positions will do. For other skins, sensors or counts see `Finger.locate`.
 
     Parameters
@@ -200,16 +200,16 @@ def three_sensor(
     With t_i = (y_i - f)/depth, kappa = nu/(1 - nu) (plane strain) or nu (plane stress) and g_i = (1 - kappa
     t_i^2)/(1 + t_i^2)^2, the readings are eps_i = const g_i (N + t_i T). Three of them allow for N and T if
     det[eps_i, g_i, t_i g_i] = 0, that is eps_1/g_1 (y_2 - y_3) + eps_2/g_2 (y_3 - y_1) + eps_3/g_3 (y_1 -
-    y_2) = 0. Its denominators are cleared, so that a sensor may read nothing; for equal spacing this is eq.
+    y_2) = 0. Its denominators are cleared, so that a sensor may read nothing; for equal pitch this is eq.
     (13). Where two sensors are blind to one position f (1/sqrt(kappa) depths from both), that position is a root
     for whatever readings. Such roots are divided out before the others are sought.
 
-    With spacing = depth and the load over the array, no second load within 45 degrees of the normal has its
-    position over the array. With other spacings one often has: a fourth sensor then decides.
+    With pitch = depth and the load over the array, no second load within 45 degrees of the normal has its
+    position over the array. With another pitch one often has: a fourth sensor then decides.
 
     Examples
     --------
-    Fig. 6 of the memo: depth 3, spacing 2.5, lengths in any unit, forces in units of E. It prints the
+    Fig. 6 of the memo: depth 3, pitch 2.5, lengths in any unit, forces in units of E. It prints the
     readings positive in compression, so they are negated. Four roots, and one is left.
 
     >>> found = three_sensor([0.048, -0.18, -0.19], y=[-2.5, 0.0, 2.5], depth=3.0, young=1.0)
@@ -357,16 +357,16 @@ def _with_blind_positions(found: list[RealRoot], pairs: tuple[BlindPair, ...]) -
 
 def _geometry_notes(s: FloatArray, kappa: float, pairs: tuple[BlindPair, ...]) -> list[Note]:
     """What is special about the positions s, in depths from the middle sensor."""
-    memo = kappa == 1 and abs(s[0] + s[2]) <= SAME * (s[2] - s[0])  # the memo's case: nu = 1/2, equal spacing
+    memo = kappa == 1 and abs(s[0] + s[2]) <= SAME * (s[2] - s[0])  # the memo's case: nu = 1/2, equal pitch
     if memo and abs(s[2] - np.sqrt(3)) <= SAME * s[2]:
         text = "over the middle sensor the Jacobian is singular at every angle"
-        return [Note(Degeneracy.SPACING_IS_SQRT3_DEPTHS, text)]
+        return [Note(Degeneracy.PITCH_IS_SQRT3_DEPTHS, text)]
     if memo and len(pairs) == 2:
         text = "halfway between neighbours both are blind: two false roots whatever the readings"
-        return [Note(Degeneracy.SPACING_IS_TWO_DEPTHS, text)]
+        return [Note(Degeneracy.PITCH_IS_TWO_DEPTHS, text)]
     if memo and pairs:
         text = "the outer sensors are both blind to the middle: a false root there whatever the readings"
-        return [Note(Degeneracy.SPACING_IS_DEPTH, text)]
+        return [Note(Degeneracy.PITCH_IS_DEPTH, text)]
     text = "sensors {} and {} are both blind to the position halfway between: a false root whatever the readings"
     return [Note(Degeneracy.BLIND_TOGETHER, text.format(p.low + 1, p.high + 1)) for p in pairs]
 

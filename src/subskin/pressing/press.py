@@ -46,7 +46,7 @@ def press(
     """Press a rigid body into a skin and find the tractions, where they touch, and where they stick.
 
     The pressure is drawn by straight lines between equally spaced nodes, and gap and slip vanish at the nodes. With the
-    spacing s of the nodes, strains beneath converge as s^2 where the bodies part smoothly, and as s beneath a sharp end
+    step s of the nodes, strains beneath converge as s^2 where the bodies part smoothly, and as s beneath a sharp end
     of the body; the contact's edges converge as s. Source: docs/pressing.md.
 
     Parameters

@@ -196,7 +196,7 @@ class Skin(ABC):
         Parameters
         ----------
         materials : sequence of Material, optional
-            In the place of `materials`, as many.
+            Instead of `materials`, as many.
         thickness : float, optional
             Another thickness [m], of one material on a rigid base or core.
         radius : float, optional

@@ -45,7 +45,7 @@ class RecordingFormat:
     time : Column
         Time of each frame.
     position, press : Column or None
-        Place of the indenter along the row; how deep it has gone.
+        Position of the indenter along the row; how deep it has gone.
     early : float
         Share of a plateau, from its beginning, that is averaged: rubber relaxes.
     before : float
@@ -130,7 +130,7 @@ def segment(
     time : array_like, shape (m,)
         Time of each frame [s], not decreasing.
     position, press : array_like, shape (m,), optional
-        Place along the row and depth of the indenter [m], larger when deeper.
+        Position along the row and depth of the indenter [m], larger when deeper.
     early : float, optional
         Share of the plateau, from its beginning, that is averaged.
     before, hold : float, optional

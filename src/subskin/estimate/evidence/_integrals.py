@@ -24,7 +24,7 @@ def _log_below(x):
 
 @compiled()
 def _log_weight(w, a, fit, mu, y, ends, info, mean):
-    """Log of the integral over places and forces about (y, N, T), a and fit being those of `project_wide` there.
+    """Log of the integral over positions and forces about (y, N, T), a and fit being those of `project_wide` there.
 
     The integrand is Gaussian but for its edges, the cone's and the search's; each is taken in turn, and what it leaves
     is again replaced by the Gaussian of the same mean and covariance. info (3, 3), mean (3,): scratch.
@@ -117,7 +117,7 @@ def _interval(gradient, curvature, q, low, high):
 
 @compiled(built_on=(_climb,))
 def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
-    """Whether place and width are known no closer than the survey's grid tells, at the peak `at`.
+    """Whether position and width are known no closer than the survey's grid tells, at the peak `at`.
 
     Sums over a grid of step h are exact to 2 exp(-2 pi^2 / (h / spread)^2): 3e-3 at spread = 0.57 h.
     """
@@ -137,7 +137,7 @@ def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
 
 @compiled()
 def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
-    """Log of the evidence by sums over a fine grid of places and widths, where they are known no closer than its steps.
+    """Log of the evidence by sums over a fine grid of positions and widths, where known no closer than its steps.
 
     fine (n, 2, r, m): A on the grid, which has some steps to each of the scan's; nodes (4, r, m): the inverse of
     A^T A and log(2 pi) less half the log of its determinant, in the last; rows (3, r): half width, its square, weight.

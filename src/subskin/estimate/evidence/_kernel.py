@@ -1,9 +1,9 @@
 """The compiled heart of `evidence`: how probable the readings are under each kind of contact, one frame at a time.
 
-The evidence of a kind is the integral of likelihood times prior over place y, half width a, and forces N, T. Where the
-readings tell place and width but roughly, it is a sum over a grid of both, the forces being integrated at each. Where
-they tell them closely it is Gaussian in place and forces about the best place at each width, and a sum, or a Gaussian,
-over widths. Best places are found as in `project.py`.
+The evidence of a kind is the integral of likelihood times prior over position y, half width a, and forces N, T. Where
+the readings fix position and width but roughly, it is a sum over a grid of both, the forces being integrated at each.
+Where they fix them closely it is Gaussian in position and forces about the best position at each width, and a sum, or
+a Gaussian, over widths. Best positions are found as in `project.py`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _T, _W = np.polynomial.legendre.leggauss(_NODES)
 
 @compiled()
 def _keep(y, q, fit, kept, apart, at, fits):
-    """Put a place among the `kept` best, unless it is there already: their number."""
+    """Put a position among the `kept` best, unless it is there already: their number."""
     for e in range(kept):
         if abs(at[e, 0] - y) <= apart[0] and abs(at[e, 1] - q) <= apart[1]:
             return kept
@@ -47,9 +47,9 @@ def _keep(y, q, fit, kept, apart, at, fits):
 
 @compiled(built_on=(_climb, _scan, _integrals))
 def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, at, fits, fit):
-    """The highest places of S over y and q, refined, the best first and each once: their number.
+    """The highest positions of S over y and q, refined, the best first and each once: their number.
 
-    g: start and step of the table, the square of its widest. With `thorough`, from the best place of each width.
+    g: start and step of the table, the square of its widest. With `thorough`, from the best position of each width.
     """
     start, step, square = g[0], g[1], g[2]
     apart = (0.05 * step, 1e-3 * square)
@@ -177,7 +177,7 @@ def weigh_frames(
             w_single[i] = w[i]
         explained = 0.0
         for attempt in range(2):
-            # before a frame is called unexplained, the best place of each width is tried
+            # before a frame is called unexplained, the best position of each width is tried
             if attempt == 1 and total - explained <= largest:
                 break
             for k in range(kinds):

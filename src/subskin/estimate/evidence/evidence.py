@@ -26,7 +26,7 @@ _SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in St
 _SQUARE = 0.2
 """Step of the scan in the square of the half width, in squares of the least depth."""
 _FINE = 4
-"""Steps of the survey's places to one of the scan's."""
+"""Steps of the survey's positions to one of the scan's."""
 _FINE_WIDTH = 0.04
 """Largest step of the survey in the half width, in least depths."""
 
@@ -83,8 +83,8 @@ class Kind:
 class Evidence(Framewise):
     """The log of the probability of frames of readings under each kind of contact; prepared once, called on many.
 
-    Place, forces and width are integrated over: places alike over the search, half widths alike over the kind's range,
-    angles alike within the friction cone, magnitudes alike on a logarithmic scale (docs/deciding.md).
+    Position, forces and width are integrated over: positions alike over the search, half widths alike over the kind's
+    range, angles alike within the friction cone, magnitudes alike on a logarithmic scale (docs/deciding.md).
 
     Parameters
     ----------

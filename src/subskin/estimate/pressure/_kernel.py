@@ -79,7 +79,7 @@ def _project(basis, b, out):
 
 @compiled()
 def _first_lean(strips, gauges, b, most):
-    """The tangent of the one strip, of a few widths at many places, that explains most; strips (2, M, n)."""
+    """The tangent of the one strip, of a few widths at many positions, that explains most; strips (2, M, n)."""
     best = lean = 0.0
     n = b.size
     for k in range(gauges.shape[0]):

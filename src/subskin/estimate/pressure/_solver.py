@@ -113,7 +113,7 @@ def _slope(level, w, b, work):
 def _minimise(level, t, w, b, on, work):
     """The x >= 0 of least J, from the guess `on` of what is > 0; how many are, or -1 where none was found.
 
-    Leaves the factor of the Hessian on these in `lower`, their places in `index`, and the gradient in `slope`.
+    Leaves the factor of the Hessian on these in `lower`, their numbers in `index`, and the gradient in `slope`.
     """
     cost = level[4]
     columns, x, slope, _, lower, index, z, _ = work
@@ -224,7 +224,7 @@ def settle(level, t, low, high, w, b, on, work, near):
 
     Newton's method, with the bracket halved where it would leave it. With no second part t stays. level: columns by
     part (1 or 2, N, n), Hessians by power of t (1 or 3, N, N), K's diagonal and the line beside it, cost. work, all of
-    it changed: columns at t (N, n), x, gradient, residual (n,), factor (N, N), the places of what is > 0, and scratch.
+    it changed: columns at t (N, n), x, gradient, residual (n,), factor (N, N), the numbers of what is > 0, and scratch.
     """
     parts, columns = level[0], work[0]
     leans = parts.shape[0] > 1

@@ -1,6 +1,6 @@
 """The weight of smoothness by a rule, compiled: evidence, discrepancy, or generalised cross-validation.
 
-In the generalised singular system of sensors and smoothness (`_pressure_operator.Factors`) a weight w leaves the share
+In the generalised singular system of sensors and smoothness (`_operator.Factors`) a weight w leaves the share
 a_i = w / (S_i^2 + w) of each component of the readings b. With c_i = (U^T b)_i the rules are
 
     evidence        least of       sum a_i c_i^2 - sum ln a_i        the readings' probability, p being Gaussian

@@ -217,7 +217,7 @@ def _coarsened(parts: FloatArray, blocks: int) -> FloatArray:
 
 
 def _strips(normal: FloatArray, tangential: FloatArray, widths: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Readings of even pressures over `widths` elements at all places, from which the angle's search starts."""
+    """Readings of even pressures over `widths` elements at all positions, from which the angle's search starts."""
     fields = np.stack([normal, tangential])
     sums = np.concatenate([np.zeros_like(fields[:, :1]), np.cumsum(fields, axis=1)], axis=1)
     counts = [1, *(w for w in np.rint(widths).astype(int) if 1 < w < sums.shape[1])]
