@@ -33,8 +33,8 @@ def settle(
     """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' positions, these within `ends`.
 
     Forces are eliminated exactly at every trial (variable projection; Golub and Pereyra 1973, with the derivative of
-    Kaufman 1975), and the positions, one to a touch, from each step's linear system: a Schur complement whose blocks are
-    1 by 1. What is left is as large as x.
+    Kaufman 1975), and the positions, one to a touch, from each step's linear system: a Schur complement whose blocks
+    are 1 by 1. What is left is as large as x.
     """
     weight = 1 / factor**2
     longest = _LONGEST * float(np.asarray(model.drawn.array.depth).min())
