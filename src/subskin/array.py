@@ -178,6 +178,8 @@ class SensorArray:
         [-0.009000000000000001, 0.003]
         """
         index = np.arange(len(self))[np.asarray(sensors)]
+        if np.array_equal(index, np.arange(len(self))):
+            return self
         chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
         return replace(self, transducer=tuple(self.transducers[i] for i in index), **chosen)
 

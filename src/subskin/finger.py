@@ -108,8 +108,9 @@ class Finger:
     def _groups(self) -> tuple[tuple[_Group, ...], tuple[_Group, ...]]:
         """The sensors as they are, and those of their transducers' linear parts."""
         kinds = self.array.transducers
-        own, linear = self._grouped(kinds), tuple(kind.linear_part for kind in kinds)
-        return own, own if linear == kinds else self._grouped(linear)
+        own, parts = self._grouped(kinds), {kind: kind.linear_part for kind in set(kinds)}
+        linear = own if all(parts[kind] == kind for kind in parts) else self._grouped(tuple(parts[k] for k in kinds))
+        return own, linear
 
     def _grouped(self, kinds: tuple[Transducer, ...]) -> tuple[_Group, ...]:
         a = self.array
@@ -143,8 +144,9 @@ class Finger:
         ndarray, shape (..., n)
             In the transducers' units.
         """
-        out = np.empty((*contact.shape, len(self.array)))
-        wide = contact.expand(2) if contact.shape else contact
+        shape = contact.shape
+        out = np.empty((*shape, len(self.array)))
+        wide = contact.expand(2) if shape else contact
         for kind, sensors, felt, weights in self._groups[linear]:
             values = kind.measure(felt(wide))
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
@@ -188,7 +190,7 @@ class Finger:
             Where a transducer has no linear part.
 
         """
-        for kind in self.array.transducers:
+        for kind in set(self.array.transducers):
             kind.linearise(np.zeros(0))  # refuses what cannot be made linear
         y = _check.real("position", position, unit="m")
         fields = self.measure(LineLoad.of_components(np.eye(2), y[..., None]), linear=True)

@@ -152,7 +152,7 @@ class ProportionalContact(Contact):
         else:
             f, df = closed
             h = self.unit_shear_field(z, f, df)
-        normal, tangential = self.normal_force, self.tangential_force
+        normal, tangential = self.components[..., 0], self.components[..., 1]
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 
     def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102

@@ -72,7 +72,7 @@ class Framewise(ABC):
         self._whole_key = self._all.tobytes()
         self._sensors = len(array)
         self._compiled: Any = None
-        self._linear = all(t.linear for t in array.transducers)
+        self._linear = all(t.linear for t in set(array.transducers))
 
     @abstractmethod
     def _kernel(self) -> Any:

@@ -201,9 +201,10 @@ def _hat_logarithm(count: int) -> FloatArray:
 
 def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """`_fields` over all points; a single contact's over blocks of them."""
-    if contact.shape:
-        _check.broadcast(contact=np.empty(contact.shape), points=z.real)
-    if contact.shape or z.size <= _BLOCK:
+    shape = contact.shape
+    if shape:
+        _check.broadcast(contact=np.empty(shape), points=z.real)
+    if shape or z.size <= _BLOCK:
         return _fields(contact, z, surface)
     flat = z.reshape(-1)
     out = tuple(np.empty(z.size) for _ in range(3))
