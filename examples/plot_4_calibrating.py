@@ -1,6 +1,6 @@
 r"""
 Calibrating on touches at known positions
-======================================
+=========================================
 
 Four barometers are cast in rubber. Drawn at a depth of 5 mm they lie deeper, each has its own gain and
 offset, one is dead, and nobody knows where the row lies on the axis of the motor that presses. Thirty
