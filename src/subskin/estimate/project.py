@@ -16,10 +16,9 @@ from . import climb as _climb
 from . import scan as _scan
 from .climb import climb, climb_wide, project_wide
 from .layout import LINE, WIDE
-from .scan import highest, peaks, scan
+from .scan import FEW, highest, peaks, scan
 
 _MOST = 8
-_FEW = 4
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _COVARIANCE, _INTERVAL = (LINE.covariance, WIDE.covariance), WIDE.interval
 _RESIDUAL, _STATUS = (LINE.residual, WIDE.residual), (LINE.status, WIDE.status)
@@ -47,9 +46,12 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
     s = np.full(nodes + 2, -1, dtype=np.float32)
+    inner = s[1:-1]
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
-    most = _MOST if table.ndim == 3 else _FEW
+    peak = words.view(np.uint8)
+    most = _MOST if table.ndim == 3 else FEW
     score = np.empty(most)
+    ys = np.empty(FEW)
     at = np.empty((most + 1, 2))
     fits = np.empty((most + 1, 13))
     scratch = np.empty((6, n))
@@ -69,16 +71,16 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
             continue
         for i in range(n):
             w_single[i] = w[i]
-        scan(w_single, basis, edges, sums, s[1:-1])
+        scan(w_single, basis, edges, sums, inner)
         best = second = -1
         if table.ndim == 3:
-            best, second = _climbed(w, s[1:-1].reshape(rows, m), squares, table, options, total, score, at, fits)
+            best, second = _climbed(w, inner.reshape(rows, m), squares, table, options, total, score, at, fits)
         else:
-            for p in range(peaks(s, scan_start, scan_step, words, score, at)):
+            for p in range(peaks(s, scan_start, scan_step, words, peak, score, ys)):
                 # a maximum clearly lower than both already found cannot become the best or the rival
                 if second >= 0 and score[p] < 0.8 * fits[second, 2]:
                     break
-                y = at[p, 0]
+                y = ys[p]
                 lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
                 tolerance = 1e-5 if p == 0 else 1e-2 * max(fits[best, 2] - score[p], 1e-3)
                 at[p, 0] = climb(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[p])
