@@ -11,7 +11,8 @@ import numba as nb
 
 __all__ = ["compiled", "is_cached"]
 
-_FAST = {"nsz", "arcp", "contract", "reassoc"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
+_ORDERED = {"nsz", "arcp", "contract"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
+_FAST = _ORDERED | {"reassoc"}
 
 
 def compiled(
@@ -39,7 +40,7 @@ def compiled(
     def wrap(function: Any) -> Any:
         if nb.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return function
-        options: dict[str, Any] = {"fastmath": False if exact else _FAST, "inline": "always" if inline else "never"}
+        options: dict[str, Any] = {"fastmath": _ORDERED if exact else _FAST, "inline": "always" if inline else "never"}
         loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
         changed = max((Path(str(m.__file__)).stat().st_mtime_ns for m in built_on), default=0)
         if any(index.stat().st_mtime_ns < changed for index in _indices(loop)):

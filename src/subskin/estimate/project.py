@@ -26,7 +26,7 @@ _RIVAL, _RIVAL_CHI2 = (LINE.rival, WIDE.rival), (LINE.rival_chi2, WIDE.rival_chi
 _RIVAL_WIDTH, _HALF_WIDTH = WIDE.rival + WIDE.half_width, WIDE.half_width
 
 
-@compiled(built_on=(_climb, _scan))
+@compiled(exact=True, built_on=(_climb, _scan))
 def project_frames(readings, sensors, basis, edges, squares, table, options, out):
     """Fill `out`, one row a frame; frames in which a sensor cannot be used are left with status -1.
 
@@ -139,7 +139,7 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
         row[_STATUS[wide]] = status
 
 
-@compiled(built_on=(_climb, _scan))
+@compiled(exact=True, built_on=(_climb, _scan))
 def _climbed(w, s, squares, table, options, total, score, at, fits):
     """Best and second-best contact over position and width, as rows of `at` and `fits`; -1 where there is none."""
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
@@ -174,13 +174,13 @@ def _climbed(w, s, squares, table, options, total, score, at, fits):
     return best, second
 
 
-@compiled()
+@compiled(exact=True)
 def _differ(at, i, j, apart):
     """Whether two maxima are two contacts, and not one reached twice."""
     return abs(at[i, 0] - at[j, 0]) > apart or abs(math.sqrt(at[i, 1]) - math.sqrt(at[j, 1])) > apart
 
 
-@compiled()
+@compiled(exact=True)
 def _within(options, at, fit):
     """Whether a contact lies within the search: in position, width and angle."""
     low, high, least, most, mu = options[11], options[12], options[13], options[14], options[4]
@@ -192,7 +192,7 @@ def _within(options, at, fit):
     return inside
 
 
-@compiled(inline=True)
+@compiled(inline=True, exact=True)
 def _covariance(fit, mu, row):
     """Inverse Fisher information of (y, N, T); six entries."""
     c = _COVARIANCE[0]
@@ -213,7 +213,7 @@ def _covariance(fit, mu, row):
     row[c + 5] = (uu * g11 - a1 * a1) / det
 
 
-@compiled()
+@compiled(exact=True)
 def _widen(s, scan_start, scan_step, y, explained, row):
     """Where the profile of chi-square is wider than its curvature at the best y says, widen the covariance to match.
 
@@ -252,7 +252,7 @@ def _widen(s, scan_start, scan_step, y, explained, row):
         row[c + 5] += extra * c2 * c2
 
 
-@compiled(built_on=(_climb,))
+@compiled(exact=True, built_on=(_climb,))
 def _uncertainty(w, table, options, at, fit, row):
     """Covariance of (position, N, T, half width), and the 95 % interval of the half width."""
     n = w.size
