@@ -40,7 +40,7 @@ def test_the_file_written_locates_as_the_real_finger_does(touches, subskin):
     assert (ran.code, ran.err) == (0, "")
     for text in (
         "of 150 touches used", "times those of a finger known exactly", "common scale of the gains",
-        "common shift", "common scale of depths and places", "-> new.toml", "-> learnt.svg", "learnt",
+        "common shift", "common scale of depths and positions", "-> new.toml", "-> learnt.svg", "learnt",
     ):  # fmt: skip
         assert text in ran.out, text
     assert (touches / "learnt.svg").stat().st_size > 5000

@@ -16,7 +16,7 @@ SKINS = {
     "stack": ss.Layered([ss.Layer(ss.Material(1e6, 0.4), 1.5e-3), ss.Layer(SOFT, 2.5e-3)]),
     "round": ss.Round(SOFT, 12e-3, 8e-3),
 }
-SCALE, SHIFT, LENGTH = "common scale of the gains", "common shift", "common scale of depths and places"
+SCALE, SHIFT, LENGTH = "common scale of the gains", "common shift", "common scale of depths and positions"
 
 
 def drawn(skin="half plane", count=5, **array):
@@ -186,7 +186,7 @@ class TestWhatCannotBeKnown:
         tip = drawn("layer")
         fit = ("gain", "depth", "position", "thickness")
         found = ss.calibrate_blind(tip, touched(made(tip), 30), fit=fit, thickness_error=0.1)
-        assert any("depths, places and thickness" in text for text in found.unknown)
+        assert any("depths, positions and thickness" in text for text in found.unknown)
         assert len(found.unknown) == 3
 
     def test_sensors_of_some_width_tell_the_scale_if_little(self):

@@ -127,8 +127,8 @@ def test_a_cylinder_on_a_very_thick_layer_is_hertz(nu):
     """The contact is found, not given: its width, its pressure and the strains beneath."""
     young, radius, force = 0.4e6, 20e-3, 40.0
     a = np.sqrt(4 * force * radius * (1 - nu**2) / (np.pi * young))
-    depths = along(0, a, 6, 0, 1000 * a, 1.5)
-    positions = along(-1.25 * a, 1.25 * a, 40, -4000 * a, 4000 * a, 1.5)
+    depths = along(0, a, 8, 0, 1000 * a, 1.5)
+    positions = along(-1.25 * a, 1.25 * a, 60, -4000 * a, 4000 * a, 1.5)
     skin = Body(depths, positions, [(depths[-1], young, nu)])
     found = skin.press(lambda y: y * y / (2 * radius), force, (-1.15 * a, 1.15 * a))
     hertz = ss.Hertz(force, half_width=a)

@@ -11,7 +11,8 @@ import subskin as ss
 from subskin.design import Ridges, best_ridge_pitch, press_ridges, ridge_gain, spatial_response
 from subskin.design.ridges import closing_pressure, read_ridged
 from subskin.design.ridges._nodes import line_loads
-from subskin.design.ridges.gain import _Field
+from subskin.design.ridges.gain import _readings
+from subskin.response import Response
 
 DEPTH, YOUNG = 0.5e-3, 0.4e6
 BEST = 2 * np.pi * DEPTH
@@ -79,8 +80,9 @@ def test_half_round_a_finger():
     assert found.equal_peak.peak == pytest.approx(1.0, rel=1e-9)
     assert found.equal_peak.ripple == pytest.approx(0.0, abs=1e-9)
     lines = line_loads(touch, np.array([0.0]), depth)
-    field = _Field(finger(skin, depth=depth, transducer=ss.LateralStrain()), np.inf)
-    readings = field.readings(lines, np.ones((1, lines.y.size)), positions)[0]
+    alone, half = finger(skin, depth=depth, transducer=ss.LateralStrain()), 0.5 * skin.period
+    field = Response.from_function(alone.receptive_field, -half, half, step=depth / 16)
+    readings = _readings(field, skin.period, lines, np.ones((1, lines.y.size)), positions)[0]
     np.testing.assert_allclose(readings, tip.read(touch), rtol=0, atol=1e-7 * found.smooth)
 
 
