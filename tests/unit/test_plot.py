@@ -3,6 +3,7 @@
 import itertools
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import matplotlib as mpl
@@ -86,7 +87,9 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
         ss.design.two_point_limen(FINGER, ss.design.Touches(force=1.0), against="wide", positions=7)
     ),
     "two points, a study": lambda: two_point_study_figure(
-        ss.design.two_point_study(FINGER, ss.design.Touches(force=40.0), positions=5, shares=0.5)
+        ss.design.two_point_study(
+            FINGER, ss.design.Touches(force=40.0), count=(3, 6), pitch=(0.5, 1.0, 2.0), positions=3, shares=0.5
+        )
     ),
     "contact strip": lambda: contact_strip(CLOSE.fit(stroke(), "hertz")),
     "placement": lambda: placement_figure(ss.design.placement_quality(FINGER, ss.design.Touches(40.0))),
@@ -99,24 +102,20 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
 every_figure = pytest.mark.parametrize("name", FIGURES)
 
 
-@pytest.fixture(scope="module")
-def made():
-    """Each figure, and whether making it left the user's settings alone."""
-    figures = {}
+@cache
+def made(name):
+    """A figure, and whether making it left the user's settings alone."""
     with mpl.rc_context({"font.size": 14.0, "axes.facecolor": "red"}):
-        for name, make in FIGURES.items():
-            before = dict(mpl.rcParams)
-            figure = make()
-            figures[name] = figure, dict(mpl.rcParams) == before
-    return figures
+        before = dict(mpl.rcParams)
+        figure = FIGURES[name]()
+        return figure, dict(mpl.rcParams) == before
 
 
-@pytest.fixture(scope="module")
-def drawn(made):
+@cache
+def drawn(name):
     with mpl.rc_context({"xtick.labelsize": 16.0, "ytick.labelsize": 16.0, "axes.labelsize": 16.0}):  # a user's own
-        for figure, _ in made.values():
-            figure.draw_without_rendering()
-    return {name: figure for name, (figure, _) in made.items()}
+        made(name)[0].draw_without_rendering()
+    return made(name)[0]
 
 
 def words(figure):
@@ -135,13 +134,13 @@ def words(figure):
 
 
 @every_figure
-def test_width_is_that_of_a_column_or_a_page(drawn, name):
-    assert round(drawn[name].get_figwidth() * 25.4, 6) in (84.0, 174.0)
+def test_width_is_that_of_a_column_or_a_page(name):
+    assert round(drawn(name).get_figwidth() * 25.4, 6) in (84.0, 174.0)
 
 
 @every_figure
-def test_every_axis_says_what_it_is(drawn, name):
-    figure = drawn[name]
+def test_every_axis_says_what_it_is(name):
+    figure = drawn(name)
     for axes in figure.axes:
         below = [other for other in axes.get_shared_x_axes().get_siblings(axes) if other is not axes]
         beside = [other for other in axes.get_shared_y_axes().get_siblings(axes) if other is not axes]
@@ -151,8 +150,8 @@ def test_every_axis_says_what_it_is(drawn, name):
 
 
 @every_figure
-def test_no_text_leaves_the_page_or_covers_another(drawn, name):
-    figure = drawn[name]
+def test_no_text_leaves_the_page_or_covers_another(name):
+    figure = drawn(name)
     page, texts = figure.bbox, words(figure)
     assert len(texts) > 10
     for text, box in texts:
@@ -166,8 +165,8 @@ def test_no_text_leaves_the_page_or_covers_another(drawn, name):
 
 
 @every_figure
-def test_no_legend_covers_data(drawn, name):
-    figure = drawn[name]
+def test_no_legend_covers_data(name):
+    figure = drawn(name)
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
     boxes = [legend.get_window_extent() for legend in legends]
     for axes, box in itertools.product(figure.axes, boxes):
@@ -179,8 +178,8 @@ def test_no_legend_covers_data(drawn, name):
 
 
 @every_figure
-def test_type_is_not_too_small(drawn, name):
-    sizes = [text.get_fontsize() for text, _ in words(drawn[name])]
+def test_type_is_not_too_small(name):
+    sizes = [text.get_fontsize() for text, _ in words(drawn(name))]
     assert 6.0 <= min(sizes)
     assert max(sizes) == 8.0
 
@@ -266,8 +265,8 @@ def test_what_cannot_be_written_is_said_and_the_old_file_stays(tmp_path, monkeyp
 
 
 @every_figure
-def test_the_users_settings_stay_as_they_are_and_do_not_show(made, name):
-    figure, untouched = made[name]
+def test_the_users_settings_stay_as_they_are_and_do_not_show(name):
+    figure, untouched = made(name)
     assert untouched
     assert all(axes.get_facecolor() == (1.0, 1.0, 1.0, 1.0) for axes in figure.axes)
 
