@@ -6,7 +6,7 @@ import pytest
 import subskin as ss
 from subskin.contact import contact_of, families
 from subskin.errors import GeometryError, InvalidValueError
-from subskin.stream.presses import segment
+from subskin.stream import segment
 from subskin.synthetic import simulate_recording
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))

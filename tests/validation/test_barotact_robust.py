@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.stream.presses import segment
+from subskin.stream import segment
 
 SEARCH = (-25e-3, 25e-3)
 FIT = ("gain", "offset", "depth", "origin", "position", "poisson")

@@ -1,11 +1,15 @@
 from .pipeline import Pipeline
+from .presses import Column, Presses, RecordingFormat, segment
 from .relaxation import Relaxation, RelaxationState, Relaxing
 from .relaxation_fit import RelaxationFit, fit_relaxation
 from .stage import Stage
 from .tare import Tare, Tared, TareState
 
 __all__ = [
+    "Column",
     "Pipeline",
+    "Presses",
+    "RecordingFormat",
     "Relaxation",
     "RelaxationFit",
     "RelaxationState",
@@ -15,4 +19,5 @@ __all__ = [
     "TareState",
     "Tared",
     "fit_relaxation",
+    "segment",
 ]

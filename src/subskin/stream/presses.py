@@ -26,7 +26,7 @@ _FEWEST = 3  # frames in a plateau
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a recording: its name, and what one count of it is worth in SI."""
+    """A column of a recording by its `name`, and the SI value of one of its units, `scale`."""
 
     name: str
     scale: float = 1.0
@@ -82,9 +82,9 @@ class Presses:
     depth : ndarray or None
         Mean depth of the indenter on the plateau, from the rest [m].
     reading : ndarray, shape (presses, n)
-        Early mean on the plateau less the mean just before the press.
+        Early mean on the plateau less the mean just before the press, in the unit of the readings.
     std : ndarray, shape (presses, n)
-        Standard error of the reading, from the scatter from frame to frame.
+        Standard error of the reading, from the scatter from frame to frame, in the same unit.
     skipped : int
         Plateaus left out because the recording shows no free skin before them.
     """
