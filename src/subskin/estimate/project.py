@@ -88,6 +88,17 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
                     best, second = p, best
                 elif second < 0 or fits[p, 2] > fits[second, 2]:
                     second = p
+            if best >= 0:
+                centre, careful = ys[best], best == 0
+                for _ in range(m):
+                    y = at[best, 0]
+                    inside = abs(y - centre) < 1.49 * scan_step or not scan_start < y < scan_stop
+                    if careful and inside:
+                        break
+                    # of readings of 1e4 noises the scan's single precision leaves the top open by a step or more
+                    lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
+                    centre, careful = y, True
+                    at[best, 0] = climb(w, table, start, step, mu, y, lo, hi, 1e-5, scratch, fits[best])
         explained = fits[best, 2] if best >= 0 else 0.0
         residual = max(total - explained, 0.0)
         row[_RESIDUAL[wide]] = residual
