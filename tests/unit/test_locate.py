@@ -326,3 +326,16 @@ def test_an_estimate_says_in_a_line_what_it_holds():
     assert repr(tip.fit(frames[0])) == "Estimate(shape (): 1 OK)"
     with pytest.raises(ss.errors.InvalidValueError, match="numbers are needed"):
         tip.locate(["a", "b", "c", "d"])
+
+
+def test_no_worse_than_the_truth_where_one_sensor_is_a_thousand_times_surer():
+    """The scan is in single precision: there its top is off by more than a step. 3 % are still missed."""
+    kinds = [ss.NormalStrain(), ss.MeanPressure(), ss.NormalStrain(), ss.LateralStrain()]
+    y, depth, noise = [-3e-3, -1.5e-3, 0.0, 3e-3], [2e-3, 2e-3, 1.5e-3, 2.5e-3], [1e-4, 30.0, 1e-4, 1e-7]
+    array = ss.SensorArray(y=y, depth=depth, transducer=kinds, noise=noise)
+    tip, rng = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array), np.random.default_rng(3)
+    touch = ss.LineLoad(rng.uniform(20, 80, 2000), rng.uniform(-0.5, 0.5, 2000), rng.uniform(-4.5e-3, 4.5e-3, 2000))
+    readings = tip.read(touch, rng)
+    of_truth = (((readings - tip.read(touch)) / noise) ** 2).sum(axis=-1)
+    found = tip.locate(readings, search=(-5e-3, 5e-3))
+    assert (found.residual <= of_truth + 1e-2).mean() > 0.96
