@@ -29,6 +29,25 @@ _PER_SENSOR: dict[str, dict[str, Any]] = {
 """Parameters of which each sensor has its own, and their limits."""
 
 
+def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
+    """Positions y [m] of `count` sensors, shape (count,), `pitch` [m] apart about `centre` [m].
+
+    Raises
+    ------
+    InvalidValueError
+        count < 1 or pitch <= 0.
+
+    Examples
+    --------
+    >>> even_row(3, pitch=2e-3).tolist()
+    [-0.002, 0.0, 0.002]
+    """
+    if isinstance(count, bool) or int(count) != count or count < 1:
+        raise InvalidValueError(f"count = {count!r}", "a whole number of sensors >= 1 is needed")
+    step = _check.scalar("pitch", pitch, unit="m", above=0.0)
+    return np.asarray(_check.scalar("centre", centre, unit="m") + step * (np.arange(int(count)) - (int(count) - 1) / 2))
+
+
 @dataclass(frozen=True, eq=False)
 class SensorArray:
     """A row of sensors in the skin.
@@ -138,12 +157,8 @@ class SensorArray:
         >>> SensorArray.line(count=3, pitch=2e-3, depth=[1e-3, 2e-3, 1e-3])
         SensorArray(3 sensors, NormalStrain(), y = -0.002 to 0.002 m, depth = 0.001 to 0.002 m)
         """
-        if isinstance(count, bool) or int(count) != count or count < 1:
-            raise InvalidValueError(f"count = {count!r}", "a whole number of sensors >= 1 is needed")
-        step = _check.scalar("pitch", pitch, unit="m", above=0.0)
-        y = _check.scalar("centre", centre, unit="m") + step * (np.arange(int(count)) - (int(count) - 1) / 2)
         kind = NormalStrain() if transducer is None else transducer
-        return cls(y=y, depth=depth, transducer=kind, **parameters)
+        return cls(y=even_row(count, pitch, centre), depth=depth, transducer=kind, **parameters)
 
     def __len__(self) -> int:
         return len(np.asarray(self.y))

@@ -118,11 +118,11 @@ class Response:
         while cells <= most:
             width = (stop - start) / cells
             centres = start + width * (np.arange(cells) + 0.5)
-            at_nodes = function(centres[:, None] + width * _NODES)
+            positions = centres[:, None] + width * np.concatenate([_NODES, _CHECKS])
+            at_nodes, at_checks = np.split(function(positions), [_NODES.size], axis=1)
             coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
             table = cls(start, width, coefficients)
-            checks = (centres[:, None] + width * _CHECKS).reshape(-1)
-            worst = float(np.abs(table(checks) - function(checks)).max())
+            worst = float(np.abs(table(positions[:, _NODES.size :]) - at_checks).max())
             peak = float(np.abs(at_nodes).max())
             if worst <= tolerance * peak:
                 return cls(start, width, coefficients, worst / peak if peak else 0.0)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..array import SensorArray
+from ..array import SensorArray, even_row
 from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
@@ -272,8 +272,7 @@ def _positions(table: _schema.SensorsTable) -> list[float]:
         raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a position", fix)
     if table.count > _MOST_SENSORS:
         raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
-    row = SensorArray.line(table.count, table.pitch, depth=1.0, centre=table.centre)
-    return [float(y) for y in np.asarray(row.y)]
+    return [float(y) for y in even_row(table.count, table.pitch, table.centre)]
 
 
 def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Transducer, ...]:
