@@ -16,7 +16,7 @@ from .._compiled import compiled
 _STEPS = 40
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def eliminate(g11, g12, g22, b1, b2, mu):
     """Best admissible (N, T) for A^T A = g and A^T w = b, and the inverse of what the cone leaves free of A^T A.
 
@@ -41,7 +41,7 @@ def eliminate(g11, g12, g22, b1, b2, mu):
     return normal, tangential, i11, i12, i22
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def project(w, table, start, step, mu, y, a, fit):
     """The best admissible forces for a load at y, with derivatives of S/2.
 
@@ -95,7 +95,7 @@ def project(w, table, start, step, mu, y, a, fit):
     fit[10], fit[11], fit[12] = a1, a2, uu
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def climb(w, table, start, step, mu, y, low, high, tolerance, a, fit):
     """Newton on dS/dy = 0 from y within [low, high], halving where Newton would leave; returns y.
 
@@ -124,7 +124,7 @@ def climb(w, table, start, step, mu, y, low, high, tolerance, a, fit):
     return y
 
 
-@compiled(exact=True)
+@compiled()
 def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
     """The best admissible forces at (y, q): fit = N, T, S and the inverse of what the cone leaves free (3).
 
@@ -183,7 +183,7 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
     fit[0], fit[1], fit[2] = normal, tangential, b1 * normal + b2 * tangential
 
 
-@compiled(exact=True)
+@compiled()
 def slopes(w, a, fit):
     """Gradient of S/2 in (y, q) and its curvature there, with the sign of a maximum's taken as positive.
 
@@ -225,7 +225,7 @@ def slopes(w, a, fit):
     return gy, gq, yy, yq, qq, -byy, -byq, -bqq
 
 
-@compiled(exact=True)
+@compiled()
 def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit):
     """Climb S from (y, q) within ends = (y low, y high, q low, q high); returns y and q, the rest in fit.
 

@@ -26,7 +26,19 @@ _RIVAL, _RIVAL_CHI2 = (LINE.rival, WIDE.rival), (LINE.rival_chi2, WIDE.rival_chi
 _RIVAL_WIDTH, _HALF_WIDTH = WIDE.rival + WIDE.half_width, WIDE.half_width
 
 
-@compiled(exact=True, built_on=(_climb, _scan))
+@compiled(exact=True)
+def _whitened(frame, sensors, w):
+    """Fill w (n,), the readings in units of noise, and give the sum of their squares; NaN if one cannot be used."""
+    total, usable = 0.0, True
+    for i in range(w.size):
+        r = frame[i]
+        usable &= sensors[2, i] < r < sensors[3, i]
+        w[i] = (r - sensors[0, i]) * sensors[1, i]
+        total += w[i] * w[i]
+    return total if usable else math.nan
+
+
+@compiled(built_on=(_climb, _scan))
 def project_frames(readings, sensors, basis, edges, squares, table, options, out):
     """Fill `out`, one row a frame; frames in which a sensor cannot be used are left with status -1.
 
@@ -57,16 +69,10 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
     scratch = np.empty((6, n))
     for f in range(frames):
         row = out[f]
-        total = 0.0
-        usable = True
-        for i in range(n):
-            r = readings[f, i]
-            usable &= sensors[2, i] < r < sensors[3, i]
-            w[i] = (r - sensors[0, i]) * sensors[1, i]
-            total += w[i] * w[i]
+        total = _whitened(readings[f], sensors, w)
         row[:] = math.nan
         row[_RIVAL_CHI2[wide]] = math.inf
-        if not (usable and total < math.inf):
+        if not total < math.inf:
             row[_STATUS[wide]] = _PENDING
             continue
         for i in range(n):
@@ -150,7 +156,7 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
         row[_STATUS[wide]] = status
 
 
-@compiled(exact=True, built_on=(_climb, _scan))
+@compiled(built_on=(_climb, _scan))
 def _climbed(w, s, squares, table, options, total, score, at, fits):
     """Best and second-best contact over position and width, as rows of `at` and `fits`; -1 where there is none."""
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
@@ -185,13 +191,13 @@ def _climbed(w, s, squares, table, options, total, score, at, fits):
     return best, second
 
 
-@compiled(exact=True)
+@compiled()
 def _differ(at, i, j, apart):
     """Whether two maxima are two contacts, and not one reached twice."""
     return abs(at[i, 0] - at[j, 0]) > apart or abs(math.sqrt(at[i, 1]) - math.sqrt(at[j, 1])) > apart
 
 
-@compiled(exact=True)
+@compiled()
 def _within(options, at, fit):
     """Whether a contact lies within the search: in position, width and angle."""
     low, high, least, most, mu = options[11], options[12], options[13], options[14], options[4]
@@ -203,7 +209,7 @@ def _within(options, at, fit):
     return inside
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _covariance(fit, mu, row):
     """Inverse Fisher information of (y, N, T); six entries."""
     c = _COVARIANCE[0]
@@ -224,7 +230,7 @@ def _covariance(fit, mu, row):
     row[c + 5] = (uu * g11 - a1 * a1) / det
 
 
-@compiled(exact=True)
+@compiled()
 def _widen(s, scan_start, scan_step, y, explained, row):
     """Where the profile of chi-square is wider than its curvature at the best y says, widen the covariance to match.
 
@@ -263,7 +269,7 @@ def _widen(s, scan_start, scan_step, y, explained, row):
         row[c + 5] += extra * c2 * c2
 
 
-@compiled(exact=True, built_on=(_climb,))
+@compiled(built_on=(_climb,))
 def _uncertainty(w, table, options, at, fit, row):
     """Covariance of (position, N, T, half width), and the 95 % interval of the half width."""
     n = w.size

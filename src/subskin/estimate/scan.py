@@ -16,7 +16,7 @@ FEW = 4
 """Maxima along a line that are climbed."""
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def scan(w, basis, edges, c, s):
     """S at each node into s (m,).
 
@@ -53,7 +53,7 @@ def scan(w, basis, edges, c, s):
         s[k] = c1 * c1 + c2 * c2 if inside > 0 else along * along
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def peaks(s, first, step, words, peak, score, ys):
     """Maxima of S along a line of equal steps, the best first, FEW at most: their number.
 
@@ -87,7 +87,7 @@ def peaks(s, first, step, words, peak, score, ys):
     return count
 
 
-@compiled(exact=True)
+@compiled()
 def highest(s, first, step, squares, score, at):
     """The same on a grid of widths and positions, s (widths, m): nodes above their eight neighbours, as they stand."""
     rows, m = s.shape
@@ -109,7 +109,7 @@ def highest(s, first, step, squares, score, at):
     return count
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _ranked(height, y, q, count, most, score, at):
     """Put a node among the `most` best, and give back how many there are now."""
     rank = count

@@ -13,7 +13,7 @@ _NEGLIGIBLE = 40.0
 _LOG_2PI = math.log(2 * math.pi)
 
 
-@compiled(exact=True)
+@compiled()
 def _log_below(x):
     """Log of the probability that a standard normal variable is below x."""
     if x > -5.0:
@@ -22,7 +22,7 @@ def _log_below(x):
     return -0.5 * x * x - math.log(-x) - 0.5 * _LOG_2PI + math.log1p(-square * (1.0 - 3.0 * square))
 
 
-@compiled(exact=True)
+@compiled()
 def _log_weight(w, a, fit, mu, y, ends, info, mean):
     """Log of the integral over positions and forces about (y, N, T), a and fit being those of `project_wide` there.
 
@@ -69,7 +69,7 @@ def _log_weight(w, a, fit, mu, y, ends, info, mean):
     return out + _cut(info, mean, -1.0, 0.0, 0.0, ends[1])
 
 
-@compiled(exact=True)
+@compiled()
 def _invert(m):
     """Invert a symmetric 3 x 3 matrix given by its upper half, in place; returns its determinant."""
     a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
@@ -83,7 +83,7 @@ def _invert(m):
     return det
 
 
-@compiled(exact=True)
+@compiled()
 def _cut(cov, mean, c0, c1, c2, offset):
     """Log of the share of a Gaussian where c x + offset > 0; mean and covariance become those of that share."""
     v0 = cov[0, 0] * c0 + cov[0, 1] * c1 + cov[0, 2] * c2
@@ -105,7 +105,7 @@ def _cut(cov, mean, c0, c1, c2, offset):
     return share
 
 
-@compiled(exact=True)
+@compiled()
 def _interval(gradient, curvature, q, low, high):
     """Where along the valley the integrand is within exp(-_REACH^2 / 2) of its height at q."""
     fall = 0.5 * _REACH * _REACH
@@ -115,7 +115,7 @@ def _interval(gradient, curvature, q, low, high):
     return max(q - down, low), min(q + up, high)
 
 
-@compiled(exact=True, built_on=(_climb,))
+@compiled(built_on=(_climb,))
 def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
     """Whether position and width are known no closer than the survey's grid tells, at the peak `at`.
 
@@ -135,7 +135,7 @@ def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
     return nearest > 2.0 * math.sqrt(q) * 0.57 * (rows[0, 1] - rows[0, 0])
 
 
-@compiled(exact=True)
+@compiled()
 def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
     """Log of the evidence by sums over a fine grid of positions and widths, where known no closer than its steps.
 
@@ -188,7 +188,7 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
     return math.log(step * total) + highest + 0.5 * explained if total > 0.0 else -math.inf
 
 
-@compiled(exact=True)
+@compiled()
 def _add(x, y):
     """log(exp(x) + exp(y))."""
     high, low = max(x, y), min(x, y)

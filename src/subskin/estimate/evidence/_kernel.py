@@ -27,7 +27,7 @@ _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
 
 
-@compiled(exact=True)
+@compiled()
 def _keep(y, q, fit, kept, apart, at, fits):
     """Put a position among the `kept` best, unless it is there already: their number."""
     for e in range(kept):
@@ -45,7 +45,7 @@ def _keep(y, q, fit, kept, apart, at, fits):
     return min(kept + 1, _PEAKS)
 
 
-@compiled(exact=True, built_on=(_climb, _scan, _integrals))
+@compiled(built_on=(_climb, _scan, _integrals))
 def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, at, fits, fit):
     """The highest positions of S over y and q, refined, the best first and each once: their number.
 
@@ -69,7 +69,7 @@ def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, 
     return kept
 
 
-@compiled(exact=True, built_on=(_climb, _scan, _integrals))
+@compiled(built_on=(_climb, _scan, _integrals))
 def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c, a, fit, hold, info, mean):
     """Log of the evidence from the peaks `at`, without what all kinds have in common."""
     low, high = ends[2], ends[3]
@@ -132,7 +132,7 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
     return total
 
 
-@compiled(exact=True, built_on=(_climb, _scan, _integrals))
+@compiled(built_on=(_climb, _scan, _integrals))
 def weigh_frames(
     readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, geometry, options, out
 ):
