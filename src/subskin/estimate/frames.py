@@ -69,7 +69,7 @@ class Framewise(ABC):
         self._all = array.live
         self._all.flags.writeable = False
         self._whole = bool(self._all.all()) and len(array) >= needed
-        self._whole_key = self._all.tobytes()
+        self._arrays: tuple[Any, ...] = ()
         self._sensors = len(array)
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
@@ -186,8 +186,12 @@ class Framewise(ABC):
         return found
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
-        key = self._whole_key if pattern is self._all else pattern.tobytes()
-        arrays = self._prepared.get(key, lambda: self._prepare(pattern))
+        if pattern is self._all and self._arrays:  # the shortest way for a frame by itself
+            self._compiled(frames, *self._arrays, out)
+            return
+        arrays = self._prepared.get(pattern.tobytes(), lambda: self._prepare(pattern))
+        if pattern is self._all:
+            self._arrays = arrays
         if self._compiled is None:
             from .._compiled import is_cached
 
