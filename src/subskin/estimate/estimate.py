@@ -155,7 +155,7 @@ class FrameTable(ABC):
         return self.table.shape[:-1]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Estimate(_Found, FrameTable):
     """The contact found in each frame; every field has the batch's shape (...).
 
@@ -180,6 +180,13 @@ class Estimate(_Found, FrameTable):
     layout: Layout = LINE
 
     _first = 0
+
+    def __init__(
+        self, table: FloatArray, used: npt.NDArray[np.bool_], friction: float, unknowns: int = 3, layout: Layout = LINE
+    ) -> None:
+        kept = self.__dict__  # as a frozen dataclass would, in half the time: each frame of a live loop waits for it
+        kept["table"], kept["used"], kept["friction"] = table, used, friction
+        kept["unknowns"], kept["layout"] = unknowns, layout
 
     @property
     def status(self) -> npt.NDArray[np.int8]:

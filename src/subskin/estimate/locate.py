@@ -123,7 +123,8 @@ class Locator(Framewise):
         GeometryError
             A last axis that is not the number of sensors.
         """
-        return Estimate(*self._frames(readings), self.friction, self.unknowns, self.layout)
+        table, used = self._frames(readings)
+        return Estimate(table, used, self.friction, self.unknowns, self.layout)
 
     def _kernel(self) -> Any:
         from .project import project_frames
