@@ -141,3 +141,8 @@ def _mask():
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def test_a_missing_value_in_a_single_column_keeps_its_row(tmp_path):
+    write_table(tmp_path / "one.csv", {"s0": np.array([1.0, np.nan, 3.0, np.nan])})
+    np.testing.assert_array_equal(read_table(tmp_path / "one.csv").numbers("s0"), [1.0, np.nan, 3.0, np.nan])

@@ -196,6 +196,8 @@ def _csv(data: bytes, name: str) -> pa.Table:
     try:
         table = arrow_csv.read_csv(
             io.BytesIO(data),
+            # of a single column an empty line is a missing value
+            parse_options=arrow_csv.ParseOptions(ignore_empty_lines=len(header[1]) > 1),
             convert_options=arrow_csv.ConvertOptions(
                 null_values=list(_MISSING), strings_can_be_null=True, true_values=[], false_values=[]
             ),
