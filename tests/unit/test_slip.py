@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
 import subskin as ss
@@ -255,3 +256,26 @@ class TestStick:
 def test_what_cannot_be_asked(call, words):
     with pytest.raises(ss.SubskinError, match=words):
         call()
+
+
+def test_the_margin_varies_as_draws_of_load_and_friction_do():
+    """Of mu N, both uncertain: std(mu)^2 (N^2 + var N) is in it, the square of both errors too."""
+    mu, square = Friction.between(0.1, 0.9), np.array([[16.0, 2.0], [2.0, 1.0]])
+    found = slip(estimate(6.0, 2.0, (16.0, 2.0, 1.0)), mu)
+    rng = np.random.default_rng(0)
+    n, t = rng.multivariate_normal([6.0, 2.0], square, 1_000_000).T
+    assert found.margin_std == pytest.approx(np.std(rng.uniform(0.1, 0.9, n.size) * n - t), rel=5e-3)
+
+
+@pytest.mark.parametrize("tangential", [-14.0, 8.0, 11.0])
+def test_four_wide_cells_are_the_integral_over_friction(tangential):
+    """z is bent over cells as wide as these, by what N's error adds with mu: the bend is summed too."""
+    low, high, nn, nt, tt = 0.2, 0.9, 4.0, -0.5, 1.0
+
+    def beyond(mu):
+        sides = (tangential, nt), (-tangential, -nt)
+        return sum(norm.cdf((t - 20 * mu) / np.sqrt(tt - 2 * mu * c + mu**2 * nn)) for t, c in sides)
+
+    mean = quad(beyond, low, high, epsabs=1e-12)[0] / (high - low)
+    found = slip(estimate(20.0, tangential, (nn, nt, tt)), Friction.between(low, high, cells=4))
+    assert found.probability == pytest.approx(mean, abs=3e-4)
