@@ -79,6 +79,11 @@ def read_only(values: npt.ArrayLike) -> FloatArray:
     return array
 
 
+def each_read_only(*values: npt.ArrayLike) -> list[FloatArray]:
+    """Several values, each as by `read_only`."""
+    return [read_only(value) for value in values]
+
+
 def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
     """The common shape of the arrays; an error gives each one's."""
     try:

@@ -183,9 +183,10 @@ class ProportionalContact(Contact):
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
         shape, tail = self.shape, (1,) * axes
         wide = copy.copy(self)  # not `replace`: what has been checked, and warned of, once is not checked again
-        for name, value in self._parameters().items():
-            wide._set(name, _check.read_only(np.broadcast_to(value, shape).reshape(shape + tail)))
+        parameters = self._parameters()
         both = np.broadcast_to(self.components, (*shape, 2)).reshape((*shape, *tail, 2))
-        wide._set("_components", _check.read_only(both))
+        arrays = (np.broadcast_to(value, shape).reshape(shape + tail) for value in parameters.values())
+        for name, value in zip([*parameters, "_components"], _check.each_read_only(*arrays, both), strict=True):
+            wide._set(name, value)
         wide._set("_shape", shape + tail)
         return wide

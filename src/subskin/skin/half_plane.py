@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import ComplexArray, FloatArray, read_only
+from .._check import ComplexArray, FloatArray, each_read_only, read_only
 from ..contact.base import Contact, transforms_of
 from ..errors import InvalidValueError
 from ..material import Material
@@ -136,7 +136,7 @@ class HalfPlane(Skin):
             gradient = (0.5 * (kappa * big_f - np.conj(big_f)) + np.conj(big_t)) / (2 * self.material.shear)
         uy, ux = (np.array(part, dtype=np.float64) for part in (gradient.real, gradient.imag))
         blank_singular(contact, zeros, ys, ux, uy)
-        return SurfaceGradient(ux=read_only(ux), uy=read_only(uy))
+        return SurfaceGradient(*each_read_only(ux, uy))
 
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """Displacement of the surface [m/Pa] about a unit hat, shape (2, 2, count), as `Skin.surface_influence`.
@@ -162,7 +162,7 @@ class HalfPlane(Skin):
 
     def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
         zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
-        return Stress(read_only(mean - half), read_only(mean + half), read_only(zz), read_only(xy))
+        return Stress(*each_read_only(mean - half, mean + half, zz, xy))
 
     def _strain(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Strain:
         """Hooke's law (memo eq. 6), for the mean and half the difference of the two stresses.
@@ -177,7 +177,7 @@ class HalfPlane(Skin):
         else:
             widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
         xx, yy = widened - turned, widened + turned
-        return Strain(read_only(xx), read_only(yy), read_only(zz), read_only((1 + nu) / e * xy))
+        return Strain(*each_read_only(xx, yy, zz, (1 + nu) / e * xy))
 
 
 def _hat_logarithm(count: int) -> FloatArray:
