@@ -22,6 +22,7 @@ from . import transducer as transducer
 from .array import SensorArray
 from .calibration import calibrate, calibrate_blind
 from .contact import Contact, FlatPunch, Hertz, LineLoad, PartialSlip, PressureProfile, Strip, Wedge
+from .design.blind_spots import blind_spots
 from .errors import SubskinError
 from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
 from .finger import Finger
@@ -78,6 +79,7 @@ __all__ = [
     "Transducer",
     "VolumeResistance",
     "Wedge",
+    "blind_spots",
     "calibrate",
     "calibrate_blind",
     "decide",

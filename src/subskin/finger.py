@@ -21,6 +21,7 @@ from .tensor import State
 from .transducer import Transducer
 
 if TYPE_CHECKING:
+    from .design.blind_spots import blind_spots as _blind_spots
     from .estimate.locate import fit as _fit
     from .estimate.locate import locate as _locate
     from .estimate.locate import locator as _locator
@@ -84,9 +85,9 @@ class Finger:
     array: SensorArray
 
     if TYPE_CHECKING:
-        tabulate, locator, locate, fit = _tabulate, _locator, _locate, _fit
+        tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
     else:
-        tabulate, locator, locate, fit = _Verb(), _Verb(), _Verb(), _Verb()
+        tabulate, locator, locate, fit, blind_spots = _Verb(), _Verb(), _Verb(), _Verb(), _Verb()
 
     def __post_init__(self) -> None:
         if not isinstance(self.skin, Skin):

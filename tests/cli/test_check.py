@@ -128,6 +128,9 @@ class TestWhatIf:
 
     def test_nothing_to_compare(self, check):
         ran = check("flat")
+        assert (ran.code, ran.err) == (0, "")
+        assert "half plane" not in ran.out
+        ran = check("flat", "--map", "error.png")
         assert (ran.code, ran.out) == (2, "")
         assert 'Fix: --thickness "6 mm", --radius "8 mm" or both' in ran.err
 
@@ -203,3 +206,25 @@ def test_fingers_that_cannot_be_compared(check, tmp_path, old, new, said):
     ran = check("odd", "--thickness", "6 mm")
     assert (ran.code, ran.out) == (2, "")
     assert said in ran.err
+
+
+def test_blind_spots(check, tmp_path):
+    (tmp_path / "few.toml").write_text(SKINS["flat"] + SENSORS.replace("count = 6", "count = 4") + "noise = 20\n")
+    ran = check("few", "--snr", 100, "--touches", 200, "--json")
+    assert (ran.code, ran.err) == (0, "")
+    told, finger = json.loads(ran.out)["blind_spots"], load_finger("few.toml").finger
+    found = ss.blind_spots(finger, snr=100.0, count=200)
+    assert told["sentence"] == found.sentence
+    rows = {row["name"]: row for row in told["rows"]}
+    assert rows["wide_roller"]["wrong"] == found["wide_roller"].wrong > 0.1
+    text = check("few", "--snr", 100, "--touches", 200).out
+    cells = [100 * getattr(found["wide_roller"], name) for name in ("ok", "wrong", "far", "force", "unexplained")]
+    assert re.search("a wide roller, half width 0.8 to 2 depths +" + " +".join(f"{c:.1f}" for c in cells), text)
+    ran = check("few", "--family", "hertz", "--json")
+    assert "wide_roller" not in {row["name"] for row in json.loads(ran.out)["blind_spots"]["rows"]}
+
+
+def test_the_options_of_the_file_count(check, tmp_path):
+    (tmp_path / "normal.toml").write_text(SKINS["flat"] + SENSORS + "noise = 20\n[locate]\nfriction = 0.0\n")
+    told = json.loads(check("normal", "--touches", 50, "--json").out)["blind_spots"]
+    assert (told["sensors"], told["spare"]) == (6, 4)

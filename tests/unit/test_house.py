@@ -163,7 +163,9 @@ def test_a_class_has_a_name_of_its_own():
 
 
 OLD_WORDS = re.compile(r"\b(spacings?|spots?|places?)\b", re.IGNORECASE)
-IDIOMS = re.compile(r"\bin (the )?place\b|\btakes? (the|its|their) place\b|\bbeside its place\b", re.IGNORECASE)
+IDIOMS = re.compile(
+    r"\bin (the )?place\b|\btakes? (the|its|their) place\b|\bbeside its place\b|\bblind spots?\b", re.IGNORECASE
+)
 
 
 def test_one_word_a_thing():

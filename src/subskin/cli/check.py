@@ -1,30 +1,41 @@
-"""`subskin check`: how wrong the half plane is for a finger."""
+"""`subskin check`: what a finger cannot object to, and how wrong the half plane is for it."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import textwrap
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
+
+import numpy as np
 
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import add_json, check_figure, describe, give, number, progress_bar, show
+from .common import add_json, check_figure, describe, give, number, progress_bar, said_of, show
 
 if TYPE_CHECKING:
+    from ..design.blind_spots import BlindSpots
     from ..finger import Finger
+    from ..io.finger_file import FingerFile
 
 _EXAMPLES = """\
   subskin check finger.toml
+  subskin check finger.toml --family hertz --snr 200       what a fit of rollers lets pass, at more noise
   subskin check finger.toml --thickness "6 mm"             what if my half plane were 6 mm of rubber on bone?
   subskin check finger.toml --radius "8 mm" --half-width "1 mm" --map error.png
 """
 _NOTES = """\
-Compares the finger's own skin (kind = "layers" or "round") with the half plane of the material around its sensors:
-what the sensors read, and what `locate` makes of it, over touches all along the row at angles of -23, 0 and 23
-degrees, free of noise. A finger.toml that describes a half plane is tried as a skin of the thickness and the radius
-given; with a radius alone, the core takes half of it. The sensors of the map are of normal strain, one depth apart.
+First the blind spots: how often readings that the model does not describe (two touches, a wide roller, a pull, another
+skin, a faulty sensor, ...) are called OK, and how often the position is then wrong. A status objects with readings that
+are left over, so a finger with few sensors lets more pass.
+
+Then the half plane. The finger's own skin (kind = "layers" or "round") is compared with the half plane of the material
+around its sensors: what the sensors read, and what `locate` makes of it, over touches all along the row at angles of
+-23, 0 and 23 degrees, free of noise. A finger.toml that describes a half plane is tried as a skin of the thickness and
+the radius given, and not compared where none is given; with a radius alone, the core takes half of it. The sensors of
+the map are of normal strain, one depth apart.
 """
 _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
@@ -43,8 +54,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--half-width", metavar="LENGTH", default="0 mm", help="half width of the touches (0: line loads)"
     )
     parser.add_argument(
-        "--snr", type=float, default=1000.0, metavar="N", help="largest reading of a sensor over its noise (1000)"
+        "--snr", type=float, default=1000.0, metavar="N", help="largest reading of the touches over its noise (1000)"
     )
+    parser.add_argument(
+        "--family", default="line", metavar="NAME", help="what is fitted where blind spots are looked for (line)"
+    )
+    parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches of each blind spot (1000)")
     parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
     add_json(parser)
 
@@ -55,14 +70,52 @@ def run(options: argparse.Namespace) -> int:
     check_figure(options.map, "--map")
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)
-    found = design.half_plane_error(finger, half_width=width, snr=options.snr)
-    if options.map is not None:
-        _draw(options.map, finger, width)
-    return give(options, lambda: _as_json(found), lambda out: _show(out, options, found))
+    compared = None
+    if finger is not None:
+        compared = design.half_plane_error(finger, half_width=width, snr=options.snr)
+        if options.map is not None:
+            _draw(options.map, finger, width)
+    with said_of(options.finger):
+        passed = _blind_spots(options, file, file.finger if finger is None else finger)
+
+    def people(out: TextIO) -> None:
+        _show_blind_spots(out, passed)
+        if compared is not None:
+            print(file=out)
+            _show(out, options, compared)
+
+    def data() -> dict[str, Any]:
+        return {"blind_spots": passed.to_dict(), **({} if compared is None else _as_json(compared))}
+
+    return give(options, data, people)
 
 
-def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
-    """The finger of the file, its half plane replaced by the skin that --thickness and --radius name."""
+def _blind_spots(options: argparse.Namespace, file: FingerFile, finger: Finger) -> BlindSpots:
+    """Those of the finger with the options of its file; where it has no noise, that of --snr."""
+    if not np.all(np.asarray(finger.array.noise)[finger.array.live]):
+        fields = finger.receptive_field(np.asarray(finger.array.y))[..., 0]
+        noise = float(np.abs(fields).max()) / options.snr
+        finger = replace(finger, array=replace(finger.array, noise=noise))
+    settings: dict[str, Any] = {"search": file.search, **file.options}
+    return finger.blind_spots(family=options.family, snr=options.snr, count=options.touches, **settings)
+
+
+def _show_blind_spots(out: TextIO, found: BlindSpots) -> None:
+    """The table, and the sentence that sums it up."""
+    columns = ["readings from", "OK", "wrong", "far", "force", "unexplained"]
+    shares = ("ok", "wrong", "far", "force", "unexplained")
+    rows = [[row.text, *(f"{100 * getattr(row, name):.1f}" for name in shares)] for row in found.rows]
+    show(out, f"share of {found.count} touches each [%], answered by a fit of {found.family}", columns, rows)
+    print(
+        "wrong: OK, and the position is off by more than 5 standard errors or 0.3 depth; far: by more than 0.3 depth;\n"
+        "force: OK, and the normal force is off by more than 30 %",
+        file=out,
+    )
+    print(textwrap.fill(f"-> {found.sentence}", 110, subsequent_indent="   "), file=out)
+
+
+def _meant(options: argparse.Namespace, finger: Finger) -> Finger | None:
+    """The finger of the file, its half plane replaced by the skin that --thickness and --radius name; None without."""
     from ..skin import HalfPlane, Layer, Layered, Round
 
     given = {k: quantity(v, "m", f"--{k}") for k in ("thickness", "radius") if (v := getattr(options, k)) is not None}
@@ -76,8 +129,10 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
         rule = "layers and round fingers are long: plane strain"
         raise InvalidValueError('plane = "stress"', rule, "leave out plane")
     if not given:
+        if options.map is None:
+            return None
         fix = '--thickness "6 mm", --radius "8 mm" or both, or kind = "layers" or "round" in the file'
-        raise InvalidValueError("a finger whose skin is a half plane", "there is nothing to compare it with", fix)
+        raise InvalidValueError("--map of a half plane", "there is nothing to compare it with", fix)
     if "radius" not in given:
         return replace(finger, skin=Layered(Layer(material, given["thickness"])))
     radius = given["radius"]
@@ -86,8 +141,6 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger:
 
 
 def _draw(path: str, finger: Finger, half_width: float) -> None:
-    import numpy as np
-
     from ..plot import half_plane_map_figure, save
 
     depth = float(np.asarray(finger.array.depth).mean())
@@ -117,8 +170,6 @@ def _as_json(found: design.half_plane.HalfPlaneError) -> dict[str, Any]:
 
 
 def _show(out: TextIO, options: argparse.Namespace, found: design.half_plane.HalfPlaneError) -> None:
-    import numpy as np
-
     array = found.finger.array
     print(f"{found.finger.skin}, read as a half plane\n", file=out)
     depths = np.asarray(array.depth)

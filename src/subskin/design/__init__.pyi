@@ -1,5 +1,7 @@
+from . import blind_spots as blind_spots
 from . import compliance as compliance
 from . import half_plane as half_plane
+from . import outside as outside
 from . import placement as placement
 from . import response as response
 from . import ridges as ridges

@@ -1,0 +1,205 @@
+"""What a finger cannot object to: how often readings from outside its model pass as a good answer, and a wrong one."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..contact.families import Family, families
+from ..errors import InvalidValueError
+from ..estimate import Status
+from ..finger import Finger
+from ._common import whole
+from .outside import OUTSIDE, Drawn, Outside, Scene
+from .touches import Touches
+
+__all__ = ["BlindSpot", "BlindSpots", "blind_spots"]
+
+_STD, _FAR, _FORCE = 5.0, 0.3, 0.3
+"""An answer is wrong when it is off by so many standard errors or depths; a force, by this share."""
+
+
+@dataclass(frozen=True)
+class BlindSpot:
+    """How a finger answers readings of one kind that its model does not describe.
+
+    Parameters
+    ----------
+    name, text, group : str
+        As of `design.outside.Outside`.
+    ok : float
+        Share of the touches called OK.
+    wrong : float
+        Share called OK whose position is off by more than 5 standard errors or 0.3 depths.
+    far : float
+        Share called OK whose position is off by more than 0.3 depths.
+    force : float
+        Share called OK whose normal force is off by more than 30 %.
+    unexplained : float
+        Share called UNEXPLAINED; the rest is ambiguous, or no contact was felt.
+    """
+
+    name: str
+    text: str
+    group: str
+    ok: float
+    wrong: float
+    far: float
+    force: float
+    unexplained: float
+
+
+@dataclass(frozen=True, eq=False)
+class BlindSpots:
+    """What `blind_spots` found.
+
+    Parameters
+    ----------
+    rows : tuple of BlindSpot
+        The model's own touches first.
+    spare : int
+        Readings beyond the unknowns.
+    sensors : int
+        Sensors that respond.
+    family : str
+        What was fitted.
+    count : int
+        Touches of each kind.
+    """
+
+    rows: tuple[BlindSpot, ...]
+    spare: int
+    sensors: int
+    family: str
+    count: int
+
+    def __getitem__(self, name: str) -> BlindSpot:
+        """The row of a name.
+
+        Raises
+        ------
+        KeyError
+            There is none.
+        """
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise KeyError(name)
+
+    @property
+    def wrong(self) -> float:
+        """Largest share of touches of one kind, none of them the model's, that are OK and wrong."""
+        return max((row.wrong for row in self.rows if row.group == "touch"), default=0.0)
+
+    @property
+    def sentence(self) -> str:
+        """The table in one plain sentence or two."""
+        unknowns = self.sensors - self.spare
+        spare = f"{self.spare} spare reading{'s'[: self.spare != 1]} ({self.sensors} sensors, {unknowns} unknowns)"
+        worst = sorted((r for r in self.rows if r.group != "model"), key=lambda row: -row.wrong)[:3]
+        named = [f"{row.text} ({100 * row.wrong:.1f} %)" for row in worst if row.wrong >= 0.5 / self.count]
+        if not named:
+            return f"With {spare} nothing that was tried passes as OK with a wrong position."
+        last = f" and {named[-1]}" if len(named) > 1 else ""
+        listed = ", ".join(named[:-1]) + last if last else named[0]
+        return f"With {spare} this finger is OK and wrong most often about {listed}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers and texts, for JSON."""
+        return {
+            "sensors": self.sensors, "spare": self.spare, "family": self.family, "touches": self.count,
+            "sentence": self.sentence, "rows": [asdict(row) for row in self.rows],
+        }  # fmt: skip
+
+
+def blind_spots(
+    finger: Finger,
+    touches: Touches | None = None,
+    family: str | Family = "line",
+    *,
+    snr: float = 1000.0,
+    count: int = 1000,
+    rng: np.random.Generator | int = 0,
+    **options: Any,
+) -> BlindSpots:
+    """How often readings that the model does not describe pass as OK, and wrong: what a finger cannot object to.
+
+    A status can only object with readings that are left over when the unknowns are found. So each of some twenty things
+    that are outside the model (two touches, a wide roller, a pull, another skin, a sensor that is stuck, ...;
+    `design.outside.OUTSIDE`) is read with noise and answered by `finger.fit(readings, family, **options)`. As
+    `finger.blind_spots()` too.
+
+    Parameters
+    ----------
+    finger : Finger
+        With the noise of its sensors.
+    touches : Touches, optional
+        Force [N/m], friction and span of the touches; without them the force with which the best sensor reads `snr`
+        times its noise, over the row.
+    family : str or subclass of SpreadContact, optional
+        What is fitted; "line" as `locate` does.
+    snr : float, optional
+        Signal over noise of the usual touch, where no `touches` are given [-].
+    count : int, optional
+        Touches of each kind.
+    rng : Generator or int, optional
+        Of all draws.
+    **options
+        As of `locator`: search, friction, half_width and so on. Friction is that of the touches if left out.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `locator`; sensors at one position and no span.
+    NotLinearError
+        A transducer with no linear part.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> few, many = (ss.Finger(skin, ss.SensorArray.line(n, pitch=1.5e-3, depth=2e-3, noise=1e-4)) for n in (4, 8))
+    >>> found = ss.blind_spots(few, snr=100, count=300)
+    >>> found.spare, found["wide_roller"].wrong > 0.2, many.blind_spots(snr=100, count=300)["wide_roller"].wrong < 0.1
+    (1, True, True)
+    """
+    count = whole("count", count)
+    used = _usual(finger, snr, options) if touches is None else touches
+    estimator = finger.locator(family, **{"friction": used.friction, **options})
+    name = next((key for key, kind in families().items() if family in (key, kind)), getattr(family, "__name__", ""))
+    live = int(finger.array.live.sum())
+    rows = []
+    for i, outside in enumerate(OUTSIDE):
+        if outside.family and outside.family == name:
+            continue
+        seed = np.random.default_rng([i, rng]) if isinstance(rng, int) else rng
+        drawn = outside.draw(Scene(finger, used, count, seed))
+        if drawn is not None:
+            rows.append(_judged(outside, drawn, estimator(drawn.readings), finger))
+    unknowns = estimator.unknowns
+    return BlindSpots(tuple(rows), max(live - unknowns, 0), live, str(name), count)
+
+
+def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
+    """Touches over the row, so hard that the best sensor reads `snr` times its noise straight above."""
+    array = finger.array
+    if not (np.isfinite(snr) and snr > 0):
+        raise InvalidValueError(f"snr = {snr!r}", "has to be > 0", "snr=1000")
+    live = array.live
+    fields = np.abs(finger.receptive_field(np.asarray(array.y)[live])[..., live, 0])
+    force = snr / float((fields / np.asarray(array.noise)[live]).max())
+    friction = float(options.get("friction", 1.0))
+    return Touches(force, friction if np.isfinite(friction) else 1.0)
+
+
+def _judged(outside: Outside, drawn: Drawn, found: Any, finger: Finger) -> BlindSpot:
+    ok = found.status == Status.OK
+    off = np.abs(found.position[:, None] - drawn.positions).min(axis=1)
+    depth = float(np.asarray(finger.array.depth).mean())
+    far = ok & (off > _FAR * depth)
+    wrong = far | (ok & (off > _STD * found.std[:, 0]))
+    force = ok & (np.abs(found.components[:, 0] - drawn.normal) > _FORCE * np.abs(drawn.normal))
+    shares = (float(np.mean(which)) for which in (ok, wrong, far, force, found.status == Status.UNEXPLAINED))
+    return BlindSpot(outside.name, outside.text, outside.group, *shares)
