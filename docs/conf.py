@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_gallery.gen_gallery",
     "cli_help",
+    "mathfont",
     "mathml",
     "names",
     "offline",

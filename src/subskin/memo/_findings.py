@@ -79,7 +79,7 @@ def figure_6() -> Numbers:
     y = [-six.pitch, 0.0, six.pitch]
     found = three_sensor([-e for e in six.printed], y, six.depth, young=1.0)
     verdicts = {Verdict.PULLS: "pulls", Verdict.SLIPS: "slips", Verdict.ACCEPTED: "**the answer**"}
-    table = ["| y | P/E | alpha | verdict |", "|---|---|---|---|"]
+    table = ["| $y$ | $P/E$ | $\\alpha$ | verdict |", "|---|---|---|---|"]
     table += [
         f"| {r.position:.5f} | {r.force:.5f} | {np.rad2deg(r.angle):.2f} degrees | {verdicts[r.verdict]} |"
         for r in found.roots

@@ -65,7 +65,7 @@ class Erratum:
         Examples
         --------
         >>> next(e for e in ERRATA if e.equation == "17").finding[:34]
-        'The printed a is 2.0000 times the '
+        'The printed $a$ is 2.0000 times th'
         """
         return self.text.format(**self.numbers())
 
@@ -75,9 +75,11 @@ ERRATA: tuple[Erratum, ...] = (
         "1 to 4",
         "stress under a line load",
         "caveat",
-        "Equilibrium and compatibility hold. The force on a buried half circle is ({Fx:.4f}, {Fy:.4f}) P for alpha = "
-        "30 degrees, that is (P cos alpha, -P sin alpha): a positive alpha drags the skin towards -y. Compression is "
-        "negative here and positive in (14) to (16), which are pressures, -sigma_x.",
+        "Equilibrium and compatibility hold. The force on a buried half circle is $({Fx:.4f}, {Fy:.4f})\\,P$ "
+        "for $\\alpha$ = "
+        "30 degrees, that is $(P \\cos\\alpha, -P \\sin\\alpha)$: a positive $\\alpha$ drags the skin towards "
+        "$-y$. Compression is "
+        "negative here and positive in (14) to (16), which are pressures, $-\\sigma_x$.",
         _findings.resultant,
         functions="eq1, eq2, eq3, eq4",
     ),
@@ -94,16 +96,17 @@ ERRATA: tuple[Erratum, ...] = (
         "6 to 8",
         "strains in plane strain",
         "correct",
-        "Exact at nu = 1/2: (4) put into (7) is (8), and (6) with sigma_z from (7) leaves no strain along z.",
+        "Exact at $\\nu = 1/2$: (4) put into (7) is (8), and (6) with $\\sigma_z$ from (7) leaves no strain along $z$.",
         functions="eq6, eq7, eq8",
     ),
     Erratum(
         "9, 10",
         "resistance in plane strain",
         "first order",
-        "eps_y = -eps_x keeps the volume to first order only. At eps_x = 0.1 the ratio printed is {ratio:.4f}, its "
+        "$\\epsilon_y = -\\epsilon_x$ keeps the volume to first order only. At $\\epsilon_x = 0.1$ the ratio "
+        "printed is {ratio:.4f}, its "
         "first order {first:.4f}; a body that keeps its volume has {exact:.4f}. Read a strain off a resistance by "
-        "eps_x = sqrt(R/rho) - 1.",
+        "$\\epsilon_x = \\sqrt{{R/\\rho}} - 1$.",
         _findings.resistance_plane_strain,
         r"R = \rho\,\frac{1+\epsilon_x}{1-\epsilon_x} \approx \rho\,(1+2\epsilon_x)",
         r"R = \rho\,(1+\epsilon_x)^2",
@@ -113,8 +116,9 @@ ERRATA: tuple[Erratum, ...] = (
         "11",
         "resistance in plane stress",
         "first order",
-        "The same holds: at eps_x = 0.1 and equal lateral strains the ratio printed is {ratio:.4f}, a body that keeps "
-        "its volume has {exact:.4f}, however the sides share the strain. It needs nu = 1/2.",
+        "The same holds: at $\\epsilon_x = 0.1$ and equal lateral strains the ratio printed is {ratio:.4f}, a "
+        "body that keeps "
+        "its volume has {exact:.4f}, however the sides share the strain. It needs $\\nu = 1/2$.",
         _findings.resistance_plane_stress,
         r"R = \rho\,\frac{1+\epsilon_x}{(1+\epsilon_y)(1+\epsilon_z)} \approx \rho\,(1+2\epsilon_x)",
         r"R = \rho\,(1+\epsilon_x)^2",
@@ -124,8 +128,8 @@ ERRATA: tuple[Erratum, ...] = (
         "12",
         "three sensors",
         "correct",
-        "With the sensors 1, 2, 3 at -b, 0, +b, y is the position of the load and a positive alpha drags the skin "
-        "towards +y.",
+        "With the sensors 1, 2, 3 at $-b$, $0$, $+b$, $y$ is the position of the load and a positive $\\alpha$ "
+        "drags the skin towards $+y$.",
         functions="eq12",
     ),
     Erratum(
@@ -133,14 +137,16 @@ ERRATA: tuple[Erratum, ...] = (
         "polynomial for the position of the load",
         "caveat",
         "It vanishes on every reading of (12), but:\n\n"
-        "- Its degree is 8 only if 2 eps_2 differs from eps_1 + eps_3. Else it is {degree_line}, and {degree_equal} "
+        "- Its degree is 8 only if $2\\epsilon_2$ differs from $\\epsilon_1 + \\epsilon_3$. Else it is "
+        "{degree_line}, and {degree_equal} "
         "where all three readings are equal.\n"
-        "- The false root at y = 0 for x = b, which the memo names, is there: f(0) = {at_zero:.0f} for any readings.\n"
-        "- It misses those for b = 2x, at y = {false_roots} depths, where two sensors are blind at once.\n"
+        "- The false root at $y = 0$ for $x = b$, which the memo names, is there: $f(0) = {at_zero:.0f}$ for "
+        "any readings.\n"
+        "- It misses those for $b = 2x$, at $y$ = {false_roots} depths, where two sensors are blind at once.\n"
         "- A normal load straight above the middle sensor is a double root for every pitch. An error of 1e-6 in the "
         "middle reading, relative, then moves the position by {moved:.1e} depths: it goes with the square root of the "
-        "error. At b = x and b = sqrt(3) x the Jacobian of (12) vanishes at y = 0 for every alpha.\n"
-        "- Readings of one load mostly have four real roots. With b = x, no second load that presses within 45 "
+        "error. At $b = x$ and $b = \\sqrt 3\\,x$ the Jacobian of (12) vanishes at $y = 0$ for every $\\alpha$.\n"
+        "- Readings of one load mostly have four real roots. With $b = x$, no second load that presses within 45 "
         "degrees of the normal explains them from within the array; with another pitch one often does.",
         _findings.polynomial,
         functions="eq13, eq13_coefficients; solved by three_sensor",
@@ -152,8 +158,8 @@ ERRATA: tuple[Erratum, ...] = (
         "The readings are printed positive in compression, against (12). With their sign turned, and rounded as they "
         "are, there are four real roots:\n\n"
         "{table}\n\n"
-        "Two pull and one is too close to horizontal, as the memo says. The readings before rounding are those of y = "
-        "1.5, alpha = -22.5 degrees, P/E = 2 pi/3: {exact}.",
+        "Two pull and one is too close to horizontal, as the memo says. The readings before rounding are those of "
+        "$y = 1.5$, $\\alpha$ = -22.5 degrees, $P/E = 2\\pi/3$: {exact}.",
         _findings.figure_6,
         functions="FIGURE_6",
     ),
@@ -161,7 +167,7 @@ ERRATA: tuple[Erratum, ...] = (
         "14",
         "pressure under a rectangular indenter",
         "caveat",
-        "Its integral is {load:.6f} P. The sign is that of a pressure, against (1) to (8).",
+        "Its integral is ${load:.6f}\\,P$. The sign is that of a pressure, against (1) to (8).",
         _findings.punch,
         functions="eq14",
     ),
@@ -169,8 +175,9 @@ ERRATA: tuple[Erratum, ...] = (
         "15",
         "pressure under a wedge",
         "caveat",
-        "K is left open: it is E/(pi (1 - nu^2)). The integral is {load:.6f} pi a K cot(theta/2), so a = P (1 - nu^2) "
-        "tan(theta/2)/E. The flanks slope by cot(theta/2), {slope:.2f} at the 90 degrees that the memo names: linear "
+        "$K$ is left open: it is $E/(\\pi(1 - \\nu^2))$. The integral is ${load:.6f}\\,\\pi a K\\cot(\\theta/2)$, so "
+        "$a = P(1 - \\nu^2)\\tan(\\theta/2)/E$. The flanks slope by $\\cot(\\theta/2)$, {slope:.2f} at the 90 "
+        "degrees that the memo names: linear "
         "theory is for blunt wedges.",
         _findings.wedge,
         functions="eq15, eq15_constant",
@@ -179,7 +186,7 @@ ERRATA: tuple[Erratum, ...] = (
         "16",
         "pressure under a cylinder",
         "caveat",
-        "Its integral is {load:.6f} P, with a the half width. The sign is that of a pressure.",
+        "Its integral is ${load:.6f}\\,P$, with $a$ the half width. The sign is that of a pressure.",
         _findings.cylinder,
         functions="eq16",
     ),
@@ -187,9 +194,9 @@ ERRATA: tuple[Erratum, ...] = (
         "17",
         "half width of the contact of a cylinder",
         "wrong",
-        "The printed a is {ratio:.4f} times the half width: it is the whole width. Put into (16) it makes the "
+        "The printed $a$ is {ratio:.4f} times the half width: it is the whole width. Put into (16) it makes the "
         "greatest pressure {peak:.4f} of the true one, and the surface under that pressure fits a cylinder of "
-        "{radius:.4f} R.",
+        "${radius:.4f}\\,R$.",
         _findings.half_width,
         r"a = 2\left[\frac{4RP(1-\nu^2)}{\pi E}\right]^{1/2}",
         r"a = \left[\frac{4RP(1-\nu^2)}{\pi E}\right]^{1/2}",
@@ -197,9 +204,10 @@ ERRATA: tuple[Erratum, ...] = (
     ),
     Erratum(
         "18",
-        "pressure between the edges a1 and a2",
+        "pressure between two edges",
         "wrong",
-        "With a = a2 - a1 the integral is {load:.8f} P and the pressure at the edges is {edge:.4f} P/(a2 - a1), where "
+        "With $a = a_2 - a_1$ the integral is ${load:.8f}\\,P$ and the pressure at the edges is "
+        "${edge:.4f}\\,P/(a_2 - a_1)$, where "
         "it has to vanish.",
         _findings.semi_ellipse,
         r"a = a_2 - a_1",
@@ -213,8 +221,9 @@ ERRATA: tuple[Erratum, ...] = (
         "20",
         "strain beneath a sliding cylinder",
         "wrong",
-        "It inherits a = a2 - a1 from (18): {deep:.4f} of the true strain deep beneath the contact, {near:.4f} at a "
-        "depth of a twentieth of its width, beneath its centre. Right with a = (a2 - a1)/2; the limits of the "
+        "It inherits $a = a_2 - a_1$ from (18): {deep:.4f} of the true strain deep beneath the contact, "
+        "{near:.4f} at a "
+        "depth of a twentieth of its width, beneath its centre. Right with $a = (a_2 - a_1)/2$; the limits of the "
         "integral are right.",
         _findings.sliding_cylinder,
         r"a = a_2 - a_1",
@@ -226,11 +235,12 @@ ERRATA: tuple[Erratum, ...] = (
         "slope of that strain beneath the centre",
         "wrong",
         "Wrong in four ways. It keeps the boundary terms of Leibniz' rule and drops the integral. The boundary terms, "
-        "and sqrt(3) with them, are there only because (18) does not vanish at the edges. Its sign is opposite to "
-        "theirs. And a factor 1/a is too many: with all lengths doubled at the same P/E it falls by {falls:.0f}, a "
+        "and $\\sqrt 3$ with them, are there only because (18) does not vanish at the edges. Its sign is opposite to "
+        "theirs. And a factor $1/a$ is too many: with all lengths doubled at the same $P/E$ it falls by {falls:.0f}, a "
         "slope of strain under a line force by {should:.0f}. At a depth of a tenth of the half width it is "
-        "{printed:+.4f} where the slope is {true:+.4f} (P = E = half width = 1, alpha = 30 degrees). The true slope "
-        "vanishes for every alpha at x = {blind:.10f} half widths.",
+        "{printed:+.4f} where the slope is {true:+.4f} ($P = E$ = half width = 1, $\\alpha$ = 30 degrees). The "
+        "true slope "
+        "vanishes for every $\\alpha$ at $x$ = {blind:.10f} half widths.",
         _findings.slope,
         r"\frac{d\epsilon_x}{dy} = -\frac{3\sqrt{3}P}{2\pi^2 aE}\left[x^2-\left(\frac{a}{2}\right)^2\right]"
         r"\left[x^2+\left(\frac{a}{2}\right)^2\right]^{-2}\sin\alpha, \quad a = a_2 - a_1",
@@ -242,7 +252,8 @@ ERRATA: tuple[Erratum, ...] = (
         "22",
         "that slope under a wide contact",
         "wrong",
-        "It is {limit:+.4f} times what (21) tends to as x goes to 0. With the dimension mended, by a factor a, it is "
+        "It is {limit:+.4f} times what (21) tends to as $x$ goes to 0. With the dimension mended, by a factor "
+        "$a$, it is "
         "{part:.4f} of the true slope.",
         _findings.wide_contact,
         r"\frac{d\epsilon_x}{dy} \approx \frac{-6\sqrt{3}P\sin\alpha}{\pi^2a^3E}, \quad a = a_2 - a_1",
@@ -260,7 +271,7 @@ ERRATA: tuple[Erratum, ...] = (
         "25",
         "spectrum of the response",
         "wrong",
-        "Right for s > 0. For s < 0 it lacks abs(s): at s d = -0.1 it is {printed:+.4f}, the Fourier integral "
+        "Right for $s > 0$. For $s < 0$ it lacks $|s|$: at $s d = -0.1$ it is {printed:+.4f}, the Fourier integral "
         "{integral:+.4f}.",
         _findings.spectrum,
         r"H(s) = -3\pi d\,s\,e^{-d|2\pi s|}",
@@ -271,8 +282,8 @@ ERRATA: tuple[Erratum, ...] = (
         "26",
         "frequency at which the response has fallen a thousandfold",
         "rounded",
-        "W being the lower branch of Lambert's function, f = {f:.10f} and the density of sensors is s d >= "
-        "{density:.11f}. The printed 3.2 attenuates {attenuation:.0f}-fold, not a thousandfold.",
+        "$W_{{-1}}$ being the lower branch of Lambert's function, $f = {f:.10f}$ and the density of sensors is "
+        "$s d \\ge {density:.11f}$. The printed 3.2 attenuates {attenuation:.0f}-fold, not a thousandfold.",
         _findings.density,
         r"f = 10.2, \quad sd > 3.2",
         r"f = -W_{-1}\left(-\frac{1}{1000\,e}\right), \quad sd > \frac{f}{\pi}",
