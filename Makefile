@@ -17,7 +17,7 @@ BASE   := $(VENV)/.installed
 DEV    := $(VENV)/.installed-dev
 STUDY  := $(VENV)/.installed-study
 
-.PHONY: help demo test lint types check docs bench study figures clean
+.PHONY: help demo test lint types check docs loops bench study figures clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -25,8 +25,10 @@ help: ## show this list
 demo: $(BASE) ## the main job on a simulated recording: segment, calibrate, locate; writes out/demo
 	@PATH="$(CURDIR)/$(BIN):$$PATH" bash examples/demo.sh out/demo
 
-# Types and docs keep one core busy at most: they run beside the tests.
-test: $(DEV) ## everything: lint, types, the docs without warnings, all tests (what .ci/run runs)
+# Two lanes, so that both cores have work: what tests need is installed while the loops are compiled; types and docs,
+# which keep one core busy at most, run beside the tests.
+test: $(BASE) ## everything: lint, types, the docs without warnings, all tests (what .ci/run runs)
+	@$(MAKE) --no-print-directory --jobs=2 LANES=2 $(DEV) loops
 	@$(MAKE) --no-print-directory --jobs=2 LANES=2 check lint types docs
 
 lint: $(DEV) ## ruff: rules and layout
@@ -42,6 +44,9 @@ check: $(DEV) ## pytest: unit, verification, validation, command line, doctests,
 docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warning is an error
 	$(BIN)/sphinx-build -W --keep-going -q -j $(JOBS) -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+loops: $(BASE) # compiled once, and not by each worker of pytest and by the gallery
+	@$(BIN)/python tests/loops.py
 
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done

@@ -14,7 +14,20 @@ FINGER = ss.Finger(SKIN, ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=
 READINGS = FINGER.read(ss.Hertz(40.0, 0.3, np.linspace(-2e-3, 2e-3, 6), 1e-3), np.random.default_rng(0)).reshape(
     2, 3, 6
 )
-LINE, WIDE = FINGER.locate(READINGS), FINGER.fit(READINGS, "hertz")
+
+
+def fitted(readings):
+    return FINGER.fit(readings, "hertz")
+
+
+@pytest.fixture(scope="module", params=[FINGER.locate, fitted], ids=["line", "wide"])
+def estimator(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def found(estimator):
+    return estimator(READINGS)
 
 
 @pytest.mark.parametrize("dim", [1, 2])
@@ -39,7 +52,6 @@ def test_each_column_has_one_meaning(dim, wide):
     assert by_rows == list(range(layout.covariance, layout.covariance + count))
 
 
-@pytest.mark.parametrize("found", [LINE, WIDE], ids=["line", "wide"])
 def test_the_covariance_of_the_polar_form_beside_that_of_the_components(found):
     k = found.layout.unknowns
     assert found.load.covariance.shape == (2, 3, 3, 3)
@@ -58,9 +70,8 @@ def test_the_covariance_of_the_polar_form_beside_that_of_the_components(found):
     np.testing.assert_allclose(found.std**2, np.diagonal(found.covariance, axis1=-2, axis2=-1))
 
 
-@pytest.mark.parametrize("found", [LINE, WIDE], ids=["line", "wide"])
-def test_some_frames_of_an_answer(found):
-    alone = (FINGER.locate if found is LINE else FINGER.fit)(READINGS[1, 2])
+def test_some_frames_of_an_answer(found, estimator):
+    alone = estimator(READINGS[1, 2])
     for index, shape in (((1, 2), ()), (1, (3,)), ((slice(None), 0), (2,)), (found.status >= 0, (6,))):
         part = found[index]
         assert part.shape == shape == part.force.shape
@@ -79,6 +90,6 @@ def test_parts_of_a_stream_joined():
     joined = ss.Estimate.join([flat[:2], flat[2:]])
     assert np.array_equal(joined.table, flat.table, equal_nan=True)
     assert np.array_equal(joined.used, flat.used)
-    for parts in ([], [flat, FINGER.fit(READINGS[0])]):
+    for parts in ([], [flat, fitted(READINGS[0])]):
         with pytest.raises(GeometryError, match="one layout"):
             ss.Estimate.join(parts)

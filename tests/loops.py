@@ -1,0 +1,82 @@
+"""Compile the loops before the tests start, on two cores: `make test` does, while pip installs what tests need.
+
+Each worker of pytest and the gallery of the docs would else compile the same loops at the same time. A loop that is
+missing here is compiled by the first test that needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from multiprocessing import get_context
+
+import numpy as np
+
+import subskin as ss
+
+
+def finger(count: int = 6, pitch: float = 1e-3) -> ss.Finger:
+    skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    return ss.Finger(skin, ss.SensorArray.line(count=count, pitch=pitch, depth=2e-3, noise=2e-5))
+
+
+def a_kind_of_each() -> None:
+    tip = finger()
+    frame = tip.read(ss.Hertz(force=30.0, half_width=1.5e-3))
+    kinds = ss.decide.usual_kinds(tip)
+    for some in (kinds, kinds[:2], kinds[:3]):  # compiled for each count of kinds
+        ss.decide.contact_type(tip, frame, some)
+
+
+def wide() -> None:
+    tip = finger()
+    tip.fit(tip.read(ss.Hertz(force=[30.0, 20.0], half_width=1.5e-3)), "hertz")
+
+
+def line() -> None:
+    tip = finger()
+    ss.decide.slip(tip.locate(tip.read(ss.LineLoad(force=[30.0, 20.0]))), ss.decide.Friction.between(0.4, 0.6))
+
+
+def line_of_what_is_read_only() -> None:
+    tip = finger()
+    readings = tip.read(ss.LineLoad(force=[30.0, 20.0]))
+    readings.flags.writeable = False
+    tip.locate(readings)
+
+
+def placement() -> None:
+    skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
+    kind = ss.NormalStrain()
+    ss.design.placement.study_row(skin, kind, 2e-3, [1e-3, 2e-3], [4], touches, noise=5e-5, samples=200)
+    ss.design.placement_quality(finger(), touches)
+
+
+def pressure() -> None:
+    tip = finger(25, 0.5e-3)
+    frames = tip.read(ss.Hertz(force=[40.0, 30.0], half_width=2e-3), rng=np.random.default_rng(0))
+    for shear in ("none", "proportional"):
+        ss.pressure_map(tip, frames, shear=shear)
+
+
+def pressing() -> None:
+    ss.press(ss.HalfPlane(ss.Material(young=0.4e6)), ss.pressing.Cylinder(radius=10e-3), force=20.0)
+
+
+def streams() -> None:
+    tip, time = finger(), np.arange(0.0, 4.0, 0.01)
+    raw = tip.read(ss.LineLoad(40.0 * (time > 2.0)), np.random.default_rng(0))
+    ss.Tare(tip, drift=2e-5)(raw, time)
+    rubber = ss.stream.Relaxation(share=[0.1, 0.05], time=[0.5, 5.0])
+    rubber.undo(rubber.apply(raw, time), time)
+
+
+JOBS = (a_kind_of_each, wide, line, line_of_what_is_read_only, placement, pressure, pressing, streams)  # longest first
+
+
+def run(job: Callable[[], None]) -> None:
+    job()
+
+
+if __name__ == "__main__":
+    with get_context("fork").Pool(2) as pool:
+        pool.map(run, JOBS, chunksize=1)
