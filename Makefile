@@ -16,6 +16,7 @@ JOBS   ?= 2
 BASE   := $(VENV)/.installed
 DEV    := $(VENV)/.installed-dev
 STUDY  := $(VENV)/.installed-study
+PIP    := $(BIN)/python -m pip install --quiet --no-compile  # Python compiles what is imported: a third of it
 
 .PHONY: help demo test lint types check docs loops bench study figures clean
 
@@ -73,13 +74,13 @@ $(BIN)/python:
 	"$(PYTHON)" -m venv $(VENV)
 
 $(BASE): pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --editable .
+	$(PIP) --editable .
 	@touch $@
 
 $(DEV): pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --editable ".[docs,test]"
+	$(PIP) --editable ".[docs,test]"
 	@touch $(BASE) $@
 
 $(STUDY): pyproject.toml $(DEV)
-	$(BIN)/python -m pip install --quiet --editable ".[study]"
+	$(PIP) --editable ".[study]"
 	@touch $@
