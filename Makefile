@@ -43,7 +43,7 @@ check: $(DEV) ## pytest: unit, verification, validation, command line, doctests,
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -q -n $(JOBS) --dist worksteal
 
 docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warning is an error
-	$(BIN)/sphinx-build -W --keep-going -q -j $(JOBS) -b html docs docs/_build/html
+	OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -W --keep-going -q -j $(JOBS) -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
 loops: $(BASE) # compiled once, and not by each worker of pytest and by the gallery

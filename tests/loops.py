@@ -37,13 +37,6 @@ def line() -> None:
     ss.decide.slip(tip.locate(tip.read(ss.LineLoad(force=[30.0, 20.0]))), ss.decide.Friction.between(0.4, 0.6))
 
 
-def line_of_what_is_read_only() -> None:
-    tip = finger()
-    readings = tip.read(ss.LineLoad(force=[30.0, 20.0]))
-    readings.flags.writeable = False
-    tip.locate(readings)
-
-
 def placement() -> None:
     skin, touches = ss.HalfPlane(ss.Material(young=0.4e6)), ss.design.Touches(force=40.0)
     kind = ss.NormalStrain()
@@ -70,7 +63,7 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-JOBS = (a_kind_of_each, wide, line, line_of_what_is_read_only, placement, pressure, pressing, streams)  # longest first
+JOBS = (a_kind_of_each, wide, line, placement, pressure, pressing, streams)  # longest first
 
 
 def run(job: Callable[[], None]) -> None:

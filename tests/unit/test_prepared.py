@@ -94,3 +94,15 @@ def test_an_option_that_is_no_number_says_so():
             finger().locate(np.zeros(5), friction=value)
     with pytest.raises(InvalidValueError, match=r"search.*two ascending numbers"):
         finger().locate(np.zeros(5), search={})
+
+
+def test_readings_that_are_read_only_have_no_loop_of_their_own():
+    from subskin.estimate.project import project_frames
+
+    tip = finger()
+    readings = tip.read(ss.LineLoad(force=[30.0, 20.0]))
+    found = tip.locate(readings)
+    before = list(project_frames.signatures)
+    readings.flags.writeable = False
+    np.testing.assert_array_equal(tip.locate(readings).table, found.table)
+    assert project_frames.signatures == before != []

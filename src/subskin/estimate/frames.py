@@ -95,6 +95,8 @@ class Framewise(ABC):
         if not self._linear:
             raw = self._linearised(raw)
         frames = np.ascontiguousarray(raw.reshape(-1, n))
+        if not frames.flags.writeable:  # a loop would be compiled once more for an array that is read-only
+            frames = frames.copy()
         out = np.empty((len(frames), self._columns))
         if self._whole:
             self._run(frames, self._all, out)
