@@ -34,21 +34,27 @@ def simulated(tip, kinds, count, seed):
     return readings, truth
 
 
-def integral(tip, kind, frame, positions, widths, angles, span=None):
+def unit_readings(tip, kind, positions, widths, angles):
+    """Whitened readings of unit forces, (angles, positions, n), and their squares' sum, for each half width."""
+    noise = np.asarray(tip.array.noise)
+    for a in widths:
+        more = {"half_width": a} if kind.half_width[1] else {}
+        columns = [
+            tip.read(CLASSES[kind.family](force=1.0, angle=angle, position=positions, **more)) / noise
+            for angle in (0.0, np.pi / 2)
+        ]
+        unit = np.cos(angles)[:, None, None] * columns[0] + np.sin(angles)[:, None, None] * columns[1]
+        yield unit, (unit**2).sum(-1)
+
+
+def integral(tip, units, frame, positions, widths, angles, span=None):
     """log of the likelihood's average over the prior, up to what all kinds share: plain sums over place, half width
     and angle; the force is integrated by Laplace's method, which is exact to its relative error squared.
     """
     w = frame / np.asarray(tip.array.noise)
     high = []
-    for a in widths:
-        more = {"half_width": a} if kind.half_width[1] else {}
-        columns = [
-            tip.read(CLASSES[kind.family](force=1.0, angle=angle, position=positions, **more))
-            / np.asarray(tip.array.noise)
-            for angle in (0.0, np.pi / 2)
-        ]
-        unit = np.cos(angles)[:, None, None] * columns[0] + np.sin(angles)[:, None, None] * columns[1]
-        square, along = (unit**2).sum(-1), unit @ w
+    for unit, square in units:
+        along = unit @ w
         force = np.maximum(along, 1e-300) / square
         log = np.where(along > 0, 0.5 * along * force + 0.5 * np.log(2 * np.pi / square) - np.log(force), -np.inf)
         top = log.max()
@@ -66,9 +72,11 @@ def test_evidence_is_the_integral_where_readings_tell_little():
     readings, _ = simulated(tip, SMALL, 30, seed=3)
     said = contact_type(tip, readings, SMALL, search=(-half, half))
     positions, angles = np.linspace(-half, half, 241), np.linspace(-np.pi / 4, np.pi / 4, 241)
+    widths = [np.linspace(*k.half_width, 21) for k in SMALL]
+    units = [list(unit_readings(tip, k, positions, w, angles)) for k, w in zip(SMALL, widths, strict=True)]
     compared = []
     for frame, evidence in zip(readings, said.log_evidence, strict=True):
-        exact = np.array([integral(tip, k, frame, positions, np.linspace(*k.half_width, 21), angles) for k in SMALL])
+        exact = np.array([integral(tip, u, frame, positions, w, angles) for u, w in zip(units, widths, strict=True)])
         if np.isfinite(evidence).all() and abs(exact[0] - exact[1]) < 9:
             compared.append([evidence[0] - evidence[1], exact[0] - exact[1]])
     ours, theirs = np.array(compared).T
@@ -102,7 +110,8 @@ def test_evidence_is_the_integral_where_readings_tell_much():
             )
         )
         share = (width[-1] - width[0]) / (k.half_width[1] - k.half_width[0])
-        exact.append(integral(tip, k, frame, position, width, lean) + np.log(share))
+        units = unit_readings(tip, k, position, width, lean)
+        exact.append(integral(tip, units, frame, position, width, lean) + np.log(share))
     np.testing.assert_allclose(np.diff(said.log_evidence), np.diff(exact), atol=0.01)
     assert np.ptp(exact) > 1
 
@@ -122,7 +131,8 @@ def test_evidence_without_friction(noise):
         spread = 8 * float(best.std[3])
         widths = np.linspace(max(a - spread, 0.1), min(a + spread, 0.9), 201)
         share = (widths[-1] - widths[0]) / 0.8
-        exact.append(integral(tip, kind, frame, positions, widths, np.zeros(2), 1.0) + np.log(share))
+        units = unit_readings(tip, kind, positions, widths, np.zeros(2))
+        exact.append(integral(tip, units, frame, positions, widths, np.zeros(2), 1.0) + np.log(share))
     assert np.diff(said.log_evidence) == pytest.approx(np.diff(exact), abs=0.03)
 
 
