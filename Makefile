@@ -16,7 +16,7 @@ JOBS   ?= 2
 BASE   := $(VENV)/.installed
 DEV    := $(VENV)/.installed-dev
 STUDY  := $(VENV)/.installed-study
-PIP    := $(BIN)/python -m pip install --quiet --no-compile  # Python compiles what is imported: a third of it
+PIP    := $(BIN)/python -m pip install --quiet --no-compile  # Python compiles what is imported
 
 .PHONY: help demo test lint types check docs loops bench study figures clean
 
