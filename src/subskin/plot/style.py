@@ -126,8 +126,10 @@ def settled(figure: Figure) -> Figure:
 
     Else each further draw would move the panels by a hair, and other settings of the user's change the ticks.
     """
+    engine = figure.get_layout_engine()
     for _ in range(3):  # the ticks depend on the panels' sizes, and these on the ticks' labels
-        figure.draw_without_rendering()
+        if engine is not None:
+            engine.execute(figure)
     figure.set_layout_engine("none")
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if isinstance(axis.get_major_locator(), AutoLocator):
