@@ -85,6 +85,14 @@ class Response:
         return int(self.coefficients.shape[-2])
 
     @property
+    def blur(self) -> float:
+        """Error of the table anywhere, relative to its largest value: between its positions, and between its widths."""
+        if not self.widest:
+            return self.error
+        rest = np.abs(self.coefficients[-1]).max() / np.abs(self.coefficients[:, :, 0]).sum(axis=0).max()
+        return max(self.error, float(rest))
+
+    @property
     def stop(self) -> float:
         """Right end of the last cell [m]."""
         return float(self.start + self.step * self.coefficients.shape[-4])

@@ -17,17 +17,19 @@ _STEPS = 40
 
 
 @compiled(inline=True)
-def eliminate(g11, g12, g22, b1, b2, mu):
-    """Best admissible (N, T) for A^T A = g and A^T w = b, and the inverse of what the cone leaves free of A^T A.
+def eliminate(g11, g12, g22, b1, b2, mu, low, high):
+    """Best admissible (N, T) for A^T A = g and A^T w = b, S there, and the inverse of what is left free of A^T A.
 
-    All of it is free inside the cone N >= 0, |T| <= mu N, one direction on an edge, nothing at its tip.
+    All of it is free inside the cone |T| <= mu N and between low <= N <= high, one direction on an edge of these,
+    nothing in a corner.
     """
     det = g11 * g22 - g12 * g12
     inverse = 1.0 / det
     normal = (g22 * b1 - g12 * b2) * inverse
     tangential = (g11 * b2 - g12 * b1) * inverse
     i11, i12, i22 = g22 * inverse, -g12 * inverse, g11 * inverse
-    if not (det > 1e-14 * g11 * g22 and normal >= 0.0 and abs(tangential) <= mu * normal):
+    height = b1 * normal + b2 * tangential
+    if not (det > 1e-14 * g11 * g22 and low <= normal <= high and abs(tangential) <= mu * normal):
         best = normal = tangential = i11 = i12 = i22 = 0.0
         for side in range(2):
             sign = 2.0 * side - 1.0
@@ -38,15 +40,46 @@ def eliminate(g11, g12, g22, b1, b2, mu):
                 best = along * along / size
                 normal, tangential = along / size * e1, along / size * e2
                 i11, i12, i22 = e1 * e1 / size, e1 * e2 / size, e2 * e2 / size
-    return normal, tangential, i11, i12, i22
+        height = b1 * normal + b2 * tangential
+        if low > 0.0 or high < math.inf:
+            normal, tangential, height, i11, i12, i22 = _between(g11, g12, g22, b1, b2, mu, low, high)
+    return normal, tangential, height, i11, i12, i22
+
+
+@compiled()
+def _between(g11, g12, g22, b1, b2, mu, low, high):
+    """The same along the edges of low <= N <= high within the cone, one of which may be missing."""
+    best = -math.inf
+    normal = tangential = i11 = i12 = i22 = 0.0
+    for side in range(2):
+        sign = 2.0 * side - 1.0
+        if mu < math.inf:  # an edge of the cone
+            size = g11 + 2 * sign * mu * g12 + mu * mu * g22
+            along = b1 + sign * mu * b2
+            free = size > 0.0 and low * size < along < high * size
+            n = along / size if free else (high if size > 0.0 and along > 0.0 and high < math.inf else low)
+            height = n * (2 * along - n * size)
+            if height > best:
+                best, normal, tangential = height, n, sign * mu * n
+                i11 = 1.0 / size if free else 0.0
+                i12, i22 = sign * mu * i11, mu * mu * i11
+        n = low if side == 0 else high
+        if n < math.inf and g22 > 0.0:  # an end of the range
+            t = (b2 - g12 * n) / g22
+            if abs(t) <= mu * n or mu == math.inf:
+                height = n * (2 * b1 - n * g11) + t * (b2 - g12 * n)
+                if height > best:
+                    best, normal, tangential = height, n, t
+                    i11, i12, i22 = 0.0, 0.0, 1.0 / g22
+    return normal, tangential, best, i11, i12, i22
 
 
 @compiled(inline=True)
-def project(w, table, start, step, mu, y, a, fit):
+def project(w, table, start, step, mu, low, high, y, a, fit):
     """The best admissible forces for a load at y, with derivatives of S/2.
 
-    table (cells, 5, 2, n); a: scratch (6, n). fit: N, T, S, g = dS/2dy, dg/dy, dN/dy, dT/dy, then sums over the sensors
-    for the covariance.
+    table (cells, 5, 2, n); a: scratch (6, n). fit: N, T, S, g = dS/2dy, dg/dy, dN/dy, dT/dy, sums over the sensors for
+    the covariance, and last whether nothing binds the forces.
     """
     cells, _, _, n = table.shape
     position = (y - start) / step
@@ -71,7 +104,7 @@ def project(w, table, start, step, mu, y, a, fit):
         g22 += at * at
         b1 += an * w[i]
         b2 += at * w[i]
-    normal, tangential, i11, i12, i22 = eliminate(g11, g12, g22, b1, b2, mu)
+    normal, tangential, height, i11, i12, i22 = eliminate(g11, g12, g22, b1, b2, mu, low, high)
     uu = rv = ru = q1 = q2 = a1 = a2 = 0.0
     for i in range(n):
         an, at, dn, dt = a[4, i], a[5, i], a[0, i], a[2, i]
@@ -86,24 +119,27 @@ def project(w, table, start, step, mu, y, a, fit):
         a2 += at * u
     r1, r2 = q1 - a1, q2 - a2
     n1, t1 = i11 * r1 + i12 * r2, i12 * r1 + i22 * r2
-    fit[0], fit[1] = normal, tangential
-    fit[2] = b1 * normal + b2 * tangential
+    fit[0], fit[1], fit[2] = normal, tangential, height
     fit[3] = ru
     fit[4] = rv - uu + r1 * n1 + r2 * t1
     fit[5], fit[6] = n1, t1
     fit[7], fit[8], fit[9] = g11, g12, g22
     fit[10], fit[11], fit[12] = a1, a2, uu
+    fit[13] = 1.0 if i11 > 0.0 and (abs(tangential) < mu * normal or mu == 0.0) else 0.0
 
 
 @compiled(inline=True)
-def climb(w, table, start, step, mu, y, low, high, tolerance, a, fit):
+def climb(w, table, start, step, mu, least, most, y, low, high, tolerance, a, fit):
     """Newton on dS/dy = 0 from y within [low, high], halving where Newton would leave; returns y.
 
-    Ends with a step that raises S by less than `tolerance`, that is of less than its root in standard deviations; the
-    error left is of the order of the square. S and the forces in `fit` are carried along the last step.
+    Forces are sought in least <= N <= most. Ends with a step that raises S by less than `tolerance`, that is of less
+    than its root in standard deviations; the error left is of the order of the square. S and the forces in `fit` are
+    carried along the last step, but where the forces are bound before or after it: there the curvature jumps, so the
+    end of the step is looked at, and has to be as flat.
     """
-    for _ in range(_STEPS):
-        project(w, table, start, step, mu, y, a, fit)
+    flat = False
+    for k in range(_STEPS):
+        project(w, table, start, step, mu, least, most, y, a, fit)
         slope, curve = fit[3], fit[4]
         if slope > 0.0:
             low = y
@@ -114,18 +150,24 @@ def climb(w, table, start, step, mu, y, low, high, tolerance, a, fit):
         if not low <= following <= high:
             following = 0.5 * (low + high)
             move = following - y
-        y = following
         gain = slope * move
-        if gain < tolerance or abs(move) < 1e-10 * step:
-            fit[0] += move * fit[5]
-            fit[1] += move * fit[6]
-            fit[2] += gain
-            break
+        before, flat = flat, gain < tolerance or abs(move) < 1e-10 * step
+        if flat:
+            normal, tangential = fit[0] + move * fit[5], fit[1] + move * fit[6]
+            if fit[13] > 0.0 and least <= normal <= most and abs(tangential) <= mu * normal:
+                fit[0], fit[1] = normal, tangential
+                fit[2] += gain
+                y = following
+                break
+            if before:
+                break
+        if k + 1 < _STEPS:
+            y = following
     return y
 
 
 @compiled()
-def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
+def project_wide(w, table, start, step, square, mu, y, q, c, a, fit, low=0.0, high=math.inf):
     """The best admissible forces at (y, q): fit = N, T, S and the inverse of what the cone leaves free (3).
 
     table (cells, widths, 10 n): in each cell the powers of t, for N and T each, as Chebyshev sums in 2 q / square - 1.
@@ -179,8 +221,7 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit):
         g22 += at * at
         b1 += an * w[i]
         b2 += at * w[i]
-    normal, tangential, fit[3], fit[4], fit[5] = eliminate(g11, g12, g22, b1, b2, mu)
-    fit[0], fit[1], fit[2] = normal, tangential, b1 * normal + b2 * tangential
+    fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = eliminate(g11, g12, g22, b1, b2, mu, low, high)
 
 
 @compiled()
@@ -226,13 +267,13 @@ def slopes(w, a, fit):
 
 
 @compiled()
-def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit):
+def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit, low=0.0, high=math.inf):
     """Climb S from (y, q) within ends = (y low, y high, q low, q high); returns y and q, the rest in fit.
 
     Steps are Newton's where S is curved downwards, and those of the projected information elsewhere, shortened until S
     rises. Ends with a step that raises S by less than 1e-7, which is still made where it does. a (2, 6, 2 n).
     """
-    project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit)
+    project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit, low, high)
     here, damping = 0, 1e-4
     normal, tangential, top, i11, i12, i22 = fit[0], fit[1], fit[2], fit[3], fit[4], fit[5]
     for _ in range(_STEPS):
@@ -264,7 +305,7 @@ def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit):
                 new_y = min(max(y + (gy - yq * (new_q - q)) / hy, ends[0]), ends[1])
             dy, dq = new_y - y, new_q - q
             small = not abs(gy * dy) + abs(gq * dq) > 1e-7
-            project_wide(w, table, start, step, square, mu, new_y, new_q, c, a[1 - here], fit)
+            project_wide(w, table, start, step, square, mu, new_y, new_q, c, a[1 - here], fit, low, high)
             if fit[2] > top:
                 y, q, here = new_y, new_q, 1 - here
                 normal, tangential, top, i11, i12, i22 = fit[0], fit[1], fit[2], fit[3], fit[4], fit[5]

@@ -236,8 +236,13 @@ def sensor_rows(array: SensorArray) -> FloatArray:
     return np.stack([np.asarray(array.offset), 1 / np.asarray(array.noise), low, high])
 
 
-def scan_geometry(fields: FloatArray, friction: float) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m)."""
+def scan_geometry(
+    fields: FloatArray, friction: float
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], FloatArray]:
+    """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m).
+
+    And the columns of A themselves in that basis: the length of the first, and both components of the second, (3, m).
+    """
     normal, tangential = fields[..., 0], fields[..., 1]
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     q1 = normal / np.where(size > 0, size, 1)
@@ -252,7 +257,8 @@ def scan_geometry(fields: FloatArray, friction: float) -> tuple[npt.NDArray[np.f
         length = np.hypot(*edge)
         edges.append(edge / np.where(length > 0, length, 1))
     basis = np.stack([q1.T, q2.T], axis=1)
-    return basis.astype(np.float32, order="C"), np.concatenate(edges).astype(np.float32, order="C")
+    shapes = np.stack([size[:, 0], along[:, 0], across[:, 0]])
+    return basis.astype(np.float32, order="C"), np.concatenate(edges).astype(np.float32, order="C"), shapes
 
 
 def packed(response: Response, scale: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._check import FloatArray
 from ..array import SensorArray
 from ..contact import LineLoad
 from ..contact.families import Family, family_of
@@ -22,7 +23,9 @@ from .layout import LINE, WIDE
 __all__ = ["Locator", "fit", "locate", "locator"]
 
 _SCAN_WIDTHS = 12
-_OPTIONS = "search, half_width, friction, scan_step, false_alarm, ambiguity, outliers"
+_BEYOND = (2.0, 2.5, 3.0, 4.0, 6.0)
+"""Depths beside the row at which a load that nobody looks for is thought of, where no search is stated."""
+_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers"
 
 
 class Locator(Framewise):
@@ -42,6 +45,9 @@ class Locator(Framewise):
         Offset, noise and range of each sensor (its gain is in the response; gain 0 marks a dead sensor).
     half_width : (float, float), optional
         Least and largest half width [m] where the response has one; all of the response's if left out.
+    normal_force : (float, float), optional
+        Least and largest normal force [N/m] that can have pressed; any if left out. An answer at an end of it is
+        AMBIGUOUS.
     friction : float, optional
         Coefficient of friction mu: loads lean at most by atan(mu). 0: loads are normal, and the angle is not fitted.
         `inf`: any pressing load.
@@ -56,6 +62,9 @@ class Locator(Framewise):
         With 1, frames that are UNEXPLAINED are tried again without each one reading. Where one omission explains the
         frame, `used` shows which; where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS and
         that one's load the rival, if it is the nearest. It takes two readings more than unknowns (docs/robust.md).
+    beyond : array_like, shape (k, n, 2), optional
+        Readings under unit forces at positions outside the search. Where a load there, or at an end of the search, comes
+        within `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
 
     Raises
     ------
@@ -69,11 +78,13 @@ class Locator(Framewise):
         array: SensorArray,
         *,
         half_width: tuple[float, float] | None = None,
+        normal_force: tuple[float, float] | None = None,
         friction: float = 1.0,
         scan_step: float | None = None,
         false_alarm: float = 1e-6,
         ambiguity: float = 13.8,
         outliers: int = 0,
+        beyond: npt.ArrayLike | None = None,
     ) -> None:
         if response.sensors != len(array):
             raise GeometryError(
@@ -84,7 +95,15 @@ class Locator(Framewise):
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule)
+        forces = _check.real("normal_force", normal_force or (0.0, np.inf), unit="N/m", at_least=0.0, finite=False)
+        if forces.shape != (2,) or not forces[0] < forces[1]:
+            rule = "two ascending normal forces, of 0 or more, are needed [N/m]"
+            raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "normal_force=(1.0, 100.0)")
         self.response = response
+        self.normal_force = (float(forces[0]), float(forces[1]))
+        self._beyond = _check.real("beyond", np.empty((0, len(array), 2)) if beyond is None else beyond)
+        if self._beyond.shape[1:] != (len(array), 2):
+            raise GeometryError(f"beyond of shape {self._beyond.shape}", f"(k, {len(array)}, 2) is needed")
         self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
@@ -138,11 +157,13 @@ class Locator(Framewise):
         array, response = self.array.select(pattern), self.response.select(pattern)
         scale = 1 / np.asarray(array.noise)
         fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
-        basis, edges = scan_geometry(fields * scale[:, None], self.friction)
+        far = self._beyond[:, pattern] * scale[:, None]
+        basis, edges, shapes = scan_geometry(np.concatenate([fields * scale[:, None], far]), self.friction)
+        shapes = shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0]
         wide = self.layout.wide
+        # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
         largest = float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm))
-        if wide and len(array) == self.unknowns:
-            largest = np.inf  # as many unknowns as readings explain anything: nothing is left to be unexplained
+        table = packed(response, scale)
         options = np.array(
             [
                 *(response.start, response.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
@@ -152,9 +173,12 @@ class Locator(Framewise):
                 (0.1 if wide else 0.02) * self._shallowest,  # two maxima nearer than this are one contact
                 0.1 * self._shallowest,  # a profile wider than this may be ambiguous
                 *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
+                *self.normal_force,
+                len(array) * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # a unit force's, by the table
+                float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
             ]
         )
-        return sensor_rows(array), basis, edges, self._squares, packed(response, scale), options
+        return sensor_rows(array), basis, edges, shapes, self._squares, far, table, options
 
 
 def locator(
@@ -163,6 +187,7 @@ def locator(
     *,
     search: tuple[float, float] | None = None,
     half_width: tuple[float, float] | None = None,
+    normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
     scan_step: float | None = None,
     false_alarm: float = 1e-6,
@@ -179,10 +204,11 @@ def locator(
     family : {"line", "wedge", "hertz", "strip", "punch"} or class of contacts, optional
         What presses, the drag being in proportion to the pressure.
     search : (float, float), optional
-        Where contacts are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors.
+        Where contacts are looked for, y [m], and known to be; the default reaches 1.5 depths beyond the outermost
+        sensors, and a load further out that explains a frame as well makes it AMBIGUOUS.
     half_width : (float, float), optional
         Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none.
-    friction, scan_step, false_alarm, ambiguity, outliers
+    normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As of `Locator`.
 
     Raises
@@ -202,21 +228,25 @@ def locator(
     kind = family_of(family)
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
+    forces = _check.ends("normal_force", normal_force, "normal_force=(1.0, 100.0)")
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
 
     def make() -> Locator:
         table = tabulate(finger, ends)
+        more: dict[str, Any] = {**values, "normal_force": forces}
+        if ends is None:
+            more["beyond"] = finger.receptive_field(_outside(finger, table))
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
-            return Locator(table, finger.array, **values)
+            return Locator(table, finger.array, **more)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
         response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))
-        return Locator(response, finger.array, half_width=(low, high), **values)
+        return Locator(response, finger.array, half_width=(low, high), **more)
 
-    return prepared(finger).get(("locator", kind, ends, widths, *values.values()), make)
+    return prepared(finger).get(("locator", kind, ends, widths, forces, *values.values()), make)
 
 
 def locate(
@@ -224,6 +254,7 @@ def locate(
     readings: npt.ArrayLike,
     *,
     search: tuple[float, float] | None = None,
+    normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
     scan_step: float | None = None,
     false_alarm: float = 1e-6,
@@ -242,7 +273,7 @@ def locate(
         The forward model, with the sensors' noise.
     readings : array_like, shape (..., n)
         Raw readings, each in units of its gain; NaN marks a missing one.
-    search, friction, scan_step, false_alarm, ambiguity, outliers
+    search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As of `locator`.
 
     Returns
@@ -266,7 +297,9 @@ def locate(
     """
     if _unknown:
         _check.no_options(_unknown, _OPTIONS.replace("half_width, ", ""))
-    return _quick(finger, "line", search, None, friction, scan_step, false_alarm, ambiguity, outliers)(readings)
+    return _quick(
+        finger, "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
+    )(readings)
 
 
 def fit(
@@ -276,6 +309,7 @@ def fit(
     *,
     search: tuple[float, float] | None = None,
     half_width: tuple[float, float] | None = None,
+    normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
     scan_step: float | None = None,
     false_alarm: float = 1e-6,
@@ -285,14 +319,15 @@ def fit(
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
 
-    Global in position and width. Four unknowns: with four readings everything is explained, and only what more sensors
-    say can speak against the family. A fit of line loads is `locate`.
+    Global in position and width. Four unknowns: with four readings hardly anything but a pull, a load out of range or
+    nonsense is UNEXPLAINED, and only what more sensors say can speak against the family. A fit of line loads is
+    `locate`.
 
     Parameters
     ----------
     finger, readings
         As of `locate`.
-    family, search, half_width, friction, scan_step, false_alarm, ambiguity, outliers
+    family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As of `locator`.
 
     Returns
@@ -317,7 +352,18 @@ def fit(
     ('OK', 1.2)
     """
     _check.no_options(_unknown, _OPTIONS)
-    return _quick(finger, family, search, half_width, friction, scan_step, false_alarm, ambiguity, outliers)(readings)
+    return _quick(
+        finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
+    )(readings)
+
+
+def _outside(finger: Finger, table: Response) -> FloatArray:
+    """Positions beyond the default search [m] at which a load may press that nobody looks for."""
+    y, deepest = np.asarray(finger.array.y), float(np.max(finger.array.depth))
+    far = deepest * np.array(_BEYOND)
+    positions = np.concatenate([y.min() - far, y.max() + far])
+    # about a finger that is round they come back into the search
+    return positions[np.abs(positions - 0.5 * (table.start + table.stop)) < 0.5 * finger.skin.period]
 
 
 def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator:

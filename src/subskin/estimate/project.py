@@ -1,6 +1,7 @@
 """The compiled heart of `locate` and `fit`: variable projection, one frame at a time.
 
-Scan S (`scan.py`), climb from its highest nodes (`climb.py`), judge, and write a row. The table of responses says what
+Scan S (`scan.py`), climb from its highest nodes (`climb.py`), look at the ends of the search and beyond (`ends.py`),
+judge, and write a row. The table of responses says what
 is sought: with three axes a contact of some width, with four a line load, for which the compiler leaves out all that
 belongs to a width. Only arrays and numbers go in and out; `locate.py` prepares them, `layout.py` names the columns.
 """
@@ -13,12 +14,16 @@ import numpy as np
 
 from .._compiled import compiled
 from . import climb as _climb
+from . import ends as _ends
 from . import scan as _scan
 from .climb import climb, climb_wide, project_wide
+from .ends import at_end, at_end_wide, outside
 from .layout import LINE, WIDE
-from .scan import FEW, highest, peaks, scan
+from .scan import FEW, between, highest, peaks, scan
 
 _MOST = 8
+MOST_CHI2 = 1e30
+"""Sum of the squared readings, in noises, from which the digits of a float end before the noise begins."""
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _COVARIANCE, _INTERVAL = (LINE.covariance, WIDE.covariance), WIDE.interval
 _RESIDUAL, _STATUS = (LINE.residual, WIDE.residual), (LINE.status, WIDE.status)
@@ -38,49 +43,78 @@ def _whitened(frame, sensors, w):
     return total if usable else math.nan
 
 
-@compiled(built_on=(_climb, _scan))
-def project_frames(readings, sensors, basis, edges, squares, table, options, out):
-    """Fill `out`, one row a frame; frames in which a sensor cannot be used are left with status -1.
+@compiled(inline=True)
+def _left(w, table, start, step, y, normal, tangential):
+    """Chi-square of a line load: squares of what it leaves, exact however much it explains."""
+    cells, _, _, n = table.shape
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
+    chi2 = 0.0
+    for i in range(n):
+        an = table[cell, 3, 0, i] + t * table[cell, 4, 0, i]
+        at = table[cell, 3, 1, i] + t * table[cell, 4, 1, i]
+        an = table[cell, 0, 0, i] + t * (table[cell, 1, 0, i] + t * (table[cell, 2, 0, i] + t * an))
+        at = table[cell, 0, 1, i] + t * (table[cell, 1, 1, i] + t * (table[cell, 2, 1, i] + t * at))
+        rho = w[i] - an * normal - at * tangential
+        chi2 += rho * rho
+    return chi2
 
-    readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, widths m) and
-    edges (4, widths m): the scan, at m positions for each of `squares` (widths,) of the half width; table (cells, 5, 2,
-    n) or (cells, widths, 10 n): whitened responses; options: start and step of the table, start and step of the scan,
-    mu, then the thresholds and ends of `Locator._prepare`.
+
+@compiled(built_on=(_climb, _scan, _ends))
+def project_frames(readings, sensors, basis, edges, shapes, squares, far, table, options, out):
+    """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
+
+    readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, widths m + k) and
+    edges (4, widths m + k): the scan, at m positions for each of `squares` (widths,) of the half width, and at the k
+    positions beyond the search whose whitened responses are `far` (k, n, 2); shapes (3, widths m): as of `between`, or
+    (3, 0) where any normal force will do; table (cells, 5, 2, n) or (cells, widths, 10 n): whitened responses; options:
+    start and step of the table, start and step of the scan, mu, then the thresholds and ends of `Locator._prepare`.
     """
     wide = 1 if table.ndim == 3 else 0
     frames, n = readings.shape
-    nodes, rows = edges.shape[1], squares.size
+    beyond, rows = far.shape[0], squares.size
+    nodes = edges.shape[1] - beyond
     m = nodes // rows
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
     detection, largest, ambiguity, apart, broad = options[5], options[6], options[7], options[8], options[9]
+    least, most, fine, nothing = options[15], options[16], options[17], options[18]
     scan_stop = scan_start + (m - 1) * scan_step
-    sums = np.empty((2, nodes), dtype=np.float32)
+    sums = np.empty((2, nodes + beyond), dtype=np.float32)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    s = np.full(nodes + 2, -1, dtype=np.float32)
-    inner = s[1:-1]
+    heights = np.full(nodes + beyond + 2, -1, dtype=np.float32)
+    s, inner = heights[: nodes + 2], heights[1 : nodes + 1]
+    single = np.empty(beyond, dtype=np.float32)
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
     peak = words.view(np.uint8)
-    most = _MOST if table.ndim == 3 else FEW
-    score = np.empty(most)
+    count = _MOST if table.ndim == 3 else FEW
+    score = np.empty(count)
     ys = np.empty(FEW)
-    at = np.empty((most + 1, 2))
-    fits = np.empty((most + 1, 13))
+    at = np.empty((count + 1, 2))
+    fits = np.empty((count + 1, 14))
+    fit = np.empty(14)
     scratch = np.empty((6, n))
+    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     for f in range(frames):
         row = out[f]
         total = _whitened(readings[f], sensors, w)
         row[:] = math.nan
         row[_RIVAL_CHI2[wide]] = math.inf
-        if not total < math.inf:
+        if not total < MOST_CHI2:
             row[_STATUS[wide]] = _PENDING
             continue
         for i in range(n):
             w_single[i] = w[i]
-        scan(w_single, basis, edges, sums, inner)
+        scan(w_single, basis, edges, sums, heights[1:-1])
+        for k in range(beyond):
+            single[k] = heights[nodes + 1 + k]
+        heights[nodes + 1] = -1
+        if shapes.shape[1] > 0:
+            between(sums, shapes, mu, least, most, inner)
         best = second = -1
         if table.ndim == 3:
-            best, second = _climbed(w, inner.reshape(rows, m), squares, table, options, total, score, at, fits)
+            best, second = _climbed(w, inner.reshape(rows, m), squares, table, options, total, score, at, fits, c, a)
         else:
             for p in range(peaks(s, scan_start, scan_step, words, peak, score, ys)):
                 # a maximum clearly lower than both already found cannot become the best or the rival
@@ -89,7 +123,7 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
                 y = ys[p]
                 lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
                 tolerance = 1e-5 if p == 0 else 1e-2 * max(fits[best, 2] - score[p], 1e-3)
-                at[p, 0] = climb(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[p])
+                at[p, 0] = climb(w, table, start, step, mu, least, most, y, lo, hi, tolerance, scratch, fits[p])
                 if best < 0 or fits[p, 2] > fits[best, 2]:
                     best, second = p, best
                 elif second < 0 or fits[p, 2] > fits[second, 2]:
@@ -104,27 +138,42 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
                     # of readings of 1e4 noises the scan's single precision leaves the top open by a step or more
                     lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
                     centre, careful = y, True
-                    at[best, 0] = climb(w, table, start, step, mu, y, lo, hi, 1e-5, scratch, fits[best])
-        explained = fits[best, 2] if best >= 0 else 0.0
-        residual = max(total - explained, 0.0)
+                    at[best, 0] = climb(w, table, start, step, mu, least, most, y, lo, hi, 1e-5, scratch, fits[best])
+        explained, residual = 0.0, total
+        if best >= 0:
+            y, normal, tangential, explained = at[best, 0], fits[best, 0], fits[best, 1], fits[best, 2]
+            if table.ndim == 3:
+                project_wide(
+                    w, table, start, step, options[10], mu, y, at[best, 1], c, a[0], fits[best], least, most
+                )  # fmt: skip
+                residual = 0.0
+                for i in range(n):
+                    residual += (w[i] - a[0, 0, i] * normal - a[0, 0, n + i] * tangential) ** 2
+            else:
+                residual = _left(w, table, start, step, y, normal, tangential)
         row[_RESIDUAL[wide]] = residual
-        if residual > largest:
-            row[_STATUS[wide]] = _UNEXPLAINED
+        force2 = normal * normal + tangential * tangential if best >= 0 else 0.0
+        if residual > largest + fine * force2:
+            # too little for the least force may still be nothing
+            row[_STATUS[wide]] = _NO_CONTACT if least > 0.0 and total <= nothing else _UNEXPLAINED
             continue
         if explained < detection:
             row[_STATUS[wide]] = _NO_CONTACT
             continue
-        y, normal, tangential = at[best, 0], fits[best, 0], fits[best, 1]
         row[0], row[1], row[2] = y, normal, tangential
         if table.ndim == 3:
             row[_HALF_WIDTH] = math.sqrt(at[best, 1])
-            _uncertainty(w, table, options, at[best], fits[best], row)
+            _uncertainty(a[0], options, at[best], fits[best], row)
             status = _OK if _within(options, at[best], fits[best]) else _AMBIGUOUS
+            if at_end_wide(w, table, options, inner.reshape(rows, m), squares, explained - ambiguity, c, a, fit):
+                status = _AMBIGUOUS
         else:
             _covariance(fits[best], mu, row)
             status = _OK
             margin = 0.02 * scan_step
             if y <= scan_start + margin or y >= scan_stop - margin:
+                status = _AMBIGUOUS
+            if at_end(w, table, options, inner, explained - ambiguity, scratch, fit):
                 status = _AMBIGUOUS
             if row[_COVARIANCE[0]] < (scan_stop - scan_start) ** 2:
                 _widen(s, scan_start, scan_step, y, explained, row)
@@ -138,11 +187,14 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
                     status = _AMBIGUOUS
             else:  # the readings do not determine the position
                 status = _AMBIGUOUS
-        c = _COVARIANCE[wide]
-        nn, nt, tt = (row[c + 4], row[c + 5], row[c + 7]) if wide else (row[c + 3], row[c + 4], row[c + 5])
-        square = normal * normal + tangential * tangential
+        if (least > 0.0 and normal <= least) or normal >= most:  # a lesser or a larger force would do better
+            status = _AMBIGUOUS
+        if outside(w, far, single, mu, least, most, explained - ambiguity):
+            status = _AMBIGUOUS
+        k = _COVARIANCE[wide]
+        nn, nt, tt = (row[k + 4], row[k + 5], row[k + 7]) if wide else (row[k + 3], row[k + 4], row[k + 5])
         turned = normal * normal * tt - 2 * normal * tangential * nt + tangential * tangential * nn
-        if not turned < square * square:  # nor the angle, to a radian: a load at any other would do
+        if not turned < force2 * force2:  # nor the angle, to a radian: a load at any other would do
             status = _AMBIGUOUS
         if second >= 0 and (wide or abs(at[second, 0] - y) > apart):
             rival = _RIVAL[wide]
@@ -157,18 +209,19 @@ def project_frames(readings, sensors, basis, edges, squares, table, options, out
 
 
 @compiled(built_on=(_climb, _scan))
-def _climbed(w, s, squares, table, options, total, score, at, fits):
+def _climbed(w, s, squares, table, options, total, score, at, fits, c, a):
     """Best and second-best contact over position and width, as rows of `at` and `fits`; -1 where there is none."""
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
     largest, apart, square, ends = options[6], options[8], options[10], options[11:15]
+    least, most = options[15], options[16]
     rows, m = s.shape
-    n = w.size
-    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     best = second = -1
     for p in range(highest(s, scan_start, scan_step, squares, score, at)):
         if second >= 0 and score[p] < 0.8 * fits[second, 2]:
             break
-        at[p, 0], at[p, 1] = climb_wide(w, table, start, step, square, mu, at[p, 0], at[p, 1], ends, c, a, fits[p])
+        at[p, 0], at[p, 1] = climb_wide(
+            w, table, start, step, square, mu, at[p, 0], at[p, 1], ends, c, a, fits[p], least, most
+        )
         if best < 0 or fits[p, 2] > fits[best, 2]:
             if best >= 0 and _differ(at, best, p, apart):
                 second = best
@@ -184,7 +237,7 @@ def _climbed(w, s, squares, table, options, total, score, at, fits):
                 k = p if s[j, p] > s[j, k] else k
             y = scan_start + k * scan_step
             at[spare, 0], at[spare, 1] = climb_wide(
-                w, table, start, step, square, mu, y, squares[j], ends, c, a, fits[spare]
+                w, table, start, step, square, mu, y, squares[j], ends, c, a, fits[spare], least, most
             )
             if fits[spare, 2] > fits[best, 2]:
                 at[best], fits[best] = at[spare], fits[spare]
@@ -270,12 +323,10 @@ def _widen(s, scan_start, scan_step, y, explained, row):
 
 
 @compiled(built_on=(_climb,))
-def _uncertainty(w, table, options, at, fit, row):
-    """Covariance of (position, N, T, half width), and the 95 % interval of the half width."""
-    n = w.size
+def _uncertainty(a, options, at, fit, row):
+    """Covariance of (position, N, T, half width), and the 95 % interval of the half width; a as of `project_wide`."""
+    n = a.shape[1] // 2
     mu, q, least, most = options[4], at[1], options[13], options[14]
-    a, c = np.empty((6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
-    project_wide(w, table, options[0], options[1], options[10], mu, at[0], q, c, a, fit)
     normal, tangential = fit[0], fit[1]
     wide = most > least
     size = 4 if wide else 3

@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from .._compiled import compiled
+from . import climb as _climb
+from .climb import eliminate
 
 FEW = 4
 """Maxima along a line that are climbed."""
@@ -51,6 +53,22 @@ def scan(w, basis, edges, c, s):
         left, right = m1 * c2 - m2 * c1, c1 * p2 - c2 * p1
         inside = left if left < right else right
         s[k] = c1 * c1 + c2 * c2 if inside > 0 else along * along
+
+
+@compiled(built_on=(_climb,))
+def between(c, shapes, mu, low, high, s):
+    """The same where the normal force is to lie in low <= N <= high, from what `scan` left in c; into s (m,).
+
+    shapes (3, m): the length of A's first column, and the second column in the basis.
+    """
+    for k in range(s.size):
+        if not s[k] > 0:
+            continue  # it can only become less
+        size, along, across = shapes[0, k], shapes[1, k], shapes[2, k]
+        b1, b2 = size * c[0, k], along * c[0, k] + across * c[1, k]
+        square = along * along + across * across
+        height = eliminate(size * size, size * along, square, b1, b2, mu, low, high)[2]
+        s[k] = np.float32(max(height, 0.0))
 
 
 @compiled(inline=True)

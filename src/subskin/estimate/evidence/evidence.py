@@ -173,7 +173,7 @@ class Evidence(Framewise):
             table = packed(part, scale)
             tables.append(table.reshape(len(table), -1, 10 * len(array)))  # a line has one width
             grid = _on_grid(part, self._positions, np.sqrt(squares)) * scale[:, None]
-            basis, edge = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
+            basis, edge, _ = scan_geometry(grid.reshape(-1, *grid.shape[2:]), self.friction)
             bases.append(basis)
             edges.append(edge)
             widths, weights = _widths(kind.half_width, _FINE_WIDTH * self._shallowest)
