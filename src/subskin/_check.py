@@ -36,6 +36,7 @@ def real(
     fix: str = "",
 ) -> FloatArray:
     """`value` as a read-only float array that is not the caller's own, within the stated bounds."""
+    unmasked(name, value)
     try:
         if np.asarray(value).dtype.kind in "SU":  # NumPy would read a number out of the text
             raise TypeError
@@ -53,6 +54,26 @@ def real(
         raise InvalidValueError(_seen(name, array, ~(array <= at_most)), f"has to be <= {at_most:g}{unit_text}", fix)
     array.flags.writeable = False
     return array
+
+
+def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
+    """Readings as floats: NaN where one is missing, or masked. Not copied where they are floats already."""
+    try:
+        if type(value) is np.ndarray and value.dtype == np.float64:
+            return value
+        if isinstance(value, np.ma.MaskedArray):
+            return np.ma.filled(value.astype(np.float64), np.nan)
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        rule = "numbers are needed, NaN for a missing one"
+        raise InvalidValueError(f"{name} = {repr(value)[:60]}", rule) from None
+
+
+def unmasked(name: str, value: object, fix: str = "") -> None:
+    """Refuse a masked array with values that are masked: NumPy would take what is behind the mask."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        seen = f"{name} with {int(np.ma.getmaskarray(value).sum())} masked values"
+        raise InvalidValueError(seen, "only readings can be missing", fix or f"{name}.compressed()")
 
 
 def scalar(
@@ -99,6 +120,7 @@ def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
         return None
     if type(value) is tuple and len(value) == 2 and type(value[0]) is type(value[1]) is float:
         return value  # the usual case, in no time
+    unmasked(name, value)
     pair = np.asarray(value)
     if pair.shape != (2,) or pair.dtype.kind not in "iuf":
         raise InvalidValueError(f"{name} = {value!r}", "two ascending numbers are needed", fix)
@@ -108,6 +130,7 @@ def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
 def values(**options: Any) -> dict[str, float | None]:
     """Options as numbers that can be a key: a number of any kind as a float, or as an int where it is one."""
     for name, given in options.items():
+        unmasked(name, given)
         if given is not None and (np.ndim(given) or np.asarray(given).dtype.kind not in "biuf"):
             raise InvalidValueError(f"{name} = {given!r}", "a single number is needed")
     return {name: np.asarray(given).item() for name, given in options.items()}

@@ -1,40 +1,40 @@
 """Compiled: whether a contact at an end of the search, or beyond it, explains a frame nearly as well as the best.
 
 What lies beyond may well look like something within: a load two depths beside the row like one at its other side. So
-S is compared with S at the ends, where it is known exactly, and at a few positions beyond, far apart as readings there
-hardly change. docs/locating.md.
+the best S is compared with S at the ends, where it is known exactly, and with the highest that line loads reach beyond
+them. docs/locating.md.
 """
 
 from __future__ import annotations
 
 from .._compiled import compiled
 from . import climb as _climb
-from .climb import climb_wide, eliminate, project
+from .climb import climb, climb_wide, project
 
 _SINGLE = 1e-4
 """Share of S by which the scan, in single precision, may be wrong at most."""
-_BETWEEN = 0.8
-"""Share of S at its top below which no node of the scan lies near it."""
+_NEAR = 0.8
+"""Share of S at its top below which no node lies near it, where nodes are far from each other."""
 
 
-@compiled()
-def outside(w, fields, single, mu, low, high, least):
+@compiled(built_on=(_climb,))
+def outside(w, tables, geometry, nodes, single, mu, low, high, least, scratch, fit):
     """Whether S reaches `least` at a position beyond the search.
 
-    fields (k, n, 2): whitened responses there; single (k,): S there by the scan, without the range of the force.
+    tables (stretches, cells, 5, 2, n), whitened, and geometry (2,), start and step of each; nodes (k,): positions along
+    a stretch; single (stretches k,): S there by the scan, without the range of the force.
     """
-    for k in range(single.size):
-        if single[k] * (1.0 + _SINGLE) < least:
+    k = nodes.size
+    for j in range(tables.shape[0]):
+        best = 0
+        for p in range(1, k):
+            best = p if single[j * k + p] > single[j * k + best] else best
+        if single[j * k + best] < _NEAR * least:
             continue
-        g11 = g12 = g22 = b1 = b2 = 0.0
-        for i in range(w.size):
-            an, at = fields[k, i, 0], fields[k, i, 1]
-            g11 += an * an
-            g12 += an * at
-            g22 += at * at
-            b1 += an * w[i]
-            b2 += at * w[i]
-        if eliminate(g11, g12, g22, b1, b2, mu, low, high)[2] > least:
+        first, last = nodes[max(best - 1, 0)], nodes[min(best + 1, k - 1)]
+        start, step = geometry[0], geometry[1]
+        climb(w, tables[j], start, step, mu, low, high, nodes[best], first, last, 1e-2, scratch, fit)
+        if fit[2] > least:
             return True
     return False
 
@@ -55,12 +55,16 @@ def at_end(w, table, options, s, least, scratch, fit):
 def at_end_wide(w, table, options, s, squares, least, c, a, fit):
     """The same with a contact of any half width; s (widths, m), squares (widths,): the scan."""
     held = options[11:15].copy()
+    rows = squares.size
     for side in range(2):
         k, y = (0, options[11]) if side == 0 else (s.shape[1] - 1, options[12])
         best = 0
-        for j in range(1, squares.size):
+        for j in range(1, rows):
             best = j if s[j, k] > s[best, k] else best
-        if s[best, k] >= _BETWEEN * least:
+        top = float(s[best, k])
+        # between nodes S rises by less than it differs at the next ones
+        rise = max(top - s[max(best - 1, 0), k], top - s[min(best + 1, rows - 1), k])
+        if top * (1.0 + _SINGLE) + rise >= least:
             held[0] = held[1] = y
             climb_wide(
                 w, table, options[0], options[1], options[10], options[4], y, squares[best], held, c, a, fit,

@@ -24,6 +24,8 @@ __all__ = ["Framewise", "check_noise", "checked_friction", "packed", "patterns",
 _MOST_PATTERNS = 64
 _CHANCE = 1e-3
 """A frame without its outlier is explained where noise would leave as much with this chance."""
+_WILD = 1e100
+"""Noises to a gain or to 1, from which squares overflow."""
 _log = logging.getLogger("subskin")
 
 
@@ -68,7 +70,9 @@ class Framewise(ABC):
         self._prepared = Prepared(_MOST_PATTERNS)
         self._all = array.live
         self._all.flags.writeable = False
-        self._whole = bool(self._all.all()) and len(array) >= needed
+        noise, gain = np.asarray(array.noise)[self._all], np.abs(np.asarray(array.gain)[self._all])
+        self._reckoned = bool((noise > 1 / _WILD).all() and (gain < _WILD * noise).all())
+        self._whole = bool(self._all.all()) and len(array) >= needed and self._reckoned
         self._arrays: tuple[Any, ...] = ()
         self._sensors = len(array)
         self._compiled: Any = None
@@ -84,11 +88,7 @@ class Framewise(ABC):
 
     def _frames(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Packed results (..., columns) and the sensors used (..., n)."""
-        try:
-            raw = np.asarray(readings, dtype=np.float64)
-        except (TypeError, ValueError):
-            rule = "numbers are needed, NaN for a missing one"
-            raise InvalidValueError(f"readings = {repr(readings)[:60]}", rule) from None
+        raw = _check.readings(readings)
         n = self._sensors
         if raw.ndim == 0 or raw.shape[-1] != n:
             raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")
@@ -141,9 +141,21 @@ class Framewise(ABC):
                     out[rows, self._layout.rival_chi2] = np.inf
                 out[rows, self._status] = Status.INCOMPLETE
                 continue
-            part = np.empty((len(rows), self._columns))
-            self._run(np.ascontiguousarray(frames[rows][:, pattern]), pattern, part)
-            out[rows] = part
+            out[rows] = self._part(frames[rows], pattern)
+
+    def _part(self, frames: FloatArray, pattern: npt.NDArray[np.bool_]) -> FloatArray:
+        """Packed results of frames by the sensors of `pattern`, all of which can be used."""
+        part = np.full((len(frames), self._columns), -1.0)
+        if self._reckoned:
+            self._run(np.ascontiguousarray(frames[:, pattern]), pattern, part)
+        # readings so many noises large that the digits of a float end before: no load explains them to the noise
+        beyond = part[:, self._status] < 0
+        if beyond.any():
+            part[beyond] = np.nan
+            part[beyond, self._status] = Status.UNEXPLAINED
+            if self._layout is not None:
+                part[beyond, self._layout.rival_chi2] = part[beyond, self._layout.residual] = np.inf
+        return part
 
     def _without_outliers(
         self, frames: FloatArray, used: npt.NDArray[np.bool_], out: FloatArray
@@ -169,13 +181,14 @@ class Framewise(ABC):
             for part, sensor in zip(parts, sensors, strict=True):
                 rest = pattern.copy()
                 rest[sensor] = False
-                self._run(np.ascontiguousarray(frames[rows][:, rest]), rest, part)
+                part[:] = self._part(frames[rows], rest)
             left = parts[..., columns.residual]
             order = np.argsort(left, axis=0)
             each = np.arange(len(rows))
             best, after = parts[order[0], each], parts[order[1], each]
             explained = (best[:, self._status] != Status.UNEXPLAINED) & (left[order[0], each] <= largest)
-            worse = left[order[1], each] - left[order[0], each]
+            with np.errstate(invalid="ignore"):  # both may be infinite
+                worse = left[order[1], each] - left[order[0], each]
             tied = worse < self._apart
             # a touch with one reading lost, or none with one wild: there is no load to give
             explained &= ~(tied & np.isnan(best[:, 0] + after[:, 0]))

@@ -23,8 +23,10 @@ from .layout import LINE, WIDE
 __all__ = ["Locator", "fit", "locate", "locator"]
 
 _SCAN_WIDTHS = 12
-_BEYOND = (2.0, 2.5, 3.0, 4.0, 6.0)
-"""Depths beside the row at which a load that nobody looks for is thought of, where no search is stated."""
+_FARTHEST = 8.0
+"""Depths beside the row up to which a load is thought of that nobody looks for, where no search is stated."""
+_NODES = 7
+_FAR_ERROR = 1e-6
 _OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers"
 
 
@@ -62,9 +64,10 @@ class Locator(Framewise):
         With 1, frames that are UNEXPLAINED are tried again without each one reading. Where one omission explains the
         frame, `used` shows which; where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS and
         that one's load the rival, if it is the nearest. It takes two readings more than unknowns (docs/robust.md).
-    beyond : array_like, shape (k, n, 2), optional
-        Readings under unit forces at positions outside the search. Where a load there, or at an end of the search, comes
-        within `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
+    beyond : Response, optional
+        Readings under unit forces outside the search: of n sensors or a multiple, as for each stretch along which a load
+        may press, and by the distance along it. Where a load there, as at an end of the search, comes within
+        `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
 
     Raises
     ------
@@ -84,7 +87,7 @@ class Locator(Framewise):
         false_alarm: float = 1e-6,
         ambiguity: float = 13.8,
         outliers: int = 0,
-        beyond: npt.ArrayLike | None = None,
+        beyond: Response | None = None,
     ) -> None:
         if response.sensors != len(array):
             raise GeometryError(
@@ -101,9 +104,10 @@ class Locator(Framewise):
             raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "normal_force=(1.0, 100.0)")
         self.response = response
         self.normal_force = (float(forces[0]), float(forces[1]))
-        self._beyond = _check.real("beyond", np.empty((0, len(array), 2)) if beyond is None else beyond)
-        if self._beyond.shape[1:] != (len(array), 2):
-            raise GeometryError(f"beyond of shape {self._beyond.shape}", f"(k, {len(array)}, 2) is needed")
+        self._beyond = beyond
+        if beyond is not None and beyond.sensors % len(array):
+            seen = f"beyond of {beyond.sensors} sensors, an array of {len(array)}"
+            raise GeometryError(seen, "a multiple of these is needed")
         self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
@@ -157,7 +161,7 @@ class Locator(Framewise):
         array, response = self.array.select(pattern), self.response.select(pattern)
         scale = 1 / np.asarray(array.noise)
         fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
-        far = self._beyond[:, pattern] * scale[:, None]
+        far, nodes, stretches, stretch = self._outside(pattern, scale)
         basis, edges, shapes = scan_geometry(np.concatenate([fields * scale[:, None], far]), self.friction)
         shapes = shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0]
         wide = self.layout.wide
@@ -176,9 +180,21 @@ class Locator(Framewise):
                 *self.normal_force,
                 len(array) * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # a unit force's, by the table
                 float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
+                *stretch,
             ]
         )
-        return sensor_rows(array), basis, edges, shapes, self._squares, far, table, options
+        return sensor_rows(array), basis, edges, shapes, self._squares, stretches, nodes, table, options
+
+    def _outside(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> tuple[Any, ...]:
+        """Of the stretches beyond the search: responses at the nodes (k, n, 2), the nodes, tables, start and step."""
+        n, far = int(pattern.sum()), self._beyond
+        if far is None:
+            return np.empty((0, n, 2)), np.empty(0), np.empty((0, 1, 5, 2, n)), (0.0, 1.0)
+        parts = [far.select(np.arange(far.sensors) // len(pattern) == k) for k in range(far.sensors // len(pattern))]
+        parts = [part.select(pattern) for part in parts]
+        nodes = np.geomspace(far.start, far.stop, _NODES)
+        fields = np.concatenate([part(nodes) for part in parts]) * scale[:, None]
+        return fields, nodes, np.stack([packed(part, scale) for part in parts]), (far.start, far.step)
 
 
 def locator(
@@ -237,7 +253,7 @@ def locator(
         table = tabulate(finger, ends)
         more: dict[str, Any] = {**values, "normal_force": forces}
         if ends is None:
-            more["beyond"] = finger.receptive_field(_outside(finger, table))
+            more["beyond"] = _outside(finger, table)
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
@@ -357,13 +373,20 @@ def fit(
     )(readings)
 
 
-def _outside(finger: Finger, table: Response) -> FloatArray:
-    """Positions beyond the default search [m] at which a load may press that nobody looks for."""
+def _outside(finger: Finger, table: Response) -> Response | None:
+    """Readings on either side beyond the default search, by the distance from the row; None where nothing is beyond."""
     y, deepest = np.asarray(finger.array.y), float(np.max(finger.array.depth))
-    far = deepest * np.array(_BEYOND)
-    positions = np.concatenate([y.min() - far, y.max() + far])
-    # about a finger that is round they come back into the search
-    return positions[np.abs(positions - 0.5 * (table.start + table.stop)) < 0.5 * finger.skin.period]
+    near = 0.5 * (table.stop - table.start - np.ptp(y))
+    # about a finger that is round, what is far off comes back
+    far = min(_FARTHEST * deepest, 0.5 * (finger.skin.period - np.ptp(y)))
+    if not far > near * (1.0 + 1e-6):
+        return None
+
+    def both(distance: FloatArray) -> FloatArray:
+        sides = (finger.receptive_field(y.min() - distance), finger.receptive_field(y.max() + distance))
+        return np.concatenate(sides, axis=-2)
+
+    return Response.from_function(both, near, far, step=0.5 * deepest, tolerance=_FAR_ERROR)
 
 
 def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator:

@@ -19,11 +19,9 @@ from . import scan as _scan
 from .climb import climb, climb_wide, project_wide
 from .ends import at_end, at_end_wide, outside
 from .layout import LINE, WIDE
-from .scan import FEW, between, highest, peaks, scan
+from .scan import FEW, MOST_CHI2, between, highest, peaks, scan
 
 _MOST = 8
-MOST_CHI2 = 1e30
-"""Sum of the squared readings, in noises, from which the digits of a float end before the noise begins."""
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _COVARIANCE, _INTERVAL = (LINE.covariance, WIDE.covariance), WIDE.interval
 _RESIDUAL, _STATUS = (LINE.residual, WIDE.residual), (LINE.status, WIDE.status)
@@ -62,29 +60,30 @@ def _left(w, table, start, step, y, normal, tangential):
 
 
 @compiled(built_on=(_climb, _scan, _ends))
-def project_frames(readings, sensors, basis, edges, shapes, squares, far, table, options, out):
+def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes, table, options, out):
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 
     readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, widths m + k) and
-    edges (4, widths m + k): the scan, at m positions for each of `squares` (widths,) of the half width, and at the k
-    positions beyond the search whose whitened responses are `far` (k, n, 2); shapes (3, widths m): as of `between`, or
-    (3, 0) where any normal force will do; table (cells, 5, 2, n) or (cells, widths, 10 n): whitened responses; options:
-    start and step of the table, start and step of the scan, mu, then the thresholds and ends of `Locator._prepare`.
+    edges (4, widths m + k): the scan, at m positions for each of `squares` (widths,) of the half width, and at k beyond
+    the search, the `nodes` of each stretch in `far` (stretches, cells, 5, 2, n), as of `outside`; shapes (3, widths m):
+    as of `between`, or (3, 0) where any normal force will do; table (cells, 5, 2, n) or (cells, widths, 10 n): whitened
+    responses; options: start and step of the table, start and step of the scan, mu, then the thresholds and ends of
+    `Locator._prepare`.
     """
     wide = 1 if table.ndim == 3 else 0
     frames, n = readings.shape
-    beyond, rows = far.shape[0], squares.size
-    nodes = edges.shape[1] - beyond
-    m = nodes // rows
+    beyond, rows = far.shape[0] * nodes.size, squares.size
+    size = edges.shape[1] - beyond
+    m = size // rows
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
     detection, largest, ambiguity, apart, broad = options[5], options[6], options[7], options[8], options[9]
     least, most, fine, nothing = options[15], options[16], options[17], options[18]
     scan_stop = scan_start + (m - 1) * scan_step
-    sums = np.empty((2, nodes + beyond), dtype=np.float32)
+    sums = np.empty((2, size + beyond), dtype=np.float32)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    heights = np.full(nodes + beyond + 2, -1, dtype=np.float32)
-    s, inner = heights[: nodes + 2], heights[1 : nodes + 1]
+    heights = np.full(size + beyond + 2, -1, dtype=np.float32)
+    s, inner = heights[: size + 2], heights[1 : size + 1]
     single = np.empty(beyond, dtype=np.float32)
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
     peak = words.view(np.uint8)
@@ -108,8 +107,8 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, table,
             w_single[i] = w[i]
         scan(w_single, basis, edges, sums, heights[1:-1])
         for k in range(beyond):
-            single[k] = heights[nodes + 1 + k]
-        heights[nodes + 1] = -1
+            single[k] = heights[size + 1 + k]
+        heights[size + 1] = -1
         if shapes.shape[1] > 0:
             between(sums, shapes, mu, least, most, inner)
         best = second = -1
@@ -189,7 +188,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, table,
                 status = _AMBIGUOUS
         if (least > 0.0 and normal <= least) or normal >= most:  # a lesser or a larger force would do better
             status = _AMBIGUOUS
-        if outside(w, far, single, mu, least, most, explained - ambiguity):
+        if outside(w, far, options[19:21], nodes, single, mu, least, most, explained - ambiguity, scratch, fit):
             status = _AMBIGUOUS
         k = _COVARIANCE[wide]
         nn, nt, tt = (row[k + 4], row[k + 5], row[k + 7]) if wide else (row[k + 3], row[k + 4], row[k + 5])

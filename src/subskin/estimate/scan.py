@@ -16,6 +16,8 @@ from .climb import eliminate
 
 FEW = 4
 """Maxima along a line that are climbed."""
+MOST_CHI2 = 1e30
+"""Sum of the squared readings, in noises, from which the digits of a float end before the noise begins."""
 
 
 @compiled(inline=True)

@@ -68,7 +68,7 @@ def drift_figure(
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['reading', 'offset']
     """
-    data = _check.real("readings", readings, finite=False)
+    data = _check.real("readings", _check.readings(readings), finite=False)
     clock = _check.real("time", time, unit="s")
     if data.ndim != 2 or tared.offset.shape != data.shape or clock.shape != data.shape[:1] or not clock.size:
         raise GeometryError(

@@ -116,7 +116,7 @@ def finger_section(
         raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     if estimate is not None and np.size(estimate.status) != 1:
         raise GeometryError(f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed")
-    frame = None if readings is None else _check.real("readings", readings, finite=False)
+    frame = None if readings is None else _check.real("readings", _check.readings(readings), finite=False)
     if frame is not None and frame.shape != (len(finger.array),):
         raise GeometryError(f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors")
 

@@ -87,7 +87,7 @@ class Stage(ABC, Generic[State, Out]):
         Out
             As of `step`, whose errors it raises.
         """
-        frames, clock = np.asarray(readings), None if time is None else np.asarray(time)
+        frames, clock = _check.readings(readings), None if time is None else np.asarray(time)
         if frames.ndim < 2:
             return self.step(None, frames, clock)[1]
         state, parts = None, []
@@ -125,7 +125,7 @@ def in_order(
     readings: npt.ArrayLike, time: npt.ArrayLike | None, last: float = np.nan, sensors: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Readings (m, n) or (n,) and their times (m,), checked: none before `last`, as many `sensors` as are wanted."""
-    data = _check.real("readings", readings, finite=False)
+    data = _check.real("readings", _check.readings(readings), finite=False)
     if data.ndim not in (1, 2) or not data.shape[-1] or sensors not in (None, data.shape[-1]):
         rule = f"frames of {'some' if sensors is None else f'the {sensors}'} sensors, (m, n), are needed"
         raise GeometryError(f"readings of shape {data.shape}", rule)

@@ -16,7 +16,7 @@ from ..._compiled import compiled
 from .. import climb as _climb
 from .. import scan as _scan
 from ..climb import climb_wide, project_wide, slopes
-from ..scan import highest, scan
+from ..scan import MOST_CHI2, highest, scan
 from . import _integrals
 from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey
 from .columns import CHI2, EACH, HALF_WIDTH, KIND, LOG_EVIDENCE, NORMAL, POSITION, STATUS, TANGENTIAL
@@ -170,7 +170,7 @@ def weigh_frames(
             usable &= sensors[2, i] < r < sensors[3, i]
             w[i] = (r - sensors[0, i]) * sensors[1, i]
             total += w[i] * w[i]
-        if not (usable and total < math.inf):
+        if not (usable and total < MOST_CHI2):
             row[STATUS] = _PENDING
             continue
         for i in range(n):

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ..scan import MOST_CHI2
 from . import _solver, _weight
 from . import columns as column
 from ._solver import forward, settle, turn
@@ -208,7 +209,7 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
             usable &= sensors[2, i] < raw < sensors[3, i]
             b[i] = (raw - sensors[0, i]) * sensors[1, i]
             power_total += b[i] * b[i]
-        if not (usable and power_total < math.inf):
+        if not (usable and power_total < MOST_CHI2):
             row[column.STATUS] = _PENDING
             continue
         row[column.RESIDUAL] = power_total

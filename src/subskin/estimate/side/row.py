@@ -47,7 +47,7 @@ class Frames(NamedTuple):
             fix = "ss.Finger(finger.skin, finger.array.select(...)), or finger.fit"
             raise InvalidValueError(f"{len(kinds)} kinds of transducer in one array", rule, fix)
         check_noise(array, "an angle's error comes from the sensors' noise", "SensorArray(..., noise=1e-4)")
-        raw = np.asarray(readings, dtype=np.float64)
+        raw = _check.readings(readings)
         if raw.ndim == 0 or raw.shape[-1] != len(array):
             raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors")
         centre, spread, known = known_only(position=position, position_std=position_std)
