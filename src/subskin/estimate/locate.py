@@ -65,8 +65,8 @@ class Locator(Framewise):
         frame, `used` shows which; where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS and
         that one's load the rival, if it is the nearest. It takes two readings more than unknowns (docs/robust.md).
     beyond : Response, optional
-        Readings under unit forces outside the search: of n sensors or a multiple, as for each stretch along which a load
-        may press, and by the distance along it. Where a load there, as at an end of the search, comes within
+        Readings under unit forces outside the search, by the distance along each stretch where a load may press; n
+        sensors a stretch, one stretch after the other. Where a load there, or at an end of the search, comes within
         `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
 
     Raises
@@ -178,7 +178,8 @@ class Locator(Framewise):
                 0.1 * self._shallowest,  # a profile wider than this may be ambiguous
                 *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
                 *self.normal_force,
-                len(array) * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # a unit force's, by the table
+                len(array)
+                * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # a unit force's, by the table
                 float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
                 *stretch,
             ]
@@ -313,9 +314,9 @@ def locate(
     """
     if _unknown:
         _check.no_options(_unknown, _OPTIONS.replace("half_width, ", ""))
-    return _quick(
-        finger, "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
-    )(readings)
+    return _quick(finger, "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers)(
+        readings
+    )
 
 
 def fit(
