@@ -70,7 +70,7 @@ def test_a_wider_range_of_widths_costs_what_it_adds():
 
 
 def test_cannot_tell_with_four_sensors_and_a_free_width():
-    """Four unknowns explain four readings, whatever pressed: the answer is that they cannot tell."""
+    """Four unknowns, four readings: several kinds explain them, and the answer is that they cannot tell."""
     tip = finger(4)
     kinds = tuple(Kind(n, n, (0.02, 1.2)) for n in ("wedge", "punch", "hertz"))
     touches = [ss.Hertz(1.0, a, y, half_width=0.5) for a, y in ((0.0, 0.2), (0.3, -0.4), (-0.4, 0.1), (0.1, 0.6))]
