@@ -163,7 +163,7 @@ class Locator(Framewise):
         fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
         far, nodes, stretches, stretch = self._outside(pattern, scale)
         basis, edges, shapes = scan_geometry(np.concatenate([fields * scale[:, None], far]), self.friction)
-        shapes = shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0]
+        shapes = np.ascontiguousarray(shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0])
         wide = self.layout.wide
         # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
         largest = float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm))
