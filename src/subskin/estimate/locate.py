@@ -23,9 +23,8 @@ from .layout import LINE, WIDE
 __all__ = ["Locator", "fit", "locate", "locator"]
 
 _SCAN_WIDTHS = 12
-_FARTHEST = 8.0
-"""Depths beside the row up to which a load is thought of that nobody looks for, where no search is stated."""
-_NODES = 7
+_FARTHEST, _NODES = 8.0, 7
+"""Depths beside the row up to which a load is thought of where no search is stated, and positions to start from."""
 _FAR_ERROR = 1e-6
 _OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers"
 
@@ -179,7 +178,7 @@ class Locator(Framewise):
                 *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
                 *self.normal_force,
                 len(array)
-                * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # a unit force's, by the table
+                * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # of a unit force, by the table
                 float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
                 *stretch,
             ]
@@ -191,8 +190,8 @@ class Locator(Framewise):
         n, far = int(pattern.sum()), self._beyond
         if far is None:
             return np.empty((0, n, 2)), np.empty(0), np.empty((0, 1, 5, 2, n)), (0.0, 1.0)
-        parts = [far.select(np.arange(far.sensors) // len(pattern) == k) for k in range(far.sensors // len(pattern))]
-        parts = [part.select(pattern) for part in parts]
+        each = np.flatnonzero(pattern)
+        parts = [far.select(each + k) for k in range(0, far.sensors, len(pattern))]
         nodes = np.geomspace(far.start, far.stop, _NODES)
         fields = np.concatenate([part(nodes) for part in parts]) * scale[:, None]
         return fields, nodes, np.stack([packed(part, scale) for part in parts]), (far.start, far.step)
@@ -336,9 +335,8 @@ def fit(
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
 
-    Global in position and width. Four unknowns: with four readings hardly anything but a pull, a load out of range or
-    nonsense is UNEXPLAINED, and only what more sensors say can speak against the family. A fit of line loads is
-    `locate`.
+    Global in position and width. Four unknowns: with four readings a pull and nonsense are UNEXPLAINED, and more sensors
+    are needed to speak against the family. A fit of line loads is `locate`.
 
     Parameters
     ----------
