@@ -47,7 +47,7 @@ def test_what_is_masked_is_missing():
     kinds = [ss.side_angle(FINGER, part, position=0.8e-3, half_width=0.3e-3).angle for part in (masked, holed)]
     assert np.array_equal(*kinds, equal_nan=True)
     time = np.arange(30) * 0.01
-    stream = np.ma.masked_array(np.tile(TOUCH, (30, 1)), mask=np.arange(6) == 3)
+    stream = np.ma.masked_array(np.tile(TOUCH, (30, 1)), mask=np.tile(np.arange(6) == 3, (30, 1)))
     tared = [ss.Tare(FINGER)(part, time).readings for part in (stream, stream.filled(np.nan))]
     assert np.array_equal(*tared, equal_nan=True)
 

@@ -335,8 +335,8 @@ def fit(
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
 
-    Global in position and width. Four unknowns: with four readings a pull and nonsense are UNEXPLAINED, and more sensors
-    are needed to speak against the family. A fit of line loads is `locate`.
+    Global in position and width. Four unknowns: with four readings a pull and nonsense are UNEXPLAINED, but it takes
+    more sensors to speak against the family. A fit of line loads is `locate`.
 
     Parameters
     ----------
