@@ -206,7 +206,8 @@ def test_a_known_width_and_no_friction():
     assert known.spare == 2
     assert known.force == pytest.approx(40.0, rel=1e-6)
     assert known.std[3] == 0
-    bounded = tip.fit(frame, "hertz", half_width=(0.2 * DEPTH, 0.6 * DEPTH))
+    wider = tip.read(ss.Hertz(40.0, 0.0, 0.3e-3, half_width=0.601 * DEPTH))
+    bounded = tip.fit(wider, "hertz", half_width=(0.2 * DEPTH, 0.6 * DEPTH))
     assert bounded.half_width == pytest.approx(0.6 * DEPTH, rel=1e-6)
     assert bounded.status == ss.Status.AMBIGUOUS
 

@@ -125,11 +125,13 @@ def test_a_sure_position_has_no_other_as_good_beside_it():
         ss.LineLoad(40.0, *np.random.default_rng(1).uniform([[-0.7], [-8e-3]], [[0.7], [8e-3]], (2, 3000))),
         np.random.default_rng(2),
     )
-    found = finger.locate(frames)
+    found = finger.locate(frames, search=(-10.5e-3, 10.5e-3))
     reach = np.maximum(6 * found.std[:, 0], 0.1 * depth)
     step = depth / 32  # of the search, by which "beside it" may be farther
     within = np.abs(found.position) + reach + step < 10e-3
-    alone = ~(found.second.chi2 < most) & (found.std[:, 2] < 1)  # no rival, and an angle
+    ends = np.min([chi2_of(finger, frames, np.full(3000, end), 1.0) for end in (-10.5e-3, 10.5e-3)], axis=0)
+    # no rival, an angle, and no load at an end of the search that would do
+    alone = ~(found.second.chi2 < most) & (found.std[:, 2] < 1) & (ends - found.residual > most)
 
     def risen(chosen, distance):
         y, away = found.position[chosen], distance[chosen]

@@ -192,7 +192,7 @@ def shear_seen(pressure: FloatArray, shear: FloatArray, step: float) -> float:
     and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to 0.5.
     """
     cov = covariance(len(pressure), step)
-    largest = max(float(np.abs(pressure).max()), float(np.abs(shear).max())) or 1.0  # only ratios count
+    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, shear)) or 1.0  # only ratios count
     pressure, shear = pressure / largest, shear / largest
     one, two = pressure.T @ cov @ pressure, shear.T @ cov @ shear
     if not np.trace(two) > 0:
