@@ -21,7 +21,7 @@ ORDER = (
     "_registry",
     "material",
     "tensor",
-    "load",
+    "loads",
     "contact",
     "skin",
     "transducer",

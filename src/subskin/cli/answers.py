@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..io.files import check_target
-from ..io.finger_file import FingerFile, load_finger
+from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, read_table
 from ..stream.pipeline import Pipeline
 from ..stream.stage import Stage
@@ -66,7 +66,7 @@ def answers_of(options: argparse.Namespace, prepare: Callable[[FingerFile], Answ
     for target in (options.out, getattr(options, "totals", None)):
         if target not in (None, "-"):
             check_target(target)
-    file, table = load_finger(options.finger), read_table(options.readings)
+    file, table = load(options.finger), read_table(options.readings)
     rows = chosen_rows(options, len(table)) ^ getattr(options, "skip_used", False)
     readings, time = (table.readings(file.names), None) if options.tare is None else file.frames(table)
     drift = _drift(options.tare)

@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     refuse_blind_options(options)
     from ..calibration import calibrate
 
-    file, table = io.load_finger(options.finger), io.read_table(options.touches)
+    file, table = io.load(options.finger), io.read_table(options.touches)
     readings = table.readings(file.names)
     loads = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     from ..pressing import ParticleOnFlat
 
     check_figure(options.figure)
-    finger = io.load_finger(options.finger).finger
+    finger = io.load(options.finger).finger
     if not 1 <= options.moduli <= 1000:
         raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000")
     forces = _spread(positive(options.force, "N/m", "--force"), 3)

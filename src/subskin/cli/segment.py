@@ -37,7 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    file = io.load_finger(options.finger)
+    file = io.load(options.finger)
     if file.recording is None:
         fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
         raise FileError(options.finger, "it has no table [recording] that says how to read one", fix)

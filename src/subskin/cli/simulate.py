@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    file = io.load_finger(options.finger)
+    file = io.load(options.finger)
     n = len(file.finger.array)
     if options.count < 1 or options.count * n > _MOST:
         raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}")

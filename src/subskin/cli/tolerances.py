@@ -84,7 +84,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     check_figure(options.figure)
-    file = io.load_finger(options.finger)
+    file = io.load(options.finger)
     touches = _touches(options, file)
     amounts = _amounts(options, file)
     wanted = {name: _wanted(options, name, unit) for name, unit in (("position", "m"), ("angle", "rad"))}

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import GeometryError
-from ..load import Load, polar_covariance
+from ..loads import Load, polar_covariance
 from .layout import LINE, Layout
 
 __all__ = ["Estimate", "FrameTable", "Rival", "Status"]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from . import _schema
     from .tables import Table
 
-__all__ = ["FingerFile", "load_finger", "parse_finger", "save_finger"]
+__all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
 _MOST_SENSORS = 10_000
@@ -146,7 +146,7 @@ class FingerFile:
         return replace(parse_finger(text, "the file as changed"), search=self.search)
 
 
-def load_finger(path: str | Path) -> FingerFile:
+def load(path: str | Path) -> FingerFile:
     """Read a finger from `path`.
 
     Raises
@@ -157,7 +157,7 @@ def load_finger(path: str | Path) -> FingerFile:
 
     Examples
     --------
-    >>> load_finger("finger.toml")
+    >>> load("finger.toml")
     Traceback (most recent call last):
     subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
     """
@@ -178,7 +178,7 @@ def save_finger(file: FingerFile, path: str | Path) -> None:
     >>> file = parse_finger("skin = {young = 4e5}\nsensors = {y = [0.0], depth = 2e-3}")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     save_finger(file, f"{folder}/finger.toml")
-    ...     load_finger(f"{folder}/finger.toml").names
+    ...     load(f"{folder}/finger.toml").names
     ('s0',)
     """
     write_bytes(path, file.text.encode("utf-8"))
@@ -190,7 +190,7 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     Raises
     ------
     FileError
-        As `load_finger`.
+        As `load`.
 
     Examples
     --------
