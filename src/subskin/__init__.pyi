@@ -26,6 +26,7 @@ from .design.blind_spots import blind_spots
 from .errors import SubskinError
 from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
 from .finger import Finger
+from .io import load
 from .loads import Load
 from .material import Material
 from .pressing import press
@@ -85,6 +86,7 @@ __all__ = [
     "decide",
     "design",
     "fit",
+    "load",
     "locate",
     "locator",
     "press",

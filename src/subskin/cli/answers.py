@@ -19,6 +19,7 @@ from ..io.tables import Table, read_table
 from ..stream.pipeline import Pipeline
 from ..stream.stage import Stage
 from .common import check_figure, chosen_rows, number, progress_bar, said_of, show
+from .frames import warn_of_raw
 
 __all__ = ["Answers", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_counts", "status_names"]
 
@@ -67,6 +68,7 @@ def answers_of(options: argparse.Namespace, prepare: Callable[[FingerFile], Answ
         if target not in (None, "-"):
             check_target(target)
     file, table = load(options.finger), read_table(options.readings)
+    warn_of_raw(options, file, table)
     rows = chosen_rows(options, len(table)) ^ getattr(options, "skip_used", False)
     readings, time = (table.readings(file.names), None) if options.tare is None else file.frames(table)
     drift = _drift(options.tare)

@@ -66,7 +66,9 @@ def run(options: argparse.Namespace) -> int:
     from ..calibration import calibrate
 
     file, table = io.load(options.finger), io.read_table(options.touches)
-    readings = table.readings(file.names)
+    file, readings = file.for_touches(table), table.readings(file.names)
+    if options.force_column is None and file.recording is not None and file.recording.force is not None:
+        options.force_column = "force"  # the recording has one, which `segment` keeps under this name
     loads = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")
         for name in ("force", "angle")

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from typing import TYPE_CHECKING
 
 from .common import add_figure, add_rows, add_shared
 
-__all__ = ["MEANING", "add_frames"]
+if TYPE_CHECKING:
+    from .. import io
+
+__all__ = ["MEANING", "add_frames", "warn_of_raw"]
 
 MEANING = {
     "ok": "one load explains the readings",
@@ -33,3 +38,13 @@ def add_frames(parser: argparse.ArgumentParser, verb: str, what: str, figure: st
     add_figure(parser, figure)
     add_rows(parser, f"{verb} only")
     add_shared(parser, what)
+
+
+def warn_of_raw(options: argparse.Namespace, file: io.FingerFile, table: io.Table) -> None:
+    """Say where a raw recording is read without --tare, though its unit or its offsets are not the finger's."""
+    how = file.recording
+    if options.tare is not None or how is None or (how.scale == 1 and not file.differences):
+        return
+    if {column.name for column in (how.time, how.press) if column is not None} <= set(table.columns):
+        what = "it has the columns of a raw recording, and the finger reads SI units without offsets"
+        print(f"subskin: warning: {table.name}: {what}. Fix: --tare reads it by [recording]", file=sys.stderr)

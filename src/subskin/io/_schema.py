@@ -12,6 +12,7 @@ from .units import quantity, si_unit, unit_scale
 __all__ = [
     "CalibrationTable",
     "ColumnTable",
+    "ContactTable",
     "FingerDocument",
     "Length",
     "Lengths",
@@ -156,6 +157,7 @@ class RecordingTable(StrictTable):
     time: ColumnTable | None = None
     position: ColumnTable | None = None
     press: ColumnTable | None = None
+    force: ColumnTable | None = None
     early: Number = 0.4
     before: Time = 0.3
     hold: Time = 0.5
@@ -174,10 +176,17 @@ class TareTable(StrictTable):
     drift: Readings = None
 
 
+class ContactTable(StrictTable):
+    """[touch] of a finger.toml: what is known of the contacts."""
+
+    length: Length | None = None
+
+
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
     origin: Length = 0.0
+    differences: StrictBool = False
     source: StrictStr = ""
     fit: list[StrictStr] = []
     touches: StrictInt = 0
@@ -199,6 +208,7 @@ class FingerDocument(StrictTable):
     recording: RecordingTable | None = None
     relaxation: RelaxationTable | None = None
     tare: TareTable = TareTable()
+    touch: ContactTable = ContactTable()
     calibration: CalibrationTable = CalibrationTable()
 
 
