@@ -17,6 +17,7 @@ ORDER = (
     "_lazy",
     "errors",
     "_check",
+    "_shown",
     "_compiled",
     "_registry",
     "material",

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._shown import html_table, lines, span
 from ..errors import FileError, InvalidValueError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
@@ -89,6 +90,20 @@ class FingerFile:
     length: float | None = None
     text: str = ""
     name: str = "finger.toml"
+
+    def __repr__(self) -> str:
+        return lines(f"FingerFile {self.name}", self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_table(f"FingerFile {self.name}", self._shown())
+
+    def _shown(self) -> list[tuple[str, str]]:
+        first = [(line[2:12].strip(), line[12:]) for line in repr(self.finger).splitlines()[1:]]
+        options = [f"{name} = {value:g}" for name, value in self.options.items()]
+        options += [] if self.search is None else [f"search {span(1e3 * np.asarray(self.search), 'mm')}"]
+        kind = "differences from the free skin" if self.differences else "as they come, offsets in them"
+        told = [("locate", ", ".join(options) or "as usual"), ("columns", ", ".join(self.names)), ("readings", kind)]
+        return [*first, *told]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         return {"search": self.search, **self.options, **changes}
