@@ -9,7 +9,7 @@ import pytest
 
 import subskin as ss
 from subskin.errors import FileError, InvalidValueError
-from subskin.io import parse_finger, read_table, save_finger, write_table
+from subskin.io import finger_text, parse_finger, parse_goals, read_table, save_finger, write_table
 from subskin.synthetic import simulate_recording
 
 from .._commands import subskin
@@ -190,3 +190,55 @@ def test_what_cannot_be_read_is_said(rig):
         parse_finger(DRAWN.replace('[touch]\nlength = "20 mm"', ""))
     with pytest.raises(FileError, match="has to be > 0"):
         parse_finger(DRAWN.replace('length = "20 mm"', "length = 0"))
+
+
+GOALS = """\
+touch = {{force = {force}, span = "10 mm"{length}}}
+accuracy = {{position = "0.5 mm"}}
+room = {{count = 4, depth = "2 mm", least_pitch = "2 mm"}}
+sensor = [{{name = "gauge", kind = "normal_strain", noise = 1e-4}}]
+skin = [{{name = "soft", young = "0.4 MPa"}}]
+"""
+
+
+def test_goals_take_newtons_where_the_length_is_known():
+    known = ', length = "20 mm"'
+    goals = parse_goals(GOALS.format(force='["0.5 N", "60 N/m"]', length=known)).goals
+    assert (goals.touches.force, goals.strongest, goals.touches.length) == (25.0, 60.0, 0.02)
+    row = ss.design.search.Row(skin=0, sensor=0, count=4, depth=2e-3, pitch=2e-3)
+    file = parse_goals(GOALS.format(force='"0.5 N"', length=known))
+    assert parse_finger(finger_text(file, row, (-5e-3, 5e-3), [])).length == 0.02
+    with pytest.raises(FileError, match=r'force = "0.5 N": a force per length.*Fix: 0.5 N over a contact 20 mm long'):
+        parse_goals(GOALS.format(force='"0.5 N"', length=""))
+    with pytest.raises(FileError, match="length"):
+        parse_goals(GOALS.format(force='"0.5 N"', length=', length = "0 mm"'))
+
+
+def test_commands_take_and_give_newtons(rig):
+    folder, file, _ = rig
+    ran = subskin("simulate", folder / "calibrated.toml", "-o", folder / "r.csv", "--count", 3, "--force", "0.8 N")
+    assert (ran.code, ran.err) == (0, "")
+    np.testing.assert_allclose(read_table(folder / "r.csv").numbers("force"), 40.0)
+    subskin("locate", folder / "calibrated.toml", folder / "presses.csv", "-o", folder / "located.csv")
+    located = read_table(folder / "located.csv")
+    np.testing.assert_allclose(located.numbers("newtons"), 0.02 * located.numbers("force"), rtol=1e-12)
+    (folder / "bare.toml").write_text(file.text.replace("[touch]\nlength", "[touch]\n# length").replace("mN", "mN/m"))
+    ran = subskin("simulate", folder / "bare.toml", "-o", folder / "r.csv", "--force", "0.8 N")
+    assert ran.code == 2
+    assert "20 mm long is 25 N/m" in ran.err
+
+
+def test_presses_of_several_depths_without_a_force_are_said(rig):
+    folder, _, _ = rig
+    bare = "\n".join(line for line in DRAWN.splitlines() if "cell" not in line)
+    (folder / "unweighed.toml").write_text(bare)
+    deep = read_table(folder / "raw.csv")
+    columns = {name: deep.numbers(name).copy() for name in deep.columns}
+    columns["z"][len(deep) // 2 :] *= 1.5
+    write_table(folder / "deep.csv", columns)
+    ran = subskin("segment", folder / "unweighed.toml", folder / "deep.csv", "-o", folder / "deep_presses.csv")
+    assert "presses of 4 to 6 mm, and no force" in ran.err
+    ran = subskin("calibrate", folder / "unweighed.toml", folder / "deep_presses.csv", "-o", folder / "c.toml")
+    assert "Fix: [recording] force, or --force-column" in ran.err
+    ran = subskin("segment", folder / "drawn.toml", folder / "deep.csv", "-o", folder / "deep_presses.csv")
+    assert ran.err == ""

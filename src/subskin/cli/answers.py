@@ -115,6 +115,8 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
         "second_chi2": second.chi2,
         "used": answers.used,
     }
+    if answers.file.length is not None:
+        columns["newtons"] = found.force * answers.file.length
     return {k: v for k, v in columns.items() if width or not ("half_width" in k or k == "spare")}
 
 

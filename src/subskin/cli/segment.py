@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from ..io.units import quantity
 from .common import add_shared, describe, give, number, said_of, show
+from .frames import warn_of_spread
 
 if TYPE_CHECKING:
     from ..stream.presses import Presses
@@ -43,6 +44,8 @@ def run(options: argparse.Namespace) -> int:
     }
     with said_of(table.name):
         presses = file.segment(table, **{name: value for name, value in changed.items() if value is not None})
+    if presses.depth is not None and presses.force is None:
+        warn_of_spread(table.name, presses.depth, 'force = { column = "load_cell", unit = "N" } under [recording]')
     columns = _columns(presses, file.names)
     if options.out is not None:
         io.write_table(options.out, columns)

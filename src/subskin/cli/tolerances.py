@@ -9,7 +9,7 @@ from typing import Any, TextIO
 
 from .. import design, io
 from ..errors import InvalidValueError
-from ..io.units import quantity
+from ..io.units import line_load, quantity
 from .common import (
     add_figure,
     add_json,
@@ -128,7 +128,7 @@ def _touches(options: argparse.Namespace, file: io.FingerFile) -> design.Touches
             middle, half = 0.5 * float(y.min() + y.max()), 0.5 * abs(low)
             low, high = middle - half, middle + half
         span = (low, high)
-    return design.Touches(quantity(options.force, "N/m", "--force"), friction, span)
+    return design.Touches(line_load(options.force, file.length, "--force"), friction, span)
 
 
 def _amounts(options: argparse.Namespace, file: io.FingerFile) -> dict[str, float]:
