@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib import import_module
 from typing import Any
@@ -11,7 +11,31 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Drawing", "html_table", "lines", "many_of", "span", "with_error"]
+__all__ = ["Drawing", "Presets", "html_table", "lines", "many_of", "span", "with_error"]
+
+
+class Presets(dict[str, dict[str, Any]]):
+    """Rows by their names, each a value by the name of its column; shown as a table in the units of people."""
+
+    def __init__(self, rows: Mapping[str, dict[str, Any]], units: Mapping[str, tuple[float, str]]) -> None:
+        super().__init__(rows)
+        self._units = dict(units)
+
+    def _table(self) -> tuple[list[str], list[list[str]]]:
+        columns = list(next(iter(self.values())))
+        heads = ["name", *(f"{c} [{self._units[c][1]}]" if c in self._units else c for c in columns)]
+        return heads, [[name, *(self._cell(c, row[c]) for c in columns)] for name, row in self.items()]
+
+    def _cell(self, column: str, value: Any) -> str:
+        return f"{value * self._units.get(column, (1.0, ''))[0]:.3g}" if isinstance(value, float) else str(value)
+
+    def __repr__(self) -> str:
+        heads, rows = self._table()
+        return lines("", [heads, *rows]).lstrip("\n")
+
+    def _repr_html_(self) -> str:
+        heads, rows = self._table()
+        return html_table("", rows, heads)
 
 
 class Drawing:

@@ -212,7 +212,7 @@ def test_blind_spots(check, tmp_path):
     (tmp_path / "few.toml").write_text(SKINS["flat"] + SENSORS.replace("count = 6", "count = 4") + "noise = 20\n")
     ran = check("few", "--snr", 100, "--touches", 200, "--json")
     assert (ran.code, ran.err) == (0, "")
-    told, finger = json.loads(ran.out)["blind_spots"], load_finger("few.toml").finger
+    told, finger = json.loads(ran.out)["blind_spots"], load("few.toml").finger
     found = ss.blind_spots(finger, snr=100.0, count=200)
     assert told["sentence"] == found.sentence
     rows = {row["name"]: row for row in told["rows"]}

@@ -17,6 +17,7 @@ ORDER = (
     "_lazy",
     "errors",
     "_check",
+    "_presets",
     "_shown",
     "_compiled",
     "_registry",

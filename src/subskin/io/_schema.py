@@ -90,7 +90,8 @@ class StrictTable(BaseModel):
 class MaterialTable(StrictTable):
     """[skin.base]: the half plane beneath the layers."""
 
-    young: Pressure
+    material: StrictStr | None = None
+    young: Pressure | None = None
     poisson: Number = 0.5
 
 
@@ -105,6 +106,7 @@ class SkinTable(StrictTable):
     """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
 
     kind: StrictStr = "half_plane"
+    material: StrictStr | None = None
     young: Pressure | None = None
     poisson: Number | None = None
     plane: Literal["strain", "stress"] | None = None
@@ -122,6 +124,7 @@ class SensorsTable(StrictTable):
     centre: Length = 0.0
     y: Lengths | None = None
     depth: Lengths
+    sensor: StrictStr | None = None
     kind: Annotated[Any, PlainValidator(lambda value: value)] = "normal_strain"
     exact: StrictBool = False
     width: Lengths = 0.0

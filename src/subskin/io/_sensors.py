@@ -33,8 +33,14 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
     table = document.sensors
     with about("sensors"):
         positions = _positions(table)
-        transducers = _transducers(table.kind, table.exact, len(positions))
-        parameters = _parameters(document, transducers)
+        preset = {} if table.sensor is None else SensorArray.preset(table.sensor)
+        usual = preset.pop("transducer", None)
+        own = usual is None or "kind" in table.model_fields_set
+        transducers = _transducers(table.kind, table.exact, len(positions)) if own else usual
+        given = _parameters(document, transducers)
+        parameters = preset | {
+            key: value for key, value in given.items() if key in table.model_fields_set or not preset
+        }
         return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
 
 

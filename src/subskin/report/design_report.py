@@ -115,8 +115,8 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
     component = study.goals.sensors[finger.row.sensor].transducer.component
     return Picture(
         finger_section(finger.finger, touch, readings=readings, estimate=found, component=component),
-        f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(0.5 * touches.cone, 'rad')}, with one "
-        "frame of noisy readings, and the load found from them with its 95 % interval.",
+        f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(0.5 * touches.cone, 'rad')}, with "
+        "one frame of noisy readings, and the load found from them with its 95 % interval.",
     )
 
 
