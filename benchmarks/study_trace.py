@@ -65,14 +65,14 @@ def main() -> None:
     """Run and print."""
     import subskin
     from subskin.cli import main as subskin_main
-    from subskin.io.finger_file import load_finger
+    from subskin.io.finger_file import load
 
     options = arguments(__doc__, frames=100)
     root = str(Path(subskin.__file__).parent)
     with tempfile.TemporaryDirectory() as folder:
         toml, table, out = (Path(folder) / name for name in ("finger.toml", "readings.csv", "out.csv"))
         toml.write_text(FINGER)
-        finger = load_finger(toml)
+        finger = load(toml)
         finger = getattr(finger, "finger", finger)
         position = np.random.default_rng(0).uniform(-3e-3, 3e-3, options.frames)
         readings = finger.read(subskin.LineLoad(20.0, angle=0.2, position=position), rng=np.random.default_rng(1))

@@ -6,7 +6,7 @@ from . import errors as errors
 from . import estimate as estimate
 from . import finger as finger
 from . import io as io
-from . import load as load
+from . import loads as loads
 from . import material as material
 from . import memo as memo
 from . import plot as plot
@@ -26,7 +26,8 @@ from .design.blind_spots import blind_spots
 from .errors import SubskinError
 from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
 from .finger import Finger
-from .load import Load
+from .io import load
+from .loads import Load
 from .material import Material
 from .pressing import press
 from .response import tabulate
@@ -85,6 +86,7 @@ __all__ = [
     "decide",
     "design",
     "fit",
+    "load",
     "locate",
     "locator",
     "press",

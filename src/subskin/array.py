@@ -11,8 +11,10 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._presets import SENSORS, named
+from ._shown import Presets
 from .errors import GeometryError, InvalidValueError
-from .transducer import NormalStrain, Transducer
+from .transducer import MeanPressure, NormalStrain, Transducer
 
 __all__ = ["SensorArray"]
 
@@ -27,6 +29,9 @@ _PER_SENSOR: dict[str, dict[str, Any]] = {
     "resolution": {"at_least": 0.0},
 }
 """Parameters of which each sensor has its own, and their limits."""
+
+_AIR = 101_325.0
+"""The standard atmosphere [Pa]: what a barometer reads where nothing presses."""
 
 
 def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
@@ -159,6 +164,44 @@ class SensorArray:
         """
         kind = NormalStrain() if transducer is None else transducer
         return cls(y=even_row(count, pitch, centre), depth=depth, transducer=kind, **parameters)
+
+    @staticmethod
+    def preset(name: str) -> dict[str, Any]:
+        """What a barometer in the skin is to `SensorArray`: transducer, noise, range, and as offset the air's pressure.
+
+        `SensorArray.presets()` lists them, with their sources.
+
+        Parameters
+        ----------
+        name : str
+            E.g. "BMP280", "MS5611".
+
+        Raises
+        ------
+        InvalidValueError
+            A name that is not known.
+
+        Examples
+        --------
+        >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, **SensorArray.preset("LPS25HB"))
+        >>> float(array.noise[0]), array.transducers[0], float(array.high[0])
+        (1.0, MeanPressure(), 126000.0)
+        """
+        found = named(name, SENSORS, "sensor")
+        ends = {"low": found.low, "high": found.high}
+        return {"transducer": MeanPressure(), "noise": found.noise, "offset": _AIR, **ends}
+
+    @staticmethod
+    def presets() -> Presets:
+        """The barometers that `preset` knows: noise and range of a reading [Pa], source; a table.
+
+        Examples
+        --------
+        >>> SensorArray.presets()["MS5611"]["noise"]
+        1.2
+        """
+        units = {"noise": (1.0, "Pa"), "low": (1e-3, "kPa"), "high": (1e-3, "kPa")}
+        return Presets({name: {**vars(found)} for name, found in SENSORS.items()}, units)
 
     def __len__(self) -> int:
         return len(np.asarray(self.y))

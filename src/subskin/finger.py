@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._shown import Drawing, html_table, lines, many_of, span
 from .array import SensorArray
 from .contact import Contact, LineLoad
 from .errors import GeometryError, InvalidValueError
@@ -99,8 +101,32 @@ class Finger:
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
 
+    plot = Drawing("finger_figure")
+
     def __repr__(self) -> str:
-        return f"Finger({self.skin}, {self.array})"
+        return lines("Finger", self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_table("Finger", self._shown())
+
+    def _shown(self) -> list[tuple[str, str]]:
+        """What a person sees of it: the skin, and the sensors in the units of people."""
+        a = self.array
+        kinds = many_of(Counter(type(kind).__name__ for kind in a.transducers).items())
+        dead = int((~a.live).sum())
+        pitches = np.diff(np.sort(np.asarray(a.y)))
+        units = {kind.unit for kind in a.transducers} if np.all(a.gain == 1) else {""}
+        apart = f", {span(1e3 * pitches, 'mm')} apart" if len(a) > 1 else ""
+        return [
+            ("skin", str(self.skin)),
+            ("sensors", kinds + (f", {dead} dead" if dead else "")),
+            ("position", f"y = {span(1e3 * np.asarray(a.y), 'mm')}{apart}"),
+            ("depth", span(1e3 * np.asarray(a.depth), "mm")),
+            (
+                "noise",
+                span(a.noise, units.pop() if len(units) == 1 else "") + f", gain {span(np.asarray(a.gain)[a.live])}",
+            ),
+        ]
 
     def __getstate__(self) -> dict[str, object]:
         return {"skin": self.skin, "array": self.array}  # what is worked out of them stays behind

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Self
 
 from . import _check
+from ._presets import RUBBERS, named
+from ._shown import Presets
 
 __all__ = ["Material"]
 
@@ -43,6 +46,44 @@ class Material:
         fix = "rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3"
         poisson = _check.scalar("poisson", self.poisson, at_least=0.0, at_most=0.5, fix=fix)
         object.__setattr__(self, "poisson", poisson)
+
+    @classmethod
+    def preset(cls, name: str, poisson: float = 0.5) -> Self:
+        """A rubber by its name; `Material.presets()` lists them, with their spread and sources.
+
+        Young's modulus of a rubber depends on how it was mixed, cured and tested, by a factor of two at times. The
+        preset is a start for a design. A calibration, or a test of one's own, replaces it.
+
+        Parameters
+        ----------
+        name : str
+            E.g. "Ecoflex 00-30", "Dragon Skin 20", "Sylgard 184".
+        poisson : float, optional
+            Poisson's ratio nu [-].
+
+        Raises
+        ------
+        InvalidValueError
+            A name that is not known.
+
+        Examples
+        --------
+        >>> print(Material.preset("Dragon Skin 20"))
+        0.4423 MPa, nu 0.5
+        """
+        return cls(named(name, RUBBERS, "material").young, poisson)
+
+    @staticmethod
+    def presets() -> Presets:
+        """The rubbers that `preset` knows: Young's modulus [Pa], what tests find, Shore hardness, source; a table.
+
+        Examples
+        --------
+        >>> Material.presets()["Sylgard 184"]["high"]
+        2970000.0
+        """
+        rows: dict[str, dict[str, Any]] = {name: {**vars(rubber)} for name, rubber in RUBBERS.items()}
+        return Presets(rows, {"young": (1e-6, "MPa"), "low": (1e-6, "MPa"), "high": (1e-6, "MPa")})
 
     def __str__(self) -> str:
         e = self.young

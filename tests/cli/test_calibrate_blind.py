@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 
 DRAWN = """\
 # six gauges
@@ -48,7 +48,7 @@ def test_the_file_written_locates_as_the_real_finger_does(touches, subskin):
     assert written.startswith("# six gauges")
     assert "# as drawn" in written
     assert "blind = true" in written
-    real, new = load_finger("real.toml").finger.array, load_finger("new.toml").finger.array
+    real, new = load("real.toml").finger.array, load("new.toml").finger.array
     ratio = np.asarray(new.gain) / np.asarray(real.gain)
     assert np.ptp(np.log(ratio)) < 0.01
     answers = {}

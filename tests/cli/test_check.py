@@ -8,7 +8,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import half_plane_error
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 
 SENSORS = """
 [sensors]
@@ -66,7 +66,7 @@ def test_every_kind_of_skin(check, name, said):
     ran = check(name)
     assert (ran.code, ran.err) == (0, "")
     assert said in ran.out
-    found = half_plane_error(load_finger(f"{name}.toml").finger)
+    found = half_plane_error(load(f"{name}.toml").finger)
     table = told(ran.out)
     for row, error in (("half plane as drawn", found.as_drawn), ("half plane, calibrated", found.calibrated)):
         s = error.summary()
@@ -87,7 +87,7 @@ def test_json(check):
     ran = check("round", "--json", "--half-width", "0.2 mm", "--snr", 50)
     assert (ran.code, ran.err) == (0, "")
     data = json.loads(ran.out)
-    finger = load_finger("round.toml").finger
+    finger = load("round.toml").finger
     found = half_plane_error(finger, half_width=2e-4, snr=50.0)
     assert (data["half_width"], data["touches"]) == (2e-4, 123)
     np.testing.assert_allclose(data["beneath"], found.beneath, rtol=1e-12)
@@ -212,7 +212,7 @@ def test_blind_spots(check, tmp_path):
     (tmp_path / "few.toml").write_text(SKINS["flat"] + SENSORS.replace("count = 6", "count = 4") + "noise = 20\n")
     ran = check("few", "--snr", 100, "--touches", 200, "--json")
     assert (ran.code, ran.err) == (0, "")
-    told, finger = json.loads(ran.out)["blind_spots"], load_finger("few.toml").finger
+    told, finger = json.loads(ran.out)["blind_spots"], load("few.toml").finger
     found = ss.blind_spots(finger, snr=100.0, count=200)
     assert told["sentence"] == found.sentence
     rows = {row["name"]: row for row in told["rows"]}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 from subskin.io.tables import read_table
 
 NO_OFFSET = ("--fit", "gain,depth,origin")  # presses cut from a recording have none: they are differences
@@ -32,7 +32,7 @@ class TestSimulate:
         for values, low, high in ((force, 10, 60), (angle, -math.pi / 6, math.pi / 6), (position, -9e-3, 9e-3)):
             assert low <= values.min() < low + 0.05 * (high - low)
             assert high >= values.max() > high - 0.05 * (high - low)
-        finger = load_finger("finger.toml").finger
+        finger = load("finger.toml").finger
         expected = finger.read(ss.Hertz(force=force, angle=angle, position=position, half_width=1e-3))
         np.testing.assert_allclose(read_table("r.csv").readings(["p0", "p1", "p2", "p3"]), expected, rtol=1e-12)
 
@@ -86,7 +86,7 @@ class TestTheWholeWay:
         assert (ran.code, ran.err) == (0, "")
         assert "dead: p2" in ran.out
         assert "R^2 0.999" in ran.out.split("held out")[0].splitlines()[-1]
-        file = load_finger("calibrated.toml")
+        file = load("calibrated.toml")
         assert file.origin == pytest.approx(12.5e-3, abs=2e-5)
         np.testing.assert_allclose(file.finger.array.depth[0], 5.6e-3, rtol=5e-3)
         assert file.finger.array.gain[2] == 0
@@ -132,7 +132,7 @@ class TestTheWholeWay:
             "calibrate", "calibrated.toml", "moved.csv", "-o", "today.toml", "--fit", "origin", "--rows", "5,20,35"
         )
         assert ran.code == 0
-        before, after = load_finger("calibrated.toml"), load_finger("today.toml")
+        before, after = load("calibrated.toml"), load("today.toml")
         assert after.origin - before.origin == pytest.approx(0.0401, abs=5e-5)
         np.testing.assert_array_equal(after.finger.array.gain, before.finger.array.gain)
         data = json.loads(
@@ -181,7 +181,7 @@ class TestCalibrate:
         fit = ("--fit", "gain,offset,depth,origin", "--force-column", "force", "--angle-column", "angle")
         ran = subskin("calibrate", "finger.toml", "r.csv", "-o", "c.toml", *fit)
         assert ran.code == 0
-        array = load_finger("c.toml").finger.array
+        array = load("c.toml").finger.array
         np.testing.assert_allclose(array.gain, -1e5, rtol=0.03)
         np.testing.assert_allclose(array.offset, 1e5, rtol=1e-4)
 
@@ -189,7 +189,7 @@ class TestCalibrate:
         (folder / "there.toml").write_text((folder / "finger.toml").read_text() + '[calibration]\norigin = "30 mm"\n')
         subskin("simulate", "there.toml", "-o", "r.csv", "--count", 40)
         subskin("calibrate", "there.toml", "r.csv", "-o", "c.toml", "--fit", "gain", "--force-column", "force")
-        file = load_finger("c.toml")
+        file = load("c.toml")
         assert file.origin == 30e-3
         np.testing.assert_allclose(file.finger.array.gain, -1e5, rtol=0.02)
 
@@ -221,7 +221,7 @@ class TestLocate:
         position, std, error = (table.numbers(n) for n in ("position", "position_std", "error"))
         assert np.isnan(position[1:4]).all()
         assert abs(error[0]) < 6 * std[0]
-        finger = load_finger("finger.toml")
+        finger = load("finger.toml")
         found = finger.locator()(read_table("r.csv").readings(finger.names))
         np.testing.assert_array_equal(position, found.position)
         np.testing.assert_array_equal(table.numbers("second_chi2"), found.second.chi2)

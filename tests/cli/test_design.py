@@ -13,7 +13,7 @@ import pytest
 
 import subskin as ss
 from subskin.design.placement import study_row
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 
 from .. import _commands
 
@@ -118,7 +118,7 @@ def test_fingers_table_and_report(searched):
     numbers = r"For finger 1 it is (\S+) mm and (\S+)° on average, (\S+) mm and (\S+)° at its worst"
     said = [float(number) for number in re.search(numbers, text.replace("\xa0", " ")).groups()]
     position, angle = np.meshgrid(np.linspace(-3e-3, 3e-3, 101), np.arctan(0.5) * np.linspace(-1, 1, 41))
-    finger = load_finger(folder / "one" / "finger_1.toml").finger
+    finger = load(folder / "one" / "finger_1.toml").finger
     found = finger.locate(finger.read(ss.LineLoad(20.0, angle, position)), friction=0.5)
     std = found.std[..., [0, 2]] * [1e3, 180 / np.pi]
     assert said == pytest.approx([*std.mean(axis=(0, 1)), *std.max(axis=(0, 1))], rel=0.02)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 from subskin.io.tables import read_table, write_table
 
 
@@ -16,7 +16,7 @@ def stream(folder):
     text = (folder / "finger.toml").read_text()
     text = text.replace("count = 4", "count = 6").replace('"p3"]', '"p3", "p4", "p5"]')
     (folder / "finger.toml").write_text(text.replace("friction = 0", "friction = 1"))
-    finger = load_finger("finger.toml").finger
+    finger = load("finger.toml").finger
     time = np.arange(0.0, 30.0, 0.02)
     pressed = (time % 10 > 4) & (time % 10 < 8)
     position = 3e-3 * np.floor(time / 10) - 3e-3

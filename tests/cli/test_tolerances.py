@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from subskin.design import Touches, tolerance_budget
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 
 STRAIN = """\
 [skin]
@@ -56,7 +56,7 @@ def test_json_is_the_budget(strain, subskin):
     )  # fmt: skip
     assert done.code == 0, done.err
     found = json.loads(done.out)
-    finger = load_finger("strain.toml").finger
+    finger = load("strain.toml").finger
     tolerances = {"position": 4e-5, "depth": 5e-5, "poisson": 0.01, "noise": 1e-4}
     budget = tolerance_budget(finger, Touches(20.0, 0.8, (-2e-3, 2e-3)), tolerances, draws=20, rng=3)
     for shown, row in zip(found["rows"], budget.rows, strict=True):

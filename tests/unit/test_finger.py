@@ -79,8 +79,13 @@ def test_what_is_kept_of_a_finger_does_not_travel_with_it():
 
 def test_repr_is_short():
     text = repr(finger(count=64, noise=1e-3))
-    assert len(text) < 200
-    assert "64 sensors, NormalStrain(), y = -0.04725 to 0.04725 m, depth = 0.002 m" in text
+    assert len(text) < 250
+    assert text.splitlines()[2:] == [
+        "  sensors   64 NormalStrain",
+        "  position  y = -47.2 to 47.2 mm, 1.5 mm apart",
+        "  depth     2 mm",
+        "  noise     0.001, gain 1",
+    ]
 
 
 def test_a_state_is_worked_out_as_it_is_asked_for():

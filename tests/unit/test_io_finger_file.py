@@ -7,7 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.errors import FileError
-from subskin.io.finger_file import load_finger, parse_finger, save_finger
+from subskin.io.finger_file import load, parse_finger, save_finger
 from subskin.transducer import kinds
 
 GOOD = """\
@@ -286,12 +286,12 @@ class TestSkins:
 def test_reading_a_file(tmp_path):
     path = tmp_path / "finger.toml"
     with pytest.raises(FileError, match="there is no such file"):
-        load_finger(path)
+        load(path)
     path.write_bytes(b"[skin]\nyoung = \xff\n")
     with pytest.raises(FileError, match=r"line 2: the file has to be text in UTF-8"):
-        load_finger(path)
+        load(path)
     path.write_text(GOOD.replace("\n", "\r\n"))
-    assert load_finger(path).names == ("a", "b", "c", "d")
+    assert load(path).names == ("a", "b", "c", "d")
 
 
 class TestWriting:
@@ -342,4 +342,4 @@ def test_single_brackets_for_layers_are_understood(tmp_path):
         '[skin]\nkind = "layers"\n[skin.layers]\nyoung = "1 MPa"\nthickness = "4 mm"\n[sensors]\ncount = 3\n'
     )
     with pytest.raises(FileError, match=r"line 3.*\[\[skin\.layers\]\]"):
-        load_finger(path)
+        load(path)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from subskin.cli import main
-from subskin.io.finger_file import load_finger
+from subskin.io.finger_file import load
 from subskin.io.tables import read_table
 
 FINGER = """\
@@ -103,7 +103,7 @@ def test_held_out_presses_are_located(folder, command):
     assert score["ok"]["median"] <= 0.06e-3
     assert abs(score["ok"]["mean"]) <= 0.1e-3
     # every press over the row is ok; every one beyond what is searched is flagged
-    y = columns["truth"].astype(float) - load_finger(folder / "calibrated.toml").origin
+    y = columns["truth"].astype(float) - load(folder / "calibrated.toml").origin
     assert set(columns["status"][np.abs(y) < 10e-3]) == {"ok"}
     assert not set(columns["status"][np.abs(y) > 10.5e-3]) & {"ok"}
     ok = columns["status"] == "ok"
@@ -119,7 +119,7 @@ def test_three_presses_after_mounting_anew(folder, command, tmp_path, capsys, ro
     fit = ("--fit", "origin", "--rows", rows)
     files = (tmp_path / "unmounted.toml", folder / "presses.csv", tmp_path / "today.toml")
     assert main(["calibrate", *map(str, files[:2]), "-o", str(files[2]), *fit]) == 0
-    before, after = (load_finger(path).finger.array for path in (folder / "calibrated.toml", files[2]))
+    before, after = (load(path).finger.array for path in (folder / "calibrated.toml", files[2]))
     for name in ("gain", "y", "depth"):
         np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
     assert (np.asarray(after.noise) >= before.noise).all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -10,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._shown import html_table, lines, many_of, with_error
 from ..errors import GeometryError
 from ..finger import Finger
 from ._forward import Forward
@@ -73,7 +75,7 @@ class Score:
     touches: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
     """What `calibrate` found.
 
@@ -110,6 +112,24 @@ class Calibration:
     def r2(self) -> float:
         """R^2 on the touches used."""
         return self.score.r2
+
+    def __repr__(self) -> str:
+        return lines(self._title(), self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_table(self._title(), self._shown(), ("parameter", "sensor", "value"))
+
+    def _title(self) -> str:
+        health = many_of(Counter(h.name for h in self.health).items())
+        return f"Calibration on {self.score.touches} touches: R^2 {self.r2:.5f}; sensors {health}"
+
+    def _shown(self) -> list[tuple[str, str, str]]:
+        rows = []
+        for p in self.parameters:
+            scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
+            value = with_error(scale * p.value, scale * p.std, unit)
+            rows.append((p.name, "" if p.sensor is None else str(p.sensor), value))
+        return rows
 
     @property
     def weak(self) -> npt.NDArray[np.bool_]:

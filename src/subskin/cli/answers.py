@@ -14,11 +14,12 @@ import numpy.typing as npt
 from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate, Status
 from ..io.files import check_target
-from ..io.finger_file import FingerFile, load_finger
+from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, read_table
 from ..stream.pipeline import Pipeline
 from ..stream.stage import Stage
 from .common import check_figure, chosen_rows, number, progress_bar, said_of, show
+from .frames import warn_of_raw
 
 __all__ = ["Answers", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_counts", "status_names"]
 
@@ -66,7 +67,8 @@ def answers_of(options: argparse.Namespace, prepare: Callable[[FingerFile], Answ
     for target in (options.out, getattr(options, "totals", None)):
         if target not in (None, "-"):
             check_target(target)
-    file, table = load_finger(options.finger), read_table(options.readings)
+    file, table = load(options.finger), read_table(options.readings)
+    warn_of_raw(options, file, table)
     rows = chosen_rows(options, len(table)) ^ getattr(options, "skip_used", False)
     readings, time = (table.readings(file.names), None) if options.tare is None else file.frames(table)
     drift = _drift(options.tare)
@@ -113,6 +115,8 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
         "second_chi2": second.chi2,
         "used": answers.used,
     }
+    if answers.file.length is not None:
+        columns["newtons"] = found.force * answers.file.length
     return {k: v for k, v in columns.items() if width or not ("half_width" in k or k == "spare")}
 
 

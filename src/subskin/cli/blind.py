@@ -67,7 +67,8 @@ def run_blind(options: argparse.Namespace) -> int:
     check_figure(options.figure)
     if options.out not in (None, "-"):
         check_target(options.out)
-    file, table = io.load_finger(options.finger), io.read_table(options.touches)
+    file, table = io.load(options.finger), io.read_table(options.touches)
+    file = file.for_touches(table)
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
     fit = listed(options.fit or "gain,depth,position")
     errors = _errors(options, file, fit)

@@ -10,6 +10,7 @@ from .. import io
 from ..io.files import write_bytes
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .common import add_json, add_rows, chosen_rows, describe, give, listed, number, show
+from .frames import warn_of_depths
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,8 +66,12 @@ def run(options: argparse.Namespace) -> int:
     refuse_blind_options(options)
     from ..calibration import calibrate
 
-    file, table = io.load_finger(options.finger), io.read_table(options.touches)
-    readings = table.readings(file.names)
+    file, table = io.load(options.finger), io.read_table(options.touches)
+    file, readings = file.for_touches(table), table.readings(file.names)
+    if options.force_column is None and file.recording is not None and file.recording.force is not None:
+        options.force_column = "force"  # the recording has one, which `segment` keeps under this name
+    if options.force_column is None:
+        warn_of_depths(table, "[recording] force, or --force-column with the load of each press")
     loads = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")
         for name in ("force", "angle")

@@ -66,7 +66,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    file = io.load_finger(options.finger)
+    file = io.load(options.finger)
     check_figure(options.map, "--map")
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.files import check_target
-from ..io.units import quantity
+from ..io.units import line_load, quantity
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,25 +96,29 @@ def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_
     return chosen
 
 
-def quantity_range(text: str, unit: str, name: str) -> tuple[float, float]:
-    """A range, as "-5 mm .. 5 mm" or "-5..5 mm", or one value, in SI."""
+def quantity_range(text: str, unit: str, name: str, length: float | None = None) -> tuple[float, float]:
+    """A range, as "-5 mm .. 5 mm" or "-5..5 mm", or one value, in SI; forces in N are divided by the `length` [m]."""
     parts = [part.strip() for part in text.split("..")]
     if len(parts) == 1:
-        value = quantity(parts[0], unit, name)
+        value = _value(parts[0], unit, name, length)
         return value, value
     if len(parts) != 2:
         raise InvalidValueError(f'{name} "{text}"', "a value or a range is needed", f'{name} "-5 mm .. 5 mm"')
     if re.fullmatch(r"[-+.\deE]+", parts[0]):  # -5..5 mm: the unit belongs to both
         parts[0] += " " + re.sub(r"^\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", "", parts[1])
-    low, high = (quantity(part.strip(), unit, name) for part in parts)
+    low, high = (_value(part.strip(), unit, name, length) for part in parts)
     if low > high:
         raise InvalidValueError(f'{name} "{text}"', "the first has to be <= the second", "swap them")
     return low, high
 
 
-def positive(text: str, unit: str, name: str, fix: str = "") -> tuple[float, float]:
-    """A range, or one value, above 0."""
-    low, high = quantity_range(text, unit, name)
+def _value(text: str, unit: str, name: str, length: float | None) -> float:
+    return line_load(text, length, name) if unit == "N/m" else quantity(text, unit, name)
+
+
+def positive(text: str, unit: str, name: str, fix: str = "", length: float | None = None) -> tuple[float, float]:
+    """A range, or one value, above 0; `length` as of `quantity_range`."""
+    low, high = quantity_range(text, unit, name, length)
     if not low > 0:
         raise InvalidValueError(f'{name} "{text}"', f"has to be > 0 [{unit}]", fix)
     return low, high

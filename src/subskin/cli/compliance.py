@@ -60,10 +60,11 @@ def run(options: argparse.Namespace) -> int:
     from ..pressing import ParticleOnFlat
 
     check_figure(options.figure)
-    finger = io.load_finger(options.finger).finger
+    file = io.load(options.finger)
+    finger = file.finger
     if not 1 <= options.moduli <= 1000:
         raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000")
-    forces = _spread(positive(options.force, "N/m", "--force"), 3)
+    forces = _spread(positive(options.force, "N/m", "--force", length=file.length), 3)
     young = _spread(positive(options.young, "Pa", "--young"), options.moduli)
     if options.figure is not None and young.size < 3:
         raise InvalidValueError(f"--figure with {young.size} moduli", "three or more are needed to draw a change")

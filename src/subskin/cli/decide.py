@@ -49,7 +49,6 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ..decide import contact_type
     from .answers import answers_of, status_counts
 
     if not 0.5 < options.sure < 1:
@@ -58,11 +57,7 @@ def run(options: argparse.Namespace) -> int:
     if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
 
-    def prepare(file: io.FingerFile) -> Any:
-        given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("friction", "false_alarm")}
-        return partial(contact_type, file.finger, kinds=kinds, sure=options.sure, search=file.search, **given)
-
-    answers = answers_of(options, prepare)
+    answers = answers_of(options, lambda file: partial(file.decide, kinds=kinds, sure=options.sure))
     said, columns = answers.found, _columns(answers)
     counts = {"status": status_counts(said.status), "kinds": _counts(said)}
     return give(

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from typing import TYPE_CHECKING
 
 from .common import add_figure, add_rows, add_shared
 
-__all__ = ["MEANING", "add_frames"]
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from .. import io
+
+__all__ = ["MEANING", "add_frames", "warn_of_depths", "warn_of_raw", "warn_of_spread"]
+
+_ALIKE = 0.05  # presses whose depths differ by less are alike
 
 MEANING = {
     "ok": "one load explains the readings",
@@ -33,3 +43,29 @@ def add_frames(parser: argparse.ArgumentParser, verb: str, what: str, figure: st
     add_figure(parser, figure)
     add_rows(parser, f"{verb} only")
     add_shared(parser, what)
+
+
+def warn_of_depths(table: io.Table, fix: str) -> None:
+    """Say where presses went to several depths, and nothing says how hard each was."""
+    if "depth" in table.columns and len(table):
+        depth = table.numbers("depth")
+        warn_of_spread(table.name, depth, fix)
+
+
+def warn_of_spread(name: str, depth: npt.NDArray[np.float64], fix: str) -> None:
+    """The same, of the presses' depths [m]."""
+    low, high = 1e3 * float(depth.min()), 1e3 * float(depth.max())
+    if high - low > _ALIKE * high:
+        what = f"presses of {low:.3g} to {high:.3g} mm, and no force"
+        rule = "presses without a force are all taken to be alike, and a deeper one is harder"
+        print(f"subskin: warning: {name}: {what}: {rule}. Fix: {fix}", file=sys.stderr)
+
+
+def warn_of_raw(options: argparse.Namespace, file: io.FingerFile, table: io.Table) -> None:
+    """Say where a raw recording is read without --tare, though its unit or its offsets are not the finger's."""
+    how = file.recording
+    if options.tare is not None or how is None or (how.scale == 1 and not file.differences):
+        return
+    if {column.name for column in (how.time, how.press) if column is not None} <= set(table.columns):
+        what = "it has the columns of a raw recording, and the finger reads SI units without offsets"
+        print(f"subskin: warning: {table.name}: {what}. Fix: --tare reads it by [recording]", file=sys.stderr)

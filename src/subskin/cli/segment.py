@@ -6,9 +6,9 @@ import argparse
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
-from ..errors import FileError
 from ..io.units import quantity
 from .common import add_shared, describe, give, number, said_of, show
+from .frames import warn_of_spread
 
 if TYPE_CHECKING:
     from ..stream.presses import Presses
@@ -37,12 +37,15 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    file = io.load_finger(options.finger)
-    if file.recording is None:
-        fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
-        raise FileError(options.finger, "it has no table [recording] that says how to read one", fix)
-    table = io.read_table(options.recording)
-    presses = _segment(options, file, table)
+    file, table = io.load(options.finger), io.read_table(options.recording)
+    changed = {"early": options.early} | {
+        name: None if (text := getattr(options, name)) is None else quantity(text, "s", f"--{name}")
+        for name in ("before", "hold")
+    }
+    with said_of(table.name):
+        presses = file.segment(table, **{name: value for name, value in changed.items() if value is not None})
+    if presses.depth is not None and presses.force is None:
+        warn_of_spread(table.name, presses.depth, 'force = { column = "load_cell", unit = "N" } under [recording]')
     columns = _columns(presses, file.names)
     if options.out is not None:
         io.write_table(options.out, columns)
@@ -56,26 +59,6 @@ def run(options: argparse.Namespace) -> int:
     return give(options, lambda: {"presses": len(presses), "skipped": presses.skipped, "columns": columns}, people)
 
 
-def _segment(options: argparse.Namespace, file: io.FingerFile, table: io.Table) -> Presses:
-    from ..stream.presses import segment
-
-    if not len(table):
-        raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
-    how: Any = file.recording
-    changed = {"early": how.early if options.early is None else options.early}
-    for name in ("before", "hold"):
-        text = getattr(options, name)
-        changed[name] = getattr(how, name) if text is None else quantity(text, "s", f"--{name}")
-    readings, time = file.frames(table)
-    tracks = {
-        name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale
-        for name in ("position", "press")
-        if (column := getattr(how, name)) is not None
-    }
-    with said_of(table.name):
-        return segment(readings * how.scale, time, **tracks, **changed)
-
-
 def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
     import numpy as np
 
@@ -84,6 +67,8 @@ def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
         columns["position"] = presses.position
     if presses.depth is not None:
         columns["depth"] = presses.depth
+    if presses.force is not None:
+        columns["force"] = presses.force
     columns |= {name: presses.reading[:, i] for i, name in enumerate(names)}
     return columns | {f"{name}_std": presses.std[:, i] for i, name in enumerate(names)}
 

@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    file = io.load_finger(options.finger)
+    file = io.load(options.finger)
     n = len(file.finger.array)
     if options.count < 1 or options.count * n > _MOST:
         raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}")
@@ -120,7 +120,7 @@ def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gene
     low, high = _positions(options, file, origin)
     random = rng.uniform(low, high, options.count)
     position = np.linspace(low, high, options.count) if options.grid else random
-    force = rng.uniform(*quantity_range(options.force, "N/m", "--force"), options.count)
+    force = rng.uniform(*quantity_range(options.force, "N/m", "--force", file.length), options.count)
     angle = rng.uniform(*quantity_range(options.angle, "rad", "--angle"), options.count)
     contact = _contact(options)(force=force, angle=angle, position=position - origin)
     readings = file.finger.read(contact, rng=rng)
@@ -139,7 +139,9 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
     from ..synthetic import simulate_recording
 
     origin = _origin(options, file)
-    force, angle = (quantity_range(getattr(options, k), u, f"--{k}") for k, u in (("force", "N/m"), ("angle", "rad")))
+    force, angle = (
+        quantity_range(getattr(options, k), u, f"--{k}", file.length) for k, u in (("force", "N/m"), ("angle", "rad"))
+    )
     if force[0] != force[1] or angle[0] != angle[1]:
         rule = "an indenter presses alike everywhere"
         raise InvalidValueError("a range of --force or --angle", rule, "give one value")

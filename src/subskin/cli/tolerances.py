@@ -9,7 +9,7 @@ from typing import Any, TextIO
 
 from .. import design, io
 from ..errors import InvalidValueError
-from ..io.units import quantity
+from ..io.units import line_load, quantity
 from .common import (
     add_figure,
     add_json,
@@ -84,7 +84,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     check_figure(options.figure)
-    file = io.load_finger(options.finger)
+    file = io.load(options.finger)
     touches = _touches(options, file)
     amounts = _amounts(options, file)
     wanted = {name: _wanted(options, name, unit) for name, unit in (("position", "m"), ("angle", "rad"))}
@@ -128,7 +128,7 @@ def _touches(options: argparse.Namespace, file: io.FingerFile) -> design.Touches
             middle, half = 0.5 * float(y.min() + y.max()), 0.5 * abs(low)
             low, high = middle - half, middle + half
         span = (low, high)
-    return design.Touches(quantity(options.force, "N/m", "--force"), friction, span)
+    return design.Touches(line_load(options.force, file.length, "--force"), friction, span)
 
 
 def _amounts(options: argparse.Namespace, file: io.FingerFile) -> dict[str, float]:

@@ -11,8 +11,10 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate import Estimate, Layout
+from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, picked
@@ -25,9 +27,10 @@ __all__ = ["Slip", "slip"]
 
 _INTERVAL = (0.025, 0.975)
 _FARTHEST = 1e9
+_NAMES = {int(verdict): verdict.name for verdict in SlipVerdict}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Slip:
     """How close to slipping each frame is; every field has the batch's shape (...). NaN where nothing can be told.
 
@@ -68,6 +71,22 @@ class Slip:
     friction: Friction
     contact: str
     bodies: tuple[Skin, Indenter] | None
+
+    plot = Drawing("slip_figure")
+
+    def __repr__(self) -> str:
+        return in_words("Slip", self.verdict, _NAMES, self._shown())
+
+    def _repr_html_(self) -> str:
+        return in_html("Slip", self.verdict, _NAMES, self._shown())
+
+    def _shown(self) -> list[Shown]:
+        none = np.full(self.shape, np.nan)
+        return [
+            Shown("probability", self.probability, none, ""),
+            Shown("ratio", self.ratio, none, ""),
+            Shown("margin", self.margin, self.margin_std, "N/m"),
+        ]
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate.estimate import FrameTable, Status
 from ..estimate.evidence import Evidence, Kind, columns
+from ..estimate.shown import Shown
 from ..finger import Finger
 from ..prepared import prepared
 
@@ -60,6 +63,23 @@ class TypeDecision(FrameTable):
 
     kinds: tuple[Kind, ...]
     sure: float
+
+    plot = Drawing("probability_strip")
+
+    def _said(self) -> tuple[npt.NDArray[Any], dict[int, str]]:
+        words, codes = np.unique(self.name, return_inverse=True)
+        return codes.reshape(self.shape), dict(enumerate(words.tolist()))
+
+    def _shown(self) -> list[Shown]:
+        none = np.full(self.shape, np.nan)
+        share = np.moveaxis(self.probability, -1, 0)
+        return [Shown(f"p({name})", p, none, "") for name, p in zip(self.names, share, strict=True)]
+
+    def _columns(self) -> dict[str, Any]:
+        share = np.moveaxis(self.probability, -1, 0)
+        each = {f"p_{name}".replace(" ", "_"): p for name, p in zip(self.names, share, strict=True)}
+        found = {key: getattr(self, key) for key in ("position", "force", "angle", "half_width", "residual")}
+        return {"kind": self.name, **each, **found}
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -30,6 +30,8 @@ class Touches:
         Coefficient of friction, >= 0: angles lie within +-atan(friction).
     span : (float, float), optional
         Positions y that are touched [m]; without it, from the finger's first sensor to its last.
+    length : float, optional
+        Length of the contacts, > 0 [m]: what is said of the force is then said in N too.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class Touches:
     force: float
     friction: float = 1.0
     span: tuple[float, float] | None = None
+    length: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", _check.scalar("force", self.force, unit="N/m", above=0.0))
@@ -58,6 +61,8 @@ class Touches:
         if span is not None and not (np.isfinite(span).all() and span[0] < span[1]):
             raise GeometryError(f"span = {self.span!r} m", "has to ascend", "span=(-5e-3, 5e-3)")
         object.__setattr__(self, "span", span)
+        if self.length is not None:
+            _check.scalar("length", self.length, unit="m", above=0.0)
 
     @property
     def cone(self) -> float:

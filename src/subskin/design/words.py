@@ -10,8 +10,9 @@ import numpy as np
 from .._check import FloatArray
 from ._common import stretch
 from .search import Check, Criterion, DesignedFinger, DesignGrid, DesignStudy, Goals, Row
+from .touches import Touches
 
-__all__ = ["finger_table", "held", "in_words", "reasons_of"]
+__all__ = ["finger_table", "force_in_words", "held", "in_words", "reasons_of"]
 
 _NEAR = 1.1
 """A design within this of the best excess is as good as that."""
@@ -38,6 +39,20 @@ def in_words(value: float, unit: str) -> str:
         return "without bound"
     factor, name, least, small = _UNITS.get(unit, (1.0, f" {unit}", 0.0, ""))
     return f"< {small}{name}" if 0 < value < least else f"{value * factor:.3g}{name}"
+
+
+def force_in_words(touches: Touches) -> str:
+    """The force of `touches`, in N too where the length of the contact is known.
+
+    Examples
+    --------
+    >>> force_in_words(Touches(force=25.0)), force_in_words(Touches(force=25.0, length=20e-3))
+    ('25 N/m', '25 N/m (0.5 N over 20 mm)')
+    """
+    per_length = f"{touches.force:.6g} N/m"
+    if touches.length is None:
+        return per_length
+    return f"{per_length} ({touches.force * touches.length:.3g} N over {in_words(touches.length, 'm')})"
 
 
 def held(sentence: str) -> str:

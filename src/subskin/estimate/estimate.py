@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._shown import Drawing
 from ..errors import GeometryError
-from ..load import Load, polar_covariance
+from ..loads import Load, polar_covariance
 from .layout import LINE, Layout
+from .shown import Shown, as_frame, in_html, in_words
 
 __all__ = ["Estimate", "FrameTable", "Rival", "Status"]
 
@@ -33,6 +35,10 @@ class Status(IntEnum):
     """No admissible load (pressing, within the friction cone) explains the readings."""
     INCOMPLETE = 4
     """Too few sensors could be used."""
+
+
+_NAMES = {int(status): status.name for status in Status}
+_DEGREE, _MM = 180 / np.pi, 1e3  # in a rad, in a metre
 
 
 class _Found:
@@ -140,9 +146,50 @@ class FrameTable(ABC):
         return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
-        counts = np.bincount(self.status.reshape(-1), minlength=len(Status))
-        said = ", ".join(f"{counts[s]} {s.name}" for s in Status if counts[s])
-        return f"{type(self).__name__}(shape {self.shape}: {said or 'no frames'})"
+        return in_words(type(self).__name__, *self._said(), self._shown(), self._more())
+
+    def _repr_html_(self) -> str:
+        return in_html(type(self).__name__, *self._said(), self._shown())
+
+    def _said(self) -> tuple[npt.NDArray[Any], Mapping[int, str]]:
+        """What each frame is called: numbers, and the name of each number."""
+        return self.status, _NAMES
+
+    def _shown(self) -> list[Shown]:
+        """What a person sees of it, in the units of people."""
+        return []
+
+    def _more(self) -> str:
+        """What else a person is told of a single frame."""
+        return ""
+
+    @property
+    def ok(self) -> npt.NDArray[np.bool_]:
+        """Which frames are `OK`, shape (...): `found[found.ok]` are those."""
+        return np.asarray(self.status == Status.OK)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What was found in SI units, by the names of the command line's tables: arrays of the batch's shape.
+
+        Of a single frame they are numbers.
+        """
+        names = np.array([status.name.lower() for status in Status])
+        columns = {**self._columns(), "status": names[self.status]}
+        return columns if self.shape else {name: np.asarray(value).item() for name, value in columns.items()}
+
+    def _columns(self) -> dict[str, Any]:
+        """The columns of `to_dict`, in SI."""
+        return {}
+
+    def to_pandas(self) -> Any:
+        """`to_dict` as a pandas DataFrame, one row a frame.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            pandas is not installed.
+        """
+        return as_frame(self.to_dict(), self.shape)
 
     @property
     @abstractmethod
@@ -180,6 +227,7 @@ class Estimate(_Found, FrameTable):
     layout: Layout = LINE
 
     _first = 0
+    plot = Drawing("estimate_figure")
 
     def __init__(
         self, table: FloatArray, used: npt.NDArray[np.bool_], friction: float, unknowns: int = 3, layout: Layout = LINE
@@ -232,3 +280,36 @@ class Estimate(_Found, FrameTable):
     def second(self) -> Rival:
         """The rival: the second-best contact elsewhere, and how much worse it fits."""
         return Rival(self.table, self.layout)
+
+    def _polar(self) -> list[tuple[str, FloatArray, float, str]]:
+        """Position, force, angle (and half width) in the order of `std`: name, values, scale and unit for people."""
+        d, unit = self.layout.dim, "N/m" if self.layout.dim == 1 else "N"
+        where = [self.position] if d == 1 else [self.position[..., 0], self.position[..., 1]]
+        names = ("position",) if d == 1 else ("position_y", "position_z")
+        found = [(name, values, _MM, "mm") for name, values in zip(names, where, strict=True)]
+        found += [("force", self.force, 1.0, unit), ("angle", self.angle, _DEGREE, "deg")]
+        found += [("azimuth", self.load.azimuth, _DEGREE, "deg")] if d == 2 else []
+        return found + ([("half_width", self.half_width, _MM, "mm")] if self.layout.wide else [])
+
+    def _shown(self) -> list[Shown]:
+        std = self.std
+        return [
+            Shown(name.replace("_", " "), scale * values, scale * std[..., i], unit)
+            for i, (name, values, scale, unit) in enumerate(self._polar())
+        ]
+
+    def _more(self) -> str:
+        if self.shape or not np.isfinite(self.residual):
+            return ""
+        return f"chi-square {float(self.residual):.3g} with {int(self.spare)} to spare"
+
+    def _columns(self) -> dict[str, Any]:
+        std, found, second, interval = self.std, self._polar(), self.second, self.half_width_interval
+        columns: dict[str, Any] = {name: values for name, values, *_ in found}
+        columns |= {f"{name}_std": std[..., i] for i, (name, *_) in enumerate(found)}
+        if self.layout.wide:
+            columns |= {"half_width_low": interval[..., 0], "half_width_high": interval[..., 1]}
+        columns |= {"residual": self.residual, "spare": self.spare}
+        if self.layout.dim == 1:
+            columns["second_position"] = second.position
+        return {**columns, "second_chi2": second.chi2}

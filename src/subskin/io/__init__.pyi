@@ -1,4 +1,4 @@
-from .finger_file import FingerFile, load_finger, parse_finger, save_finger
+from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .search_store import FolderStore
 from .tables import Table, read_table, write_table
@@ -11,7 +11,7 @@ __all__ = [
     "Table",
     "finger_text",
     "format_quantity",
-    "load_finger",
+    "load",
     "load_goals",
     "parse_finger",
     "parse_goals",

@@ -6,12 +6,12 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, StrictInt, StrictStr
 
-from ._schema import Length, Lengths, Number, SkinTable, StrictTable, one, one_or_each
+from ._schema import Length, Lengths, Number, SkinTable, StrictTable, one
 
 __all__ = ["GoalsDocument"]
 
 _Force = Annotated[float, one("N/m")]
-_Forces = Annotated[float | list[float], one_or_each("N/m")]
+_Forces = Annotated[Any, PlainValidator(lambda value: value)]  # in N where the length of the contact is known
 _Angle = Annotated[float, one("rad")]
 _Measured = Annotated[Any, PlainValidator(lambda value: value)]  # in the unit of what the sensor measures
 _Counts = StrictInt | Annotated[list[StrictInt], Field(min_length=2, max_length=2)]
@@ -22,6 +22,7 @@ class TouchTable(StrictTable):
     """[touch]: what the finger is to feel."""
 
     force: _Forces
+    length: Length | None = None
     friction: Number = 1.0
     span: Length
     feature: Length | None = None

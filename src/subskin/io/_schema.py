@@ -12,6 +12,7 @@ from .units import quantity, si_unit, unit_scale
 __all__ = [
     "CalibrationTable",
     "ColumnTable",
+    "ContactTable",
     "FingerDocument",
     "Length",
     "Lengths",
@@ -89,7 +90,8 @@ class StrictTable(BaseModel):
 class MaterialTable(StrictTable):
     """[skin.base]: the half plane beneath the layers."""
 
-    young: Pressure
+    material: StrictStr | None = None
+    young: Pressure | None = None
     poisson: Number = 0.5
 
 
@@ -104,6 +106,7 @@ class SkinTable(StrictTable):
     """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
 
     kind: StrictStr = "half_plane"
+    material: StrictStr | None = None
     young: Pressure | None = None
     poisson: Number | None = None
     plane: Literal["strain", "stress"] | None = None
@@ -121,6 +124,7 @@ class SensorsTable(StrictTable):
     centre: Length = 0.0
     y: Lengths | None = None
     depth: Lengths
+    sensor: StrictStr | None = None
     kind: Annotated[Any, PlainValidator(lambda value: value)] = "normal_strain"
     exact: StrictBool = False
     width: Lengths = 0.0
@@ -156,6 +160,7 @@ class RecordingTable(StrictTable):
     time: ColumnTable | None = None
     position: ColumnTable | None = None
     press: ColumnTable | None = None
+    force: ColumnTable | None = None
     early: Number = 0.4
     before: Time = 0.3
     hold: Time = 0.5
@@ -174,10 +179,17 @@ class TareTable(StrictTable):
     drift: Readings = None
 
 
+class ContactTable(StrictTable):
+    """[touch] of a finger.toml: what is known of the contacts."""
+
+    length: Length | None = None
+
+
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
     origin: Length = 0.0
+    differences: StrictBool = False
     source: StrictStr = ""
     fit: list[StrictStr] = []
     touches: StrictInt = 0
@@ -199,6 +211,7 @@ class FingerDocument(StrictTable):
     recording: RecordingTable | None = None
     relaxation: RelaxationTable | None = None
     tare: TareTable = TareTable()
+    touch: ContactTable = ContactTable()
     calibration: CalibrationTable = CalibrationTable()
 
 

@@ -66,8 +66,11 @@ def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Ski
             fix = ", ".join(f'"{k}"' for k in KINDS if key in keys[k])
             seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(keys[kind])}"
             raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), *at, key)
+    if table.material is not None and "young" not in keys[kind]:
+        seen, rule = f'material beside kind = "{kind}"', "each layer has its own"
+        raise Misplaced(InvalidValueError(seen, rule, "write material in [[skin.layers]]"), *at, "material")
     for key, needed in keys[kind].items():
-        if needed and not getattr(table, key):
+        if needed and not getattr(table, key) and not (key == "young" and table.material is not None):
             seen, rule = f'"{key}" is missing', f'kind = "{kind}" needs it'
             raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE.get(key, f"{key} = ...")), *at, "")
     skin: Skin = _made(KINDS[kind], table, at)
@@ -86,6 +89,9 @@ def _keys(kind: type[Skin]) -> dict[str, bool]:
 def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
     """A skin, a layer or a material from its table."""
     values: dict[str, Any] = {}
+    if kind is Material and table.material is not None:
+        with about(*path):
+            values["young"] = Material.preset(table.material).young
     for field in fields(kind):
         name = field.name
         value = _made(Material, table, path) if name == "material" else getattr(table, name)
@@ -95,6 +101,9 @@ def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
             value = _made(Material, value, (*path, name))
         if value is not None:
             values[name] = value
+    if kind is Material and "young" not in values:
+        wrong = InvalidValueError('"young" is missing', "a material needs it", 'young = "0.4 MPa", or material = "..."')
+        raise Misplaced(wrong, *path, "")
     with about(*path):
         return kind(**values)
 

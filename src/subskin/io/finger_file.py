@@ -11,34 +11,31 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray
-from ..array import SensorArray, even_row
-from ..errors import InvalidValueError, SubskinError
+from .._shown import html_table, lines, span
+from ..errors import FileError, InvalidValueError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
-from ..transducer import Transducer, VolumeResistance, transducer_of
-from ._skin import Misplaced, about, build_skin
-from ._toml_errors import misplaced, read_text, short, validated
+from ._document import said
+from ._skin import Misplaced
+from ._toml_errors import misplaced, read_text, validated
 from .files import write_bytes
-from .units import quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:
-    from ..estimate.locate import Locator
-    from ..stream.pipeline import Pipeline
-    from ..stream.relaxation import Relaxation
-    from . import _schema
+    from ..decide import TypeDecision
+    from ..estimate import Estimate, Locator
+    from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
 
-__all__ = ["FingerFile", "load_finger", "parse_finger", "save_finger"]
-
-_IN_READINGS = ("offset", "noise", "low", "high", "resolution")
-_MOST_SENSORS = 10_000
+__all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class FingerFile:
-    """What a `finger.toml` says.
+    r"""What a `finger.toml` says, and the verbs that go by all of it.
+
+    Two kinds of readings go in. `locate`, `fit` and `decide` take readings as `segment` gives them and a finger
+    reads them: in SI. `run`, `tare` and `segment` take a raw recording: in the units of [recording], with drift.
 
     Parameters
     ----------
@@ -58,8 +55,26 @@ class FingerFile:
         Fastest drift of [tare] [reading/s]; None for the default of `Tare`.
     origin : float
         Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
+    differences : bool
+        The readings that the finger knows are differences from the free skin, as `segment` cuts them out.
+    limits : (ndarray, ndarray)
+        Range of the raw readings, (low, high), each of shape (n,) [reading]; a finger of differences has none itself.
+    length : float or None
+        Length of the contacts [m]; None where the file has no [touch].
     text : str
         The file itself; `with_finger` changes it and keeps its comments.
+    name : str
+        What messages call the file.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 6\npitch = 2e-3\ndepth = 2e-3\nnoise = 1e-4"
+    >>> file = ss.io.parse_finger(f"{text}\n[locate]\nfriction = 0")
+    >>> readings = file.finger.read(ss.LineLoad(40.0, position=[0.8e-3, 2.1e-3]), np.random.default_rng(0))
+    >>> found = file.locate(readings)  # loads press straight down, as [locate] says
+    >>> (found.position * 1e3).round(1).tolist(), found.angle.tolist()
+    ([0.8, 2.1], [0.0, 0.0])
     """
 
     finger: Finger
@@ -70,7 +85,28 @@ class FingerFile:
     relaxation: Relaxation | None = None
     drift: npt.ArrayLike | None = None
     origin: float = 0.0
+    differences: bool = False
+    limits: tuple[npt.ArrayLike, npt.ArrayLike] = (-np.inf, np.inf)
+    length: float | None = None
     text: str = ""
+    name: str = "finger.toml"
+
+    def __repr__(self) -> str:
+        return lines(f"FingerFile {self.name}", self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_table(f"FingerFile {self.name}", self._shown())
+
+    def _shown(self) -> list[tuple[str, str]]:
+        first = [(line[2:12].strip(), line[12:]) for line in repr(self.finger).splitlines()[1:]]
+        options = [f"{name} = {value:g}" for name, value in self.options.items()]
+        options += [] if self.search is None else [f"search {span(1e3 * np.asarray(self.search), 'mm')}"]
+        kind = "differences from the free skin" if self.differences else "as they come, offsets in them"
+        told = [("locate", ", ".join(options) or "as usual"), ("columns", ", ".join(self.names)), ("readings", kind)]
+        return [*first, *told]
+
+    def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        return {"search": self.search, **self.options, **changes}
 
     def locator(self, **changes: Any) -> Locator:
         """`Finger.locator` with the options of the file; `changes` take the place of some.
@@ -80,8 +116,57 @@ class FingerFile:
         InvalidValueError
             An option out of range, a sensor without noise.
         """
-        options: dict[str, Any] = {"search": self.search, **self.options, **changes}
-        return self.finger.locator(**options)
+        return self.finger.locator(**self._with(changes))
+
+    def locate(self, readings: npt.ArrayLike | Table | Path, **changes: Any) -> Estimate:
+        """`Finger.locate` with the options of the file.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n), or Table or pathlib.Path
+            In SI [reading]; of a table, the file's columns.
+        **changes
+            In place of options of the file; as of `Finger.locator`.
+
+        Raises
+        ------
+        FileError, InvalidValueError, GeometryError
+            As of `locator`; a table without the file's columns; readings of another number of sensors.
+        """
+        return self.finger.locate(self._readings(readings), **self._with(changes))
+
+    def fit(self, readings: npt.ArrayLike | Table | Path, family: Any = "hertz", **changes: Any) -> Estimate:
+        """`Finger.fit` with the options of the file.
+
+        Parameters
+        ----------
+        readings, **changes
+            As of `locate`.
+        family : str or class of contacts, optional
+            As of `Finger.fit`.
+        """
+        return self.finger.fit(self._readings(readings), family, **self._with(changes))
+
+    def decide(self, readings: npt.ArrayLike | Table | Path, **changes: Any) -> TypeDecision:
+        """`subskin.decide.contact_type` with the options of the file that it has: search, friction, false_alarm.
+
+        Parameters
+        ----------
+        readings
+            As of `locate`.
+        **changes
+            In place of options of the file, and `kinds` and `sure`; as of `contact_type`.
+        """
+        from ..decide import contact_type
+
+        options = self._with(changes)
+        if "ambiguity" not in changes:
+            options.pop("ambiguity", None)  # of [locate]; a decision has `sure` instead
+        return contact_type(self.finger, self._readings(readings), **options)
+
+    def _readings(self, given: npt.ArrayLike | Table | Path) -> Any:
+        table = _table(given)
+        return given if table is None else table.readings(self.names)
 
     def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
         """Raw readings of a `table`, shape (m, n), and the time of each frame [s], by the columns of [recording].
@@ -132,8 +217,112 @@ class FingerFile:
             stages["units"] = partial(np.multiply, self.recording.scale)
         if self.relaxation is not None:
             stages["relaxation"] = self.relaxation.undo
-        stages["tare"] = Tare(self.finger, drift=self.drift if drift is None else drift)
+        fastest = self.drift if drift is None else drift
+        stages["tare"] = Tare(self._ranged(*self.limits), drift=fastest, differences=self.differences)
         return Pipeline(stages if answer is None else {**stages, "found": answer})
+
+    def run(
+        self,
+        recording: npt.ArrayLike | Table | Path,
+        time: npt.ArrayLike | None = None,
+        answer: Callable[[Any], Any] | None = None,
+        *,
+        drift: npt.ArrayLike | None = None,
+    ) -> dict[str, Any]:
+        """What each stage of the `pipeline` makes of a whole raw recording, by its name; "found" is the answer.
+
+        Parameters
+        ----------
+        recording : array_like, shape (m, n), or Table or pathlib.Path
+            Raw readings, in the unit of [recording], in the order of time; it begins with the skin free.
+        time : array_like, shape (m,)
+            Time of each frame [s]; of a table, its column of times.
+        answer, drift
+            As of `pipeline`; the `locator` of the file if left out.
+
+        Raises
+        ------
+        FileError, InvalidValueError, GeometryError
+            As of `frames` and `pipeline`; a time that is missing, or goes back.
+        """
+        frames = self._raw(recording, time)
+        return self.pipeline(self.locator() if answer is None else answer, drift=drift)(*frames)
+
+    def tare(
+        self,
+        recording: npt.ArrayLike | Table | Path,
+        time: npt.ArrayLike | None = None,
+        *,
+        drift: npt.ArrayLike | None = None,
+    ) -> Tared:
+        """A raw recording with its drift taken off, in SI: its `readings` are those that `locate` takes.
+
+        Parameters
+        ----------
+        recording, time, drift
+            As of `run`.
+        """
+        tared: Tared = self.pipeline(drift=drift)(*self._raw(recording, time))["tare"]
+        return tared
+
+    def _raw(self, given: Any, time: npt.ArrayLike | None) -> tuple[npt.ArrayLike, npt.ArrayLike | None]:
+        table = _table(given)
+        return (given, time) if table is None else self.frames(table)
+
+    def segment(self, recording: Table | Path, **changes: float) -> Presses:
+        """The presses of a raw recording, as [recording] describes it; `subskin.stream.segment` finds them.
+
+        Parameters
+        ----------
+        recording : Table or pathlib.Path
+            One row a frame.
+        **changes : float
+            In place of `early` [-], `before` [s] and `hold` [s] of [recording].
+
+        Raises
+        ------
+        FileError, InvalidValueError
+            A file without [recording], a table without its columns, a recording without a press.
+        """
+        from ..stream import segment
+
+        how, table = self.recording, _table(recording)
+        if how is None:
+            fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
+            raise FileError(self.name, "it has no table [recording] that says how to read one", fix)
+        if table is None:
+            raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
+        if not len(table):
+            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
+        readings, time = self.frames(table)
+        tracks = {
+            name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale
+            for name in ("position", "press", "force")
+            if (column := getattr(how, name)) is not None
+        }
+        options = {name: getattr(how, name) for name in ("early", "before", "hold")} | changes
+        values = readings * how.scale
+        inside = self._ranged(*self.limits).array.inside(values)
+        return segment(np.where(inside, values, np.nan), time, **tracks, **options)
+
+    def for_touches(self, table: Table) -> FingerFile:
+        """The file as touches in a `table` are read: as differences where `segment` made it (t_start, t_end).
+
+        Differences have no range. The offsets of the raw readings are not theirs, and theirs are 0 until fitted.
+        """
+        if self.differences or not {"t_start", "t_end"} <= set(table.columns):
+            return self
+        finger = self._ranged(-np.inf, np.inf)
+        finger = replace(finger, array=replace(finger.array, offset=0.0))
+        return replace(self, finger=finger, differences=True)
+
+    def _ranged(self, low: npt.ArrayLike, high: npt.ArrayLike) -> Finger:
+        array = self.finger.array
+        if np.array_equal(np.broadcast_to(low, len(array)), array.low) and np.array_equal(
+            np.broadcast_to(high, len(array)), array.high
+        ):
+            return self.finger
+        return replace(self.finger, array=replace(array, low=low, high=high))
 
     def with_finger(self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None) -> FingerFile:
         """The same file with another finger's numbers in it, and `facts` in its [calibration].
@@ -142,12 +331,21 @@ class FingerFile:
         """
         from ._toml_edit import edited
 
-        text = edited(self.text, self.finger, finger, origin, facts or {})
-        return replace(parse_finger(text, "the file as changed"), search=self.search)
+        told = ({"differences": True} if self.differences else {}) | dict(facts or {})
+        written = parse_finger(self.text, self.name).finger
+        text = edited(self.text, written, finger, origin, told)
+        return replace(parse_finger(text, "the file as changed"), search=self.search, name=self.name)
 
 
-def load_finger(path: str | Path) -> FingerFile:
-    """Read a finger from `path`.
+def _table(given: object) -> Table | None:
+    """The table that was given, by itself or by its path; None of anything else."""
+    from .tables import Table, read_table
+
+    return given if isinstance(given, Table) else read_table(given) if isinstance(given, str | Path) else None
+
+
+def load(path: str | Path) -> FingerFile:
+    """Read a finger, and how to search with it, from the file at `path`; as `subskin.load(path)` too.
 
     Raises
     ------
@@ -157,7 +355,7 @@ def load_finger(path: str | Path) -> FingerFile:
 
     Examples
     --------
-    >>> load_finger("finger.toml")
+    >>> load("finger.toml")
     Traceback (most recent call last):
     subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
     """
@@ -178,7 +376,7 @@ def save_finger(file: FingerFile, path: str | Path) -> None:
     >>> file = parse_finger("skin = {young = 4e5}\nsensors = {y = [0.0], depth = 2e-3}")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     save_finger(file, f"{folder}/finger.toml")
-    ...     load_finger(f"{folder}/finger.toml").names
+    ...     load(f"{folder}/finger.toml").names
     ('s0',)
     """
     write_bytes(path, file.text.encode("utf-8"))
@@ -190,7 +388,7 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     Raises
     ------
     FileError
-        As `load_finger`.
+        As `load`.
 
     Examples
     --------
@@ -210,131 +408,8 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
 
     document = validated(text, name, FingerDocument, "it needs at least [skin] young and [sensors] count, pitch, depth")
     try:
-        return _build(document, text)
+        told = said(document)
     except Misplaced as wrong:
         raise misplaced(text, name, wrong.path, wrong.error) from None
-
-
-def _build(document: _schema.FingerDocument, text: str) -> FingerFile:
-    recording = document.recording
-    skin, array = build_skin(document.skin), _array(document)
-    with about("sensors"):
-        finger = Finger(skin, array)
-    names = tuple(f"s{i}" for i in range(len(array))) if recording is None else tuple(recording.sensors)
-    if len(names) != len(array):
-        seen = f"sensors names {len(names)} columns"
-        rule = f"one for each of the {len(array)} sensors of [sensors] is needed"
-        raise Misplaced(InvalidValueError(seen, rule), "recording", "sensors")
-    given = document.locate
-    options = {k: v for k in ("friction", "false_alarm", "ambiguity") if (v := getattr(given, k)) is not None}
-    for key, value in options.items():
-        if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
-            rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
-            raise Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
-    relaxation = None
-    if document.relaxation is not None:
-        from ..stream.relaxation import Relaxation
-
-        with about("relaxation"):
-            relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
-    return FingerFile(
-        finger=finger,
-        names=names,
-        search=given.search,
-        options=options,
-        recording=_recording(recording),
-        relaxation=relaxation,
-        drift=_drift(document),
-        origin=document.calibration.origin,
-        text=text,
-    )
-
-
-def _array(document: _schema.FingerDocument) -> SensorArray:
-    table = document.sensors
-    with about("sensors"):
-        positions = _positions(table)
-        transducers = _transducers(table.kind, table.exact, len(positions))
-        parameters = _in_readings(document, transducers)
-        return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
-
-
-def _positions(table: _schema.SensorsTable) -> list[float]:
-    """Positions of the sensors along the row [m]."""
-    if table.y is not None:
-        for key in ("count", "pitch", "centre"):
-            if key in table.model_fields_set:
-                fix = f"leave out y or {key}"
-                raise InvalidValueError(f"{key} beside y", "y already says where the sensors are", fix)
-        return table.y if isinstance(table.y, list) else [table.y]
-    if table.count is None or table.pitch is None:
-        fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
-        raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a position", fix)
-    if table.count > _MOST_SENSORS:
-        raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
-    return [float(y) for y in even_row(table.count, table.pitch, table.centre)]
-
-
-def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Transducer, ...]:
-    def one(name: object) -> Transducer:
-        if not isinstance(name, str):
-            rule = "the name of a kind of sensor is needed"
-            raise InvalidValueError(f"kind = {short(name)}", rule, 'kind = "normal_strain"')
-        return VolumeResistance(exact=exact) if name == "volume_resistance" else transducer_of(name)
-
-    if isinstance(kind, list):
-        if len(kind) != count:
-            seen, rule = (f"kind lists {len(kind)}", f"one kind, or one for each of the {count} sensors, is needed")
-            raise InvalidValueError(seen, rule)
-        return tuple(one(name) for name in kind)
-    return one(kind)
-
-
-def _in_readings(document: _schema.FingerDocument, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
-    """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
-    from ._schema import reading_unit
-
-    table, unit = document.sensors, reading_unit(document.recording) or ""
-    measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
-    per = measured.pop() if len(measured) == 1 else unit
-    units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    given = {key: _readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)}
-    return {key: value for key, value in given.items() if value is not None}
-
-
-def _readings(value: Any, unit: str, name: str) -> Any:
-    """A quantity, or a list of them; low and high may be infinite, as they are where they are not given."""
-    if isinstance(value, list):
-        return [_readings(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
-    infinite = name.startswith(("low", "high")) and isinstance(value, float) and abs(value) == np.inf
-    return value if value is None or infinite else quantity(value, unit, name)
-
-
-def _recording(table: _schema.RecordingTable | None) -> RecordingFormat | None:
-    if table is None:
-        return None
-
-    def column(key: str, unit: str) -> Column | None:
-        entry = getattr(table, key)
-        if entry is None:
-            return None
-        try:
-            return Column(entry.column, 1.0 if entry.unit is None else unit_scale(entry.unit, unit, "unit"))
-        except SubskinError as error:
-            raise Misplaced(error, "recording", key, "unit") from None
-
-    scale = 1.0 if table.unit is None else unit_scale(table.unit, si_unit(table.unit, "unit"), "unit")
-    time, position, press = (column(k, u) for k, u in (("time", "s"), ("position", "m"), ("press", "m")))
-    with about("recording"):
-        return RecordingFormat(
-            sensors=tuple(table.sensors), scale=scale, time=time or Column("time"), position=position, press=press,
-            early=table.early, before=table.before, hold=table.hold,
-        )  # fmt: skip
-
-
-def _drift(document: _schema.FingerDocument) -> npt.ArrayLike | None:
-    from ._schema import reading_unit
-
-    with about("tare"):
-        drift = _readings(document.tare.drift, f"{reading_unit(document.recording) or 1}/s", "drift")
-        return None if drift is None else _check.real("drift", drift, at_least=0.0)
+    file = FingerFile(**told, text=text, name=name)
+    return replace(file, finger=file._ranged(-np.inf, np.inf)) if file.differences else file

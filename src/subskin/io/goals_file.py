@@ -18,7 +18,7 @@ from ..errors import InvalidValueError, SubskinError
 from ..transducer import kind_of, transducer_of
 from ._skin import Misplaced, about, build_skin, key_of
 from ._toml_errors import misplaced, read_text, validated
-from .units import format_quantity, quantity, rounded
+from .units import format_quantity, line_load, quantity, rounded
 
 if TYPE_CHECKING:
     from . import _goals_schema
@@ -95,7 +95,11 @@ def parse_goals(text: str, name: str = "goals.toml") -> GoalsFile:
 
 def _build(document: _goals_schema.GoalsDocument) -> Goals:
     touch, accuracy, room = document.touch, document.accuracy, document.room
-    forces = touch.force if isinstance(touch.force, list) else [touch.force, touch.force]
+    given = touch.force if isinstance(touch.force, list) else [touch.force, touch.force]
+    with about("touch"):
+        if touch.length is not None and not touch.length > 0:
+            raise InvalidValueError(f"length = {touch.length:g} m", "has to be > 0")
+        forces = [line_load(value, touch.length, "force") for value in given]
     if len(forces) != 2:
         rule, fix = "one force or two are needed", 'force = ["20 N/m", "100 N/m"]'
         raise Misplaced(InvalidValueError(f"force lists {len(forces)}", rule, fix), "touch", "force")
@@ -111,7 +115,7 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
     with about("touch"):
         if not touch.span > 0:
             raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
-        touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2))
+        touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2), touch.length)
     with about("accuracy"):
         wanted = Accuracy(accuracy.position, accuracy.angle, accuracy.force, accuracy.unsure, touch.feature)
     with about("room"):
@@ -197,6 +201,8 @@ def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks:
     if kind.resolution:
         sensors["resolution"] = rounded(kind.resolution)
     document.add("sensors", tomlkit.item(sensors))
+    if goals.touches.length is not None:
+        document.add("touch", tomlkit.item({"length": format_quantity(goals.touches.length, "m")}))
     document.add(
         "locate",
         tomlkit.item({"friction": goals.touches.friction, "search": [format_quantity(end, "m") for end in search]}),

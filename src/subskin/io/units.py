@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import InvalidValueError
 
-__all__ = ["format_quantity", "quantity", "si_unit", "unit_scale"]
+__all__ = ["format_quantity", "line_load", "line_load_scale", "quantity", "si_unit", "unit_scale"]
 
 _EXAMPLES = {"m": "2 mm", "Pa": "0.4 MPa", "rad": "30 deg", "N/m": "40 N/m", "": "0.5"}
 _DIGITS = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
@@ -24,6 +24,7 @@ _COMMON = (  # what a misspelt unit may have meant
     *("micrometer", "Pa", "kPa", "MPa", "GPa", "hPa", "bar", "mbar", "psi", "pascal", "N", "mN", "kN", "newton"),
     *("deg", "rad", "degree", "radian", "s", "ms", "us", "min", "Hz", "kHz", "V", "mV", "ohm", "kohm", "percent"),
 )
+_DIVIDE = "0.5 N over a contact 20 mm long is 25 N/m: write that, or give length under [touch]"
 _SI = ("m", "Pa", "N", "V", "ohm", "A", "s", "Hz", "F", "T", "K", "N/m")
 
 
@@ -68,6 +69,8 @@ def _factor(unit: Any, to: str, seen: str) -> float:
     target = registry.parse_units(to) if to else registry.dimensionless
     fix = f'write e.g. "{_example(to)}"'
     if unit.dimensionality != target.dimensionality:
+        if to == "N/m" and unit.dimensionality == registry.newton.dimensionality:
+            raise InvalidValueError(seen, "a force per length of contact, in N/m, is needed", _DIVIDE)
         rule = f"a value in {to} is needed" if to else "a plain number is needed"
         raise InvalidValueError(seen, rule, fix)
     try:
@@ -159,6 +162,49 @@ def unit_scale(text: object, to: str | None, name: str) -> float:
     """
     number, unit = _counted(text, name)
     return number * _factor(unit, _si_name(unit) if to is None else to, f"{name} = {_short(text)}")
+
+
+def line_load(value: object, length: float | None, name: str) -> float:
+    """A force per length of contact [N/m]; where the contact's `length` [m] is known, a force in N is divided by it.
+
+    Parameters
+    ----------
+    value, name
+        As of `quantity`; a bare number is in N/m.
+    length : float or None
+        Length of the contact [m].
+
+    Raises
+    ------
+    InvalidValueError
+        As `quantity`; a force in N over a length that is not known.
+
+    Examples
+    --------
+    >>> line_load("0.5 N", 0.02, "force"), line_load("25 N/m", 0.02, "force"), line_load("25 N/m", None, "force")
+    (25.0, 25.0, 25.0)
+    """
+    match = _NUMBER.fullmatch(value) if isinstance(value, str) and len(value) <= 100 else None
+    if length is not None and match is not None and match[2] and si_unit(match[2], name) == "N":
+        return quantity(value, "N", name) / length
+    return quantity(value, "N/m", name)
+
+
+def line_load_scale(text: object, length: float | None) -> float:
+    """What one count of a column of forces is worth [N/m]; forces in N are divided by the contact's `length` [m].
+
+    Raises
+    ------
+    InvalidValueError
+        As `unit_scale`; a unit of force where the length is not known.
+
+    Examples
+    --------
+    >>> line_load_scale("mN", 0.02), line_load_scale("N/m", None)
+    (0.05, 1.0)
+    """
+    whole = length is not None and si_unit(text, "unit") == "N"
+    return unit_scale(text, "N", "unit") / length if whole and length is not None else unit_scale(text, "N/m", "unit")
 
 
 def si_unit(text: object, name: str) -> str:

@@ -30,6 +30,7 @@ from .response import aliasing_figure, density_figure, response_figure
 from .ridges import pressed_ridges_figure, ridge_figure
 from .search import design_map_figure
 from .section import COMPONENTS, finger_section
+from .shown import estimate_figure, field_map, finger_figure
 from .side_angle import side_angle_figure
 from .slip import slip_figure
 from .strips import contact_strip, probability_strip
@@ -48,6 +49,9 @@ __all__ = [
     "density_figure",
     "design_map_figure",
     "drift_figure",
+    "estimate_figure",
+    "field_map",
+    "finger_figure",
     "finger_section",
     "half_plane_map_figure",
     "memo_figure",

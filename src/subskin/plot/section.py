@@ -18,10 +18,11 @@ from matplotlib.ticker import MaxNLocator
 
 from .. import _check
 from .._check import FloatArray
-from ..contact import Contact, ContactSum, transforms_of
+from ..contact import Contact, ContactSum, LineLoad, transforms_of
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
 from ..finger import Finger
+from ..skin import Skin
 from ..tensor import State
 from .measured import draw_readings
 from .parts import stacked
@@ -68,7 +69,7 @@ class _Force(NamedTuple):
 @finished
 def finger_section(
     finger: Finger,
-    contact: Contact,
+    contact: Contact | None,
     estimate: Estimate | None = None,
     *,
     readings: npt.ArrayLike | None = None,
@@ -82,8 +83,8 @@ def finger_section(
     ----------
     finger : Finger
         The skin and its sensors.
-    contact : Contact
-        What presses; a single contact, not a batch.
+    contact : Contact or None
+        What presses; a single contact, not a batch. None where only the estimate is known: its load's field is drawn.
     estimate : Estimate, optional
         The load found from one frame, drawn with its 95 % interval (a wedge for the angle, a bar for the
         position).
@@ -112,10 +113,12 @@ def finger_section(
     """
     if component not in COMPONENTS:
         raise InvalidValueError(f"component = {component!r}", f"has to be one of {', '.join(COMPONENTS)}")
-    if contact.shape:
-        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     if estimate is not None and np.size(estimate.status) != 1:
         raise GeometryError(f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed")
+    known = contact is not None
+    contact = _load_of(estimate) if contact is None else contact
+    if contact.shape:
+        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     frame = None if readings is None else _check.real("readings", _check.readings(readings), finite=False)
     if frame is not None and frame.shape != (len(finger.array),):
         raise GeometryError(f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors")
@@ -131,11 +134,13 @@ def finger_section(
     panels[0].set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
     box = panels[0].get_position()
     bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, box.height))
-    drawn = _field(panels[0], finger, contact, COMPONENTS[component], (left, right, bottom))
-    _inside(panels[0], finger, foot)
+    shallowest = MM * float(np.asarray(finger.array.depth).min())
+    drawn = _field(panels[0], finger.skin, contact, COMPONENTS[component], (left, right, bottom), 0.3 * shallowest)
+    _inside(panels[0], finger.skin, foot)
     _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
     scale = _Scale(top, max(force.size for force in forces) or 1.0, min(1.0, inner / 140.0))
-    _above(panels[0], contact, forces, scale, "load" if estimate is None else "true")
+    if known:
+        _above(panels[0], contact, forces, scale, "load" if estimate is None else "true")
     _sensors(panels[0], finger, estimate)
     if estimate is not None:
         _found(panels[0], estimate, scale, "\n" if width < _NARROW else " ")
@@ -148,6 +153,14 @@ def finger_section(
         high = figure.get_figheight() * 25.4
         figure.text(_LEFT / width, 1 - 1.5 / high, title, va="top", fontweight="bold")
     return figure
+
+
+def _load_of(estimate: Estimate | None) -> LineLoad:
+    """The load that was found in a single frame."""
+    if estimate is None or not np.isfinite(estimate.force).all():
+        seen = "neither a contact" if estimate is None else "neither a contact nor a frame with a load"
+        raise GeometryError(seen, "one of them has a field to draw", "contact=ss.LineLoad(force=40.0)")
+    return LineLoad.of_components(np.reshape(estimate.components, 2), np.reshape(estimate.position, ()))
 
 
 class _Scale(NamedTuple):
@@ -213,16 +226,16 @@ def _levels(values: FloatArray) -> FloatArray:
 
 
 def _field(
-    axes: Axes, finger: Finger, contact: Contact, component: _Component, window: tuple[float, float, float]
+    axes: Axes, skin: Skin, contact: Contact, component: _Component, window: tuple[float, float, float], near: float
 ) -> ContourSet:
+    """The field in the window [mm]; its levels are those of what lies deeper than `near` [mm]."""
     left, right, bottom = window
     y = np.linspace(left, right, 481)
     # the first row lies just beneath the surface, on which a contact's edge may be singular
     x = np.linspace(0.0, bottom, 241)
     x[0] = 0.02 * x[1]
-    values = component.scale * component.of(finger.skin.state(contact, x[:, None] / MM, y / MM))
-    shallowest = MM * float(np.asarray(finger.array.depth).min())
-    levels = _levels(np.abs(values[x >= 0.3 * shallowest]))
+    values = component.scale * component.of(skin.state(contact, x[:, None] / MM, y / MM))
+    levels = _levels(np.abs(values[x >= near]))
     colours = colormaps["RdBu_r"].resampled(levels.size + 1)
     x[0] = 0.0
     norm = BoundaryNorm(levels, colours.N, extend="both")
@@ -233,9 +246,8 @@ def _field(
     return drawn
 
 
-def _inside(axes: Axes, finger: Finger, foot: float) -> None:
+def _inside(axes: Axes, skin: Skin, foot: float) -> None:
     """The rigid base, where it is in the picture, and the interfaces between layers."""
-    skin = finger.skin
     if MM * skin.thickness < foot:
         grey: dict[str, Any] = {"facecolor": "#DDDDDD", "edgecolor": GREY, "hatch": "////", "label": "rigid base"}
         axes.axhspan(MM * skin.thickness, foot, linewidth=0, **grey)

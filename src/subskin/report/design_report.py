@@ -9,7 +9,7 @@ from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
 from ..design.search import DesignedFinger, DesignStudy
 from ..design.tolerance import SOURCES, Cost, ToleranceBudget
-from ..design.words import finger_table, in_words, reasons_of
+from ..design.words import finger_table, force_in_words, in_words, reasons_of
 from ..plot import (
     design_map_figure,
     finger_section,
@@ -115,8 +115,8 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
     component = study.goals.sensors[finger.row.sensor].transducer.component
     return Picture(
         finger_section(finger.finger, touch, readings=readings, estimate=found, component=component),
-        f"Finger 1 under its weakest touch, {touches.force:g} N/m at {in_words(0.5 * touches.cone, 'rad')}, with one "
-        "frame of noisy readings, and the load found from them with its 95 % interval.",
+        f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(0.5 * touches.cone, 'rad')}, with "
+        "one frame of noisy readings, and the load found from them with its 95 % interval.",
     )
 
 

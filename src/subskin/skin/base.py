@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._shown import Drawing
 from ..contact.base import Contact
 from ..errors import InvalidValueError
 from ..material import Material
@@ -30,6 +31,8 @@ class Skin(ABC):
     `with_` and `__str__`, a description for people, where those of a flat skin without end are not its own
     (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen dataclass.
     """
+
+    plot = Drawing("field_map")
 
     @property
     @abstractmethod

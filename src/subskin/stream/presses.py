@@ -44,8 +44,8 @@ class RecordingFormat:
         SI reading per count.
     time : Column
         Time of each frame.
-    position, press : Column or None
-        Position of the indenter along the row; how deep it has gone.
+    position, press, force : Column or None
+        Position of the indenter along the row; how deep it has gone; the load that it presses with.
     early : float
         Share of a plateau, from its beginning, that is averaged: rubber relaxes.
     before : float
@@ -59,6 +59,7 @@ class RecordingFormat:
     time: Column = Column("time")
     position: Column | None = None
     press: Column | None = None
+    force: Column | None = None
     early: float = 0.4
     before: float = 0.3
     hold: float = 0.5
@@ -81,6 +82,8 @@ class Presses:
         Mean position of the indenter on the plateau [m].
     depth : ndarray or None
         Mean depth of the indenter on the plateau, from the rest [m].
+    force : ndarray or None
+        Load, mean over the same frames as the reading, less that before the press [N/m].
     reading : ndarray, shape (presses, n)
         Early mean on the plateau less the mean just before the press, in the unit of the readings.
     std : ndarray, shape (presses, n)
@@ -93,6 +96,7 @@ class Presses:
     stop: FloatArray
     position: FloatArray | None
     depth: FloatArray | None
+    force: FloatArray | None
     reading: FloatArray
     std: FloatArray
     skipped: int = 0
@@ -107,6 +111,7 @@ def segment(
     *,
     position: npt.ArrayLike | None = None,
     press: npt.ArrayLike | None = None,
+    force: npt.ArrayLike | None = None,
     early: float = 0.4,
     before: float = 0.3,
     hold: float = 0.5,
@@ -131,6 +136,8 @@ def segment(
         Time of each frame [s], not decreasing.
     position, press : array_like, shape (m,), optional
         Position along the row and depth of the indenter [m], larger when deeper.
+    force : array_like, shape (m,), optional
+        Load that the indenter presses with [N/m], in the way that the readings are: from any zero.
     early : float, optional
         Share of the plateau, from its beginning, that is averaged.
     before, hold : float, optional
@@ -157,8 +164,8 @@ def segment(
         raise GeometryError(f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column")
     data, seconds = in_order(readings, time)
     tracks = {
-        name: _check.real(name, values, unit="m")
-        for name, values in (("position", position), ("press", press))
+        name: _check.real(name, values, unit=unit)
+        for name, values, unit in (("position", position, "m"), ("press", press, "m"), ("force", force, "N/m"))
         if values is not None
     }
     for name, values in tracks.items():
@@ -182,6 +189,7 @@ def segment(
         stop=_check.read_only(seconds[stop - 1]),
         position=_level(tracks.get("position"), first, stop),
         depth=None if z is None else _level(z - z.min(), first, stop),
+        force=None if force is None else _change(tracks["force"], first, early_stop, base_start, base_stop),
         reading=_check.read_only(loaded - rest),
         std=_check.read_only(np.sqrt(loaded_var + rest_var)),
         skipped=int((~kept).sum()),
@@ -191,6 +199,12 @@ def segment(
 def _level(track: FloatArray | None, first: IndexArray, stop: IndexArray) -> FloatArray | None:
     """Mean of a track on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
     return None if track is None else _check.read_only(_mean(track[:, None], first, stop)[0][:, 0].round(12))
+
+
+def _change(track: FloatArray, first: IndexArray, stop: IndexArray, before: IndexArray, end: IndexArray) -> FloatArray:
+    """Mean of a track over some frames less that over others."""
+    loaded, rest = (_mean(track[:, None], *frames)[0][:, 0] for frames in ((first, stop), (before, end)))
+    return _check.read_only(loaded - rest)
 
 
 def _fix(by_depth: bool) -> str:

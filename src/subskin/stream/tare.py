@@ -78,7 +78,9 @@ class Tared:
     frozen : ndarray of bool, shape (m, n)
         Which sensors have stopped to move at all.
     own, noise : ndarray, shape (n,)
-        The finger's own offsets, and its noise [reading].
+        The offsets that the readings are given back with, and the finger's noise [reading].
+    differences : bool
+        The readings are differences from the free skin: `own` is 0.
     """
 
     readings: FloatArray
@@ -87,6 +89,7 @@ class Tared:
     frozen: npt.NDArray[np.bool_]
     own: FloatArray
     noise: FloatArray
+    differences: bool = False
 
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:
@@ -99,13 +102,13 @@ class Tared:
         """What speaks against reading this stream with this finger, in words; nothing, usually."""
         offset = self.offset.reshape(-1, self.own.size)
         known = np.isfinite(offset).any(axis=0)
-        if not known.any():
+        if self.differences or not known.any():
             return ()
         free, own = np.nanmedian(offset[:, known], axis=0), self.own[known]
         far = np.abs(free - own) > np.maximum(_FAR * np.abs(free), _FAR_NOISE * self.noise[known])
         differs = (
             f"the free skin reads {free[0]:.4g}, and the finger's offset is {own[0]:.4g}: a finger calibrated on "
-            "presses cut out by segment knows differences, and misreads a stream (docs/robust.md)"
+            "presses cut out by segment knows differences. Fix: differences = true under [calibration] says so"
         )
         return (differs,) if far.all() else ()
 
@@ -137,6 +140,9 @@ class Tare(Stage[TareState, Tared]):
     known : array_like, optional
         Standard deviation of the finger's own offsets at first [reading]. Infinite if left out: the stream then has to
         begin with the skin free, and its first frame is the first offset.
+    differences : bool, optional
+        The finger's offsets are of differences from the free skin, as presses cut out by `segment` are: readings are
+        given back as such differences.
     guard, settle, patience : float, optional
         Times [s], > 0.
     false_alarm : float, optional
@@ -164,6 +170,7 @@ class Tare(Stage[TareState, Tared]):
     drift: npt.ArrayLike | None = None
     noise: npt.ArrayLike | None = None
     known: npt.ArrayLike = np.inf
+    differences: bool = False
     guard: float = 0.25
     settle: float = 0.25
     patience: float = 3.0
@@ -228,8 +235,9 @@ class Tare(Stage[TareState, Tared]):
             )  # fmt: skip
             if question:
                 self._ask(rows, frozen[at - 1])
-        own = np.asarray(array.offset)
+        own = np.zeros(n) if self.differences else np.asarray(array.offset)
         given = np.where(array.live, frames - offset[first:] + own, frames)
+        given[array.live & ~array.inside(frames)] = np.nan  # saturated, wherever its offset has gone
         given[frozen[first:]] = np.nan
         left = TareState(rows, numbers, smooth[head:].copy(), clocks[head:].copy())
         for part in (given, offset, free, frozen, *vars(left).values()):
@@ -237,7 +245,7 @@ class Tare(Stage[TareState, Tared]):
         each, shape = data.shape, data.shape[:-1]
         out = Tared(
             given.reshape(each), offset[first:].reshape(each), free[first:].reshape(shape),
-            frozen[first:].reshape(each), own, np.asarray(self.noise),
+            frozen[first:].reshape(each), own, np.asarray(self.noise), self.differences,
         )  # fmt: skip
         return left, out
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray, read_only
+from ..._shown import Drawing
 from ...array import SensorArray
 from ..estimate import FrameTable
 from ..frames import patterns
+from ..shown import Shown
 from . import columns as column
 from ._operator import Factors
 
@@ -65,6 +67,18 @@ class PressureMap(FrameTable):
     optimality = _column(
         column.OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
     )
+
+    plot = Drawing("pressure_figure")
+
+    def _shown(self) -> list[Shown]:
+        scaled = (("normal_force", "normal_std", 1.0, "N/m"), ("centre", "centre_std", 1e3, "mm"))
+        found = [*scaled, ("angle", "angle_std", 180 / np.pi, "deg")]
+        return [Shown(n.replace("_", " "), k * getattr(self, n), k * getattr(self, e), u) for n, e, k, u in found]
+
+    def _columns(self) -> dict[str, Any]:
+        names = ("normal_force", "tangential_force", "angle", "centre")
+        errors = ("normal_std", "tangential_std", "angle_std", "centre_std", "residual")
+        return {name: getattr(self, name) for name in (*names, *errors)}
 
     @property
     def y(self) -> FloatArray:

@@ -7,7 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.errors import GeometryError
-from subskin.load import polar_covariance
+from subskin.loads import polar_covariance
 
 LONG = ss.Load([1e-3, 2e-3], [[3.0, -4.0], [12.0, 5.0]])
 LOCAL = ss.Load([[1e-3, 2e-3]], [[2.0, -3.0, 6.0]])

@@ -1,0 +1,62 @@
+"""finger.toml as a whole: from its tables to what a `FingerFile` holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InvalidValueError
+from ..finger import Finger
+from ._recording import build_drift, build_recording
+from ._sensors import build_array
+from ._skin import Misplaced, about, build_skin
+
+if TYPE_CHECKING:
+    from . import _schema
+
+__all__ = ["said"]
+
+
+def said(document: _schema.FingerDocument) -> dict[str, Any]:
+    """What the file says, by the names of the fields of `FingerFile`.
+
+    Raises
+    ------
+    Misplaced
+        A value out of range, or one that does not go with another.
+    """
+    recording, told = document.recording, document.calibration
+    skin, array = build_skin(document.skin), build_array(document)
+    with about("sensors"):
+        finger = Finger(skin, array)
+    names = tuple(f"s{i}" for i in range(len(array))) if recording is None else tuple(recording.sensors)
+    if len(names) != len(array):
+        seen = f"sensors names {len(names)} columns"
+        rule = f"one for each of the {len(array)} sensors of [sensors] is needed"
+        raise Misplaced(InvalidValueError(seen, rule), "recording", "sensors")
+    given = document.locate
+    options = {k: v for k in ("friction", "false_alarm", "ambiguity") if (v := getattr(given, k)) is not None}
+    for key, value in options.items():
+        if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
+            rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
+            raise Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
+    relaxation, length = None, document.touch.length
+    if document.relaxation is not None:
+        from ..stream.relaxation import Relaxation
+
+        with about("relaxation"):
+            relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
+    if length is not None and not length > 0:
+        raise Misplaced(InvalidValueError(f"length = {length:g} m", "has to be > 0"), "touch", "length")
+    return {
+        "finger": finger,
+        "names": names,
+        "search": given.search,
+        "options": options,
+        "recording": build_recording(recording, length),
+        "relaxation": relaxation,
+        "drift": build_drift(document),
+        "origin": told.origin,
+        "limits": (array.low, array.high),
+        "differences": told.differences,
+        "length": length,
+    }

@@ -1,0 +1,248 @@
+"""What fingers, skins and estimates draw of themselves: the figures behind their `plot`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+from .. import _check
+from ..contact import Contact
+from ..errors import GeometryError, InvalidValueError
+from ..estimate import Estimate
+from ..finger import Finger
+from ..skin import Skin
+from .parts import legend, stacked
+from .section import (
+    _BASE,
+    _FOOT,
+    _LEFT,
+    _RIGHT,
+    COMPONENTS,
+    _above,
+    _colour_bar,
+    _field,
+    _found,
+    _inside,
+    _legend,
+    _resultants,
+    _Scale,
+    _sensors,
+    _window,
+    finger_section,
+)
+from .strips import contact_strip
+from .style import BLACK, DOUBLE, GREY, MM, SINGLE, finished, new_figure
+from .truth import truth_against_estimate
+
+__all__ = ["estimate_figure", "field_map", "finger_figure"]
+
+_REACH = 4.0
+"""How far a map reaches beyond a contact, in half widths of it, where nothing else says."""
+
+_NEAR = 50.0
+"""A rival whose chi-square is worse by more is not drawn."""
+
+
+def finger_figure(
+    finger: Finger, contact: Contact | None = None, estimate: Estimate | None = None, **options: Any
+) -> Figure:
+    """The finger cut open, to scale; as `finger.plot()` too.
+
+    Parameters
+    ----------
+    finger : Finger
+        The skin and its sensors.
+    contact : Contact, optional
+        What presses: its field is drawn too, as `finger_section` draws it.
+    estimate, **options
+        As of `finger_section`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `finger_section`; options without contact and estimate.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3))
+    >>> finger.plot().axes[0].get_ylabel()
+    'depth x [mm]'
+    """
+    if contact is not None or estimate is not None:
+        return finger_section(finger, contact, estimate, **options)
+    if options:
+        rule = "there is nothing that presses to draw it of"
+        raise InvalidValueError(", ".join(options), rule, "finger.plot(ss.LineLoad(force=40.0))")
+    return _bare(finger)
+
+
+@finished
+def _bare(finger: Finger) -> Figure:
+    """The skin and its sensors, to scale, with nothing that presses."""
+    left, right, bottom = _window(finger, [])
+    base = MM * finger.skin.thickness
+    foot = bottom if bottom < base else base + _BASE * base
+    inner = DOUBLE - _LEFT - _RIGHT
+    figure, panels = stacked(DOUBLE, [inner * foot / (right - left)], left=_LEFT, right=_RIGHT, top=1.5, foot=_FOOT)
+    axes = panels[0]
+    axes.set(xlim=(left, right), ylim=(foot, 0.0), ylabel="depth x [mm]")
+    axes.axhspan(0.0, min(bottom, base), color="#F3E9DC", linewidth=0, zorder=0.1)
+    _inside(axes, finger.skin, foot)
+    axes.axhline(0.0, color=BLACK, linewidth=0.9, clip_on=False)
+    _sensors(axes, finger, None)
+    arc = ", unrolled" if finger.skin.curvature else ""
+    axes.set_xlabel(f"position along the skin y [mm]{arc}")
+    _legend(figure, axes, columns=2)
+    return figure
+
+
+@finished
+def field_map(
+    skin: Skin,
+    contact: Contact,
+    component: str = "stress.xx",
+    *,
+    span: tuple[float, float] | None = None,
+    depth: float | None = None,
+) -> Figure:
+    """A map of the stress or strain that a contact makes in a skin, to scale; as `skin.plot(contact)` too.
+
+    Parameters
+    ----------
+    skin : Skin
+        What is pressed.
+    contact : Contact
+        What presses; a single contact, not a batch.
+    component : str, optional
+        What is drawn, a name of `COMPONENTS`: "stress.xx", "strain.xx", "mean_pressure", ...
+    span : (float, float), optional
+        Ends of the map along the surface, y [m].
+    depth : float, optional
+        How deep the map reaches [m]; half of its width, or the thickness of the skin, if left out.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        An unknown component, ends out of order, a depth not in the skin, a batch of contacts.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+    >>> figure = skin.plot(ss.Hertz(force=40.0, half_width=1e-3), "mean_pressure")
+    >>> figure.axes[1].get_ylabel()
+    'mean pressure [kPa]'
+    """
+    if component not in COMPONENTS:
+        raise InvalidValueError(f"component = {component!r}", f"has to be one of {', '.join(COMPONENTS)}")
+    if contact.shape:
+        raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
+    left, right = _check.ends("span", span, "span=(-5e-3, 5e-3)") or _around(contact, skin)
+    if not left < right:
+        raise InvalidValueError(f"span = {span!r}", "has to ascend", "span=(-5e-3, 5e-3)")
+    usual = min(0.5 * (right - left), skin.thickness)
+    most = float(skin.thickness)
+    bottom = usual if depth is None else _check.scalar("depth", depth, unit="m", above=0.0, at_most=most)
+    return _mapped(skin, contact, component, (MM * left, MM * right, MM * bottom))
+
+
+def _mapped(skin: Skin, contact: Contact, component: str, window: tuple[float, float, float]) -> Figure:
+    left, right, bottom = window
+    forces, base, top = _resultants(contact), MM * skin.thickness, 0.35 * bottom
+    foot = bottom if bottom < base else base + _BASE * base
+    inner = DOUBLE - _LEFT - _RIGHT
+    heights = [inner * (foot + top) / (right - left)]
+    figure, panels = stacked(DOUBLE, heights, left=_LEFT, right=_RIGHT, top=1.5, foot=_FOOT)
+    axes = panels[0]
+    axes.set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]")
+    box = axes.get_position()
+    bar = figure.add_axes((box.x1 + 2.5 / DOUBLE, box.y0, 2.2 / DOUBLE, box.height))
+    drawn = _field(axes, skin, contact, COMPONENTS[component], window, 0.08 * bottom)
+    _inside(axes, skin, foot)
+    _colour_bar(bar, drawn, COMPONENTS[component].label, heights[0])
+    _above(axes, contact, forces, _Scale(top, max(force.size for force in forces) or 1.0, 1.0), "load")
+    axes.set_xlabel(f"position along the skin y [mm]{', unrolled' if skin.curvature else ''}")
+    _legend(figure, axes, columns=2)
+    return figure
+
+
+def _around(contact: Contact, skin: Skin) -> tuple[float, float]:
+    """The ends of a map about a contact [m]."""
+    low, high = (float(np.asarray(end)) for end in contact.support)
+    half = 0.5 * (high - low)
+    reach = _REACH * half if half > 0 else min(float(skin.thickness), 5e-3)
+    return low - reach, high + reach
+
+
+def estimate_figure(
+    found: Estimate, finger: Finger | None = None, *, truth: npt.ArrayLike | None = None, origin: float = 0.0
+) -> Figure:
+    """What was found: of a single frame the load and its errors, of many one beside the other; as `found.plot()` too.
+
+    Parameters
+    ----------
+    found : Estimate, shape () or (m,)
+        Of a frame, or of frames in the order of time.
+    finger : Finger, optional
+        Of a single frame: the finger, which is drawn with it, and the field of the load that was found.
+    truth : array_like, shape (m,), optional
+        True positions [m], against which those found are drawn.
+    origin : float, optional
+        The finger's y = 0 on the axis of the figure [m]; of many frames.
+
+    Raises
+    ------
+    GeometryError
+        Frames that are not in a row; a finger or a frame that does not go with the others.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> array = ss.SensorArray.line(count=6, pitch=1.5e-3, depth=2e-3, noise=1e-4)
+    >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
+    >>> found = finger.locate(finger.read(ss.LineLoad(force=40.0, position=[0.0, 1e-3])))
+    >>> [axes.get_ylabel() for axes in found.plot().axes]
+    ['position along the skin, $y$ [mm]', 'force [N/m]']
+    """
+    if truth is not None:
+        where = _check.real("truth", truth, unit="m") - origin
+        return truth_against_estimate(np.atleast_1d(where), found if found.shape else found[None])
+    if found.shape:
+        if finger is not None:
+            raise GeometryError(f"frames of shape {found.shape}", "a finger goes with a single frame", "found[0]")
+        return contact_strip(found, origin=origin)
+    if finger is not None:
+        return finger_figure(finger, estimate=found)
+    return _single(found)
+
+
+@finished
+def _single(found: Estimate) -> Figure:
+    """The load of one frame on the surface, with its 95 % errors and the rival."""
+    if not np.isfinite(found.force):
+        raise GeometryError("a frame without a load", "there is nothing to draw", "found[found.ok]")
+    figure = new_figure(SINGLE, 52.0)
+    axes = figure.subplots()
+    second = found.second
+    centre, rival = MM * float(found.position), MM * float(second.position)
+    half = 4.0 * MM * float(found.std[0])
+    near = np.isfinite(rival) and float(second.chi2) < _NEAR
+    reach = max(1.3 * abs(rival - centre) if near else 0.0, half, 1.0)
+    top = 0.6 * reach
+    _found(axes, found, _Scale(top, float(found.force), 0.7), "\n")
+    if near:
+        text = f"rival: {float(second.force):.3g} N/m at y = {rival:.2f} mm, chi-square {float(second.chi2):.3g} worse"
+        axes.plot([rival], [0.0], "v", color=GREY, markersize=6, label=text, clip_on=False)
+    axes.axhline(0.0, color=BLACK, linewidth=0.9)
+    axes.set(xlim=(centre - reach, centre + reach), ylim=(0.12 * top, -1.1 * top))
+    axes.set_aspect("equal")
+    axes.set_yticks([])
+    for side in ("left", "top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.set_xlabel("position along the skin y [mm]")
+    legend(figure, axes)
+    return figure

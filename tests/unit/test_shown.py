@@ -1,0 +1,171 @@
+"""What a person sees of a result: text, tables, dictionaries and figures say what the numbers are."""
+
+from __future__ import annotations
+
+import re
+import sys
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin._shown import span, with_error
+from subskin.errors import GeometryError, InvalidValueError
+from subskin.io import parse_finger
+
+SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
+FINGER = ss.Finger(SKIN, ss.SensorArray.line(count=8, pitch=1.5e-3, depth=2e-3, noise=5e-4))
+TOUCH = ss.Hertz(force=40.0, angle=0.3, position=0.8e-3, half_width=0.4e-3)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Six frames, the first two without a touch."""
+    force = np.array([0.0, 0.0, 40.0, 40.0, 40.0, 40.0])
+    touches = ss.LineLoad(force, 0.2, np.linspace(-4e-3, 4e-3, 6))
+    return FINGER.locate(FINGER.read(touches, np.random.default_rng(0)))
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.7902, 0.0334, "0.79 +- 0.03 mm"),
+        (0.7902, 0.0154, "0.790 +- 0.015 mm"),
+        (-3997234.0, 11300.0, "-3997000 +- 11000 mm"),
+        (0.9996, 0.04, "1.00 +- 0.04 mm"),
+        (-0.0001, 0.5, "0.0 +- 0.5 mm"),
+        (1.23456, 0.0, "1.235 mm"),
+        (1.23456, np.nan, "1.235 mm"),
+        (np.nan, 1.0, "-"),
+    ],
+)
+def test_a_number_has_the_digits_that_its_error_leaves(value, std, text):
+    assert with_error(value, std, "mm") == text
+
+
+def test_a_range_is_of_what_is_known():
+    assert span([1.0, np.nan, -2.0], "mm") == "-2 to 1 mm"
+    assert span([2.0, 2.0]) == "2"
+    assert span([np.nan]) == "-"
+
+
+def test_one_frame_says_what_was_found_with_errors_and_units(found):
+    one = found[2]
+    text = repr(one)
+    numbers = re.search(
+        r"Estimate\(OK, position (\S+) \+- (\S+) mm, force (\S+) \+- (\S+) N/m, angle (\S+) \+- (\S+) deg; "
+        r"chi-square \S+ with 5 to spare\)",
+        text,
+    )
+    said = np.array([float(n) for n in numbers.groups()]).reshape(3, 2)
+    scale = np.array([1e3, 1.0, 180 / np.pi])
+    right = scale * [one.position, one.force, one.angle]
+    np.testing.assert_allclose(said[:, 1], scale * one.std, rtol=0.3)
+    assert (np.abs(said[:, 0] - right) <= 0.51 * scale * one.std).all()
+    assert repr(found[0]).startswith("Estimate(NO_CONTACT")
+
+
+def test_many_frames_say_counts_and_ranges(found):
+    text = repr(found).splitlines()
+    assert text[0] == "Estimate of 6 frames: 4 OK, 2 NO_CONTACT"
+    low, high = (float(v) for v in re.search(r"position +(\S+) to (\S+) mm", text[1]).groups())
+    assert (low, high) == pytest.approx((1e3 * found.position[2], 1e3 * found.position[5]), abs=0.01)
+    table = found._repr_html_()
+    assert table.count("<tr>") == 7
+    assert "&plusmn;" in table
+    assert "<th>position [mm]</th>" in table
+    assert repr(found[:0]) == "Estimate of 0 frames: none"
+    assert "frames of shape (2, 3)" in repr(found[np.arange(6).reshape(2, 3)])
+
+
+def test_ok_picks_the_frames_that_are(found):
+    assert found.ok.tolist() == [False, False, True, True, True, True]
+    assert found[found.ok].shape == (4,)
+    assert found[2].ok.shape == ()
+
+
+def test_a_dictionary_has_the_columns_of_the_tables(found):
+    columns = found.to_dict()
+    assert list(columns)[:6] == ["position", "force", "angle", "position_std", "force_std", "angle_std"]
+    np.testing.assert_array_equal(columns["angle_std"], found.std[:, 2])
+    assert columns["status"].tolist() == ["no_contact"] * 2 + ["ok"] * 4
+    one = found[2].to_dict()
+    assert (type(one["position"]), one["status"]) == (float, "ok")
+    wide = FINGER.fit(FINGER.read(TOUCH), "hertz").to_dict()
+    assert wide["half_width_low"] <= wide["half_width"] <= wide["half_width_high"]
+    assert "half_width" not in columns
+
+
+def test_pandas_is_asked_for_where_it_is_missing(found, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ModuleNotFoundError, match="Fix: pip install pandas"):
+        found.to_pandas()
+
+
+def test_a_pandas_table_has_a_row_a_frame(found):
+    pytest.importorskip("pandas")
+    table = found.to_pandas()
+    np.testing.assert_array_equal(table["position"], found.position)
+    assert found[np.arange(6).reshape(2, 3)].to_pandas().index.tolist()[3] == (1, 0)
+    assert len(found[2].to_pandas()) == 1
+
+
+def test_the_others_say_what_they_are(found):
+    said = ss.decide.contact_type(FINGER, FINGER.read(TOUCH))
+    assert repr(said).startswith(f"TypeDecision({said.name}, p(line) ")
+    judged = ss.decide.slip(found, 0.6)
+    assert repr(judged).splitlines()[0] == "Slip of 6 frames: 4 HOLDS, 2 CANNOT_TELL"
+    assert "<table>" in judged._repr_html_()
+    assert repr(FINGER).splitlines()[1] == "  skin      a half plane (0.4 MPa, nu 0.5)"
+    assert "<td>8 NormalStrain</td>" in FINGER._repr_html_()
+    text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 2e-3\ndepth = 2e-3\n[locate]\nfriction = 0"
+    lines = repr(parse_finger(text, "a<b.toml")).splitlines()
+    assert lines[0] == "FingerFile a<b.toml"
+    assert "  locate    friction = 0" in lines
+    assert "a&lt;b.toml" in parse_finger(text, "a<b.toml")._repr_html_()
+    positions = np.linspace(-4e-3, 4e-3, 9)
+    readings = FINGER.read(ss.LineLoad(40.0, position=positions))
+    known = ss.calibrate(FINGER, readings, positions, force=40.0, fit=("depth", "origin"))
+    assert repr(known).startswith("Calibration on 9 touches: R^2 1.00000; sensors 8 OK\n  origin")
+
+
+def legends(figure):
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def test_figures_are_drawn_by_the_things_themselves(found):
+    assert legends(FINGER.plot()) == ["sensor"]
+    assert any(text.startswith("load: 40 N/m") for text in legends(FINGER.plot(TOUCH)))
+    alone = legends(found[2].plot(FINGER))
+    assert any(text.startswith("found (ok)") for text in alone)
+    assert not any(text.startswith("true") for text in alone)
+    assert any(text.startswith("found (ok)") for text in legends(found[2].plot()))
+    assert len(found.plot().axes) == 2
+    assert found.plot(truth=np.linspace(-4e-3, 4e-3, 6)).axes[0].get_ylabel() == "estimated position [mm]"
+    assert ss.decide.slip(found, 0.6).plot(3).axes
+
+
+def test_a_map_of_the_field_takes_one_call():
+    figure = SKIN.plot(TOUCH, "strain.yy", span=(-2e-3, 3e-3), depth=1e-3)
+    axes = figure.axes[0]
+    assert axes.get_xlim() == pytest.approx((-2.0, 3.0))
+    assert axes.get_ylim()[0] == pytest.approx(1.0)
+    layer = ss.Layered(ss.Layer(ss.Material(young=0.4e6), thickness=3e-3))
+    assert "rigid base" in legends(layer.plot(TOUCH, depth=3e-3))
+
+
+@pytest.mark.parametrize(
+    ("draw", "error", "said"),
+    [
+        (lambda found: SKIN.plot(TOUCH, "stress.zz"), InvalidValueError, "component = 'stress.zz'"),
+        (lambda found: SKIN.plot(ss.LineLoad([1.0, 2.0])), GeometryError, "a single contact"),
+        (lambda found: SKIN.plot(TOUCH, span=(1e-3, 0.0)), InvalidValueError, "has to ascend"),
+        (lambda found: FINGER.plot(title="x"), InvalidValueError, "nothing that presses"),
+        (lambda found: found[0].plot(), GeometryError, "nothing to draw"),
+        (lambda found: found[0].plot(FINGER), GeometryError, "neither a contact"),
+        (lambda found: found.plot(FINGER), GeometryError, "a finger goes with a single frame"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(found, draw, error, said):
+    with pytest.raises(error, match=said):
+        draw(found)
