@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 __all__ = [
+    "Rows",
     "add_figure",
     "add_json",
     "add_rows",
@@ -71,29 +72,71 @@ def add_rows(parser: argparse.ArgumentParser, verb: str) -> None:
     group.add_argument("--rows", metavar="LIST", help=f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20")
 
 
-def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
-    """Which of `count` rows --every or --rows names; all without them."""
-    import numpy as np
+class Rows:
+    """The rows that --every or --rows names, all without them; or, with --skip-used, the others.
 
-    chosen = np.zeros(count, dtype=bool)
-    if options.every is not None:
-        if options.every < 1:
-            raise InvalidValueError(f"--every {options.every}", "has to be >= 1", "--every 2 takes every second row")
-        chosen[:: options.every] = True
-    elif options.rows is not None:
-        for part in options.rows.split(","):
-            match = re.fullmatch(r"\s*(\d{1,12})(?:\s*-\s*(\d{1,12}))?\s*", part)
-            if match is None:
-                seen = f'--rows "{options.rows}"'
-                raise InvalidValueError(seen, "rows are whole numbers", "--rows 10,30,50 or 0-9,20")
-            first, last = int(match[1]), int(match[2] or match[1])
-            if last >= count or first > last:
-                seen = f"--rows {part.strip()}"
-                raise InvalidValueError(seen, f"the table has rows 0 to {count - 1}", "rows are counted from 0")
-            chosen[first : last + 1] = True
-    else:
-        chosen[:] = True
-    return chosen
+    Parameters
+    ----------
+    options : Namespace
+        `every`, `rows` and, of some commands, `skip_used`.
+
+    Raises
+    ------
+    InvalidValueError
+        Options that say no rows.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._every, self._others = options.every, getattr(options, "skip_used", False)
+        self._ranges: list[tuple[str, int, int]] | None = None
+        if self._every is not None and self._every < 1:
+            raise InvalidValueError(f"--every {self._every}", "has to be >= 1", "--every 2 takes every second row")
+        if options.rows is not None:
+            self._ranges = [self._range(part) for part in options.rows.split(",")]
+
+    @staticmethod
+    def _range(part: str) -> tuple[str, int, int]:
+        match = re.fullmatch(r"\s*([0-9]{1,12})(?:\s*-\s*([0-9]{1,12}))?\s*", part)
+        if match is None:
+            raise InvalidValueError(f'--rows "{part}"', "rows are whole numbers", "--rows 10,30,50 or 0-9,20")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if first > last:
+            raise InvalidValueError(f"--rows {part.strip()}", "the first has to be <= the last", f"{last}-{first}")
+        return part.strip(), first, last
+
+    def of(self, first: int, count: int) -> npt.NDArray[np.bool_]:
+        """Which of `count` rows are chosen, the first of which is row `first` of the table."""
+        import numpy as np
+
+        chosen = np.zeros(count, dtype=bool)
+        if self._every is not None:
+            chosen[-first % self._every :: self._every] = True
+        elif self._ranges is not None:
+            for _, begin, end in self._ranges:
+                chosen[max(begin - first, 0) : max(end + 1 - first, 0)] = True
+        else:
+            chosen[:] = True
+        return chosen ^ self._others
+
+    def check(self, count: int) -> None:
+        """Raise where a row is named that a table of `count` rows has not got.
+
+        Raises
+        ------
+        InvalidValueError
+            There is such a row.
+        """
+        for part, _, last in self._ranges or ():
+            if last >= count:
+                rule = f"the table has rows 0 to {count - 1}" if count else "the table has no rows"
+                raise InvalidValueError(f"--rows {part}", rule, "rows are counted from 0")
+
+
+def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
+    """Which of a table's `count` rows are chosen, as by `Rows`."""
+    rows = Rows(options)
+    rows.check(count)
+    return rows.of(0, count)
 
 
 def quantity_range(text: str, unit: str, name: str) -> tuple[float, float]:
@@ -152,10 +195,13 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
 
 
 @contextmanager
-def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
-    """A bar on standard error where that is a terminal; yields what advances it, by one or by a number."""
-    if not sys.stderr.isatty():
-        yield lambda _=1: None
+def progress_bar(what: str, total: int | None) -> Iterator[Callable[..., object]]:
+    """A bar on standard error where that is a terminal.
+
+    Yields what advances it, by one or by a number, and may then be told a better `total`; None for one not known yet.
+    """
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda _count=1, _total=None: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -163,7 +209,7 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
     bar = Progress(what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True))
     with bar:
         task = bar.add_task("", total=total)
-        yield lambda count=1: bar.advance(task, count)
+        yield lambda count=1, total=None: bar.update(task, advance=count, **({} if total is None else {"total": total}))
 
 
 @contextmanager
