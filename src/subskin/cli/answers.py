@@ -11,7 +11,7 @@ from typing import Any, TextIO, cast
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FileError, InvalidValueError
+from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
 from ..io.finger_file import FingerFile, load_finger
 from ..io.tables import Table, reading
@@ -100,7 +100,7 @@ def answers_of(
             first += len(block)
         rows.check(first)
     for doubt in join(tared).doubts if tared else ():
-        print(f"subskin: warning: {doubt}", file=sys.stderr)
+        print(f"subskin: warning: {printable(doubt)}", file=sys.stderr)
 
 
 def _forward(block: Table, time: npt.NDArray[np.float64], last: float) -> float:

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..errors import FileError, InvalidValueError, SubskinError
-from ..io.files import check_target
+from ..errors import FileError, InvalidValueError, SubskinError, printable
+from ..io.files import check_target, to_standard_output
 from ..io.units import quantity
 
 if TYPE_CHECKING:
@@ -29,8 +29,10 @@ __all__ = [
     "chosen_rows",
     "describe",
     "give",
+    "inputs_of",
     "listed",
     "number",
+    "outputs_of",
     "positive",
     "progress_bar",
     "quantity_range",
@@ -170,7 +172,22 @@ def listed(text: str) -> tuple[str, ...]:
 
 def say(options: argparse.Namespace) -> TextIO:
     """Where text for people goes: not into a table or JSON that is written to standard output."""
-    return sys.stderr if options.json or getattr(options, "out", None) == "-" else sys.stdout
+    return sys.stderr if options.json or "-" in outputs_of(options).values() else sys.stdout
+
+
+_INPUTS = {"finger": "the finger", "goals": "the goals", "readings": "the readings", "recording": "the recording",
+           "touches": "the touches"}  # fmt: skip
+_OUTPUTS = {"out": "-o", "totals": "--totals", "figure": "--figure", "map": "--map"}
+
+
+def inputs_of(options: argparse.Namespace) -> dict[str, str]:
+    """The files that a command reads, by what they are called."""
+    return {said: path for key, said in _INPUTS.items() if (path := getattr(options, key, None)) is not None}
+
+
+def outputs_of(options: argparse.Namespace) -> dict[str, str]:
+    """The files that a command writes, by their options."""
+    return {said: path for key, said in _OUTPUTS.items() if (path := getattr(options, key, None)) is not None}
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -185,11 +202,13 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        title=Text(printable(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    )
     for i, column in enumerate(columns):
-        table.add_column(Text(column), justify="left" if i < left else "right", no_wrap=True)
+        table.add_column(Text(printable(column)), justify="left" if i < left else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(printable(cell)) for cell in row))
     console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
     console.print(table)
 
@@ -255,14 +274,13 @@ def give(
         if target is not None:
             write(target)
     if options.json:
-        json.dump(_plain(data()), sys.stdout, allow_nan=False)
-        sys.stdout.write("\n")
+        to_standard_output(json.JSONEncoder(allow_nan=False).iterencode(_plain(data())), end="\n")
         return 0
     out = say(options)
     people(out)
     for target in (*(files or {}), drawn):
         if target not in (None, "-"):
-            print(f"-> {target}", file=out)
+            print(f"-> {printable(target)}", file=out)
     return 0
 
 

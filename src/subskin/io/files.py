@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import os
 import shutil
 import stat
@@ -15,7 +16,16 @@ from typing import BinaryIO
 
 from ..errors import FileError
 
-__all__ = ["apart", "check_target", "opened", "read_bytes", "replacing", "told_size", "write_bytes"]
+__all__ = [
+    "apart",
+    "check_target",
+    "opened",
+    "read_bytes",
+    "replacing",
+    "to_standard_output",
+    "told_size",
+    "write_bytes",
+]
 
 
 @contextlib.contextmanager
@@ -190,18 +200,26 @@ def _spooled() -> Iterator[Path]:
     try:
         yield part
         with part.open("rb") as file:
-            _to_standard_output(iter(lambda: file.read(1 << 20), b""))
+            to_standard_output(iter(lambda: file.read(1 << 20), b""))
     finally:
         part.unlink(missing_ok=True)
 
 
-def _to_standard_output(pieces: Iterable[bytes]) -> None:
+def to_standard_output(pieces: Iterable[bytes | str], end: str = "") -> None:
+    """Write pieces, one after the other, to standard output.
+
+    Raises
+    ------
+    FileError
+        It is closed, or its disk is full.
+    """
     stream = getattr(sys.stdout, "buffer", None)
     if stream is None:
         raise FileError("standard output", "it is closed", "name a file with -o")
     try:
-        for piece in pieces:
-            rest = memoryview(piece)
+        sys.stdout.flush()
+        for piece in itertools.chain(pieces, [end]):
+            rest = memoryview(piece.encode() if isinstance(piece, str) else piece)
             while rest:  # a stream without a buffer may take less than it is given
                 rest = rest[stream.write(rest) :]
         stream.flush()
@@ -220,7 +238,7 @@ def write_bytes(path: str | Path, data: bytes) -> None:
         The file cannot be written.
     """
     if str(path) == "-":
-        _to_standard_output([data])
+        to_standard_output([data])
         return
     with replacing(path) as part:
         part.write_bytes(data)
