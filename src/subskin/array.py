@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from .errors import GeometryError, InvalidValueError
 from .transducer import NormalStrain, Transducer
 
@@ -49,7 +50,7 @@ def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class SensorArray:
+class SensorArray(Frozen):
     """A row of sensors in the skin.
 
     A sensor reads gain * (what its transducer measures, averaged over its width) + offset + noise, held within

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from .array import SensorArray
 from .contact import Contact, LineLoad
 from .errors import GeometryError, InvalidValueError
@@ -55,7 +56,7 @@ class _Verb:
 
 
 @dataclass(frozen=True, eq=False)
-class Finger:
+class Finger(Frozen):
     """A skin and the sensors in it.
 
     Parameters
@@ -101,9 +102,6 @@ class Finger:
 
     def __repr__(self) -> str:
         return f"Finger({self.skin}, {self.array})"
-
-    def __getstate__(self) -> dict[str, object]:
-        return {"skin": self.skin, "array": self.array}  # what is worked out of them stays behind
 
     @cached_property
     def _groups(self) -> tuple[tuple[_Group, ...], tuple[_Group, ...]]:

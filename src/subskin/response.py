@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from .contact import LineLoad
 from .contact.families import Family
 from .contact.spread import SpreadContact
@@ -37,7 +38,7 @@ _FARTHEST = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(Frozen):
     """Readings under a unit normal and a unit tangential force, as functions of the contact's position.
 
     In each of `cells` equal cells a polynomial of degree 4 in t, the distance from the cell's centre over `step`. For

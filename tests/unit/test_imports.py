@@ -18,6 +18,7 @@ ORDER = (
     "errors",
     "_check",
     "_compiled",
+    "_frozen",
     "_registry",
     "material",
     "tensor",

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError
 from ..finger import Finger
 from ._forward import Forward
@@ -54,7 +55,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class Score(Frozen):
     """How well a finger explains touches at known positions.
 
     Parameters
@@ -74,7 +75,7 @@ class Score:
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Frozen):
     """What `calibrate` found.
 
     Parameters

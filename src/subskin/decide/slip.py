@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import InvalidValueError
 from ..estimate import Estimate, Layout
 from ..pressing import Indenter
@@ -28,7 +29,7 @@ _FARTHEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class Slip:
+class Slip(Frozen):
     """How close to slipping each frame is; every field has the batch's shape (...). NaN where nothing can be told.
 
     Attributes

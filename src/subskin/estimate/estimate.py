@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError
 from ..load import Load, polar_covariance
 from .layout import LINE, Layout
@@ -35,7 +36,7 @@ class Status(IntEnum):
     """Too few sensors could be used."""
 
 
-class _Found:
+class _Found(Frozen):
     """A contact as some columns of a table give it: those from `_first` on."""
 
     table: FloatArray
@@ -96,7 +97,7 @@ class Rival(_Found):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrameTable(ABC):
+class FrameTable(Frozen, ABC):
     """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as of `Estimate`."""
 
     table: FloatArray

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..contact.base import Contact
 from ..errors import InvalidValueError
 from ..material import Material
@@ -22,7 +23,7 @@ __all__ = ["Materials", "Skin"]
 Materials = Sequence[Material] | None
 
 
-class Skin(ABC):
+class Skin(Frozen, ABC):
     """An elastic medium with a surface at depth x = 0.
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
