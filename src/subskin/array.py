@@ -30,23 +30,27 @@ _PER_SENSOR: dict[str, dict[str, Any]] = {
 """Parameters of which each sensor has its own, and their limits."""
 
 
+_MOST = 10_000  # sensors in a row
+_WIDEST = 50.0  # depths
+_LARGEST = 0.5  # m, of a skin's depth and of half a row
+
+
 def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
     """Positions y [m] of `count` sensors, shape (count,), `pitch` [m] apart about `centre` [m].
 
     Raises
     ------
     InvalidValueError
-        count < 1 or pitch <= 0.
+        count < 1 or > 10,000, or pitch <= 0.
 
     Examples
     --------
     >>> even_row(3, pitch=2e-3).tolist()
     [-0.002, 0.0, 0.002]
     """
-    if isinstance(count, bool) or int(count) != count or count < 1:
-        raise InvalidValueError(f"count = {count!r}", "a whole number of sensors >= 1 is needed")
+    sensors = _check.whole("count", count, at_least=1, at_most=_MOST)
     step = _check.scalar("pitch", pitch, unit="m", above=0.0)
-    return np.asarray(_check.scalar("centre", centre, unit="m") + step * (np.arange(int(count)) - (int(count) - 1) / 2))
+    return np.asarray(_check.scalar("centre", centre, unit="m") + step * (np.arange(sensors) - (sensors - 1) / 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +86,12 @@ class SensorArray(Frozen):
     InvalidValueError, GeometryError
         A value out of range; parameters that do not match the number of sensors.
 
+    Warns
+    -----
+    ValidityWarning
+        A depth or a position of more than 0.5 m, beside depths other than 1 (a unit of one's own): mm were probably
+        meant.
+
     Examples
     --------
     >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, noise=1e-4)
@@ -115,6 +125,19 @@ class SensorArray(Frozen):
                 values = np.full(y.shape, values)
                 values.flags.writeable = False
             object.__setattr__(self, name, values)
+        if not (np.asarray(self.depth) == 1.0).any():  # 1: a unit of length of one's own
+            for name in ("depth", "y"):
+                value = float(np.abs(getattr(self, name)).max())
+                if value > _LARGEST:
+                    _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
+        wide, deep = np.asarray(self.width), np.asarray(self.depth)
+        if (wide > _WIDEST * deep).any():
+            worst = int(np.argmax(wide / deep))
+            seen = f"width = {wide[worst]:.6g} m at a depth of {deep[worst]:.6g} m"
+            rule = (
+                f"a sensor may be up to {_WIDEST:g} depths wide: its reading is a mean over points that close together"
+            )
+            raise InvalidValueError(seen, rule, "several sensors, or their mean")
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
         kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)

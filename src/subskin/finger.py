@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Finger"]
 
+_FAR = 100.0  # depths, from which nothing is felt
+
 
 class _Group(NamedTuple):
     """Sensors of one transducer and one number of averaging nodes, evaluated together."""
@@ -165,8 +167,23 @@ class Finger(Frozen):
         -------
         ndarray, shape (..., n)
             Readings, in each sensor's unit times its gain.
+
+        Warns
+        -----
+        ValidityWarning
+            A contact 100 depths beyond the row, or as wide: mm were probably meant.
         """
+        self._doubt(contact)
         return self.array.digitise(self.measure(contact), rng)
+
+    def _doubt(self, contact: Contact) -> None:
+        """Warn of a contact so far away, or so wide, that its unit was probably forgotten."""
+        y = np.asarray(self.array.y)
+        far = _FAR * float(np.asarray(self.array.depth).max())
+        for name, limit in (("position", far + float(np.abs(y).max())), ("half_width", far)):
+            values = np.abs(getattr(contact, name, 0.0))
+            if values.size and (worst := float(np.max(values))) > limit:
+                _check.doubt(name, worst, "m", 1e-3, "mm")
 
     def receptive_field(self, position: npt.ArrayLike) -> FloatArray:
         """Change of each reading per unit normal and per unit tangential line load at `position` [m].

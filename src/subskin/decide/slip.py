@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -200,7 +200,7 @@ def slip(
     )  # fmt: skip
 
 
-@cache
+@lru_cache(maxsize=16)
 def _columns(layout: Layout) -> tuple[int, int, int, int, int]:
     square = layout.square
     return layout.components, int(square[1, 1]), int(square[1, 2]), int(square[2, 2]), layout.status

@@ -67,7 +67,7 @@ def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Ski
             seen, rule = f'{key} beside kind = "{kind}"', f"such a skin has {', '.join(keys[kind])}"
             raise Misplaced(InvalidValueError(seen, rule, f"leave out {key}, or kind = {fix}"), *at, key)
     for key, needed in keys[kind].items():
-        if needed and not getattr(table, key):
+        if needed and getattr(table, key) in (None, []):
             seen, rule = f'"{key}" is missing', f'kind = "{kind}" needs it'
             raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE.get(key, f"{key} = ...")), *at, "")
     skin: Skin = _made(KINDS[kind], table, at)

@@ -14,6 +14,8 @@ __all__ = ["key_line", "located", "misplaced", "read_text", "short", "validated"
 
 _Model = TypeVar("_Model")
 
+_LONGEST = 4_000_000
+_MOST_ERRORS = 100  # that are looked through for the first
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)(?:\s*\.\s*(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+))*)\s*=""")
 _PART = re.compile(r'"[^"]*"|\'[^\']*\'|[A-Za-z0-9_-]+')
@@ -47,6 +49,8 @@ def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
 
     if not text.strip():
         raise FileError(f"{name} is empty", needs)
+    if len(text) > _LONGEST:
+        raise FileError(f"{name} has {len(text)} letters", f"at most {_LONGEST} are handled", "is it the right file")
     try:
         raw = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -95,7 +99,7 @@ def _dotted(path: tuple[str, ...]) -> str:
 def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
     """The first of pydantic's errors by line, in the words of this project."""
     found = []
-    for error in errors:
+    for error in errors[:_MOST_ERRORS]:
         path = tuple(str(part) for part in error["loc"])
         keys = path
         while keys and keys[-1].isdigit():
@@ -141,7 +145,10 @@ def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
 
 def short(value: object) -> str:
     """A value as it may stand in a message."""
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except (RecursionError, ValueError):  # nested thousands deep, or an int of thousands of digits
+        text = f"a {type(value).__name__}"
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -110,6 +110,11 @@ class Table:
     def texts(self, column: str) -> list[str]:
         """A column as text; numbers are written out, and what has no value is empty.
 
+        Parameters
+        ----------
+        column : str
+            Its name.
+
         Raises
         ------
         FileError
@@ -269,7 +274,15 @@ def read_table(path: str | Path) -> Table:
 
 
 class TableWriter:
-    """A table that is written block by block; made by `writing`."""
+    """A table that is written block by block; made by `writing`.
+
+    Parameters
+    ----------
+    part : Path
+        The file.
+    parquet : bool
+        Parquet, or CSV.
+    """
 
     def __init__(self, part: Path, parquet: bool) -> None:
         self._parquet = ParquetWriter(part) if parquet else None
