@@ -134,10 +134,7 @@ class SensorArray(Frozen):
         if (wide > _WIDEST * deep).any():
             worst = int(np.argmax(wide / deep))
             seen = f"width = {wide[worst]:.6g} m at a depth of {deep[worst]:.6g} m"
-            rule = (
-                f"a sensor may be up to {_WIDEST:g} depths wide: its reading is a mean over points that close together"
-            )
-            raise InvalidValueError(seen, rule, "several sensors, or their mean")
+            raise InvalidValueError(seen, f"a sensor may be up to {_WIDEST:g} depths wide", "several sensors")
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
         kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)

@@ -18,6 +18,7 @@ SKIN = ss.HalfPlane(RUBBER)
 LAYER = ss.Layered(ss.Layer(RUBBER, 6e-3))
 ARRAY = ss.SensorArray.line(count=5, pitch=1.5e-3, depth=2e-3, noise=1e-4)
 FINGER = ss.Finger(SKIN, ARRAY)
+GOOD = {"start": -5e-3, "stop": 5e-3, "step": 1e-4}
 HUGE = 10**400
 LONG = 10**5000  # which Python does not even write out
 
@@ -114,7 +115,7 @@ def test_usual_and_dimensionless_ones_pass_in_silence():
         lambda: ss.Finger(LAYER, ss.SensorArray.line(5, 1.5e-3, depth=1e-9, noise=1e-4)).locate(np.zeros(5)),
         lambda: ss.Finger(SKIN, ss.SensorArray.line(5, 1.5e-3, depth=1e-300, noise=1e-4)).locate(np.zeros(5)),
         *(
-            (lambda given=given: Response.from_function(FINGER.receptive_field, **({"start": -5e-3, "stop": 5e-3, "step": 1e-4} | given)))
+            (lambda given=given: Response.from_function(FINGER.receptive_field, **(GOOD | given)))
             for given in (
                 {"start": "x"}, {"start": np.nan}, {"stop": np.inf}, {"stop": [1.0]}, {"step": 0.0}, {"step": -1e-4},
                 {"step": np.nan}, {"step": 1e-300}, {"step": None}, {"tolerance": 0.0}, {"tolerance": "x"},

@@ -38,9 +38,8 @@ def all_classes():
 CLASSES = sorted(set(all_classes()), key=lambda kind: (kind.__module__, kind.__qualname__))
 EDGE = ("subskin.io", "subskin.cli", "subskin.report", "subskin.plot")
 OWN = "__reduce__"  # a way of its own to travel
-STATED = [
-    k for k in CLASSES if issubclass(k, Frozen) and OWN not in vars(k) and not getattr(k, "__abstractmethods__", ())
-]
+TOO_FEW = "__abstractmethods__"
+STATED = [k for k in CLASSES if issubclass(k, Frozen) and OWN not in vars(k) and not getattr(k, TOO_FEW, ())]
 
 
 def holds_arrays(kind):

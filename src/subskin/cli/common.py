@@ -182,12 +182,12 @@ _OUTPUTS = {"out": "-o", "totals": "--totals", "figure": "--figure", "map": "--m
 
 def inputs_of(options: argparse.Namespace) -> dict[str, str]:
     """The files that a command reads, by what they are called."""
-    return {said: path for key, said in _INPUTS.items() if (path := getattr(options, key, None)) is not None}
+    return {said: path for key, said in _INPUTS.items() if isinstance(path := getattr(options, key, None), str)}
 
 
 def outputs_of(options: argparse.Namespace) -> dict[str, str]:
     """The files that a command writes, by their options."""
-    return {said: path for key, said in _OUTPUTS.items() if (path := getattr(options, key, None)) is not None}
+    return {said: path for key, said in _OUTPUTS.items() if isinstance(path := getattr(options, key, None), str)}
 
 
 def number(value: float, digits: int = 4) -> str:

@@ -85,13 +85,13 @@ class CsvReader:
         self._width = len(self.columns)
 
     def _cells(self, head: bytes) -> list[str]:
-        text = self._text(head, self._line)
+        text = self._text(head, self.head_line)
         if '"' not in text:
             return text.split(",")
         try:
             return next(csv.reader(io.StringIO(text, newline="")), [])
         except csv.Error as error:
-            raise FileError(f"{self.name}, line {self._line}", f"it cannot be read as CSV ({error})") from None
+            raise FileError(f"{self.name}, line {self.head_line}", f"it cannot be read as CSV ({error})") from None
 
     def _header(self) -> bytes:
         """The first line that is not blank; the line it stands on is `_line`."""
@@ -193,7 +193,7 @@ class CsvReader:
     def _careful(self, block: bytes, at_end: bool) -> CsvPart:
         """A block with quotes, blank lines or faults."""
         text = self._text(block, self._line)
-        reader = csv.reader(io.StringIO(text, newline=""))
+        reader = csv.reader(io.StringIO(text, newline=""), strict=True)
         lines: list[int] = []
         cells: list[list[str]] = []
         try:

@@ -43,9 +43,7 @@ def panels(last: float, reach: float) -> tuple[FloatArray, FloatArray]:
     width = _PHASE / reach
     if not last < _MOST_PANELS * width:
         seen = f"points up to {reach:.3g} m away, in a skin whose finest wave falls off within {1 / last:.3g} m"
-        raise GeometryError(
-            seen, "the sum over waves would take more memory than there is", "nearer points, or deeper ones"
-        )
+        raise GeometryError(seen, "the sum over waves would be too long", "nearer points, or deeper ones")
     small = min(width, last) * 3.0 ** np.arange(-12, 1)
     count = max(int(np.ceil((last - small[-1]) / width)), 0)
     edges = np.concatenate([[0.0], small, np.linspace(small[-1], last, count + 1)[1:]])
