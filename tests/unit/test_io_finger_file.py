@@ -131,7 +131,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ("[skin]", "[skin", 2, "not TOML"),
         ("count = 4", "count = 4.5", 7, "integer"),
         ("count = 4", "count = 0", 7, "count = 0: a whole number from 1 to 10000 is needed"),
-        ("count = 4", "count = 99999999", 7, "at most"),
+        ("count = 4", "count = 99999999", 7, "from 1 to 10000"),
         ("count = 4", "count = 5", 12, "offset of shape (4,): one value, or one for each of the 5 sensors"),
         ("count = 4", 'y = ["1 mm"]', 8, "pitch beside y"),
         ("count = 4", "", 6, "count and pitch, is missing"),
