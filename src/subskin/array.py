@@ -32,7 +32,6 @@ _PER_SENSOR: dict[str, dict[str, Any]] = {
 
 _MOST = 10_000  # sensors in a row
 _WIDEST = 50.0  # depths
-_LARGEST = 0.5  # m, of a skin's depth and of half a row
 
 
 def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
@@ -86,12 +85,6 @@ class SensorArray(Frozen):
     InvalidValueError, GeometryError
         A value out of range; parameters that do not match the number of sensors.
 
-    Warns
-    -----
-    ValidityWarning
-        A depth or a position of more than 0.5 m, beside depths other than 1 (a unit of one's own): mm were probably
-        meant.
-
     Examples
     --------
     >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, noise=1e-4)
@@ -125,11 +118,6 @@ class SensorArray(Frozen):
                 values = np.full(y.shape, values)
                 values.flags.writeable = False
             object.__setattr__(self, name, values)
-        if not (np.asarray(self.depth) == 1.0).any():  # 1: a unit of length of one's own
-            for name in ("depth", "y"):
-                value = float(np.abs(getattr(self, name)).max())
-                if value > _LARGEST:
-                    _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
         wide, deep = np.asarray(self.width), np.asarray(self.depth)
         if (wide > _WIDEST * deep).any():
             worst = int(np.argmax(wide / deep))

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Finger"]
 
+_LARGEST = 0.5  # m, of a skin's depth and of half a row
 _FAR = 100.0  # depths, from which nothing is felt
 
 
@@ -73,6 +74,12 @@ class Finger(Frozen):
     InvalidValueError, GeometryError
         What is no skin or no array; a sensor that lies beneath the skin.
 
+    Warns
+    -----
+    ValidityWarning
+        A depth or a position of a sensor of more than 0.5 m: mm were probably meant. A depth or a modulus of exactly 1
+        is a unit of one's own, and passes.
+
     Examples
     --------
     >>> import subskin as ss
@@ -98,6 +105,11 @@ class Finger(Frozen):
         if not isinstance(self.array, SensorArray):
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
         deepest = float(np.asarray(self.array.depth).max())
+        if deepest != 1.0 and all(material.young != 1.0 for material in self.skin.materials):  # units of one's own
+            for name in ("depth", "y"):
+                value = float(np.abs(getattr(self.array, name)).max())
+                if value > _LARGEST:
+                    _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
         if deepest > self.skin.thickness * (1 + 1e-12):
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")

@@ -68,9 +68,9 @@ def test_forgotten_units_are_said():
     with pytest.warns(ValidityWarning, match=r"young = 0.4 Pa: was 0.4 MPa meant, 400000\?"):
         ss.Material(young=0.4)
     with pytest.warns(ValidityWarning, match=r"the largest depth = 2 m: was 2 mm meant, 0.002\?"):
-        ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2)
+        ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2))
     with pytest.warns(ValidityWarning, match=r"the largest y = 9 m: was 9 mm meant"):
-        ss.SensorArray.line(count=4, pitch=6, depth=5e-3)
+        ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=6, depth=5e-3))
     with pytest.warns(ValidityWarning, match=r"position = 0.8 m: was 0.8 mm meant"):
         FINGER.read(ss.LineLoad(40.0, position=0.8))
     with pytest.warns(ValidityWarning, match=r"half_width = 0.4 m: was 0.4 mm meant"):
@@ -81,7 +81,8 @@ def test_usual_and_dimensionless_ones_pass_in_silence():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ss.Material(young=1e3)
-        ss.SensorArray.line(count=8, pitch=5e-3, depth=30e-3)
+        ss.Finger(SKIN, ss.SensorArray.line(count=8, pitch=5e-3, depth=30e-3))
+        ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), ss.SensorArray.line(count=3, pitch=2.5, depth=3.0))
         own = ss.SensorArray.line(count=8, pitch=0.75, depth=1.0)
         ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), own).read(ss.Hertz(1.0, position=2.0, half_width=0.5))
         FINGER.read(ss.LineLoad(40.0, position=[-20e-3, 20e-3]))

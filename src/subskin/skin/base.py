@@ -120,9 +120,9 @@ class Skin(Frozen, ABC):
         The strain of normal strain sensors at nu = 1/2: -(3/2E) k x exp(-k x), memo eq. (25).
 
         >>> import numpy as np, subskin as ss
-        >>> skin = ss.HalfPlane(ss.Material(young=1.5))
+        >>> skin = ss.HalfPlane(ss.Material(young=1.5e6))
         >>> wave = skin.wave(k=[0.0, 500.0], x=[2e-3])
-        >>> (wave.strain.xx[:, 0, 0].round(6) + 0.0).tolist(), round(float(np.exp(-1)), 6)
+        >>> ((1e6 * wave.strain.xx[:, 0, 0]).round(6) + 0.0).tolist(), round(float(np.exp(-1)), 6)
         ([0.0, -0.367879], 0.367879)
         """
 
