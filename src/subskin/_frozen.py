@@ -34,7 +34,7 @@ class Frozen:
 
 
 @cache
-def _kept(kind: type) -> frozenset[str]:
+def _kept(kind: Any) -> frozenset[str]:
     """Names under which instances keep what they have worked out."""
     return frozenset(
         n for base in kind.__mro__ for n, value in vars(base).items() if isinstance(value, cached_property)
