@@ -25,7 +25,8 @@ class Frozen:
     """
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = _kept(type(self))
+        kind: Any = type(self)
+        kept = _kept(kind)
         return {name: value for name, value in self.__dict__.items() if name not in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
