@@ -17,11 +17,15 @@ BASE   := $(VENV)/.installed
 DEV    := $(VENV)/.installed-dev
 STUDY  := $(VENV)/.installed-study
 PIP    := $(BIN)/python -m pip install --quiet --no-compile  # Python compiles what is imported
+FLOOR  := .venv-floor
+FLOOR_TESTS := tests/cli/test_commands.py tests/cli/test_fit_decide.py tests/cli/test_pressure.py tests/cli/test_hostile.py \
+  tests/unit/test_doors.py tests/unit/test_finger.py tests/unit/test_io_tables.py tests/unit/test_io_units.py \
+  tests/unit/test_io_finger_file.py tests/unit/test_layered.py tests/unit/test_locate.py tests/unit/test_press.py
 
-.PHONY: help demo test lint types check docs loops bench study figures clean
+.PHONY: help demo test test-floor lint types check docs loops bench study figures clean
 
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 demo: $(BASE) ## the main job on a simulated recording: segment, calibrate, locate; writes out/demo
 	@PATH="$(CURDIR)/$(BIN):$$PATH" bash examples/demo.sh out/demo
@@ -48,6 +52,14 @@ docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warni
 
 loops: $(BASE) # compiled once, and not by each worker of pytest and by the gallery
 	@$(BIN)/python tests/loops.py
+
+test-floor: ## the core of the tests at the lowest versions that pyproject.toml allows, in a venv of its own
+	@test -x $(FLOOR)/bin/python || "$(PYTHON)" -m venv $(FLOOR)
+	@$(FLOOR)/bin/python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
+	  needs = p['dependencies'] + p['optional-dependencies']['parquet']; \
+	  print('\n'.join(need.replace('>=', '==') for need in needs))" > $(FLOOR)/floor.txt
+	$(FLOOR)/bin/python -m pip install --quiet --constraint $(FLOOR)/floor.txt --editable ".[parquet]" "pytest>=8.2" "hypothesis>=6.112"
+	$(FLOOR)/bin/python -m pytest -q -W default $(FLOOR_TESTS)
 
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import GeometryError, InvalidValueError, UnknownOptionError
+from .errors import GeometryError, InvalidValueError, UnknownOptionError, ValidityWarning
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
@@ -35,14 +36,22 @@ def real(
     finite: bool = True,
     fix: str = "",
 ) -> FloatArray:
-    """`value` as a read-only float array that is not the caller's own, within the stated bounds."""
+    """`value` as a read-only float array that is not the caller's own, within the stated bounds.
+
+    A quantity of pint is converted to `unit`; one of another dimension is refused.
+    """
+    value = without_unit(name, value, unit, fix)
     unmasked(name, value)
     try:
         if np.asarray(value).dtype.kind in "SU":  # NumPy would read a number out of the text
             raise TypeError
         array = np.array(value, dtype=np.float64)
+    except OverflowError:
+        raise InvalidValueError(f"{name} = {shown(value)}", "it is beyond the largest float", fix) from None
     except (TypeError, ValueError):
-        raise InvalidValueError(f"{name} = {value!r}", "a real number or an array of them is needed", fix) from None
+        raise InvalidValueError(
+            f"{name} = {shown(value)}", "a real number or an array of them is needed", fix
+        ) from None
     unit_text = f" [{unit}]" if unit else ""
     if finite and not np.isfinite(array).all():
         raise InvalidValueError(_seen(name, array, ~np.isfinite(array)), f"has to be finite{unit_text}", fix)
@@ -58,9 +67,10 @@ def real(
 
 def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
     """Readings as floats: NaN where one is missing, or masked. Not copied where they are floats already."""
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
+    value = without_unit(name, value, "", 'numbers in the unit of the gain: q.m_as("Pa")')
     try:
-        if type(value) is np.ndarray and value.dtype == np.float64:
-            return value
         if isinstance(value, np.ma.MaskedArray):
             return np.ma.filled(value.astype(np.float64), np.nan)
         return np.asarray(value, dtype=np.float64)
@@ -74,6 +84,59 @@ def unmasked(name: str, value: object, fix: str = "") -> None:
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         seen = f"{name} with {int(np.ma.getmaskarray(value).sum())} masked values"
         raise InvalidValueError(seen, "only readings can be missing", fix or f"{name}.compressed()")
+
+
+def without_unit(name: str, value: Any, unit: str, fix: str = "") -> Any:
+    """A quantity of pint, or a list of them, as numbers in the SI `unit`; anything else as it is.
+
+    Examples
+    --------
+    >>> import pint
+    >>> without_unit("depth", pint.UnitRegistry().Quantity(2.0, "mm"), "m")
+    0.002
+    """
+    if isinstance(value, list | tuple):
+        if not any(_has_unit(item) for item in value):
+            return value
+        return [without_unit(f"{name}[{i}]", item, unit, fix) for i, item in enumerate(value)]
+    if not _has_unit(value):
+        return value
+    try:
+        return value.to(unit).magnitude
+    except Exception:  # pint lets many kinds of error through
+        rule = f"a quantity in {unit} is needed" if unit else "a plain number is needed: no unit is known for it"
+        raise InvalidValueError(f"{name} = {shown(value)}", rule, fix) from None
+
+
+def _has_unit(value: object) -> bool:
+    """Whether it is a quantity of pint, which need not be imported for that; or a list that begins with one."""
+    if isinstance(value, list | tuple):
+        return bool(value) and _has_unit(value[0])
+    return not isinstance(value, float | int | np.ndarray) and hasattr(value, "magnitude") and hasattr(value, "units")
+
+
+def shown(value: object) -> str:
+    """A value as a message has it, be it one that cannot be written out."""
+    try:
+        return repr(value)
+    except Exception:  # an int of more digits than Python writes, or an object whose own way fails
+        return f"a {type(value).__name__}"
+
+
+def doubt(name: str, value: float, unit: str, meant: float, meant_unit: str) -> None:
+    """Warn of a value so far from any finger's that another unit was probably meant.
+
+    Parameters
+    ----------
+    name, value, unit
+        What was given.
+    meant : float
+        One `meant_unit` in `unit`.
+    meant_unit : str
+        The unit that was probably meant.
+    """
+    said = f"{name} = {value:.6g} {unit}: was {value:.6g} {meant_unit} meant, {value * meant:.6g}?"
+    warnings.warn(f"{said} Values are in {unit}", ValidityWarning, stacklevel=2)
 
 
 def scalar(
@@ -120,20 +183,41 @@ def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
         return None
     if type(value) is tuple and len(value) == 2 and type(value[0]) is type(value[1]) is float:
         return value  # the usual case, in no time
+    value = without_unit(name, value, "m", fix)
     unmasked(name, value)
-    pair = np.asarray(value)
+    try:
+        pair = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        pair = np.empty(0)
     if pair.shape != (2,) or pair.dtype.kind not in "iuf":
-        raise InvalidValueError(f"{name} = {value!r}", "two ascending numbers are needed", fix)
+        raise InvalidValueError(f"{name} = {shown(value)}", "two ascending numbers are needed", fix)
     return float(pair[0]), float(pair[1])
 
 
 def values(**options: Any) -> dict[str, float | None]:
     """Options as numbers that can be a key: a number of any kind as a float, or as an int where it is one."""
-    for name, given in options.items():
+    plain = {name: without_unit(name, given, "m" if name == "scan_step" else "") for name, given in options.items()}
+    for name, given in plain.items():
         unmasked(name, given)
-        if given is not None and (np.ndim(given) or np.asarray(given).dtype.kind not in "biuf"):
-            raise InvalidValueError(f"{name} = {given!r}", "a single number is needed")
-    return {name: np.asarray(given).item() for name, given in options.items()}
+        if given is not None and not _is_number(given):
+            raise InvalidValueError(f"{name} = {shown(given)}", "a single number is needed")
+    return {name: np.asarray(given).item() for name, given in plain.items()}
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        return np.asarray(value).ndim == 0 and np.asarray(value).dtype.kind in "biuf"
+    except ValueError:  # rows of different lengths
+        return False
+
+
+def whole(name: str, value: object, *, at_least: int, at_most: int, fix: str = "") -> int:
+    """A whole number within its limits."""
+    fits = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not fits or not at_least <= value <= at_most or value != int(value):  # type: ignore[operator, call-overload]
+        rule = f"a whole number from {at_least} to {at_most} is needed"
+        raise InvalidValueError(f"{name} = {shown(value)}", rule, fix)
+    return int(value)  # type: ignore[call-overload, no-any-return]
 
 
 def no_options(unknown: Mapping[str, object], known: str) -> None:

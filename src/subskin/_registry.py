@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from ._frozen import Frozen
 from .errors import InvalidValueError
 
 __all__ = ["Named"]
 
 
-class Named:
+class Named(Frozen):
     """What keeps its subclasses by the name that they are defined with: `class Hertz(SpreadContact, name="hertz")`.
 
     A class that is not found by name gives none, and does not inherit one.

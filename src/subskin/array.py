@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from ._presets import SENSORS, named
 from ._shown import Presets
 from .errors import GeometryError, InvalidValueError
@@ -34,27 +35,30 @@ _AIR = 101_325.0
 """The standard atmosphere [Pa]: what a barometer reads where nothing presses."""
 
 
+_MOST = 10_000  # sensors in a row
+_WIDEST = 50.0  # depths
+
+
 def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
     """Positions y [m] of `count` sensors, shape (count,), `pitch` [m] apart about `centre` [m].
 
     Raises
     ------
     InvalidValueError
-        count < 1 or pitch <= 0.
+        count < 1 or > 10,000, or pitch <= 0.
 
     Examples
     --------
     >>> even_row(3, pitch=2e-3).tolist()
     [-0.002, 0.0, 0.002]
     """
-    if isinstance(count, bool) or int(count) != count or count < 1:
-        raise InvalidValueError(f"count = {count!r}", "a whole number of sensors >= 1 is needed")
+    sensors = _check.whole("count", count, at_least=1, at_most=_MOST)
     step = _check.scalar("pitch", pitch, unit="m", above=0.0)
-    return np.asarray(_check.scalar("centre", centre, unit="m") + step * (np.arange(int(count)) - (int(count) - 1) / 2))
+    return np.asarray(_check.scalar("centre", centre, unit="m") + step * (np.arange(sensors) - (sensors - 1) / 2))
 
 
 @dataclass(frozen=True, eq=False)
-class SensorArray:
+class SensorArray(Frozen):
     """A row of sensors in the skin.
 
     A sensor reads gain * (what its transducer measures, averaged over its width) + offset + noise, held within
@@ -119,6 +123,11 @@ class SensorArray:
                 values = np.full(y.shape, values)
                 values.flags.writeable = False
             object.__setattr__(self, name, values)
+        wide, deep = np.asarray(self.width), np.asarray(self.depth)
+        if (wide > _WIDEST * deep).any():
+            worst = int(np.argmax(wide / deep))
+            seen = f"width = {wide[worst]:.6g} m at a depth of {deep[worst]:.6g} m"
+            raise InvalidValueError(seen, f"a sensor may be up to {_WIDEST:g} depths wide", "several sensors")
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
         kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)

@@ -6,6 +6,8 @@ Every error names what was seen, the rule that it breaks and, where there is one
 
 from __future__ import annotations
 
+import unicodedata
+
 __all__ = [
     "ConvergenceError",
     "FileError",
@@ -16,7 +18,42 @@ __all__ = [
     "SubskinError",
     "UnknownOptionError",
     "ValidityWarning",
+    "printable",
 ]
+
+_SEEN, _SAID = 300, 3000  # letters of what was seen, and of a rule or a fix, at most
+
+
+def printable(text: object, longest: int = _SAID) -> str:
+    r"""Text as it may be shown: control characters written out, and its end left off where it is long.
+
+    What comes from a file could otherwise move a terminal's cursor, or fill it.
+
+    Parameters
+    ----------
+    text : object
+        What is shown.
+    longest : int, optional
+        Letters that are shown at most.
+
+    Examples
+    --------
+    >>> printable("\x1b[31ms0\x07"), printable("a" * 100, 8)
+    ('\\x1b[31ms0\\x07', 'aaaaa...')
+    """
+    shown = str(text)
+    if len(shown) > longest:
+        shown = shown[: longest - 3] + "..."
+    if shown.isprintable():
+        return shown
+    return "".join(c if c in "\n\t" or unicodedata.category(c) not in _HIDDEN else _written(c) for c in shown)
+
+
+_HIDDEN = {"Cc", "Cf", "Cs"}
+
+
+def _written(character: str) -> str:
+    return character.encode("unicode_escape").decode("ascii")
 
 
 class SubskinError(ValueError):
@@ -25,7 +62,7 @@ class SubskinError(ValueError):
     Parameters
     ----------
     seen : str
-        What was given.
+        What was given; it, the rule and the fix are kept as `printable` shows them.
     rule : str
         What has to hold.
     fix : str, optional
@@ -38,8 +75,8 @@ class SubskinError(ValueError):
     """
 
     def __init__(self, seen: str, rule: str, fix: str = "") -> None:
-        self.seen, self.rule, self.fix = seen, rule, fix
-        super().__init__(f"{seen}: {rule}." + (f" Fix: {fix}." if fix else ""))
+        self.seen, self.rule, self.fix = printable(seen, _SEEN), printable(rule), printable(fix)
+        super().__init__(f"{self.seen}: {self.rule}." + (f" Fix: {self.fix}." if fix else ""))
 
     def __reduce__(self) -> tuple[type[SubskinError], tuple[str, str, str]]:
         """Pickled and copied by its three parts: an exception alone would hand on its message only."""

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from ._shown import Drawing, html_table, lines, many_of, span
 from .array import SensorArray
 from .contact import Contact, LineLoad
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from .response import tabulate as _tabulate
 
 __all__ = ["Finger"]
+
+_LARGEST = 0.5  # m, of a skin's depth and of half a row
+_FAR = 100.0  # depths, from which nothing is felt
 
 
 class _Group(NamedTuple):
@@ -57,7 +61,7 @@ class _Verb:
 
 
 @dataclass(frozen=True, eq=False)
-class Finger:
+class Finger(Frozen):
     """A skin and the sensors in it.
 
     Parameters
@@ -71,6 +75,12 @@ class Finger:
     ------
     InvalidValueError, GeometryError
         What is no skin or no array; a sensor that lies beneath the skin.
+
+    Warns
+    -----
+    ValidityWarning
+        A depth or a position of a sensor of more than 0.5 m: mm were probably meant. A depth or a modulus of exactly 1
+        is a unit of one's own, and passes.
 
     Examples
     --------
@@ -97,6 +107,11 @@ class Finger:
         if not isinstance(self.array, SensorArray):
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
         deepest = float(np.asarray(self.array.depth).max())
+        if deepest != 1.0 and all(material.young != 1.0 for material in self.skin.materials):  # units of one's own
+            for name in ("depth", "y"):
+                value = float(np.abs(getattr(self.array, name)).max())
+                if value > _LARGEST:
+                    _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
         if deepest > self.skin.thickness * (1 + 1e-12):
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
@@ -127,9 +142,6 @@ class Finger:
                 span(a.noise, units.pop() if len(units) == 1 else "") + f", gain {span(np.asarray(a.gain)[a.live])}",
             ),
         ]
-
-    def __getstate__(self) -> dict[str, object]:
-        return {"skin": self.skin, "array": self.array}  # what is worked out of them stays behind
 
     @cached_property
     def _groups(self) -> tuple[tuple[_Group, ...], tuple[_Group, ...]]:
@@ -193,8 +205,23 @@ class Finger:
         -------
         ndarray, shape (..., n)
             Readings, in each sensor's unit times its gain.
+
+        Warns
+        -----
+        ValidityWarning
+            A contact 100 depths beyond the row, or as wide: mm were probably meant.
         """
+        self._doubt(contact)
         return self.array.digitise(self.measure(contact), rng)
+
+    def _doubt(self, contact: Contact) -> None:
+        """Warn of a contact so far away, or so wide, that its unit was probably forgotten."""
+        y = np.asarray(self.array.y)
+        far = _FAR * float(np.asarray(self.array.depth).max())
+        for name, limit in (("position", far + float(np.abs(y).max())), ("half_width", far)):
+            values = np.abs(getattr(contact, name, 0.0))
+            if values.size and (worst := float(np.max(values))) > limit:
+                _check.doubt(name, worst, "m", 1e-3, "mm")
 
     def receptive_field(self, position: npt.ArrayLike) -> FloatArray:
         """Change of each reading per unit normal and per unit tangential line load at `position` [m].

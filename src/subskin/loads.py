@@ -9,13 +9,14 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from .errors import GeometryError
 
 __all__ = ["Load"]
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class Load(Frozen):
     """A load on the surface: its position and its components, normal first.
 
     With d the number of coordinates of a position, d = 1 is a load per length of a long contact, (N, T) in N/m; d = 2

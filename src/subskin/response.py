@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from . import _check
 from ._check import FloatArray
+from ._frozen import Frozen
 from .contact import LineLoad
 from .contact.families import Family
 from .contact.spread import SpreadContact
@@ -26,6 +27,7 @@ DEGREE = 4
 _NODES = -0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 _CHECKS = np.array([-0.43, -0.19, 0.06, 0.31, 0.46])
+_MOST_STEPS = 1e6
 _MOST_CELLS = 1 << 12
 _MOST_HALVINGS = 5
 _WIDTHS = 14
@@ -37,7 +39,7 @@ _FARTHEST = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(Frozen):
     """Readings under a unit normal and a unit tangential force, as functions of the contact's position.
 
     In each of `cells` equal cells a polynomial of degree 4 in t, the distance from the cell's centre over `step`. For
@@ -115,10 +117,15 @@ class Response:
         Raises
         ------
         GeometryError
-            stop <= start.
+            stop <= start, a step so short that a million cells would not do, or a function of another shape.
         ConvergenceError
             The tolerance is not met with 4096 cells, or 32 times as many as to start with: the function is not smooth.
         """
+        if not callable(function):
+            raise InvalidValueError(f"function = {_check.shown(function)}", "a function of positions is needed")
+        start, stop = (_check.scalar(name, value, unit="m") for name, value in (("start", start), ("stop", stop)))
+        step = _check.scalar("step", step, unit="m", above=0.0)
+        tolerance = _check.scalar("tolerance", tolerance, above=0.0)
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop")
         cells = _cells(stop - start, step)
@@ -127,7 +134,11 @@ class Response:
             width = (stop - start) / cells
             centres = start + width * (np.arange(cells) + 0.5)
             positions = centres[:, None] + width * np.concatenate([_NODES, _CHECKS])
-            at_nodes, at_checks = np.split(function(positions), [_NODES.size], axis=1)
+            values = _check.real("function(position)", function(positions))
+            if values.shape[:2] != positions.shape or values.ndim != 4 or values.shape[3] != 2:
+                rule = f"positions of shape {positions.shape} have to give {(*positions.shape, 'n', 2)}"
+                raise GeometryError(f"function(position) of shape {values.shape}", rule.replace("'", ""))
+            at_nodes, at_checks = np.split(values, [_NODES.size], axis=1)
             coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
             table = cls(start, width, coefficients)
             worst = float(np.abs(table(positions[:, _NODES.size :]) - at_checks).max())
@@ -284,6 +295,9 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
 
 
 def _cells(length: float, step: float) -> int:
+    if not length < _MOST_STEPS * step:
+        seen, rule = f"{length:.3g} m in steps of {step:.3g} m", f"at most {_MOST_STEPS:.0e} cells are tabulated"
+        raise GeometryError(seen, rule, "deeper sensors, a shorter row, or a narrower search")
     return max(int(np.ceil(length / step * (1 - 1e-12))), 1)
 
 

@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from ._check import FloatArray
+from ._frozen import Frozen
 
 __all__ = ["Deferred", "State", "Strain", "Stress", "SurfaceGradient", "Wave"]
 
 
 @dataclass(frozen=True, eq=False)
-class _Tensor:
+class _Tensor(Frozen):
     """A symmetric tensor of a plane problem: x is depth, y runs along the surface, z out of the plane."""
 
     xx: FloatArray
@@ -84,7 +85,7 @@ class Strain(_Tensor):
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Frozen):
     """Stress and strain at the same points: `stress` [Pa] and `strain` [-]."""
 
     stress: Stress
@@ -119,6 +120,10 @@ class Deferred(State):
 
     def __init__(self, stress: Callable[[], Stress], strain: Callable[[], Strain]) -> None:
         self.__dict__.update(_stress=stress, _strain=strain)
+
+    def __reduce__(self) -> tuple[type[State], tuple[Stress, Strain]]:
+        """It travels as what it has to say: functions stay behind."""
+        return State, (self.stress, self.strain)
 
     @cached_property
     def stress(self) -> Stress:
@@ -161,7 +166,7 @@ class Wave(State):
 
 
 @dataclass(frozen=True, eq=False)
-class SurfaceGradient:
+class SurfaceGradient(Frozen):
     """How the displacement changes along y [-]: `ux` = du_x/dy (the tilt of the surface), `uy` = du_y/dy."""
 
     ux: FloatArray

@@ -104,7 +104,7 @@ class TestTheWholeWay:
         row, truth, error, force = columns("located.csv", "row", "truth", "error", "force")
         np.testing.assert_array_equal(row, np.arange(1, 41, 2))
         np.testing.assert_allclose(truth, columns("presses.csv", "position")[0][1::2], atol=1e-12)
-        status = np.array(read_table("located.csv").arrow.column("status").to_pylist())
+        status = np.array(read_table("located.csv").texts("status"))
         ok = status == "ok"
         assert ok.sum() >= 17
         assert np.median(np.abs(error[ok])) < 0.04e-3
@@ -112,7 +112,7 @@ class TestTheWholeWay:
         assert abs(error[ok].mean()) < 0.03e-3
         assert set(status[~ok]) <= {"ambiguous"}  # with p2 dead the last places are far from two live sensors
         np.testing.assert_allclose(force[ok], 1.0, rtol=0.05)  # multiples of the presses' load
-        assert set(read_table("located.csv").arrow.column("used").to_pylist()) == {"p0 p1 p3"}
+        assert set(read_table("located.csv").texts("used")) == {"p0 p1 p3"}
 
     def test_the_origin_from_three_presses(self, subskin, recorded):
         drawn = (recorded / "finger.toml").read_text().replace("offset = 1e5", "offset = 0")
@@ -214,10 +214,10 @@ class TestLocate:
         ran = subskin("locate", "finger.toml", "r.csv", "-o", "l.parquet", "--truth", "position")
         assert ran.code == 0
         table = read_table("l.parquet")
-        status = table.arrow.column("status").to_pylist()
+        status = table.texts("status")
         assert status[:4] == ["ok", "incomplete", "no_contact", "unexplained"]
         assert status[5] == "ok"
-        assert table.arrow.column("used").to_pylist()[:2] == ["p0 p1 p3", "p3"]
+        assert table.texts("used")[:2] == ["p0 p1 p3", "p3"]
         position, std, error = (table.numbers(n) for n in ("position", "position_std", "error"))
         assert np.isnan(position[1:4]).all()
         assert abs(error[0]) < 6 * std[0]
@@ -265,13 +265,13 @@ class TestLocate:
     def test_chunks_make_no_difference(self, subskin, folder, monkeypatch):
         subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 57)
         subskin("locate", "finger.toml", "r.csv", "-o", "one.csv")
-        monkeypatch.setattr("subskin.stream.stage.CHUNK", 10)
+        monkeypatch.setattr("subskin.io._csv.BLOCK", 300)
         subskin("locate", "finger.toml", "r.csv", "-o", "many.csv")
         assert (folder / "one.csv").read_text() == (folder / "many.csv").read_text()
 
     def test_progress_is_shown_on_a_terminal(self, subskin, folder, monkeypatch):
         subskin("simulate", "finger.toml", "-o", "r.csv", "--count", 57)
-        monkeypatch.setattr("subskin.stream.stage.CHUNK", 10)
+        monkeypatch.setattr("subskin.io._csv.BLOCK", 300)
         assert subskin("locate", "finger.toml", "r.csv", "-o", "l.csv").err == ""
         assert "57/57" in subskin("locate", "finger.toml", "r.csv", "-o", "l.csv", terminal=True).err
 

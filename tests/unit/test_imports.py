@@ -20,6 +20,7 @@ ORDER = (
     "_presets",
     "_shown",
     "_compiled",
+    "_frozen",
     "_registry",
     "material",
     "tensor",

@@ -22,8 +22,8 @@ def test_incompressible():
 
 
 def test_ints_mean_floats():
-    m = ss.Material(young=3, poisson=0)
-    assert (m.young, m.poisson) == (3.0, 0.0)
+    m = ss.Material(young=300, poisson=0)
+    assert (m.young, m.poisson) == (300.0, 0.0)
     assert isinstance(m.young, float)
     assert isinstance(m.poisson, float)
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..finger import Finger
 from ._forward import Forward, slices
 
@@ -34,7 +35,7 @@ class Whitened(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Linearised:
+class Linearised(Frozen):
     """Whitened readings near a finger x and touches at positions f, with the forces that fit best.
 
     Parameters

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from ._blind_model import BlindModel, Linearised
 
 __all__ = ["Learning"]
@@ -19,7 +20,7 @@ _MOST_NAMED = 3
 _MOST_TOUCHES = 1e15
 
 
-class Learning:
+class Learning(Frozen):
     """The Fisher information of x in the touches used, in units of the prior, and what follows from it.
 
     Parameters

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate
 from ..finger import Finger
@@ -96,7 +97,7 @@ class ErrorRatio:
 
 
 @dataclass(frozen=True, eq=False)
-class BlindCalibration:
+class BlindCalibration(Frozen):
     """What `calibrate_blind` found.
 
     Parameters

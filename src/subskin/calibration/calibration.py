@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from .._shown import html_table, lines, many_of, with_error
 from ..errors import GeometryError
 from ..finger import Finger
@@ -56,7 +57,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class Score(Frozen):
     """How well a finger explains touches at known positions.
 
     Parameters
@@ -76,7 +77,7 @@ class Score:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(Frozen):
     """What `calibrate` found.
 
     Parameters

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import ConvergenceError
 from ..estimate.estimate import Status
 from ..estimate.locate import Locator
@@ -35,7 +36,7 @@ _WEAK, _GONE, _TOLD, _BLIND = 0.9, 0.02, 0.2, 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class SensorHealth:
+class SensorHealth(Frozen):
     """What `sensor_health` found.
 
     Parameters

@@ -4,35 +4,38 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TextIO
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TextIO, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InvalidValueError
+from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
-from ..io.files import check_target
 from ..io.finger_file import FingerFile, load
-from ..io.tables import Table, read_table
+from ..io.tables import Table, reading
 from ..stream.pipeline import Pipeline
-from ..stream.stage import Stage
-from .common import check_figure, chosen_rows, number, progress_bar, said_of, show
+from ..stream.stage import Stage, join
+from ..stream.tare import Tared
+from .common import Rows, check_figure, number, progress_bar, said_of, show
 from .frames import warn_of_raw
 
-__all__ = ["Answers", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_counts", "status_names"]
+__all__ = ["Answers", "Kept", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_names"]
 
 Answer = Callable[[npt.ArrayLike], Any]
+
+_SHOWN = 20  # rows for the screen
 
 
 @dataclass(frozen=True)
 class Answers:
-    """The finger, the table, the rows that are chosen, and what was found in each of these."""
+    """A stretch of the table: the rows in it that are chosen, counted from the table's first, and their answers."""
 
     file: FingerFile
     table: Table
     rows: npt.NDArray[np.intp]
+    local: npt.NDArray[np.intp]
     found: Any
 
     @property
@@ -42,46 +45,115 @@ class Answers:
         names = [" ".join(n for n, on in zip(self.file.names, p, strict=True) if on) for p in patterns]
         return np.array(names, dtype=str)[group.reshape(-1)]
 
+    def column(self, name: str, why: str) -> npt.NDArray[np.float64]:
+        """Another column of the table, in the rows that are chosen; each has to hold a number."""
+        return self.table.numbers(name, finite=True, why=why)[self.local]
+
 
 class _Chosen(Stage[int, Any]):
     """An answer for some rows of a table; the stages before it see them all."""
 
-    def __init__(self, rows: npt.NDArray[np.bool_], answer: Answer) -> None:
+    def __init__(self, rows: Rows, answer: Answer) -> None:
         self.rows, self.answer = rows, answer
 
     def step(self, state: int | None, readings: npt.ArrayLike, time: object) -> tuple[int, Any]:
         frames, first = np.asarray(readings), state or 0
-        stop = first + len(frames)
-        return stop, self.answer(frames[self.rows[first:stop]])
+        return first + len(frames), self.answer(frames[self.rows.of(first, len(frames))])
 
 
-def answers_of(options: argparse.Namespace, prepare: Callable[[FingerFile], Answer]) -> Answers:
+def answers_of(
+    options: argparse.Namespace, prepare: Callable[[FingerFile], Answer], *, at_once: int = 20_000
+) -> Iterator[Answers]:
     """What `prepare(file)` makes of the rows that are chosen, through the pipeline of the finger's file with --tare.
+
+    The table is read, and answered, `at_once` rows at a time at most: memory holds no more of it. There is at least one
+    stretch, which may have no rows.
 
     Raises
     ------
     FileError, InvalidValueError
-        Whatever is wrong with the options, the finger or the table; nothing has been written.
+        Whatever is wrong with the options, the finger or the table.
     """
     check_figure(options.figure)
-    for target in (options.out, getattr(options, "totals", None)):
-        if target not in (None, "-"):
-            check_target(target)
-    file, table = load(options.finger), read_table(options.readings)
-    warn_of_raw(options, file, table)
-    rows = chosen_rows(options, len(table)) ^ getattr(options, "skip_used", False)
-    readings, time = (table.readings(file.names), None) if options.tare is None else file.frames(table)
-    drift = _drift(options.tare)
-    with said_of(options.finger):
-        answer = prepare(file)
-        answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows before the first frame
-        stages = {} if options.tare is None else file.pipeline(drift=drift).stages
-    pipeline = Pipeline({**stages, "found": _Chosen(rows, answer)})
-    with said_of(table.name), progress_bar("frames", len(table)) as advance:
-        out = pipeline(readings, time, progress=advance)
-    for doubt in out["tare"].doubts if "tare" in out else ():
-        print(f"subskin: warning: {doubt}", file=sys.stderr)
-    return Answers(file, table, np.flatnonzero(rows), out["found"])
+    file = load(options.finger)
+    with reading(options.readings) as table, progress_bar("frames", table.total) as advance:
+        warn_of_raw(options, file, table)
+        rows = Rows(options)
+        drift = _drift(options.tare)
+        with said_of(options.finger):
+            answer = prepare(file)
+            answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows before the first frame
+            stages = {} if options.tare is None else file.pipeline(drift=drift).stages
+        pipeline = Pipeline({**stages, "found": _Chosen(rows, answer)})
+        state, first, tared, last = None, 0, [], -np.inf
+        for block in table:
+            readings, time = (block.readings(file.names), None) if options.tare is None else file.frames(block)
+            if time is not None:
+                last = _forward(block, time, last)
+            for begin in range(0, max(len(block), 1), at_once):
+                part = slice(begin, begin + at_once)
+                chosen = np.flatnonzero(rows.of(first + begin, len(readings[part])))
+                with said_of(table.name):
+                    state, out = pipeline.step(state, readings[part], None if time is None else time[part])
+                if "tare" in out:
+                    tared.append(_thinned(out["tare"]))
+                advance(len(readings[part]), table.total)
+                yield Answers(file, block, first + begin + chosen, begin + chosen, out["found"])
+            first += len(block)
+        rows.check(first)
+    for doubt in join(tared).doubts if tared else ():
+        print(f"subskin: warning: {printable(doubt)}", file=sys.stderr)
+
+
+def _forward(block: Table, time: npt.NDArray[np.float64], last: float) -> float:
+    """The last of the times, none of which may be before the one ahead of it, or before `last`."""
+    before = np.concatenate([[last], time[:-1]])
+    back = np.flatnonzero(time < before)
+    if back.size:
+        row = int(back[0])
+        seen = f"{block.position(row)}: time = {time[row]:.6g} s"
+        rule = f"time must not go back (it was {before[row]:.6g} s)"
+        raise FileError(seen, rule, "sort the frames by time")
+    return float(time[-1]) if time.size else last
+
+
+def _thinned(tared: Tared) -> Tared:
+    """At most 1000 frames of a stretch, for what is said of the stream as a whole."""
+    step = slice(None, None, 1 + len(tared.free) // 1000)
+    frames = ("readings", "offset", "free", "frozen")
+    return replace(tared, **{name: getattr(tared, name)[step] for name in frames})
+
+
+class Kept:
+    """What is kept of the stretches: how many frames have each status, the first rows, and whole columns.
+
+    Parameters
+    ----------
+    columns : sequence of str or None
+        Columns to keep to the last row; None for all of them.
+    """
+
+    def __init__(self, columns: Sequence[str] | None = ()) -> None:
+        self.frames = 0
+        self.status = {s.name.lower(): 0 for s in Status}
+        self.first: dict[str, Any] = {}
+        self._names, self._parts = columns, cast("list[dict[str, Any]]", [])
+
+    def add(self, columns: Mapping[str, Any], status: npt.NDArray[np.int8]) -> None:
+        """Take a stretch."""
+        if len(self.first.get("row", ())) < _SHOWN:
+            old = self.first or {name: np.asarray(values)[:0] for name, values in columns.items()}
+            self.first = {n: np.concatenate([old[n], v[: _SHOWN - len(old[n])]]) for n, v in columns.items()}
+        self.frames += len(status)
+        for name, count in status_counts(status).items():
+            self.status[name] += count
+        names = columns if self._names is None else self._names
+        self._parts.append({name: columns[name] for name in names})
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """The columns that were kept."""
+        return {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
 
 
 def _drift(text: str | None) -> float | None:
@@ -127,9 +199,9 @@ def show_first(
     title: str = "the first frames, in SI; -o writes them all",
     left: int = 1,
 ) -> None:
-    """The first rows of some columns, for people."""
-    count = min(len(columns["row"]), 20)
-    show(out, title, names, [[_cell(columns[name][i]) for name in names] for i in range(count)], left)
+    """Rows of some columns, for people."""
+    rows = [[_cell(columns[name][i]) for name in names] for i in range(len(columns["row"]))]
+    show(out, title, names, rows, left)
 
 
 def _cell(value: Any) -> str:
@@ -147,7 +219,6 @@ def status_counts(status: npt.NDArray[np.int8]) -> dict[str, int]:
     return {s.name.lower(): int(counts[s]) for s in Status}
 
 
-def show_statuses(out: TextIO, status: npt.NDArray[np.int8], meaning: Mapping[str, str]) -> None:
-    """A table of the statuses for people."""
-    rows = [[name, meaning[name], str(count)] for name, count in status_counts(status).items()]
-    show(out, "frames", ["status", "", "count"], rows, left=2)
+def show_statuses(out: TextIO, status: Mapping[str, int], meaning: Mapping[str, str]) -> None:
+    """A table of how many frames have each status, for people."""
+    show(out, "frames", ["status", "", "count"], [[name, meaning[name], str(n)] for name, n in status.items()], left=2)

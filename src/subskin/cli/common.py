@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..errors import FileError, InvalidValueError, SubskinError
-from ..io.files import check_target
+from ..errors import FileError, InvalidValueError, SubskinError, printable
+from ..io.files import check_target, to_standard_output
 from ..io.units import line_load, quantity
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 __all__ = [
+    "Rows",
     "add_figure",
     "add_json",
     "add_rows",
@@ -28,8 +29,10 @@ __all__ = [
     "chosen_rows",
     "describe",
     "give",
+    "inputs_of",
     "listed",
     "number",
+    "outputs_of",
     "positive",
     "progress_bar",
     "quantity_range",
@@ -71,29 +74,71 @@ def add_rows(parser: argparse.ArgumentParser, verb: str) -> None:
     group.add_argument("--rows", metavar="LIST", help=f"{verb} these rows, counted from 0: 10,30,50 or 0-9,20")
 
 
-def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
-    """Which of `count` rows --every or --rows names; all without them."""
-    import numpy as np
+class Rows:
+    """The rows that --every or --rows names, all without them; or, with --skip-used, the others.
 
-    chosen = np.zeros(count, dtype=bool)
-    if options.every is not None:
-        if options.every < 1:
-            raise InvalidValueError(f"--every {options.every}", "has to be >= 1", "--every 2 takes every second row")
-        chosen[:: options.every] = True
-    elif options.rows is not None:
-        for part in options.rows.split(","):
-            match = re.fullmatch(r"\s*(\d{1,12})(?:\s*-\s*(\d{1,12}))?\s*", part)
-            if match is None:
-                seen = f'--rows "{options.rows}"'
-                raise InvalidValueError(seen, "rows are whole numbers", "--rows 10,30,50 or 0-9,20")
-            first, last = int(match[1]), int(match[2] or match[1])
-            if last >= count or first > last:
-                seen = f"--rows {part.strip()}"
-                raise InvalidValueError(seen, f"the table has rows 0 to {count - 1}", "rows are counted from 0")
-            chosen[first : last + 1] = True
-    else:
-        chosen[:] = True
-    return chosen
+    Parameters
+    ----------
+    options : Namespace
+        `every`, `rows` and, of some commands, `skip_used`.
+
+    Raises
+    ------
+    InvalidValueError
+        Options that say no rows.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._every, self._others = options.every, getattr(options, "skip_used", False)
+        self._ranges: list[tuple[str, int, int]] | None = None
+        if self._every is not None and self._every < 1:
+            raise InvalidValueError(f"--every {self._every}", "has to be >= 1", "--every 2 takes every second row")
+        if options.rows is not None:
+            self._ranges = [self._range(part) for part in options.rows.split(",")]
+
+    @staticmethod
+    def _range(part: str) -> tuple[str, int, int]:
+        match = re.fullmatch(r"\s*([0-9]{1,12})(?:\s*-\s*([0-9]{1,12}))?\s*", part)
+        if match is None:
+            raise InvalidValueError(f'--rows "{part}"', "rows are whole numbers", "--rows 10,30,50 or 0-9,20")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if first > last:
+            raise InvalidValueError(f"--rows {part.strip()}", "the first has to be <= the last", f"{last}-{first}")
+        return part.strip(), first, last
+
+    def of(self, first: int, count: int) -> npt.NDArray[np.bool_]:
+        """Which of `count` rows are chosen, the first of which is row `first` of the table."""
+        import numpy as np
+
+        chosen = np.zeros(count, dtype=bool)
+        if self._every is not None:
+            chosen[-first % self._every :: self._every] = True
+        elif self._ranges is not None:
+            for _, begin, end in self._ranges:
+                chosen[max(begin - first, 0) : max(end + 1 - first, 0)] = True
+        else:
+            chosen[:] = True
+        return chosen ^ self._others
+
+    def check(self, count: int) -> None:
+        """Raise where a row is named that a table of `count` rows has not got.
+
+        Raises
+        ------
+        InvalidValueError
+            There is such a row.
+        """
+        for part, _, last in self._ranges or ():
+            if last >= count:
+                rule = f"the table has rows 0 to {count - 1}" if count else "the table has no rows"
+                raise InvalidValueError(f"--rows {part}", rule, "rows are counted from 0")
+
+
+def chosen_rows(options: argparse.Namespace, count: int) -> npt.NDArray[np.bool_]:
+    """Which of a table's `count` rows are chosen, as by `Rows`."""
+    rows = Rows(options)
+    rows.check(count)
+    return rows.of(0, count)
 
 
 def quantity_range(text: str, unit: str, name: str, length: float | None = None) -> tuple[float, float]:
@@ -131,7 +176,22 @@ def listed(text: str) -> tuple[str, ...]:
 
 def say(options: argparse.Namespace) -> TextIO:
     """Where text for people goes: not into a table or JSON that is written to standard output."""
-    return sys.stderr if options.json or getattr(options, "out", None) == "-" else sys.stdout
+    return sys.stderr if options.json or "-" in outputs_of(options).values() else sys.stdout
+
+
+_INPUTS = {"finger": "the finger", "goals": "the goals", "readings": "the readings", "recording": "the recording",
+           "touches": "the touches"}  # fmt: skip
+_OUTPUTS = {"out": "-o", "totals": "--totals", "figure": "--figure", "map": "--map"}
+
+
+def inputs_of(options: argparse.Namespace) -> dict[str, str]:
+    """The files that a command reads, by what they are called."""
+    return {said: path for key, said in _INPUTS.items() if isinstance(path := getattr(options, key, None), str)}
+
+
+def outputs_of(options: argparse.Namespace) -> dict[str, str]:
+    """The files that a command writes, by their options."""
+    return {said: path for key, said in _OUTPUTS.items() if isinstance(path := getattr(options, key, None), str)}
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -146,20 +206,25 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        title=Text(printable(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    )
     for i, column in enumerate(columns):
-        table.add_column(Text(column), justify="left" if i < left else "right", no_wrap=True)
+        table.add_column(Text(printable(column)), justify="left" if i < left else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(printable(cell)) for cell in row))
     console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
     console.print(table)
 
 
 @contextmanager
-def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
-    """A bar on standard error where that is a terminal; yields what advances it, by one or by a number."""
-    if not sys.stderr.isatty():
-        yield lambda _=1: None
+def progress_bar(what: str, total: int | None) -> Iterator[Callable[..., object]]:
+    """A bar on standard error where that is a terminal.
+
+    Yields what advances it, by one or by a number, and may then be told a better `total`; None for one not known yet.
+    """
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda _count=1, _total=None: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -167,7 +232,7 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[..., object]]:
     bar = Progress(what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True))
     with bar:
         task = bar.add_task("", total=total)
-        yield lambda count=1: bar.advance(task, count)
+        yield lambda count=1, total=None: bar.update(task, advance=count, **({} if total is None else {"total": total}))
 
 
 @contextmanager
@@ -213,14 +278,13 @@ def give(
         if target is not None:
             write(target)
     if options.json:
-        json.dump(_plain(data()), sys.stdout, allow_nan=False)
-        sys.stdout.write("\n")
+        to_standard_output(json.JSONEncoder(allow_nan=False).iterencode(_plain(data())), end="\n")
         return 0
     out = say(options)
     people(out)
     for target in (*(files or {}), drawn):
         if target not in (None, "-"):
-            print(f"-> {target}", file=out)
+            print(f"-> {printable(target)}", file=out)
     return 0
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections import Counter
+from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -14,7 +16,7 @@ from .frames import MEANING, add_frames
 
 if TYPE_CHECKING:
     from ..decide import Kind, TypeDecision
-    from .answers import Answers
+    from .answers import Answers, Kept
 
 _EXAMPLES = """\
   subskin decide finger.toml readings.csv -o kinds.csv
@@ -49,7 +51,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from .answers import answers_of, status_counts
+    from ..stream.stage import join
+    from .answers import Kept, answers_of
 
     if not 0.5 < options.sure < 1:
         raise InvalidValueError(f"--sure {options.sure:g}", "a probability in (0.5, 1) is needed", "--sure 0.95")
@@ -57,16 +60,27 @@ def run(options: argparse.Namespace) -> int:
     if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
 
-    answers = answers_of(options, lambda file: partial(file.decide, kinds=kinds, sure=options.sure))
-    said, columns = answers.found, _columns(answers)
-    counts = {"status": status_counts(said.status), "kinds": _counts(said)}
-    return give(
-        options,
-        lambda: {"frames": len(answers.rows), **counts, "columns": columns},
-        lambda out: _show(out, said, columns, first=options.out is None),
-        {options.out: lambda to: io.write_table(to, columns)},
-        lambda plot: plot.probability_strip(said),
-    )
+    kept, drawn = Kept(None if options.json else ()), []
+    counts: Counter[str] = Counter()
+    with ExitStack() as outputs:
+        table = None if options.out is None else outputs.enter_context(io.writing(options.out))
+        for answers in answers_of(options, lambda file: partial(file.decide, kinds=kinds, sure=options.sure)):
+            columns = _columns(answers)
+            kept.add(columns, answers.found.status)
+            said = answers.found
+            counts.update(_counts(said))
+            if options.figure is not None:
+                drawn.append(said)
+            if table is not None:
+                table.write(columns)
+        kinds_counted = {name: counts[name] for name in said.names}
+        return give(
+            options,
+            lambda: {"frames": kept.frames, "status": kept.status, "kinds": kinds_counted, "columns": kept.columns},
+            lambda out: _show(out, said, kept, kinds_counted, first=options.out is None),
+            {options.out: lambda _: outputs.close()},
+            lambda plot: plot.probability_strip(join(drawn)),
+        )
 
 
 def _kind(text: str) -> Kind:
@@ -110,12 +124,12 @@ def _columns(answers: Answers) -> dict[str, Any]:
     }
 
 
-def _show(out: TextIO, said: TypeDecision, columns: dict[str, Any], *, first: bool) -> None:
+def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *, first: bool) -> None:
     from .answers import show_first, show_statuses
 
-    show_statuses(out, said.status, _HERE)
+    show_statuses(out, kept.status, _HERE)
     kinds = []
-    for kind, count in zip(said.kinds, _counts(said).values(), strict=True):
+    for kind, count in zip(said.kinds, counts.values(), strict=True):
         family = kind.family if isinstance(kind.family, str) else kind.family.__name__
         low, high = (1e3 * width for width in kind.half_width)
         kinds.append(
@@ -125,6 +139,8 @@ def _show(out: TextIO, said: TypeDecision, columns: dict[str, Any], *, first: bo
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
     if first:
         shares = {
-            name: [f"{v:.3f}" if v >= 0 else "-" for v in columns[name][:20]] for name in columns if name[:2] == "p_"
+            name: [f"{v:.3f}" if v >= 0 else "-" for v in values]
+            for name, values in kept.first.items()
+            if name[:2] == "p_"
         }
-        show_first(out, {**columns, **shares}, ["row", "kind", *shares, "position", "half_width"], left=2)
+        show_first(out, {**kept.first, **shares}, ["row", "kind", *shares, "position", "half_width"], left=2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from typing import TextIO
 
 from .. import io
@@ -38,26 +39,35 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from .answers import answers_of, estimate_columns, show_first, show_statuses, status_counts
+    from ..stream.stage import join
+    from .answers import Kept, answers_of, estimate_columns, show_first, show_statuses
 
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
-    answers = answers_of(options, lambda file: file.locator(family=options.family, half_width=width))
-    found, columns = answers.found, estimate_columns(answers, width=True)
+    kept, drawn, spare, origin = Kept(None if options.json else ()), [], False, 0.0
+    with ExitStack() as outputs:
+        table = None if options.out is None else outputs.enter_context(io.writing(options.out))
+        for answers in answers_of(options, lambda file: file.locator(family=options.family, half_width=width)):
+            columns = estimate_columns(answers, width=True)
+            kept.add(columns, answers.found.status)
+            spare, origin = spare or bool(answers.found.spare.any()), answers.file.origin
+            if options.figure is not None:
+                drawn.append(answers.found)
+            if table is not None:
+                table.write(columns)
 
-    def people(out: TextIO) -> None:
-        show_statuses(out, found.status, _HERE)
-        if not found.spare.any():
-            what = "any family would explain these as well (subskin decide weighs them)"
-            print(f"no reading to spare: {what}", file=out)
-        if options.out is None:
-            widths = ("half_width", "half_width_low", "half_width_high")
-            show_first(out, columns, ["row", "position", "force", "angle", *widths, "status"])
+        def people(out: TextIO) -> None:
+            show_statuses(out, kept.status, _HERE)
+            if not spare:
+                what = "any family would explain these as well (subskin decide weighs them)"
+                print(f"no reading to spare: {what}", file=out)
+            if options.out is None:
+                widths = ("half_width", "half_width_low", "half_width_high")
+                show_first(out, kept.first, ["row", "position", "force", "angle", *widths, "status"])
 
-    data = {"frames": len(answers.rows), "family": options.family, "status": status_counts(found.status)}
-    return give(
-        options,
-        lambda: {**data, "columns": columns},
-        people,
-        {options.out: lambda to: io.write_table(to, columns)},
-        lambda plot: plot.contact_strip(found, origin=answers.file.origin),
-    )
+        return give(
+            options,
+            lambda: {"frames": kept.frames, "family": options.family, "status": kept.status, "columns": kept.columns},
+            people,
+            {options.out: lambda _: outputs.close()},
+            lambda plot: plot.contact_strip(join(drawn), origin=origin),
+        )

@@ -61,7 +61,7 @@ def warn_of_spread(name: str, depth: npt.NDArray[np.float64], fix: str) -> None:
         print(f"subskin: warning: {name}: {what}: {rule}. Fix: {fix}", file=sys.stderr)
 
 
-def warn_of_raw(options: argparse.Namespace, file: io.FingerFile, table: io.Table) -> None:
+def warn_of_raw(options: argparse.Namespace, file: io.FingerFile, table: io.Table | io.TableReader) -> None:
     """Say where a raw recording is read without --tare, though its unit or its offsets are not the finger's."""
     how = file.recording
     if options.tare is not None or how is None or (how.scale == 1 and not file.differences):

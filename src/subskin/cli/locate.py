@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
@@ -41,40 +42,54 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
-    from .answers import answers_of, estimate_columns, show_first, show_statuses, status_counts
+    from .answers import Kept, answers_of, estimate_columns, show_first, show_statuses
 
     if options.skip_used and options.every is None and options.rows is None:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
     if options.figure is not None and options.truth is None:
         raise InvalidValueError("--figure", "it needs the true positions", "--truth position")
-    answers = answers_of(options, lambda file: file.locator(outliers=options.outliers))
-    found, columns, score = answers.found, estimate_columns(answers), None
-    if options.truth is not None:
-        truth = answers.table.numbers(options.truth, finite=True, why="the true position")[answers.rows]
-        columns |= {"truth": truth, "error": columns["position"] - truth}
-        score = _score(columns["error"], columns["status"])
-        y, search = truth - answers.file.origin, answers.file.locator().response
-        score["beyond_search"] = int(((y < search.start) | (y > search.stop)).sum())
+    drawn = ("truth", "position", "position_std") if options.figure is not None else ()
+    kept = Kept(None if options.json else () if options.truth is None else ("error", "status", *drawn))
+    beyond, score = 0, None
+    with ExitStack() as outputs:
+        table = None if options.out is None else outputs.enter_context(io.writing(options.out))
+        for answers in answers_of(options, lambda file: file.locator(outliers=options.outliers)):
+            columns = estimate_columns(answers)
+            if options.truth is not None:
+                truth = answers.column(options.truth, "the true position")
+                columns |= {"truth": truth, "error": columns["position"] - truth}
+                y, search = truth - answers.file.origin, answers.file.locator().response
+                beyond += int(((y < search.start) | (y > search.stop)).sum())
+            kept.add(columns, answers.found.status)
+            if table is not None:
+                table.write(columns)
+        if options.truth is not None:
+            score = {**_score(kept.columns["error"], kept.columns["status"]), "beyond_search": beyond}
 
-    data = {"frames": len(found), "status": status_counts(found.status), "against_truth": score}
+        def people(out: TextIO) -> None:
+            show_statuses(out, kept.status, MEANING)
+            if score is not None:
+                _show_score(out, score)
+            if options.out is None:
+                show_first(out, kept.first, ["row", "position", "force", "angle", "position_std", "status"])
 
-    def people(out: TextIO) -> None:
-        show_statuses(out, found.status, MEANING)
-        if score is not None:
-            _show_score(out, score)
-        if options.out is None:
-            show_first(out, columns, ["row", "position", "force", "angle", "position_std", "status"])
+        return give(
+            options,
+            lambda: {"frames": kept.frames, "status": kept.status, "against_truth": score, "columns": kept.columns},
+            people,
+            {options.out: lambda _: outputs.close()},
+            lambda plot: _drawn(plot, kept.columns),
+        )
 
-    return give(
-        options,
-        lambda: {**data, "columns": columns},
-        people,
-        {options.out: lambda to: io.write_table(to, columns)},
-        lambda plot: plot.truth_against_estimate(
-            truth, columns["position"], std=columns["position_std"], status=np.asarray(found.status)
-        ),
+
+def _drawn(plot: Any, columns: dict[str, Any]) -> Any:
+    import numpy as np
+
+    from ..estimate.estimate import Status
+
+    status = np.array([Status[name.upper()] for name in columns["status"]], dtype=np.int8)
+    return plot.truth_against_estimate(
+        columns["truth"], columns["position"], std=columns["position_std"], status=status
     )
 
 

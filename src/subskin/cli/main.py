@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any
 
-from ..errors import ConvergenceError, SubskinError
+from ..errors import ConvergenceError, SubskinError, printable
 
 __all__ = ["main"]
 
@@ -82,7 +86,7 @@ class _Version(argparse.Action):
 
 def _warn(message: Warning | str, *_: object, **__: object) -> None:
     """A warning in one line, without the line of code that raised it."""
-    print(f"subskin: warning: {message}", file=sys.stderr)
+    _said(f"warning: {printable(message)}", 0)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -94,32 +98,97 @@ def main(argv: Sequence[str] | None = None) -> int:
         The arguments; those of the process by default.
     """
     try:
-        parser = _parser()
-        options = parser.parse_args(argv)
-        if options.json and getattr(options, "out", None) == "-":
-            parser.error("--json and -o - would both write to standard output: choose one")
-        with warnings.catch_warnings():
-            warnings.showwarning = _warn
-            code: int = options.run(options)
-        sys.stdout.flush()
+        with _ended_by(signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)), _open_streams():
+            code = _run(argv)
+            sys.stdout.flush()
+            return code
     except ConvergenceError as error:
-        return _fail(error, 1)
+        return _fail(str(error), 1)
     except SubskinError as error:
-        return _fail(error, 2)
+        return _fail(str(error), 2)
+    except _Ended as ended:
+        return _said("stopped", 128 + ended.number)
     except KeyboardInterrupt:
-        print("subskin: stopped", file=sys.stderr)
-        return 130
+        return _said("stopped", 130)
     except BrokenPipeError:
-        # whoever read the output has what it wanted; Python must not find the pipe closed again when it exits
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+        _leave_output()
+        return 141  # whoever read the output has what it wanted
+    except OSError as error:
+        _leave_output()
+        return _fail(f"{error.filename or 'standard output'}: it cannot be written ({error.strerror or error}).", 2)
     except MemoryError:
-        print("subskin: error: not enough memory for this table. Fix: cut it into several files.", file=sys.stderr)
-        return 2
+        return _fail("not enough memory for this table. Fix: cut it into several files.", 2)
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    parser = _parser()
+    options = parser.parse_args(argv)
+    from ..io.files import apart
+    from .common import inputs_of, outputs_of
+
+    if options.json and "-" in outputs_of(options).values():
+        parser.error("--json and -o - would both write to standard output: choose one")
+    apart(inputs_of(options), outputs_of(options))
+    with warnings.catch_warnings():
+        warnings.showwarning = _warn
+        code: int = options.run(options)
     return code
 
 
-def _fail(error: SubskinError, code: int) -> int:
-    text = " ".join(str(error).split())  # one line, whatever the file that it quotes holds
-    print(f"subskin: error: {text}", file=sys.stderr)
+class _Ended(KeyboardInterrupt):
+    """A signal that ends the process, so that nothing half-written is left behind."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+@contextmanager
+def _ended_by(*numbers: int) -> Iterator[None]:
+    """Signals raise `_Ended` where they would end the process at once."""
+    here, before = os.getpid(), {}
+
+    def stop(number: int, _: object) -> None:
+        if os.getpid() == here:
+            raise _Ended(number)
+        signal.signal(number, signal.SIG_DFL)  # a worker of a pool
+        os.kill(os.getpid(), number)
+
+    if threading.current_thread() is threading.main_thread():
+        for number in set(numbers):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def _open_streams() -> Iterator[None]:
+    """Text for people goes nowhere where standard output or error is closed."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (io.StringIO() if stream is None else stream for stream in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def _leave_output() -> None:
+    """Python must not find standard output closed or full again when it exits."""
+    with suppress(AttributeError, OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _fail(message: str, code: int) -> int:
+    return _said(
+        f"error: {' '.join(printable(message).split())}", code
+    )  # one line, whatever the file that it quotes holds
+
+
+def _said(text: str, code: int) -> int:
+    if sys.stderr is not None:
+        with suppress(OSError):
+            print(f"subskin: {text}", file=sys.stderr)
     return code

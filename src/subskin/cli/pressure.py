@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
@@ -30,6 +31,7 @@ _HERE = {
     "ambiguous": "it reaches the edge of the search, or its angle may be any",
     "unexplained": "no pressure >= 0 explains the readings",
 }
+_AT_ONCE = 1000  # frames: a map of each is held
 _SHOWN = ("row", "normal_force", "normal_std", "centre", "angle", "resolution", "residual", "status")
 
 
@@ -54,8 +56,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    import numpy as np
+
     from ..estimate.pressure.mapper import PressureMapper
-    from .answers import answers_of, show_first, show_statuses, status_counts
+    from ..stream.stage import join
+    from .answers import Kept, answers_of, show_first, show_statuses
 
     def prepare(file: io.FingerFile) -> PressureMapper:
         given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("false_alarm", "friction")}
@@ -64,33 +69,55 @@ def run(options: argparse.Namespace) -> int:
             given.pop("friction", None)
         return PressureMapper(file.finger, search=file.search, rule=options.rule, shear=shear, **given)
 
-    answers = answers_of(options, prepare)
-    found, totals = answers.found, _totals(answers)
-
-    def data() -> dict[str, Any]:
-        return {
-            "frames": len(answers.rows),
-            "rule": options.rule,
-            "shear": found.mapper.shear,
-            "status": status_counts(found.status),
-            "totals": totals,
-            "y": found.y + answers.file.origin,
-            "pressure": found.pressure,
-            "pressure_std": found.pressure_std,
-            "shear_stress": found.shear,
-            "resolution": found.resolution,
+    kept, maps, first, origin = Kept(None if options.json else ()), [], None, 0.0
+    mapper: Any = None
+    with ExitStack() as outputs:
+        tables = {
+            make: outputs.enter_context(io.writing(path))
+            for path, make in ((options.out, _map), (options.totals, _totals))
+            if path is not None
         }
+        for answers in answers_of(options, prepare, at_once=_AT_ONCE):
+            totals, found = _totals(answers), answers.found
+            kept.add(totals, found.status)
+            mapper, origin = found.mapper, answers.file.origin
+            there = np.flatnonzero(np.isfinite(found.normal_force))
+            if first is None and there.size:
+                first = found[there[0]]
+            if options.json:
+                maps.append(found)
+            for make, table in tables.items():
+                table.write(totals if make is _totals else make(answers))
 
-    def people(out: TextIO) -> None:
-        show_statuses(out, found.status, _HERE)
-        if options.out is None and options.totals is None:
-            show_first(out, totals, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these")
+        def data() -> dict[str, Any]:
+            found = join(maps)
+            return {
+                "frames": kept.frames,
+                "rule": options.rule,
+                "shear": mapper.shear,
+                "status": kept.status,
+                "totals": kept.columns,
+                "y": found.y + origin,
+                "pressure": found.pressure,
+                "pressure_std": found.pressure_std,
+                "shear_stress": found.shear,
+                "resolution": found.resolution,
+            }
 
-    files = {
-        options.out: lambda to: io.write_table(to, _map(answers)),
-        options.totals: lambda to: io.write_table(to, totals),
-    }
-    return give(options, data, people, files, lambda plot: _drawn(plot, answers))
+        def people(out: TextIO) -> None:
+            show_statuses(out, kept.status, _HERE)
+            if options.out is None and options.totals is None:
+                show_first(
+                    out, kept.first, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these"
+                )
+
+        def drawn(plot: Any) -> Any:
+            if first is None:
+                raise FileError(options.readings, "no frame has a contact to draw", "leave out --figure")
+            return plot.pressure_figure(first, origin=origin)
+
+        done = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
+        return give(options, data, people, done, drawn)
 
 
 def _totals(answers: Answers) -> dict[str, Any]:
@@ -134,12 +161,3 @@ def _map(answers: Answers) -> dict[str, Any]:
         "shear_std": found.shear_std.reshape(-1),
         "resolution": found.resolution.reshape(-1),
     }
-
-
-def _drawn(plot: Any, answers: Answers) -> Any:
-    import numpy as np
-
-    there = np.flatnonzero(np.isfinite(answers.found.normal_force))
-    if not there.size:
-        raise FileError(answers.table.name, "no frame has a contact to draw", "leave out --figure")
-    return plot.pressure_figure(answers.found[there[0]], origin=answers.file.origin)

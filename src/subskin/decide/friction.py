@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
 from ._cone import Forces, forces_of, of_frames, picked
@@ -25,7 +26,7 @@ _LOST = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Friction:
+class Friction(Frozen):
     """The coefficient of friction mu as a density: constant in each cell of a grid, the cells' masses summing to 1.
 
     Here there is one mu. Most surfaces have two, for they slide on at a little less than they held before. A slip gives
@@ -136,9 +137,6 @@ class Friction:
     def shape(self) -> tuple[int, ...]:
         """Shape of the batch: () for one friction."""
         return np.broadcast_shapes(np.shape(self.edges)[:-1], np.shape(self.masses)[:-1])
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"edges": self.edges, "masses": self.masses}  # without what was worked out
 
     def __repr__(self) -> str:
         if self.shape:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate import Estimate, Layout
@@ -31,7 +32,7 @@ _NAMES = {int(verdict): verdict.name for verdict in SlipVerdict}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Slip:
+class Slip(Frozen):
     """How close to slipping each frame is; every field has the batch's shape (...). NaN where nothing can be told.
 
     Attributes
@@ -218,7 +219,7 @@ def slip(
     )  # fmt: skip
 
 
-@cache
+@lru_cache(maxsize=16)
 def _columns(layout: Layout) -> tuple[int, int, int, int, int]:
     square = layout.square
     return layout.components, int(square[1, 1]), int(square[1, 2]), int(square[2, 2]), layout.status

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..contact import Contact, LineLoad, PressureProfile
 from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
 from ..finger import Finger
@@ -41,7 +42,7 @@ class Regime(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class SkinCompliance:
+class SkinCompliance(Frozen):
     """What `skin_compliance` found. Arrays of shape (t, m, f): thickness, modulus, force.
 
     Attributes

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..array import SensorArray
 from ..calibration import calibrate
 from ..contact import Hertz, LineLoad
@@ -40,7 +41,7 @@ _CORE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class LocatingError:
+class LocatingError(Frozen):
     """Errors of `locate` on readings free of noise, over touches all along the row at several angles.
 
     Parameters
@@ -74,7 +75,7 @@ class LocatingError:
 
 
 @dataclass(frozen=True, eq=False)
-class HalfPlaneError:
+class HalfPlaneError(Frozen):
     """What `half_plane_error` found.
 
     Parameters

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from .._frozen import Frozen
 from ..finger import Finger
 
 __all__ = ["SpatialResponse", "spatial_response"]
@@ -18,7 +19,7 @@ _SHORT, _WAVES = 12.0, 240
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialResponse:
+class SpatialResponse(Frozen):
     """What `spatial_response` found, at wavenumbers k of shape (...), for n sensors.
 
     Attributes

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from .._shown import Drawing
 from ..errors import GeometryError
 from ..loads import Load, polar_covariance
@@ -41,7 +42,7 @@ _NAMES = {int(status): status.name for status in Status}
 _DEGREE, _MM = 180 / np.pi, 1e3  # in a rad, in a metre
 
 
-class _Found:
+class _Found(Frozen):
     """A contact as some columns of a table give it: those from `_first` on."""
 
     table: FloatArray
@@ -102,7 +103,7 @@ class Rival(_Found):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrameTable(ABC):
+class FrameTable(Frozen, ABC):
     """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as of `Estimate`."""
 
     table: FloatArray

@@ -59,7 +59,7 @@ class Framewise(ABC):
         outliers: int = 0,
         ambiguity: float = 0.0,
     ) -> None:
-        if isinstance(outliers, bool) or outliers not in (0, 1):
+        if isinstance(outliers, bool | np.ndarray) or outliers not in (0, 1):
             rule = "has to be 0, or 1 to try unexplained frames without each one reading"
             raise InvalidValueError(f"outliers = {outliers!r}", rule, "outliers=1")
         fix = "SensorArray(..., noise=1e-4), or calibrate, which measures it"
@@ -235,7 +235,8 @@ def check_noise(array: SensorArray, why: str, fix: str, noise: npt.ArrayLike | N
 
 def checked_friction(friction: float) -> float:
     """A coefficient of friction, which may be infinite."""
-    mu = float(_check.real("friction", friction, at_least=0.0, finite=False))
+    values = _check.real("friction", friction, at_least=0.0, finite=False)
+    mu = float(values) if not values.ndim else np.nan
     if np.isnan(mu):
         raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed")
     return mu

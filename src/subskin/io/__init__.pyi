@@ -1,7 +1,7 @@
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .search_store import FolderStore
-from .tables import Table, read_table, write_table
+from .tables import Table, TableReader, TableWriter, read_table, reading, write_table, writing
 from .units import format_quantity, quantity
 
 __all__ = [
@@ -9,6 +9,8 @@ __all__ = [
     "FolderStore",
     "GoalsFile",
     "Table",
+    "TableReader",
+    "TableWriter",
     "finger_text",
     "format_quantity",
     "load",
@@ -17,6 +19,8 @@ __all__ = [
     "parse_goals",
     "quantity",
     "read_table",
+    "reading",
     "save_finger",
     "write_table",
+    "writing",
 ]

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 __all__ = ["build_array", "in_readings"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
-_MOST_SENSORS = 10_000
 
 
 def build_array(document: _schema.FingerDocument) -> SensorArray:
@@ -55,8 +54,6 @@ def _positions(table: _schema.SensorsTable) -> list[float]:
     if table.count is None or table.pitch is None:
         fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
         raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a position", fix)
-    if table.count > _MOST_SENSORS:
-        raise InvalidValueError(f"count = {table.count}", f"at most {_MOST_SENSORS} sensors are handled")
     return [float(y) for y in even_row(table.count, table.pitch, table.centre)]
 
 

@@ -70,7 +70,7 @@ def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Ski
         seen, rule = f'material beside kind = "{kind}"', "each layer has its own"
         raise Misplaced(InvalidValueError(seen, rule, "write material in [[skin.layers]]"), *at, "material")
     for key, needed in keys[kind].items():
-        if needed and not getattr(table, key) and not (key == "young" and table.material is not None):
+        if needed and getattr(table, key) in (None, []) and not (key == "young" and table.material is not None):
             seen, rule = f'"{key}" is missing', f'kind = "{kind}" needs it'
             raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE.get(key, f"{key} = ...")), *at, "")
     skin: Skin = _made(KINDS[kind], table, at)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from ..errors import FileError, SubskinError
@@ -14,6 +15,8 @@ __all__ = ["key_line", "located", "misplaced", "read_text", "short", "validated"
 
 _Model = TypeVar("_Model")
 
+_LONGEST = 1_000_000
+_MOST_ERRORS = 100  # that are looked through for the first
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)(?:\s*\.\s*(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+))*)\s*=""")
 _PART = re.compile(r'"[^"]*"|\'[^\']*\'|[A-Za-z0-9_-]+')
@@ -47,6 +50,8 @@ def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
 
     if not text.strip():
         raise FileError(f"{name} is empty", needs)
+    if len(text) > _LONGEST:
+        raise FileError(f"{name} has {len(text)} letters", f"at most {_LONGEST} are handled", "is it the right file")
     try:
         raw = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -95,7 +100,7 @@ def _dotted(path: tuple[str, ...]) -> str:
 def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
     """The first of pydantic's errors by line, in the words of this project."""
     found = []
-    for error in errors:
+    for error in errors[:_MOST_ERRORS]:
         path = tuple(str(part) for part in error["loc"])
         keys = path
         while keys and keys[-1].isdigit():
@@ -141,7 +146,10 @@ def _keys(model: Any, path: tuple[str, ...]) -> list[str]:
 
 def short(value: object) -> str:
     """A value as it may stand in a message."""
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except (RecursionError, ValueError):  # nested thousands deep, or an int of thousands of digits
+        text = f"a {type(value).__name__}"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -161,8 +169,15 @@ def key_line(text: str, path: tuple[str, ...]) -> int | None:
     >>> key_line("[[skin]]\nyoung = 1\n[[skin]]\n[[skin.layers]]\nyoung = 2\n", ("skin", "1", "layers", "0", "young"))
     5
     """
+    index = _key_lines(text)
+    return next((index[path[:n]] for n in range(len(path), 0, -1) if path[:n] in index), None)
+
+
+@lru_cache(maxsize=2)
+def _key_lines(text: str) -> dict[tuple[str, ...], int]:
+    """The line on which each key is set first."""
     seen: dict[tuple[str, ...], int] = {}
-    best, line_of_best = 0, None
+    lines: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
     for number, line in enumerate(text.split("\n"), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
@@ -176,12 +191,7 @@ def key_line(text: str, path: tuple[str, ...]) -> int | None:
             if header[1] == "[[":
                 seen[table] = seen.get(table, -1) + 1
                 table = (*table, str(seen[table]))
-            here = table
+            lines.setdefault(table, number)
         elif key:
-            here = (*table, *_parts(key[1]))
-        else:
-            continue
-        shared = len(here) if here == path[: len(here)] else 0
-        if shared > best:
-            best, line_of_best = shared, number
-    return line_of_best
+            lines.setdefault((*table, *_parts(key[1])), number)
+    return lines

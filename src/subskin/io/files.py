@@ -1,18 +1,75 @@
-"""Files read whole, and written whole or not at all."""
+"""Files read whole or as a stream, and written whole or not at all."""
 
 from __future__ import annotations
 
 import contextlib
+import io
+import itertools
 import os
+import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from ..errors import FileError
 
-__all__ = ["check_target", "read_bytes", "replacing", "write_bytes"]
+__all__ = [
+    "apart",
+    "check_target",
+    "opened",
+    "read_bytes",
+    "replacing",
+    "to_standard_output",
+    "told_size",
+    "write_bytes",
+]
+
+
+@contextlib.contextmanager
+def opened(path: str | Path) -> Iterator[io.BufferedReader]:
+    """The file at `path`, or standard input for "-", to be read as it comes.
+
+    Raises
+    ------
+    FileError
+        No such file, no permission, a folder; it ends with an error while it is read.
+    """
+    name = "standard input" if str(path) == "-" else str(path)
+    with contextlib.ExitStack() as stack:
+        try:
+            file = _standard_input() if str(path) == "-" else stack.enter_context(Path(path).open("rb"))
+            start = file.peek(4)[:4]
+        except FileError:
+            raise
+        except FileNotFoundError:
+            raise FileError(name, "there is no such file", "check the name and the folder") from None
+        except (OSError, ValueError) as error:
+            raise FileError(name, f"it cannot be read ({_reason(error)})") from None
+        if start == b"PAR1" and not file.seekable():  # Parquet is read from its end
+            held = stack.enter_context(tempfile.TemporaryFile())
+            shutil.copyfileobj(file, held)
+            held.seek(0)
+            file = held  # type: ignore[assignment]
+        yield file
+
+
+def _standard_input() -> io.BufferedReader:
+    stream = getattr(sys.stdin, "buffer", None)
+    if stream is None:
+        raise FileError("standard input", "it is closed", "name a file")
+    return stream if hasattr(stream, "peek") else io.BufferedReader(stream)
+
+
+def told_size(file: BinaryIO) -> int | None:
+    """Bytes of a file that is open; None of a pipe or a device."""
+    try:
+        about = os.fstat(file.fileno())
+    except (OSError, ValueError):
+        return None
+    return about.st_size if stat.S_ISREG(about.st_mode) else None
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -23,14 +80,11 @@ def read_bytes(path: str | Path) -> bytes:
     FileError
         No such file, no permission, a folder.
     """
-    if str(path) == "-":
-        return sys.stdin.buffer.read()
-    try:
-        return Path(path).read_bytes()
-    except FileNotFoundError:
-        raise FileError(str(path), "there is no such file", "check the name and the folder") from None
-    except (OSError, ValueError) as error:
-        raise FileError(str(path), f"it cannot be read ({_reason(error)})") from None
+    with opened(path) as file:
+        try:
+            return file.read()
+        except OSError as error:
+            raise FileError(str(path), f"it cannot be read ({_reason(error)})") from None
 
 
 def check_target(path: str | Path) -> None:
@@ -42,33 +96,80 @@ def check_target(path: str | Path) -> None:
         The path is a folder, or its folder does not exist.
     """
     target = Path(path)
-    if target.is_dir():
-        raise FileError(str(path), "it is a folder", "name a file")
-    if not target.parent.is_dir():
-        raise FileError(str(path), f"there is no folder {target.parent}", f"mkdir -p {target.parent}")
+    try:
+        if target.is_dir():
+            raise FileError(str(path), "it is a folder", "name a file")
+        if not target.parent.is_dir():
+            raise FileError(str(path), f"there is no folder {target.parent}", f"mkdir -p {target.parent}")
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
+
+
+def apart(inputs: Mapping[str, str], outputs: Mapping[str, str]) -> None:
+    """Refuse outputs that would fall on an input or on each other, be it by another spelling or through a link.
+
+    Parameters
+    ----------
+    inputs, outputs : mapping of str to str
+        Paths by what they are called; "-" is standard input or output.
+
+    Raises
+    ------
+    FileError
+        Two of them are one file, and one of these would be written.
+    """
+    before: list[tuple[str, str]] = [item for item in inputs.items() if item[1] != "-"]
+    for called, path in outputs.items():
+        for other, known in before:
+            if _one_file(path, known):
+                rule = f"it is the same file as {other}" + (f" {known}" if known != path else "")
+                raise FileError(f"{called} {path}", rule, "name another file")
+        before.append((called, path))
+
+
+def _one_file(a: str, b: str) -> bool:
+    if "-" in (a, b):
+        return a == b
+    try:
+        if Path(a).exists() and Path(b).exists():
+            return Path(a).is_file() and Path(a).samefile(b)  # a device may be named twice
+        return os.path.realpath(a) == os.path.realpath(b)
+    except (OSError, ValueError):
+        return False
 
 
 @contextlib.contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary file beside `path` that takes its place when the block ends well, and is removed when not.
 
+    For "-" it is copied to standard output when the block ends well.
+
     Raises
     ------
     FileError
         The folder does not exist, or cannot be written to.
     """
+    if str(path) == "-":
+        with _spooled() as part:
+            yield part
+        return
     target = Path(path)
     if target.is_symlink():
-        target = target.resolve()
+        target = _behind(target)
     check_target(target)
     if target.exists() and not target.is_file():  # a device or a pipe: there is nothing to replace
-        yield target
+        try:
+            yield target
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
         return
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", suffix=".part", dir=target.parent)
         os.close(handle)
-    except FileNotFoundError:
-        raise FileError(str(path), f"there is no folder {target.parent}", f"mkdir -p {target.parent}") from None
     except (OSError, ValueError) as error:
         raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
     part = Path(name)
@@ -84,6 +185,50 @@ def replacing(path: str | Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
+def _behind(link: Path) -> Path:
+    try:
+        return link.resolve()
+    except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links, before Python 3.13
+        raise FileError(str(link), f"it cannot be written ({_reason(error)})") from None
+
+
+@contextlib.contextmanager
+def _spooled() -> Iterator[Path]:
+    handle, name = tempfile.mkstemp(prefix="subskin.", suffix=".part")
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        with part.open("rb") as file:
+            to_standard_output(iter(lambda: file.read(1 << 20), b""))
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def to_standard_output(pieces: Iterable[bytes | str], end: str = "") -> None:
+    """Write pieces, one after the other, to standard output.
+
+    Raises
+    ------
+    FileError
+        It is closed, or its disk is full.
+    """
+    stream = getattr(sys.stdout, "buffer", None)
+    if stream is None:
+        raise FileError("standard output", "it is closed", "name a file with -o")
+    try:
+        sys.stdout.flush()
+        for piece in itertools.chain(pieces, [end]):
+            rest = memoryview(piece.encode() if isinstance(piece, str) else piece)
+            while rest:  # a stream without a buffer may take less than it is given
+                rest = rest[stream.write(rest) :]
+        stream.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FileError("standard output", f"it cannot be written ({_reason(error)})") from None
+
+
 def write_bytes(path: str | Path, data: bytes) -> None:
     """Write `data` to `path`, or to standard output for "-"; whole or not at all.
 
@@ -93,10 +238,7 @@ def write_bytes(path: str | Path, data: bytes) -> None:
         The file cannot be written.
     """
     if str(path) == "-":
-        rest = memoryview(data)
-        while rest:  # a stream without a buffer may take less than it is given
-            rest = rest[sys.stdout.buffer.write(rest) :]
-        sys.stdout.buffer.flush()
+        to_standard_output([data])
         return
     with replacing(path) as part:
         part.write_bytes(data)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
+import contextlib
 import difflib
-import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,51 +16,63 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import FileError, InvalidValueError
-from .files import read_bytes, replacing, write_bytes
+from ._csv import CsvReader, csv_head, csv_rows, number_of
+from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
+from .files import opened, replacing, told_size
 
-if TYPE_CHECKING:
-    import pyarrow as pa
+__all__ = ["Table", "TableReader", "TableWriter", "read_table", "reading", "write_table", "writing"]
 
-__all__ = ["Table", "read_table", "write_table"]
-
-_MISSING = ("", "nan", "NaN", "NAN", "-nan", "na", "NA", "N/A", "null", "None")
 _PARQUET = (".parquet", ".pq")
+_MOST_COLUMNS = 10_000
+_LONGEST_NAME = 1000
+
+
+class _Part(Protocol):
+    """Some rows, as CSV or Parquet gives them."""
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def lines(self) -> Sequence[int]: ...
+
+    def column(self, index: int) -> FloatArray | list[str]: ...
 
 
 @dataclass(frozen=True)
 class Table:
-    """Named columns, as read.
+    """Named columns, as read: a whole table, or a block of one.
 
     Parameters
     ----------
     name : str
         The file, for messages.
-    arrow : pyarrow.Table
-        The columns.
-    text : bytes
-        A CSV file's bytes, for finding a line again; empty for Parquet.
+    columns : tuple of str
+        Names of the columns.
+    parts : tuple
+        The rows, in stretches.
+    by : str
+        What a row is called: "line", or "row" where the file has no lines.
+    head : int
+        The line of the names.
     """
 
     name: str
-    arrow: pa.Table
-    text: bytes = field(default=b"", repr=False)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return tuple(self.arrow.column_names)
+    columns: tuple[str, ...]
+    parts: tuple[_Part, ...]
+    by: str = "line"
+    head: int = 1
 
     def __len__(self) -> int:
-        return int(self.arrow.num_rows)
+        return sum(part.count for part in self.parts)
 
     def position(self, row: int) -> str:
         """Where row `row`, from 0, stands: "file.csv, line 7" or "file.parquet, row 5"."""
-        if not self.text:
-            return f"{self.name}, row {row + 1}"
-        for number, (line, _) in enumerate(_lines(self.text)):
-            if number == row + 1:
-                return f"{self.name}, line {line}"
-        return f"{self.name}, row {row + 1}"
+        for part in self.parts:
+            if row < part.count:
+                return f"{self.name}, {self.by} {part.lines[row]}"
+            row -= part.count
+        return self.name
 
     def numbers(self, column: str, *, finite: bool = False, why: str = "") -> FloatArray:
         """A column as floats; an empty cell is NaN.
@@ -80,26 +91,39 @@ class Table:
         FileError
             No such column, text in a number, or (with `finite`) a cell without a number.
         """
-        import pyarrow as pa
-
         if column not in self.columns:
             raise self._without(column, why)
-        data = self.arrow.column(column)
-        kind = data.type
-        if pa.types.is_null(kind):
-            values = np.full(len(self), np.nan)
-        elif pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind):
-            cast: Any = data.cast(pa.float64(), safe=False)
-            values = cast.fill_null(float("nan")).to_numpy(zero_copy_only=False)
-        else:
-            raise self._not_numbers(column)
-        values = np.array(values, dtype=np.float64)
+        index, parts = self.columns.index(column), []
+        for part in self.parts:
+            values = part.column(index)
+            if isinstance(values, list):
+                raise self._not_numbers(column, part, values)
+            parts.append(values)
+        values = np.concatenate(parts)
         if finite and not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
             seen = f'{self.position(row)}: column "{column}" = {values[row]:g}'
             rule = f"{why} has to be a number in every row" if why else "a number is needed in every row"
             raise FileError(seen, rule, "fill in the cell or delete the row")
         return _check.read_only(values)
+
+    def texts(self, column: str) -> list[str]:
+        """A column as text; numbers are written out, and what has no value is empty.
+
+        Parameters
+        ----------
+        column : str
+            Its name.
+
+        Raises
+        ------
+        FileError
+            No such column.
+        """
+        if column not in self.columns:
+            raise self._without(column, "")
+        cells = (cell for part in self.parts for cell in part.column(self.columns.index(column)))
+        return [cell if isinstance(cell, str) else "" if np.isnan(cell) else f"{cell:.17g}" for cell in cells]
 
     def readings(self, names: Sequence[str]) -> FloatArray:
         """The columns `names` side by side, shape (rows, n); an empty cell is a missing reading, NaN.
@@ -118,36 +142,119 @@ class Table:
         return _check.read_only(out)
 
     def _without(self, column: str, why: str, names: Sequence[str] = ()) -> FileError:
-        where = f"{self.name}, line 1" if self.text else self.name
-        if self.columns and all(_is_number(name) for name in self.columns):
+        where = f"{self.name}, line {self.head}" if self.by == "line" else self.name
+        if self.columns and all(number_of(name) is not None for name in self.columns):
             seen = f"{where}: the first line holds numbers: {', '.join(self.columns)[:60]}"
             return FileError(seen, "the first line has to name the columns", "write a header line above the numbers")
         if len(self.columns) == 1 and re.search(r"[;\t|]", self.columns[0]):
             seen = f'{where}: a single column "{self.columns[0][:60]}"'
             return FileError(seen, "columns have to be separated by commas", "export the table with commas")
-        close = difflib.get_close_matches(column, self.columns, n=1)
+        close = difflib.get_close_matches(column, self.columns[:1000], n=1)
         lower = {name.lower(): name for name in self.columns}
         meant = lower.get(column.lower()) or (close[0] if close else None)
         seen = f'{where}: there is no column "{column}"' + (f", needed for {why}" if why else "")
-        have = ", ".join(self.columns[:20]) + (", ..." if len(self.columns) > 20 else "")
+        have = _some(self.columns)
         rule = f"the columns are {have}"
         if names:
-            rule += f"; the finger needs {', '.join(names[:20])}"
+            rule += f"; the finger needs {_some(names)}"
         return FileError(seen, rule, f'did you mean "{meant}"' if meant else "")
 
-    def _not_numbers(self, column: str) -> FileError:
+    def _not_numbers(self, column: str, part: _Part, cells: list[str]) -> FileError:
         """The first cell of a column that is no number."""
-        for row, cell in enumerate(self.arrow.column(column)):
-            value = cell.as_py()
-            if value is not None and not (isinstance(value, str) and _is_number(value)):
-                shown = f'"{value}"' if isinstance(value, str) else str(value)
-                seen = f'{self.position(row)}: column "{column}" holds {shown[:60]}'
-                return FileError(seen, "a number is needed", "correct the cell, or leave it empty if there is none")
-        return FileError(f'{self.name}: column "{column}"', f"numbers are needed, not {self.arrow.column(column).type}")
+        row = next((i for i, cell in enumerate(cells) if number_of(cell) is None), None)
+        if row is None:
+            return FileError(f'{self.name}: column "{column}"', "numbers are needed, not text")
+        shown = cells[row] if len(cells[row]) <= 57 else f"{cells[row][:57]}..."
+        seen = f'{self.name}, {self.by} {part.lines[row]}: column "{column}" holds "{shown}"'
+        return FileError(seen, "a number is needed", "correct the cell, or leave it empty if there is none")
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(name if len(name) <= 60 else f"{name[:57]}..." for name in names[:20]) + ", ..." * (
+        len(names) > 20
+    )
+
+
+class TableReader:
+    """A table that is read in blocks, so that memory holds one of them; made by `reading`.
+
+    Iterating gives each block as a `Table`, whose rows go on where those of the block before it ended. There is at
+    least one, which may have no rows.
+
+    Parameters
+    ----------
+    source : CsvReader or ParquetReader
+        Where the rows come from.
+    size : int or None
+        Bytes of the file; None where that is not known.
+    """
+
+    def __init__(self, source: CsvReader | ParquetReader, size: int | None = None) -> None:
+        self._source, self._size = source, size
+        self.name, self.columns = source.name, tuple(source.columns)
+        self.by = "line" if isinstance(source, CsvReader) else "row"
+        self._head = source.head_line if isinstance(source, CsvReader) else 1
+        self.rows = 0
+        where = f"{self.name}, line {self._head}" if self.by == "line" else self.name
+        if len(self.columns) > _MOST_COLUMNS:
+            raise FileError(f"{where}: {len(self.columns)} columns", f"at most {_MOST_COLUMNS} are handled")
+        long = next((i for i, name in enumerate(self.columns) if len(name) > _LONGEST_NAME), None)
+        if long is not None:
+            seen = f"{where}: the name of column {long + 1} has {len(self.columns[long])} letters"
+            raise FileError(seen, f"at most {_LONGEST_NAME} are handled", "shorten it")
+        if len(set(self.columns)) < len(self.columns):
+            twice = next(name for i, name in enumerate(self.columns) if name in self.columns[:i])
+            raise FileError(f'{where}: two columns are called "{twice}"', "each column needs a name of its own")
+
+    @property
+    def total(self) -> int | None:
+        """How many rows the table has: from its footer, or so far as can be told from those read; None for no idea."""
+        if isinstance(self._source, ParquetReader):
+            return self._source.rows
+        if not self._size or not self._source.taken:
+            return None
+        return round(self.rows * max(self._size / self._source.taken, 1.0))
+
+    def __iter__(self) -> Iterator[Table]:
+        """The blocks."""
+        for part in self._source:
+            self.rows += part.count
+            yield Table(self.name, self.columns, (part,), self.by, self._head)
+
+
+@contextlib.contextmanager
+def reading(path: str | Path) -> Iterator[TableReader]:
+    """Open the table at `path`, as `read_table`, to be read block by block.
+
+    Raises
+    ------
+    FileError
+        As `read_table`; of what is wrong with a row, when its block is reached.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_table(f"{folder}/touches.csv", {"y": [1e-3, 2e-3]})
+    ...     with reading(f"{folder}/touches.csv") as table:
+    ...         [block.numbers("y").tolist() for block in table]
+    [[0.001, 0.002]]
+    """
+    name = "standard input" if str(path) == "-" else str(path)
+    with opened(path) as file:
+        size, start = told_size(file), file.peek(4)[:4]
+        if not start:
+            raise FileError(f"{name} is empty", "a table with a header is needed")
+        if Path(path).suffix.lower() in _PARQUET or start == b"PAR1":
+            yield TableReader(ParquetReader(file, name), size)
+        else:
+            yield TableReader(CsvReader(file, name), size)
 
 
 def read_table(path: str | Path) -> Table:
     """Read the table at `path`: CSV (with a header line), Parquet (.parquet, .pq), or CSV from standard input ("-").
+
+    Parquet needs PyArrow, `pip install "subskin[parquet]"`.
 
     Raises
     ------
@@ -161,96 +268,92 @@ def read_table(path: str | Path) -> Table:
     Traceback (most recent call last):
     subskin.errors.FileError: touches.csv: there is no such file. Fix: check the name and the folder.
     """
-    name = "standard input" if str(path) == "-" else str(path)
-    data = read_bytes(path)
-    if not data:
-        raise FileError(f"{name} is empty", "a table with a header is needed")
-    if Path(path).suffix.lower() in _PARQUET or data[:4] == b"PAR1":
-        return Table(name, _parquet(data, name))
-    return Table(name, _csv(data, name), data)
+    with reading(path) as blocks:
+        tables = list(blocks)
+    return Table(tables[0].name, tables[0].columns, tuple(t.parts[0] for t in tables), tables[0].by, tables[0].head)
 
 
-def _parquet(data: bytes, name: str) -> pa.Table:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+class TableWriter:
+    """A table that is written block by block; made by `writing`.
 
-    if data[:4] != b"PAR1":
-        raise FileError(name, "it is no Parquet file", "name a CSV file .csv")
-    try:
-        table = pq.read_table(pa.BufferReader(data))
-    except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
-        if data[-4:] != b"PAR1":
-            raise FileError(name, "it ends in the middle: a Parquet file has a footer", "copy it again") from None
-        raise FileError(name, f"it cannot be read as Parquet ({str(error).splitlines()[0][:80]})") from None
-    _named(list(table.column_names), name)
-    return table
+    Parameters
+    ----------
+    part : Path
+        The file.
+    parquet : bool
+        Parquet, or CSV.
+    """
 
+    def __init__(self, part: Path, parquet: bool) -> None:
+        self._parquet = ParquetWriter(part) if parquet else None
+        self._csv = None if parquet else part.open("wb")
+        self._names: list[str] | None = None
 
-def _csv(data: bytes, name: str) -> pa.Table:
-    import pyarrow as pa
-    from pyarrow import csv as arrow_csv
+    def write(self, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
+        """Append rows: `columns` of equal length, the same ones each time.
 
-    header = next(_lines(data), None)
-    if header is None:
-        raise FileError(f"{name} is empty", "a table with a header is needed")
-    try:
-        table = arrow_csv.read_csv(
-            io.BytesIO(data),
-            # of a single column an empty line is a missing value
-            parse_options=arrow_csv.ParseOptions(ignore_empty_lines=len(header[1]) > 1),
-            convert_options=arrow_csv.ConvertOptions(
-                null_values=list(_MISSING), strings_can_be_null=True, true_values=[], false_values=[]
-            ),
-        )
-        names = [column.strip() for column in table.column_names]
-    except (pa.ArrowException, ValueError) as error:  # ValueError: names that are not UTF-8
-        raise _broken(data, name, len(header[1]), str(error)) from None
-    if any(pa.types.is_binary(kind) for kind in table.schema.types):
-        raise _broken(data, name, len(header[1]), "bytes that are no text")
-    _named(names, f"{name}, line {header[0]}")
-    return table.rename_columns(names)
+        Raises
+        ------
+        InvalidValueError
+            Columns of different lengths, or others than before.
+        """
+        arrays = {name: np.asarray(values) for name, values in columns.items()}
+        if len({len(a) for a in arrays.values()}) > 1:
+            lengths = ", ".join(f"{name} {len(a)}" for name, a in arrays.items())
+            raise InvalidValueError(f"columns of lengths {lengths}", "they have to be equal")
+        if self._names not in (None, list(arrays)):
+            raise InvalidValueError(f"columns {_some(list(arrays))}", f"the table has {_some(self._names or [])}")
+        if self._parquet is not None:
+            self._parquet.write(arrays)
+        elif self._csv is not None:
+            if self._names is None:
+                self._csv.write(csv_head(list(arrays)))
+            for first in range(0, len(next(iter(arrays.values()), ())), 20_000):
+                self._csv.write(csv_rows({name: a[first : first + 20_000] for name, a in arrays.items()}))
+        self._names = list(arrays)
 
-
-def _named(columns: list[str], where: str) -> None:
-    twice = next((c for c in columns if columns.count(c) > 1), None) if len(columns) < 10_000 else None
-    if twice is not None:
-        raise FileError(f'{where}: two columns are called "{twice}"', "each column needs a name of its own")
-
-
-def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of each line that is not blank."""
-    text = io.StringIO(data.decode("utf-8-sig", errors="replace"), newline="")
-    reader = csv.reader(text)
-    try:
-        for cells in reader:
-            if cells:
-                yield reader.line_num, cells
-    except csv.Error:
-        return
+    def close(self) -> None:
+        """Write what is still held."""
+        for file in (self._parquet, self._csv):
+            if file is not None:
+                file.close()
 
 
-def _broken(data: bytes, name: str, width: int, reason: str) -> FileError:
-    """What is wrong with a CSV file that could not be read."""
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        return FileError(f"{name}, line {line}", "the file has to be text in UTF-8", "save it as UTF-8")
-    rows = [(line, len(cells)) for line, cells in _lines(data)]
-    last = rows[-1][0] if rows else 0
-    for line, count in rows:
-        if count != width:
-            seen = f"{name}, line {line}: {count} cell{'s'[: count != 1]} where the header has {width}"
-            if line == last and count < width:
-                return FileError(seen, "the file ends in the middle of a line", "copy it again, or delete that line")
-            return FileError(seen, "every line needs as many cells as the header")
-    return FileError(name, f"it cannot be read as CSV ({reason.splitlines()[0][:80]})")
+@contextlib.contextmanager
+def writing(path: str | Path) -> Iterator[TableWriter]:
+    """Open a table to be written block by block, as `write_table`: it appears whole when the block ends, or not at all.
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with writing(f"{folder}/touches.csv") as table:
+    ...         table.write({"y": [1e-3]})
+    ...         table.write({"y": [2e-3]})
+    ...     read_table(f"{folder}/touches.csv").numbers("y").tolist()
+    [0.001, 0.002]
+    """
+    parquet = Path(path).suffix.lower() in _PARQUET
+    if parquet:
+        need_pyarrow(str(path))
+    with replacing(path) as part:
+        table = TableWriter(part, parquet)
+        try:
+            yield table
+        finally:
+            table.close()
 
 
 def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
     """Write `columns` of equal length to `path`: Parquet (.parquet, .pq) or CSV (any other; "-" is standard output).
 
-    The file appears whole or not at all. NaN becomes an empty cell.
+    The file appears whole or not at all. NaN becomes an empty cell. In CSV, text that a spreadsheet would run as a
+    formula (it begins with =, +, - or @) is put behind an apostrophe.
 
     Raises
     ------
@@ -267,50 +370,5 @@ def write_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequence
     ...     read_table(f"{folder}/touches.csv").numbers("y").tolist()
     [0.001, nan]
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-    from pyarrow import csv as arrow_csv
-
-    arrays = {name: _arrow(values) for name, values in columns.items()}
-    if len({len(a) for a in arrays.values()}) > 1:
-        lengths = ", ".join(f"{name} {len(a)}" for name, a in arrays.items())
-        raise InvalidValueError(f"columns of lengths {lengths}", "they have to be equal")
-    table = pa.table(arrays)
-    if Path(path).suffix.lower() in _PARQUET:
-        with replacing(path) as part:
-            pq.write_table(table, str(part))
-        return
-    head = io.StringIO()  # pyarrow puts every name of a header in quotes
-    csv.writer(head, lineterminator="\n").writerow(arrays)
-    body = io.BytesIO(head.getvalue().encode())
-    body.seek(0, io.SEEK_END)
-    # "needed" puts every text in quotes
-    style: Literal["none", "needed"] = "needed" if any(map(_needs_quotes, table.columns)) else "none"
-    arrow_csv.write_csv(table, body, arrow_csv.WriteOptions(include_header=False, quoting_style=style))
-    write_bytes(path, body.getvalue())
-
-
-def _arrow(values: npt.ArrayLike | Sequence[str]) -> Any:
-    import pyarrow as pa
-
-    array = np.asarray(values)
-    if array.dtype.kind == "f":
-        return pa.array(array + 0.0, mask=np.isnan(array))  # no -0
-    return pa.array(array, pa.string()) if array.dtype.kind in "UO" else pa.array(array)
-
-
-def _needs_quotes(column: Any) -> bool:
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
-    if not pa.types.is_string(column.type):
-        return False
-    return bool(pc.any(pc.match_substring_regex(column, '[",\\r\\n]')).as_py())
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    with writing(path) as table:
+        table.write(columns)

@@ -118,6 +118,9 @@ def quantity(value: object, to: str, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise InvalidValueError(seen, "a number with its unit is needed", fix)
     if isinstance(value, str):
+        if ".." in value:
+            rule = "a single value is needed, and this is a range"
+            raise InvalidValueError(seen, rule, f'where two are taken: ["20 {to}", "40 {to}"]')
         match = _NUMBER.fullmatch(value)
         if match is None or len(value) > 100:
             raise InvalidValueError(seen, "it has to begin with a number", fix)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from .._frozen import Frozen
 from . import _findings
 
 __all__ = ["ERRATA", "Erratum", "markdown"]
@@ -23,7 +24,7 @@ _JUDGEMENTS: Mapping[Judgement, str] = {
 
 
 @dataclass(frozen=True)
-class Erratum:
+class Erratum(Frozen):
     """What was found about one equation, or a few that belong together; `ERRATA` holds all of them.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 from ._three_sensor_roots import SAME, BlindPair, Determinant, RealRoot, real_roots
@@ -266,7 +267,7 @@ def three_sensor(
 
 
 @dataclass(frozen=True)
-class _Model:
+class _Model(Frozen):
     """Readings, in units of `scale`, as a function of position [depths from the middle] and N, T [E * depth]."""
 
     s: FloatArray

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from .influence import Influence
 
 __all__ = ["BoolArray", "Problem", "Solution", "finer"]
@@ -31,7 +32,7 @@ _LOOSE = 0.03
 
 
 @dataclass(frozen=True)
-class Solution:
+class Solution(Frozen):
     """Unknowns, the multipliers of the sums, who is between the bounds, and the steps that it took."""
 
     x: FloatArray
@@ -41,7 +42,7 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Problem:
+class Problem(Frozen):
     """min x K x / 2 + f x, low <= x <= high, sums @ x = targets; K is `influence`[part, part].
 
     f, low, high have the shape (n,), sums (c, n), targets (c,), c being 0, 1 or 2. Nodes with low = high stay there.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from .equilibrium import Balance, Case
 from .influence import Influence
 
@@ -62,7 +63,7 @@ class Certificate:
 
 
 @dataclass(frozen=True, eq=False)
-class Displaced:
+class Displaced(Frozen):
     """Gap and slip at nodes, of tractions taken at their word [m]."""
 
     gap: FloatArray

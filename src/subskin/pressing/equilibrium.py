@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from .bounded import BoolArray, Problem, finer
 from .influence import Influence
 
@@ -46,7 +47,7 @@ class Prescribed:
 
 
 @dataclass(frozen=True)
-class Case:
+class Case(Frozen):
     """A problem on a grid: nodes `y` from the indenter's centre, the gap `height` there, infinite where no body is.
 
     `shift` is the slip's starting point, u_y - slide of the state before [m]; `profile` gives `height` at any position.
@@ -75,7 +76,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Balance:
+class Balance(Frozen):
     """Pressure and shear at the nodes [Pa], and the indenter's position; what a grid's solution starts from, or is.
 
     `touches` and `sticks` are the nodes whose pressure or shear is between its bounds. depth and slide count from an

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 
 __all__ = [
@@ -36,7 +37,7 @@ _SIZES: dict[str, dict[str, Any]] = {
 """Parameters of the indenters, and their limits; one whose default is infinite may be so."""
 
 
-class Indenter(ABC):
+class Indenter(Frozen, ABC):
     """A rigid body. Its height is that of its surface above the skin, 0 at the lowest point; y from its own centre.
 
     Slopes are taken to be small, as everywhere in the theory; a warning comes with an answer in which they are not.
@@ -280,6 +281,17 @@ class ParticleOnFlat(Indenter):
         return -self.flat_half_width, self.flat_half_width
 
 
+@dataclass(frozen=True)
+class _Lowered:
+    """A function whose lowest value is taken off; it pickles where the function does."""
+
+    function: Callable[[FloatArray], npt.ArrayLike]
+    lowest: float
+
+    def __call__(self, y: FloatArray) -> FloatArray:
+        return np.asarray(self.function(y), dtype=np.float64) - self.lowest
+
+
 @dataclass(frozen=True, eq=False)
 class Profile(Indenter):
     """A measured profile: points joined by straight lines; there is nothing beyond the first and the last.
@@ -342,7 +354,7 @@ class Profile(Indenter):
         if raw.shape != y.shape:
             raise GeometryError(f"height of shape {raw.shape}", f"the function has to return shape {y.shape}")
         lowest = float(raw.min())
-        return cls(y, raw, lambda at: np.asarray(function(at), dtype=np.float64) - lowest)
+        return cls(y, raw, _Lowered(function, lowest))
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys = _positions(y)

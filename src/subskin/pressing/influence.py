@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..skin import Skin
 
 __all__ = ["Influence", "exact_rows", "influence"]
@@ -27,7 +28,7 @@ _DATUM_STEPS = 256
 
 
 @dataclass(frozen=True, eq=False)
-class Influence:
+class Influence(Frozen):
     """Displacement at nodes by hats at nodes: `rows[a, b, j]` at a distance of j steps towards +y [m/Pa].
 
     The first index is of the displacement, u_x or u_y, the second of the traction, pressure or shear. Rows of unlike

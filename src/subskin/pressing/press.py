@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -130,11 +130,7 @@ def press(
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
         raise GeometryError(seen, rule, "turn the finger: put its sensors, not the body, elsewhere")
     grid = Grid.checked(nodes, window, period, datum, tolerance)
-
-    def gap(y: FloatArray) -> FloatArray:
-        """The gap of the undeformed bodies, y from the indenter's centre."""
-        return np.asarray(indenter.height(y) + skin.surface_drop(y + at))
-
+    gap = _Gap(skin, indenter, at)
     if after is not None and isinstance(after, ContactSolution) and after.shear.any() and load.friction is None:
         rule, fix = "the shear of the state before needs something to hold it", f"friction={after.friction:g}"
         raise InvalidValueError("no friction after a press with friction", rule, fix)
@@ -162,6 +158,18 @@ def press(
     believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
     status, reason = judged(pressed)
     return replace(pressed, status=status, reason=reason)
+
+
+@dataclass(frozen=True)
+class _Gap:
+    """The gap of the undeformed bodies, y from the indenter's centre."""
+
+    skin: Skin
+    indenter: Indenter
+    at: float
+
+    def __call__(self, y: FloatArray) -> FloatArray:
+        return np.asarray(self.indenter.height(y) + self.skin.surface_drop(y + self.at))
 
 
 def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:

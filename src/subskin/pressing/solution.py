@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..contact import PressureProfile
 from ..skin import Skin
 from .certificate import Certificate, certify, displaced
@@ -36,7 +37,7 @@ class PressStatus(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ContactSolution:
+class ContactSolution(Frozen):
     """A skin pressed by an indenter, as `press` found it.
 
     `skin`, `indenter` and `position` [m] are those of `press`; `status` and `reason` say what to make of the answer,

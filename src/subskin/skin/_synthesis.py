@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..contact.base import Contact
+from ..errors import GeometryError
 from ..material import Material
 from ..tensor import State, Strain, Stress
 
@@ -22,6 +23,7 @@ sigma_x and eps_y go with cos(k y), tau_xy with sin(k y).
 """
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_MOST_PANELS = 1e5
 _PHASE = 12.0
 """Phase [rad] that 16 Gauss nodes integrate to rounding, with something to spare."""
 
@@ -39,6 +41,9 @@ def panels(last: float, reach: float) -> tuple[FloatArray, FloatArray]:
     soft one bends, a nearly incompressible one is squeezed.
     """
     width = _PHASE / reach
+    if not last < _MOST_PANELS * width:
+        seen = f"points up to {reach:.3g} m away, in a skin whose finest wave falls off within {1 / last:.3g} m"
+        raise GeometryError(seen, "the sum over waves would be too long", "nearer points, or deeper ones")
     small = min(width, last) * 3.0 ** np.arange(-12, 1)
     count = max(int(np.ceil((last - small[-1]) / width)), 0)
     edges = np.concatenate([[0.0], small, np.linspace(small[-1], last, count + 1)[1:]])

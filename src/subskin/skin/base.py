@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from .._shown import Drawing
 from ..contact.base import Contact
 from ..errors import InvalidValueError
@@ -23,7 +24,7 @@ __all__ = ["Materials", "Skin"]
 Materials = Sequence[Material] | None
 
 
-class Skin(ABC):
+class Skin(Frozen, ABC):
     """An elastic medium with a surface at depth x = 0.
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
@@ -122,9 +123,9 @@ class Skin(ABC):
         The strain of normal strain sensors at nu = 1/2: -(3/2E) k x exp(-k x), memo eq. (25).
 
         >>> import numpy as np, subskin as ss
-        >>> skin = ss.HalfPlane(ss.Material(young=1.5))
+        >>> skin = ss.HalfPlane(ss.Material(young=1.5e6))
         >>> wave = skin.wave(k=[0.0, 500.0], x=[2e-3])
-        >>> (wave.strain.xx[:, 0, 0].round(6) + 0.0).tolist(), round(float(np.exp(-1)), 6)
+        >>> ((1e6 * wave.strain.xx[:, 0, 0]).round(6) + 0.0).tolist(), round(float(np.exp(-1)), 6)
         ([0.0, -0.367879], 0.367879)
         """
 

@@ -34,6 +34,7 @@ _LONG = 1e-9
 _LENGTHS = 16
 """Lengths between one and twice as long at which waves are prepared, so that they serve contacts anywhere."""
 
+_MOST = 40  # layers
 _SPAN = 1e4
 """Most by which the thicknesses of a stack's layers may differ."""
 
@@ -95,7 +96,7 @@ class Layered(Skin):
     Raises
     ------
     InvalidValueError, GeometryError
-        No layer, or something that is none; a layer 10,000 times as thick as another.
+        No layer, something that is none, or more than 40; a layer 10,000 times as thick as another.
 
     Examples
     --------
@@ -119,6 +120,10 @@ class Layered(Skin):
         if not layers or not all(isinstance(layer, Layer) for layer in layers):
             fix = "Layered(Layer(Material(young=0.4e6), thickness=4e-3))"
             raise InvalidValueError(f"layers = {given!r}", "one Layer or more are needed", fix)
+        if len(layers) > _MOST:
+            raise InvalidValueError(
+                f"{len(layers)} layers", f"at most {_MOST} are handled", "join those that are alike"
+            )
         thin, thick = (extreme(layer.thickness for layer in layers) for extreme in (min, max))
         if thick > _SPAN * thin:
             seen = f"layers of {thin:.3g} and {thick:.3g} m"

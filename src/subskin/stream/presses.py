@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 from .stage import in_order
 
@@ -71,7 +72,7 @@ class RecordingFormat:
 
 
 @dataclass(frozen=True)
-class Presses:
+class Presses(Frozen):
     """The presses of a recording; arrays of shape (presses,) or (presses, n).
 
     Parameters

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError
 from ._relaxation_kernel import relax
 from .stage import Stage, in_order
@@ -17,7 +18,7 @@ __all__ = ["Relaxation", "RelaxationState", "Relaxing"]
 
 
 @dataclass(frozen=True, eq=False)
-class RelaxationState:
+class RelaxationState(Frozen):
     """What is carried from one batch of a stream to the next, by `Relaxing.step`.
 
     Parameters
@@ -33,7 +34,7 @@ class RelaxationState:
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxation:
+class Relaxation(Frozen):
     """How the reading of a touch that is held falls: 1 - sum of share (1 - exp(-t / time)), a Prony series.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import ConvergenceError, GeometryError, InvalidValueError
 from .relaxation import Relaxation
 from .stage import in_order
@@ -24,7 +25,7 @@ _SAME, _SIGMA = 0.1, 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class RelaxationFit:
+class RelaxationFit(Frozen):
     """What `fit_relaxation` found.
 
     Parameters

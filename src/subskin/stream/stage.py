@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError
 
 __all__ = ["CHUNK", "Stage", "in_order", "join"]
@@ -22,7 +23,7 @@ CHUNK = 100_000
 """Frames of a whole recording that are handled at once: memory stays small, and progress shows."""
 
 
-class Stage(ABC, Generic[State, Out]):
+class Stage(Frozen, ABC, Generic[State, Out]):
     """One thing that is done to a stream of frames, in the order of time.
 
     A stage itself never changes. What it remembers of a stream is a state: a value that goes in and comes out, and that

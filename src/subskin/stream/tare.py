@@ -12,6 +12,7 @@ from scipy.special import chdtri
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.estimate import Status
 from ..estimate.frames import check_noise
@@ -33,7 +34,7 @@ _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of 
 
 
 @dataclass(frozen=True, eq=False)
-class TareState:
+class TareState(Frozen):
     """All that is carried from one batch of a stream to the next, by `Tare.step`.
 
     Parameters
@@ -63,7 +64,7 @@ class TareState:
 
 
 @dataclass(frozen=True, eq=False)
-class Tared:
+class Tared(Frozen):
     """A stream with its drift taken off.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..contact import Contact, LineLoad
 from ..finger import Finger
 from ..stream.relaxation import Relaxation
@@ -22,7 +23,7 @@ _PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
 
 
 @dataclass(frozen=True)
-class Recording:
+class Recording(Frozen):
     """Frames of a recording: `time` [s], `position` and `press` [m] of shape (m,), `readings` (m, n)."""
 
     time: FloatArray

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -48,7 +49,7 @@ def _compiled() -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class RowField:
+class RowField(Frozen):
     """A row's whitened receptive field, shape (cells, 5, 2, n), its start and step [m], and its shallowest depth [m].
 
     Its two ends are those of the search.

@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...finger import Finger
 from ..touches import Touches
 from ._table import AMBIGUITY, MAPS, MARGIN, SHARES, RowField, check_span, checked_counts, judged, searched
@@ -19,7 +20,7 @@ FINE_GRID = (401, 161)
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementQuality:
+class PlacementQuality(Frozen):
     """What `placement_quality` found: maps of shape (p, k) over position and angle.
 
     Attributes

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -27,7 +28,7 @@ __all__ = ["PlacementStudy", "placement_study"]
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementStudy:
+class PlacementStudy(Frozen):
     """What `placement_study` found: arrays of shape (k, d, s, c) over kind, depth, pitch and count.
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -42,7 +43,7 @@ class Gains(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RidgeGain:
+class RidgeGain(Frozen):
     """What `ridge_gain` found. Arrays have the shape to which contact and ridges broadcast.
 
     Attributes

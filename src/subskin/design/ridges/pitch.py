@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...finger import Finger
 from ..response import spatial_response
 
@@ -21,7 +22,7 @@ _SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class RidgePitch:
+class RidgePitch(Frozen):
     """What `best_ridge_pitch` found, for each of the n sensors.
 
     Attributes

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...contact import PressureProfile
 from ...finger import Finger
 from ...pressing import SineRidges, press
@@ -49,7 +50,7 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
 
 
 @dataclass(frozen=True, eq=False)
-class PressedRidges:
+class PressedRidges(Frozen):
     """What `press_ridges` found. Arrays have the shape to which pitch, amplitude and force broadcast.
 
     Attributes

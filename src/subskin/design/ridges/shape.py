@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import InvalidValueError
 
 __all__ = ["Ridges"]
@@ -32,7 +33,7 @@ _SMOOTH = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Ridges:
+class Ridges(Frozen):
     """Ridges over a contact: the share of the pressure, and of the drag, that they let through at each position.
 
     They belong to the skin, or to what touches it: to first order only the sum of the two profiles counts.

@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -30,7 +31,7 @@ _BLOCK = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
-class AliasingError:
+class AliasingError(Frozen):
     """What `aliasing_error` found, m positions along the skin and p shifts of the row.
 
     Attributes

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import ComplexArray, FloatArray
+from ..._frozen import Frozen
 from ...contact import Contact
 from ...errors import InvalidValueError
 from ...finger import Finger
@@ -24,7 +25,7 @@ _BLOCK = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
-class SensorDensity:
+class SensorDensity(Frozen):
     """What `sensor_density` found, for attenuations of shape (...); the last axis is the normal, the tangential load.
 
     Attributes

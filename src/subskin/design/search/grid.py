@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...contact import LineLoad
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
@@ -64,7 +65,7 @@ class Criterion:
 
 
 @dataclass(frozen=True, eq=False)
-class DesignGrid:
+class DesignGrid(Frozen):
     """What every design of the grid can do. Arrays of shape (skins, kinds, depths, pitches, counts).
 
     Attributes

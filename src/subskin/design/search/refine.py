@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...finger import Finger
 from ..placement import study_row
 from ..two_point import TwoPointLimen, two_point_limen
@@ -31,7 +32,7 @@ class Tried(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Aim:
+class Aim(Frozen):
     """The best row of one skin, kind and count, by their indices; `made` is added to errors as root sum of squares."""
 
     grid: DesignGrid

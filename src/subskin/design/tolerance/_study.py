@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...array import SensorArray
 from ...contact import LineLoad
 from ...errors import GeometryError, InvalidValueError
@@ -25,7 +26,7 @@ _SINGULAR = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Located:
+class Located(Frozen):
     """Errors (..., p, a, 3) of position [m], of force relative to the true one and of angle [rad]; which are OK."""
 
     errors: FloatArray

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import InvalidValueError
 from ...finger import Finger
 from .._common import whole
@@ -32,7 +33,7 @@ _LARGEST = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class TwoPointLimen:
+class TwoPointLimen(Frozen):
     """What `two_point_limen` found. Arrays of shape (p, q, l): middle of the points, split of the force, their angles.
 
     Attributes

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import GeometryError
 from ...finger import Finger
 from ...response import tabulate
@@ -22,7 +23,7 @@ _HALVINGS = 50
 
 
 @dataclass(frozen=True, eq=False)
-class Metamers:
+class Metamers(Frozen):
     """Single points that two sensors cannot tell from several.
 
     Attributes

@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
@@ -24,7 +25,7 @@ _RANGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(Frozen):
     """Hat elements along the surface: a traction that is straight between nodes and 0 at the first and last.
 
     Parameters
@@ -88,7 +89,7 @@ def covariance(count: int, step: float) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Factors:
+class Factors(Frozen):
     """The generalised singular system of sensors and smoothness: all that a weight w is found and judged with.
 
     With whitened columns A and the covariance C of `covariance`, A C A^T = U S^2 U^T and V = C A^T U. The smoothest

@@ -1,0 +1,148 @@
+"""What comes in at the doors: quantities of pint, magnitudes that are off, values of the wrong kind."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pint
+import pytest
+
+import subskin as ss
+from subskin.errors import SubskinError, ValidityWarning, printable
+from subskin.response import Response
+
+U = pint.UnitRegistry()
+RUBBER = ss.Material(young=0.4e6)
+SKIN = ss.HalfPlane(RUBBER)
+LAYER = ss.Layered(ss.Layer(RUBBER, 6e-3))
+ARRAY = ss.SensorArray.line(count=5, pitch=1.5e-3, depth=2e-3, noise=1e-4)
+FINGER = ss.Finger(SKIN, ARRAY)
+GOOD = {"start": -5e-3, "stop": 5e-3, "step": 1e-4}
+HUGE = 10**400
+LONG = 10**5000  # which Python does not even write out
+
+
+def test_quantities_are_converted():
+    assert ss.Material(young=U.Quantity(0.4, "MPa")) == RUBBER
+    assert ss.Layer(RUBBER, U.Quantity(6, "mm")).thickness == pytest.approx(6e-3)
+    array = ss.SensorArray.line(count=5, pitch=U.Quantity(1.5, "mm"), depth=U.Quantity(0.2, "cm"), noise=1e-4)
+    np.testing.assert_allclose(array.y, ARRAY.y)
+    np.testing.assert_allclose(array.depth, ARRAY.depth)
+    listed = ss.SensorArray(y=[U.Quantity(-1, "mm"), U.Quantity(0.1, "cm")], depth=U.Quantity([2.0, 3.0], "mm"))
+    np.testing.assert_allclose(listed.y, [-1e-3, 1e-3])
+    np.testing.assert_allclose(listed.depth, [2e-3, 3e-3])
+    touch = ss.Hertz(
+        force=U.Quantity(40, "N/m"), angle=U.Quantity(30, "deg"), position=U.Quantity(0.8, "mm"),
+        half_width=U.Quantity(400, "um"),
+    )  # fmt: skip
+    plain = ss.Hertz(force=40.0, angle=np.pi / 6, position=0.8e-3, half_width=0.4e-3)
+    np.testing.assert_allclose(FINGER.read(touch), FINGER.read(plain), rtol=1e-12)
+    given = SKIN.stress(plain, U.Quantity(2, "mm"), U.Quantity([0.0, 1.0], "mm"))
+    np.testing.assert_allclose(given.xx, SKIN.stress(plain, 2e-3, [0.0, 1e-3]).xx, rtol=1e-12)
+    ends = (U.Quantity(-4, "mm"), U.Quantity(4, "mm"))
+    assert FINGER.locator(search=ends).response.stop == pytest.approx(4e-3)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ss.Material(young=U.Quantity(0.4, "mm")),
+        lambda: ss.Material(young=0.4e6, poisson=U.Quantity(0.5, "m")),
+        lambda: ss.SensorArray.line(count=4, pitch=U.Quantity(2, "s"), depth=2e-3),
+        lambda: ss.SensorArray.line(count=U.Quantity(4, "m"), pitch=2e-3, depth=2e-3),
+        lambda: ss.LineLoad(force=U.Quantity(40, "kg")),
+        lambda: ss.LineLoad(force=40.0, angle=U.Quantity(1, "m")),
+        lambda: SKIN.stress(ss.LineLoad(40.0), U.Quantity(2, "Pa"), 0.0),
+        lambda: FINGER.locator(search=(U.Quantity(-4, "Pa"), U.Quantity(4, "Pa"))),
+        lambda: FINGER.locator(friction=U.Quantity(1, "N")),
+        lambda: FINGER.locate(U.Quantity(np.zeros(5), "Pa")),
+    ],
+)
+def test_a_quantity_of_another_dimension_is_refused(make):
+    with pytest.raises(SubskinError):
+        make()
+
+
+def test_forgotten_units_are_said():
+    with pytest.warns(ValidityWarning, match=r"young = 0.4 Pa: was 0.4 MPa meant, 400000\?"):
+        ss.Material(young=0.4)
+    with pytest.warns(ValidityWarning, match=r"the largest depth = 2 m: was 2 mm meant, 0.002\?"):
+        ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2))
+    with pytest.warns(ValidityWarning, match=r"the largest y = 9 m: was 9 mm meant"):
+        ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=6, depth=5e-3))
+    with pytest.warns(ValidityWarning, match=r"position = 0.8 m: was 0.8 mm meant"):
+        FINGER.read(ss.LineLoad(40.0, position=0.8))
+    with pytest.warns(ValidityWarning, match=r"half_width = 0.4 m: was 0.4 mm meant"):
+        FINGER.read(ss.Hertz(40.0, half_width=0.4))
+
+
+def test_usual_and_dimensionless_ones_pass_in_silence():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ss.Material(young=1e3)
+        ss.Finger(SKIN, ss.SensorArray.line(count=8, pitch=5e-3, depth=30e-3))
+        ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), ss.SensorArray.line(count=3, pitch=2.5, depth=3.0))
+        own = ss.SensorArray.line(count=8, pitch=0.75, depth=1.0)
+        ss.Finger(ss.HalfPlane(ss.Material(young=1.0)), own).read(ss.Hertz(1.0, position=2.0, half_width=0.5))
+        FINGER.read(ss.LineLoad(40.0, position=[-20e-3, 20e-3]))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ss.Material(young=HUGE),
+        lambda: ss.Material(young=LONG),
+        lambda: ss.SensorArray(y=[0.0, HUGE], depth=2e-3),
+        lambda: ss.LineLoad(force=LONG),
+        lambda: ss.SensorArray.line(count=np.nan, pitch=1e-3, depth=2e-3),
+        lambda: ss.SensorArray.line(count="x", pitch=1e-3, depth=2e-3),
+        lambda: ss.SensorArray.line(count=1e9, pitch=1e-3, depth=2e-3),
+        lambda: ss.SensorArray.line(count=[3], pitch=1e-3, depth=2e-3),
+        lambda: ss.SensorArray.line(count=True, pitch=1e-3, depth=2e-3),
+        lambda: ss.SensorArray.line(count=3, pitch=1e-3, depth=2e-3, width=1.0),
+        lambda: FINGER.locator(friction=[1.0]),
+        lambda: FINGER.locator(friction=LONG),
+        lambda: FINGER.locator(outliers=[1]),
+        lambda: FINGER.locator(outliers=np.array([1])),
+        lambda: FINGER.locator(search=[[1], [2, 3]]),
+        lambda: FINGER.locator(search=(0.0, HUGE)),
+        lambda: FINGER.locate(np.zeros(5), friction=[1.0]),
+        lambda: FINGER.fit(np.zeros(5), outliers=[1]),
+        lambda: ss.pressure_map(FINGER, np.zeros(5), friction=[1.0]),
+        lambda: ss.pressure_map(FINGER, np.zeros(5), search=[[1], [2, 3]]),
+        lambda: LAYER.strain(ss.LineLoad(40.0), x=2e-3, y=1e9),
+        lambda: ss.Layered([ss.Layer(RUBBER, 1e-3)] * 41),
+        lambda: ss.Finger(LAYER, ss.SensorArray.line(5, 1.5e-3, depth=1e-9, noise=1e-4)).locate(np.zeros(5)),
+        lambda: ss.Finger(SKIN, ss.SensorArray.line(5, 1.5e-3, depth=1e-300, noise=1e-4)).locate(np.zeros(5)),
+        *(
+            (lambda given=given: Response.from_function(FINGER.receptive_field, **(GOOD | given)))
+            for given in (
+                {"start": "x"}, {"start": np.nan}, {"stop": np.inf}, {"stop": [1.0]}, {"step": 0.0}, {"step": -1e-4},
+                {"step": np.nan}, {"step": 1e-300}, {"step": None}, {"tolerance": 0.0}, {"tolerance": "x"},
+            )
+        ),
+        lambda: Response.from_function(3.0, -5e-3, 5e-3, step=1e-4),
+        lambda: Response.from_function(lambda y: y, -5e-3, 5e-3, step=1e-4),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::subskin.errors.ValidityWarning")
+def test_values_of_the_wrong_kind_are_refused(make):
+    with pytest.raises(SubskinError) as caught:
+        make()
+    assert len(str(caught.value)) < 700
+
+
+def test_forty_layers_work():
+    many = ss.Layered([ss.Layer(RUBBER, 0.25e-3)] * 40)
+    one = ss.Layered(ss.Layer(RUBBER, 10e-3))
+    touch = ss.LineLoad(40.0, 0.2)
+    np.testing.assert_allclose(many.strain(touch, 2e-3, 1e-3).xx, one.strain(touch, 2e-3, 1e-3).xx, rtol=1e-6)
+
+
+def test_what_a_terminal_would_obey_is_written_out():
+    assert printable("a\x1b]0;pwn\x07b\u202ec\ud800") == r"a\x1b]0;pwn\x07b\u202ec\ud800"
+    assert printable("µ °C – ✓\n") == "µ °C – ✓\n"
+    said = str(SubskinError("x" * 10**6, "y" * 10**6))
+    assert len(said) < 4000
+    assert "\x1b" not in str(SubskinError("\x1b[31m", "\x1b[0m", "\x1b"))
