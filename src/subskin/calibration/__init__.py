@@ -5,6 +5,7 @@ from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Kno
 from .calibration import Calibration, Health, Parameter, Score
 from .health import SensorHealth, sensor_health
 from .known import calibrate
+from .misfit import Misfit
 
 __all__ = [
     "BlindCalibration",
@@ -13,6 +14,7 @@ __all__ = [
     "ErrorRatio",
     "Health",
     "Known",
+    "Misfit",
     "Parameter",
     "Score",
     "SensorHealth",

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from ..errors import ConvergenceError
 from ..io.files import write_bytes
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .common import add_json, add_rows, chosen_rows, describe, give, listed, number, show
@@ -33,6 +36,7 @@ comments stay. Rows that --every or --rows leaves out are held out, and scored. 
 With --blind, nothing is known of the touches but the readings, which are tared; what is fitted is known from the
 drawing to within the errors given. What touches cannot tell, and how many would tell the rest, is said with the result.
 """
+_REFUSED = "check the kind of sensor, the skin, the positions and the loads (--force-column); or --accept-misfit"
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +55,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
     )
     add_rows(parser, "fit to")
+    parser.add_argument(
+        "--accept-misfit", action="store_true", help="write the finger even where the touches are not those of its model"
+    )
     add_blind(parser)
     parser.add_argument("-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output")
     add_json(parser)
@@ -81,6 +88,7 @@ def run(options: argparse.Namespace) -> int:
         positions[used],
         fit=fit,
         origin=None if "origin" in fit else file.origin,
+        accept_misfit=True,  # said, and refused, below
         **{name: values[used] for name, values in loads.items()},
     )
     held = ~used & np.isfinite(readings).any(axis=1)
@@ -92,28 +100,47 @@ def run(options: argparse.Namespace) -> int:
     if score is not None:
         facts["r2_held_out"] = float(score.r2)
     facts |= learnt(file, found)
+    refused = found.misfit.wrong and not options.accept_misfit
+    warned = (*_spare(file, found), *found.doubts)
 
     def people(out: TextIO) -> None:
-        _show(out, file, found, score)
+        _show(out, file, found, score, warned)
         if options.force_column is None and "gain" in fit:
             print("forces found with this finger are multiples of the touches' load (no --force-column)", file=out)
 
-    return give(
-        options,
-        lambda: _as_json(file, found, score),
-        people,
-        {options.out: lambda to: write_bytes(to, file.with_finger(found.finger, found.origin, facts).text.encode())},
-    )
+    def write(to: str) -> None:
+        write_bytes(to, file.with_finger(found.finger, found.origin, facts).text.encode())
+
+    give(options, lambda: _as_json(file, found, score, warned), people, {} if refused else {options.out: write})
+    if refused:
+        raise ConvergenceError("no finger is written", found.misfit.verdict, _REFUSED)
+    return 0
 
 
-def _as_json(file: io.FingerFile, found: Calibration, score: Score | None) -> dict[str, Any]:
+def _spare(file: io.FingerFile, found: Calibration) -> list[str]:
+    """What is said of a finger of which frames can hardly be found to be no load."""
+    spare, live = found.spare_readings(file.options.get("friction", 1.0)), int(found.finger.array.live.sum())
+    if spare >= 2:
+        return []
+    left = "no spare reading" if spare <= 0 else f"{spare} spare reading"
+    return [
+        f"{live} live sensors leave a frame {left}: `locate` can hardly tell what is no single load, and at least 2 "
+        "are wanted"
+    ]
+
+
+def _as_json(
+    file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]
+) -> dict[str, Any]:
     return {
         "origin": found.origin,
         "parameters": [
             {"name": p.name, "sensor": named(file, p, missing=None), "value": p.value, "std": p.std, "unit": p.unit}
             for p in found.parameters
         ],
-        "doubts": list(found.doubts),
+        "doubts": list(warned),
+        "misfit": dataclasses.asdict(found.misfit) | {"wrong": found.misfit.wrong, "verdict": found.misfit.verdict},
+        "spare": found.spare,
         "touches": found.score.touches,
         "r2": found.r2,
         "held_out": None if score is None else score.touches,
@@ -133,7 +160,11 @@ def _noise(found: Calibration) -> npt.NDArray[np.float64]:
     return np.asarray(found.finger.array.noise, dtype=np.float64)
 
 
-def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None) -> None:
+def _show(
+    out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]
+) -> None:
+    for text in warned:
+        print(text, file=out)
     rows = []
     for p in found.parameters:
         scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
@@ -147,4 +178,5 @@ def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | N
     print(f"R^2 {found.r2:.5f} on the {found.score.touches} touches used", file=out)
     if score is not None:
         print(f"R^2 {score.r2:.5f} on the {score.touches} held out", file=out)
-    show_health(out, file, found, "below a fifth of the median gain")
+    print(found.misfit.verdict, file=out)
+    show_health(out, file, found, "below half of the median gain")
