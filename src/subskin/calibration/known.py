@@ -89,6 +89,24 @@ def calibrate(
     >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
     (9.0, 5.4)
     """
+    found = fitted(finger, readings, positions, fit=fit, force=force, angle=angle, origin=origin).result()
+    if found.misfit.wrong and not accept_misfit:
+        fix = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
+        raise ConvergenceError("a model that is not that of the touches", found.misfit.verdict, fix)
+    return found
+
+
+def fitted(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    *,
+    fit: Sequence[str],
+    force: npt.ArrayLike | None = None,
+    angle: npt.ArrayLike = 0.0,
+    origin: float | None = None,
+) -> Fit:
+    """The fit that `calibrate` makes a `Calibration` of; parameters and errors as there."""
     names = checked_names(fit, (*_LINEAR, *TERMS))
     data, y, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle)
     start = 0.0 if origin is None else _check.scalar("origin", origin, unit="m")
@@ -99,21 +117,17 @@ def calibrate(
         live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
     solution = None
     while live.any():
-        solution = _Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
+        solution = Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
         dead = live & solution.dead()
         if not dead.any():
             break
         live &= ~dead
     if solution is None or not live.any():
         raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check the columns")
-    found = solution.result()
-    if found.misfit.wrong and not accept_misfit:
-        fix = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
-        raise ConvergenceError("a model that is not that of the touches", found.misfit.verdict, fix)
-    return found
+    return solution
 
 
-class _Fit:
+class Fit:
     """One weighted least-squares problem, for the sensors that are thought alive."""
 
     def __init__(
@@ -130,7 +144,7 @@ class _Fit:
     ) -> None:
         self.finger, self.names, self.positions, self.load = finger, names, positions, load
         self.live, self.scan, self.origin = live, scan, origin
-        self.data = data[:, live]
+        self.given, self.data = data, data[:, live]
         self.seen = np.isfinite(self.data)
         part = replace(finger, array=finger.array.select(live))
         self.forward = Forward(part, names)
@@ -171,14 +185,23 @@ class _Fit:
         unit, gain, offset = self.linear(p)
         return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
 
-    def solve(self) -> _Fit:
-        starts = self._starts()
+    def without(self, rows: npt.NDArray[np.intp]) -> Fit:
+        """The same, fitted to the other touches, from where this one came to lie."""
+        kept = np.setdiff1d(np.arange(len(self.given)), rows)
+        parts = (self.given[kept], self.positions[kept], self.load[kept])
+        part = Fit(self.finger, self.names, *parts, self.live, self.origin, scan=False)
+        part.noise = self.noise
+        return part.solve(self.p)
+
+    def solve(self, near: FloatArray | None = None) -> Fit:
+        """Settle parameters and noise; `near` a solution of nearly the same touches, where one is known."""
+        starts = self._starts() if near is None else [near]
         p = starts[0]
         if len(starts) > 1:
             p = min((self._least(start, 1e-5) for start in starts), key=lambda found: float(found.cost)).x
-        for _ in range(_ROUNDS):
+        for _ in range(_ROUNDS if near is None else 1):
             if p.size:
-                found = self._least(p, 1e-12)
+                found = self._least(p, 1e-12 if near is None else 1e-6)
                 if not found.success:
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x

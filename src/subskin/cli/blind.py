@@ -64,6 +64,10 @@ def run_blind(options: argparse.Namespace) -> int:
         if getattr(options, name) is not None:
             rule = "with --blind nothing is known of the touches"
             raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it out")
+    for name in ("choose", "accept_misfit"):
+        if getattr(options, name):
+            rule = "it goes with touches at known positions"
+            raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it or --blind out")
     check_figure(options.figure)
     if options.out not in (None, "-"):
         check_target(options.out)

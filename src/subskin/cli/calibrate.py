@@ -12,6 +12,7 @@ from .. import io
 from ..errors import ConvergenceError
 from ..io.files import write_bytes
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
+from .choose import add_choose, choice_as_json, chosen, show_choice
 from .common import add_json, add_rows, chosen_rows, describe, give, listed, number, show
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
   subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,position,poisson
+  subskin calibrate finger.toml presses.csv -o calibrated.toml --choose
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --figure learnt.png
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --position-error "0.1 mm"
@@ -32,6 +34,11 @@ Fits the finger to touches at known positions, one a row, and writes the finger 
 comments stay. Rows that --every or --rows leaves out are held out, and scored. What can be fitted: gain, offset
 (each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
+
+With --choose, a half plane and a layer, of sensors of strain, stress and pressure, are each fitted and compared by the
+positions of touches held out: how far off, how far at worst, and how many are OK.
+
+Touches that are not those of the model end with an error, and no finger is written unless --accept-misfit is given.
 
 With --blind, nothing is known of the touches but the readings, which are tared; what is fitted is known from the
 drawing to within the errors given. What touches cannot tell, and how many would tell the rest, is said with the result.
@@ -58,6 +65,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--accept-misfit", action="store_true", help="write the finger even where the touches are not those of its model"
     )
+    add_choose(parser)
     add_blind(parser)
     parser.add_argument("-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output")
     add_json(parser)
@@ -82,14 +90,18 @@ def run(options: argparse.Namespace) -> int:
     positions = table.numbers(options.position_column, finite=True, why="each touch's position")
     used = chosen_rows(options, len(table))
     fit = listed("gain,offset,depth,origin" if options.fit is None else options.fit)
+    touches = (readings[used], positions[used])
+    loaded = {name: values[used] for name, values in loads.items()}
+    choice = None
+    if options.choose:
+        file, fit, choice = chosen(file, fit, *touches, **loaded)
     found = calibrate(
         file.finger,
-        readings[used],
-        positions[used],
+        *touches,
         fit=fit,
         origin=None if "origin" in fit else file.origin,
         accept_misfit=True,  # said, and refused, below
-        **{name: values[used] for name, values in loads.items()},
+        **loaded,
     )
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
@@ -104,6 +116,8 @@ def run(options: argparse.Namespace) -> int:
     warned = (*_spare(file, found), *found.doubts)
 
     def people(out: TextIO) -> None:
+        if choice is not None:
+            show_choice(out, choice)
         _show(out, file, found, score, warned)
         if options.force_column is None and "gain" in fit:
             print("forces found with this finger are multiples of the touches' load (no --force-column)", file=out)
@@ -111,7 +125,10 @@ def run(options: argparse.Namespace) -> int:
     def write(to: str) -> None:
         write_bytes(to, file.with_finger(found.finger, found.origin, facts).text.encode())
 
-    give(options, lambda: _as_json(file, found, score, warned), people, {} if refused else {options.out: write})
+    def as_json() -> dict[str, Any]:
+        return _as_json(file, found, score, warned) | ({} if choice is None else {"choice": choice_as_json(choice)})
+
+    give(options, as_json, people, {} if refused else {options.out: write})
     if refused:
         raise ConvergenceError("no finger is written", found.misfit.verdict, _REFUSED)
     return 0
