@@ -15,6 +15,7 @@ from ..errors import ConvergenceError
 from ..finger import Finger
 from ._forward import TERMS, Forward, checked_names
 from .calibration import Calibration, Health, Parameter, checked_touches, score, weak
+from .correlated import Residuals, correlated, scatter
 from .misfit import Misfit, misfit_of, stretched
 
 __all__ = ["calibrate"]
@@ -267,8 +268,24 @@ class Fit:
         covariance = (vectors[:, known] / values[known]) @ vectors[:, known].T
         # what the readings say nothing of has an infinite variance, not none
         blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
+        covariance = self._with_misfit(covariance, jacobian / size)
         covariance[blind, blind] = np.inf
         return np.asarray(covariance / np.outer(size, size))
+
+    def _with_misfit(self, covariance: FloatArray, jacobian: FloatArray) -> FloatArray:
+        """The covariance (p, p) where residuals are not white but go together over neighbouring touches."""
+        array = self.forward.apply(self.p).array
+        rest = ((self.data - self.gain * self.unit - self.offset) / self.noise)[self.seen]
+        touch, sensor = np.nonzero(self.seen)
+        moved = self.positions - self.forward.origin(self.p, self.origin)
+        at = (moved[touch] - np.asarray(array.y)[sensor]) / float(np.mean(array.depth))
+        weight = self.gain / self.noise
+        weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
+        residuals = Residuals(rest, sensor, at, weight[sensor])
+        process = correlated(residuals, jacobian)
+        if process is None:
+            return covariance
+        return np.asarray(covariance @ scatter(process, residuals, jacobian) @ covariance)
 
     def _reported_covariance(self) -> FloatArray:
         """The covariance of what is reported: infinite variances stay, and reach what rests on them."""
