@@ -1,4 +1,4 @@
-"""Which kind of sensor and which skin: candidates compared by the positions that they find, not by how well they fit."""
+"""Which kind of sensor and which skin: candidates compared by the positions that they find."""
 
 from __future__ import annotations
 
@@ -143,7 +143,9 @@ def choose(
     return Choice((best, *trials), _reason(best, trials))
 
 
-def _trial(name: str, finger: Finger, fit: Sequence[str], touches: tuple[Any, ...], options: Mapping[str, Any]) -> Trial:
+def _trial(
+    name: str, finger: Finger, fit: Sequence[str], touches: tuple[Any, ...], options: Mapping[str, Any]
+) -> Trial:
     nothing = (0.0, np.nan, np.nan, np.nan, np.nan, np.inf)
     try:
         whole = fitted(finger, *touches[:2], fit=fit, force=touches[2], angle=touches[3])

@@ -12,7 +12,7 @@ from .._check import FloatArray
 __all__ = ["Correlated", "Residuals", "correlated", "scatter"]
 
 _LENGTHS = np.array([0.25, 0.5, 1.0, 2.0])
-"""Lengths tried over which the misfit changes, in depths: a field changes within one, and so does what it gets wrong."""
+"""Lengths tried over which the misfit changes, in depths: a field changes within one, and so does its error."""
 _SIZES = np.array([0.0, 0.3, 1.0, 3.0, 10.0, 30.0])
 """Variances tried of the misfit, of that of the noise."""
 _WORTH = 8.0

@@ -58,7 +58,8 @@ class SensorHealth:
     touches : int
         Number of frames that are no free skin; of more than 20 000, as many are looked at.
     health : tuple of Health
-        OK; WEAK: its gain has fallen by a tenth or more, or is below half of the median; DEAD: its gain cannot be told from 0, or it gave no readings.
+        OK; WEAK: its gain has fallen by a tenth or more, or is below half of the median; DEAD: its gain cannot be told
+        from 0, or it gave no readings.
     """
 
     finger: Finger
@@ -335,7 +336,9 @@ class _Check:
         self.out |= (std < _TOLD) & ~(self.ratio > np.maximum(_SIGMA * std, _GONE))
         self.shift[self.out] = 0.0
         feeble = np.zeros(ratio.size, dtype=bool)
-        feeble[self.live] = weak((self.ratio * self.was.array.gain)[self.live], self.was.array.select(self.live).transducers)
+        feeble[self.live] = weak(
+            (self.ratio * self.was.array.gain)[self.live], self.was.array.select(self.live).transducers
+        )
         feeble = (_changed(ratio, std) & (ratio < _WEAK)) | feeble
         health = np.where(self.out, Health.DEAD, np.where(feeble, Health.WEAK, Health.OK))
         ratio, std, shift = (_check.read_only(values) for values in (ratio, std, self.shift))

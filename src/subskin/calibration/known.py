@@ -24,8 +24,9 @@ _LINEAR = ("gain", "offset")
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _MOVES = 10.0
-"""Noises from the lowest to the highest reading beyond which a sensor works, whatever its gain comes out as. Noise alone
-spans 8 in ten thousand touches."""
+"""Noises from the lowest to the highest reading beyond which a sensor works, whatever its gain comes out as.
+
+Noise alone spans 8 in ten thousand touches."""
 _HEIGHTS = (1.3, 2.0, 5.0, 20.0)
 """Thicknesses tried, in depths: a base near the sensors and one far below may both be local minima."""
 

@@ -1,4 +1,4 @@
-"""What a calibrated finger leaves unexplained: is it noise, is it the model, and is it a skin at all?"""
+"""What a calibrated finger leaves unexplained: noise, a model that does not quite fit, or no such skin."""
 
 from __future__ import annotations
 

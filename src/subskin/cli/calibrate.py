@@ -63,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add_rows(parser, "fit to")
     parser.add_argument(
-        "--accept-misfit", action="store_true", help="write the finger even where the touches are not those of its model"
+        "--accept-misfit", action="store_true", help="write the finger even where its model is not that of the touches"
     )
     add_choose(parser)
     add_blind(parser)
@@ -140,15 +140,11 @@ def _spare(file: io.FingerFile, found: Calibration) -> list[str]:
     if spare >= 2:
         return []
     left = "no spare reading" if spare <= 0 else f"{spare} spare reading"
-    return [
-        f"{live} live sensors leave a frame {left}: `locate` can hardly tell what is no single load, and at least 2 "
-        "are wanted"
-    ]
+    few = f"{live} live sensors leave a frame {left}, and at least 2 are wanted"
+    return [f"{few}: `locate` can hardly tell what is no single load"]
 
 
-def _as_json(
-    file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]
-) -> dict[str, Any]:
+def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]) -> dict[str, Any]:
     return {
         "origin": found.origin,
         "parameters": [
@@ -177,9 +173,7 @@ def _noise(found: Calibration) -> npt.NDArray[np.float64]:
     return np.asarray(found.finger.array.noise, dtype=np.float64)
 
 
-def _show(
-    out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]
-) -> None:
+def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]) -> None:
     for text in warned:
         print(text, file=out)
     rows = []

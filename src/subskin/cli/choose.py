@@ -69,8 +69,10 @@ def _candidates(file: FingerFile, fit: tuple[str, ...]) -> dict[str, tuple[Finge
             # a skin of that kind is kept as it is drawn
             same = not name or skin.endless == (name == "half_plane")
             of = remodelled(file, skin="" if same else name, kind=kind)
-            base = tuple(n for n in fit if n != "thickness") + ("thickness",) * (np.isfinite(of.finger.skin.thickness))
-            title = " of ".join(filter(None, (kind or "sensors as drawn", {"half_plane": "a half plane", "layers": "a layer"}.get(name, "the skin as drawn"))))
+            layer = bool(name) and bool(np.isfinite(of.finger.skin.thickness))
+            base = tuple(n for n in fit if n != "thickness" or not name) + ("thickness",) * layer
+            where = {"half_plane": "a half plane", "layers": "a layer"}.get(name, "the skin as drawn")
+            title = f"{kind or 'sensors as drawn'} of {where}"
             out[title.replace("_", " ")] = (of, base)
             if kind == _OF_STRAIN and "poisson" not in base:
                 out[f"{title}, Poisson's ratio fitted".replace("_", " ")] = (of, (*base, "poisson"))
