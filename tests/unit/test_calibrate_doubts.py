@@ -162,7 +162,7 @@ class TestErrorsThatHold:
         np.testing.assert_allclose(scatter(truth, white, jacobian), expected, atol=1e-9)
 
     def test_depths_of_a_lumpy_skin_are_off_by_no_more_than_is_said(self):
-        """Over shifted halves of one recording; as independent noise would have it, the error is half of that or less."""
+        """Over shifted halves of one recording; independent noise would have the error half of that or less."""
         long = np.linspace(-4e-3, 34e-3, 60)
         readings = lumpy(finger(), long)
         for rows in (np.arange(0, 40), np.arange(20, 60), np.arange(60)):

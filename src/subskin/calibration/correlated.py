@@ -88,8 +88,8 @@ def correlated(residuals: Residuals, jacobian: FloatArray) -> Correlated | None:
             for shared in _SIZES:
                 likelihood, scale = _likelihood(np.eye(free) + own * kernels[0] + shared * kernels[1], left)
                 if likelihood > best:
-                    sizes = np.sqrt(scale * np.array([1.0, own, shared]))
-                    best, found = likelihood, Correlated(*map(float, sizes), float(length))
+                    sizes = [float(np.sqrt(scale * share)) for share in (1.0, own, shared)]
+                    best, found = likelihood, Correlated(sizes[0], sizes[1], sizes[2], float(length))
     return found
 
 
