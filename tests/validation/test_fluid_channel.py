@@ -33,7 +33,9 @@ def test_it_is_refused(touches, kind, pitch, which):
     used = {"a": np.arange(len(depth)) % 5 == 0, "2": np.isclose(depth, 2.5), "3": np.isclose(depth, 3.0)}[which[0]]
     array = ss.SensorArray.line(2, pitch=pitch, depth=5e-3, transducer=kind, noise=0.01)
     known = {"force": 100 * force[used]} if "force" in which else {}
-    with pytest.raises(ss.errors.ConvergenceError, match=r"this is no elastic skin like the one drawn|same load|settle"):
+    with pytest.raises(
+        ss.errors.ConvergenceError, match=r"this is no elastic skin like the one drawn|same load|settle"
+    ):
         ss.calibrate(
             ss.Finger(ss.HalfPlane(ss.Material(0.4e6)), array), readings[used], positions[used], fit=FIT, **known
         )
