@@ -295,7 +295,7 @@ class TestDoubts:
         found = ss.calibrate(truth, touch(truth, FEW), FEW, fit=("gain", "offset", "origin", "thickness"))
         thickness = value(found, "thickness")
         assert thickness.std > 0.1 * thickness.value
-        (said,) = found.doubts
+        (said,) = (doubt for doubt in found.doubts if "end of its range" not in doubt)
         assert said.startswith("thickness is not determined: its standard error is")
         ratio = thickness.std / thickness.value
         assert ("more than 10 times" in said) == (ratio > 10)

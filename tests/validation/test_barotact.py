@@ -158,10 +158,16 @@ class TestABondedLayer:
     def test_the_fisher_information_says_so_where_it_can(self, on_layer):
         assert on_layer["strain"].doubts == ()
         for name, pair in (("pressure", "depth and thickness"), ("strain, any nu", "depth and poisson")):
-            (said,) = on_layer[name].doubts
+            (said,) = (doubt for doubt in on_layer[name].doubts if "told apart" in doubt)
             assert said.startswith(f"{pair} are hardly told apart (correlation 0.99")
 
-    def test_the_residuals_are_not_noise_so_standard_errors_are_too_small(self, presses, on_layer):
+    def test_all_are_elastic_skins_that_do_not_quite_fit(self, on_half_plane, on_layer):
+        for found in (on_half_plane, *on_layer.values()):
+            assert found.misfit.structured
+            assert not found.misfit.wrong
+            assert found.misfit.share < 0.05
+
+    def test_the_residuals_are_not_noise_so_standard_errors_are_widened(self, presses, on_layer):
         positions, readings = (a[::2] for a in presses)
         for name in ("strain", "stress"):
             found = on_layer[name]
@@ -208,7 +214,7 @@ class TestABondedLayer:
 
         t = names.index("thickness")
         known, free = covariance(keep[:, :-1]), covariance(keep)
-        scale = np.sqrt(np.outer(*2 * [np.diag(found.covariance)]))
-        assert (np.abs(known[:-1, :-1] - found.covariance) < 5e-3 * scale).all()
+        # the residuals are no noise, so that what is stated is wider than that of independent ones
+        assert (np.diag(found.covariance) > np.diag(known[:-1, :-1])).all()
         assert np.sqrt(free[t, t] / known[t, t]) > 2.0
         assert free[t, -1] ** 2 / (free[t, t] * free[-1, -1]) > 0.8

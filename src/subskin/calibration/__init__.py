@@ -3,20 +3,26 @@
 from .blind import calibrate_blind
 from .blind_calibration import BlindCalibration, BlindParameter, ErrorRatio, Known
 from .calibration import Calibration, Health, Parameter, Score
+from .choice import Choice, Trial, choose
 from .health import SensorHealth, sensor_health
 from .known import calibrate
+from .misfit import Misfit
 
 __all__ = [
     "BlindCalibration",
     "BlindParameter",
     "Calibration",
+    "Choice",
     "ErrorRatio",
     "Health",
     "Known",
+    "Misfit",
     "Parameter",
     "Score",
     "SensorHealth",
+    "Trial",
     "calibrate",
     "calibrate_blind",
+    "choose",
     "sensor_health",
 ]

@@ -20,12 +20,9 @@ from ._blind_rounds import Rounds
 from ._forward import checked_names
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
-from .calibration import Health, checked_readings
+from .calibration import WEAK_SHARE, Health, checked_readings
 
 __all__ = ["calibrate_blind"]
-
-_WEAK = 0.2
-"""Gain over the drawn one, of the median sensor's, below which a sensor is weak."""
 
 
 def calibrate_blind(
@@ -146,7 +143,7 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
     fields["noise"][live] *= factor
     health = [Health.DEAD] * len(whole)
     for i, ratio in zip(live, change, strict=True):
-        health[i] = Health.WEAK if ratio < _WEAK * np.median(change) else Health.OK
+        health[i] = Health.WEAK if ratio < WEAK_SHARE * np.median(change) else Health.OK
     learning = Learning(model, settled.x, settled.near, factor)
     sensors = {None: None} | dict(enumerate(live.tolist()))
     rows = zip(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -16,10 +17,25 @@ from .._shown import html_table, lines, many_of, with_error
 from ..errors import GeometryError
 from ..finger import Finger
 from ._forward import Forward
+from .misfit import Misfit
 
-__all__ = ["Calibration", "Health", "Parameter", "Score", "checked_readings", "checked_touches", "score"]
+__all__ = [
+    "FEWEST_SPARE",
+    "WEAK_SHARE",
+    "Calibration",
+    "Health",
+    "Parameter",
+    "Score",
+    "checked_readings",
+    "checked_touches",
+    "score",
+    "weak",
+]
 
-
+WEAK_SHARE = 0.5
+"""Gain, as a share of the median's, below which a sensor is weak."""
+FEWEST_SPARE = 2
+"""Spare readings that a sensor, or a frame, needs before a misfit is noticed: one may fit by chance."""
 _LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
 
 
@@ -28,9 +44,9 @@ class Health(IntEnum):
 
     OK = 0
     WEAK = 1
-    """Its gain is below a fifth of the median; in `SensorHealth`, it has lost a tenth or more."""
+    """Its gain is below half of the median of its kind; in `SensorHealth`, it has also lost a tenth or more."""
     DEAD = 2
-    """Its gain cannot be told from zero, or it gave no readings; the calibrated finger leaves it out."""
+    """Its gain cannot be told from zero and its readings do not move, or it gave none; the finger leaves it out."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +63,8 @@ class Parameter:
         The number and its standard error [`unit`].
     unit : str
         Of both; empty for numbers without one and for readings.
+    at_end : bool
+        Whether it has come to an end of the range in which it is looked for; its standard error then says little.
     """
 
     name: str
@@ -54,6 +72,7 @@ class Parameter:
     value: float
     std: float
     unit: str
+    at_end: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +102,8 @@ class Calibration(Frozen):
     Parameters
     ----------
     finger : Finger
-        The finger with the fitted values; its noise is the residuals' standard deviation, dead sensors have gain 0.
+        The finger with the fitted values; its noise is the residuals' standard deviation, and no less than it was
+        before; dead sensors have gain 0.
     origin : float
         Where the finger's y = 0 lies on the motor's axis [m]: y = position - origin.
     parameters : tuple of Parameter
@@ -96,6 +116,10 @@ class Calibration(Frozen):
         Of each sensor.
     score : Score
         On the touches used.
+    spare : int
+        Readings more than fitted numbers.
+    misfit : Misfit
+        What is left unexplained, and whether it is noise.
     force, angle : ndarray, shape (m,)
         Load of each touch [N/m], [rad].
     """
@@ -106,6 +130,8 @@ class Calibration(Frozen):
     covariance: FloatArray
     health: tuple[Health, ...]
     score: Score
+    spare: int
+    misfit: Misfit
     force: FloatArray
     angle: FloatArray
 
@@ -139,13 +165,27 @@ class Calibration(Frozen):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What these touches do not determine of the finger as a whole: a sentence each, from the Fisher information.
+        """What these touches do not determine of the finger: a sentence each.
 
-        A parameter whose standard error exceeds a tenth of it, and pairs that can hardly be told apart (correlation
-        above 0.95). Gains, offsets and the like of single sensors are left out.
+        First, too few spare readings: fewer than fitted numbers, or than two a sensor. Then what has come to the end
+        of its range; and, from the Fisher information, gains that are not known to a half, numbers of the whole finger
+        whose standard error exceeds a tenth of them, and pairs of these that can hardly be told apart (correlation
+        above 0.95).
         """
         whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name != "origin"]
         said = []
+        live = int(self.finger.array.live.sum())
+        if self.spare < max(len(self.parameters), FEWEST_SPARE * live):
+            said.append(
+                f"too few touches to check the fit: {self.spare} spare readings for {len(self.parameters)} fitted "
+                f"numbers and {live} sensors; R^2 and standard errors say little"
+            )
+        said += [f"{_called(p)} is at the end of its range ({p.value:.4g} {p.unit}".rstrip() + ")" for p in self.ends]
+        said += [
+            f"{_called(p)} is not determined: its standard error is {_share(p)}"
+            for p in self.parameters
+            if p.name == "gain" and not p.std < _LOST * abs(p.value)
+        ]
         for i in whole:
             p = self.parameters[i]
             if not p.std < _LOOSE * abs(p.value):
@@ -165,6 +205,19 @@ class Calibration(Frozen):
                     )
         return tuple(said)
 
+    @property
+    def ends(self) -> tuple[Parameter, ...]:
+        """The parameters that have come to an end of the range in which they are looked for."""
+        return tuple(p for p in self.parameters if p.at_end)
+
+    def spare_readings(self, friction: float = 1.0) -> int:
+        """How many readings of a frame can speak against a single load: live sensors less the load's unknowns.
+
+        With fewer than two, `locate` answers OK to nearly anything. `friction` as of `Finger.locate`: with 0 a load has
+        one unknown less.
+        """
+        return int(self.finger.array.live.sum()) - (2 if friction == 0 else 3)
+
     def evaluate(
         self,
         readings: npt.ArrayLike,
@@ -177,6 +230,19 @@ class Calibration(Frozen):
         data, y, load = checked_touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
         model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
         return score(data, model, self.finger.array.live)
+
+
+def weak(gain: FloatArray, kinds: Sequence[object]) -> npt.NDArray[np.bool_]:
+    """Which gains (n,) are below half of the median of the sensors of their kind, shape (n,)."""
+    size, out = np.abs(gain), np.zeros(len(gain), dtype=bool)
+    for kind in set(kinds):
+        same = np.array([k == kind for k in kinds])
+        out[same] = size[same] < WEAK_SHARE * np.median(size[same])
+    return out
+
+
+def _called(parameter: Parameter) -> str:
+    return parameter.name + (f" of sensor {parameter.sensor}" if parameter.sensor is not None else "")
 
 
 def _share(parameter: Parameter) -> str:

@@ -16,7 +16,7 @@ from ..estimate.estimate import Status
 from ..estimate.locate import Locator
 from ..finger import Finger
 from ..response import tabulate
-from .calibration import Health, checked_readings
+from .calibration import Health, checked_readings, weak
 
 __all__ = ["SensorHealth", "sensor_health"]
 
@@ -30,6 +30,11 @@ _SIGMA = 4.0
 _FEWEST = 10
 _MOST, _CELLS = 20_000, 8_000_000
 """Touches that are looked at, at most, and numbers in a matrix over all of them."""
+
+_RATIOS = np.array([0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.25, 1.6])
+"""Of one gain alone, tried with the others as they were."""
+_SCANNED, _CAPPED = 1000, 50.0
+"""Touches of the trial, and the chi-square that a touch counts for at most: a wild reading says nothing of a gain."""
 
 _MUCH_AS_IT_WAS = 0.25
 _WEAK, _GONE, _TOLD, _BLIND = 0.9, 0.02, 0.2, 0.25
@@ -54,7 +59,8 @@ class SensorHealth(Frozen):
     touches : int
         Number of frames that are no free skin; of more than 20 000, as many are looked at.
     health : tuple of Health
-        OK; WEAK: its gain has fallen by a tenth or more; DEAD: its gain cannot be told from 0, or it gave no readings.
+        OK; WEAK: its gain has fallen by a tenth or more, or is below half of the median; DEAD: its gain cannot be told
+        from 0, or it gave no readings.
     """
 
     finger: Finger
@@ -82,6 +88,9 @@ def sensor_health(
     to the touches that are explained, by Gauss-Newton: a sensor's residual against its reading, both without what a
     change of the touch would do to all sensors, so that a weak one does not spoil the others' gains. Those that have
     not changed by more than 4 standard errors are then held, and the others fitted again.
+
+    That descent can end where touches have moved to take up the change. So one gain alone is tried over its whole range
+    too, for each sensor; where it explains as much as the changes of several, it is what is believed.
 
     Standard errors are those of independent noise. Where it is the model that does not quite fit, as on most real
     skins, they are too small; where a touch moves but two or three sensors, its position takes up a change of gain. So
@@ -257,6 +266,48 @@ class _Check:
         left = (np.einsum("mij,mj->mi", across, rest) * trust[:, None]).reshape(-1)
         return rows.T @ rows, rows.T @ left, max(float((left**2).sum() / degrees.sum()), 1.0)
 
+    def alone(self, changed: int, std: FloatArray) -> bool:
+        """Take the change of one gain alone if it explains as much as those of the `changed`; whether it does.
+
+        `std` becomes the standard errors. The offset stays, or changes with the gain: of presses cut out of a recording
+        it is but a part of the fit, and the reading of a weak sensor is less as a whole.
+        """
+        if self.out.any() and not (self.out == ~self.live).all():
+            return False
+        data = self.data[:: max(-(-len(self.data) // _SCANNED), 1)]
+        kept, here = (self.ratio, self.shift), self._left(data)
+        offset, unmoved, ones = np.asarray(self.was.array.offset), np.zeros_like(self.shift), np.ones_like(self.ratio)
+        best, state = np.inf, kept
+        for i in np.flatnonzero(self.live):
+            for along in (False, True) if offset[i] else (False,):
+                grid = _RATIOS
+                for _ in range(2):  # finer about the best
+                    left = []
+                    for r in grid:
+                        self.ratio, self.shift = ones.copy(), unmoved.copy()
+                        self.ratio[i], self.shift[i] = r, along * (r - 1) * offset[i]
+                        left.append(self._left(data))
+                        if left[-1] < best:
+                            best, state = left[-1], (self.ratio, self.shift)
+                    k = int(np.argmin(left))
+                    grid = np.linspace(grid[max(k - 1, 0)], grid[min(k + 1, grid.size - 1)], 9)
+        degrees = max(float((np.isfinite(data) & self.live).sum()) - len(data) * self.unknowns, 1.0)
+        # no more may be left than now; where but one has changed anyway, clearly less
+        enough = here - (_SIGMA**2 * max(best / degrees, 1.0) if changed < 2 else 0.0)
+        self.ratio, self.shift = state if best <= enough else kept
+        if best > enough:
+            return False
+        one = self.ratio != 1.0
+        matrix, _, excess = self.normal(one, np.zeros_like(one))
+        std[:] = np.where(self.live, 0.0, np.inf)
+        std[one] = np.sqrt(excess / np.maximum(np.diag(matrix), 1e-300))
+        return True
+
+    def _left(self, data: FloatArray) -> float:
+        """Chi-square that the best loads leave of `data`, with the gains and offsets as they are taken to be."""
+        left = self.locator()(data).residual
+        return float(np.minimum(np.where(np.isfinite(left), left, _CAPPED), _CAPPED).sum())
+
     def result(self) -> SensorHealth:
         self.leave_out()
         suspects = self.out & self.live
@@ -281,10 +332,16 @@ class _Check:
             if varied.any():
                 std[varied] = self.fit(varied, suspects)
             ratio[varied] = self.ratio[varied]
+        if self.alone(int(_changed(ratio, std).sum()), std):
+            ratio = np.where(self.live, self.ratio, np.nan)
         self.out |= (std < _TOLD) & ~(self.ratio > np.maximum(_SIGMA * std, _GONE))
         self.shift[self.out] = 0.0
-        weak = _changed(ratio, std) & (ratio < _WEAK)
-        health = np.where(self.out, Health.DEAD, np.where(weak, Health.WEAK, Health.OK))
+        feeble = np.zeros(ratio.size, dtype=bool)
+        feeble[self.live] = weak(
+            (self.ratio * self.was.array.gain)[self.live], self.was.array.select(self.live).transducers
+        )
+        feeble = (_changed(ratio, std) & (ratio < _WEAK)) | feeble
+        health = np.where(self.out, Health.DEAD, np.where(feeble, Health.WEAK, Health.OK))
         ratio, std, shift = (_check.read_only(values) for values in (ratio, std, self.shift))
         said = tuple(Health(int(h)) for h in health)
         return SensorHealth(self.finger(), ratio, std, shift, self.explained, self.share(), self.touches, said)

@@ -14,14 +14,19 @@ from .._check import FloatArray
 from ..errors import ConvergenceError
 from ..finger import Finger
 from ._forward import TERMS, Forward, checked_names
-from .calibration import Calibration, Health, Parameter, checked_touches, score
+from .calibration import Calibration, Health, Parameter, checked_touches, score, weak
+from .correlated import Residuals, correlated, scatter
+from .misfit import Misfit, misfit_of, stretched
 
 __all__ = ["calibrate"]
 
 _LINEAR = ("gain", "offset")
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
-_WEAK_SHARE = 0.2
+_MOVES = 10.0
+"""Noises from the lowest to the highest reading beyond which a sensor works, whatever its gain comes out as.
+
+Noise alone spans 8 in ten thousand touches."""
 _HEIGHTS = (1.3, 2.0, 5.0, 20.0)
 """Thicknesses tried, in depths: a base near the sensors and one far below may both be local minima."""
 
@@ -35,6 +40,7 @@ def calibrate(
     force: npt.ArrayLike | None = None,
     angle: npt.ArrayLike = 0.0,
     origin: float | None = None,
+    accept_misfit: bool = False,
 ) -> Calibration:
     """Fit a finger to touches by a line load at known positions on a motor's axis.
 
@@ -58,6 +64,8 @@ def calibrate(
         measured unit *at that load*, taken as 1 N/m: forces found with it are multiples of the calibration's.
     origin : float, optional
         Start (or, where "origin" is not fitted, value) of the origin [m]; by default found by the scan, or 0.
+    accept_misfit : bool, optional
+        Return a finger whose model is not that of the touches (`Misfit.wrong`) too, which is refused otherwise.
 
     Returns
     -------
@@ -68,7 +76,8 @@ def calibrate(
     InvalidValueError, GeometryError
         Unknown names in `fit`, shapes that do not match, readings or positions that are not finite.
     ConvergenceError
-        Fewer readings than parameters, no sensor that responds, or a fit that did not settle.
+        Fewer readings to spare than sensors, no sensor that responds, a fit that did not settle, or touches that are
+        not those of an elastic skin like the one drawn.
 
     Examples
     --------
@@ -82,6 +91,24 @@ def calibrate(
     >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
     (9.0, 5.4)
     """
+    found = fitted(finger, readings, positions, fit=fit, force=force, angle=angle, origin=origin).result()
+    if found.misfit.wrong and not accept_misfit:
+        fix = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
+        raise ConvergenceError("a model that is not that of the touches", found.misfit.verdict, fix)
+    return found
+
+
+def fitted(
+    finger: Finger,
+    readings: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    *,
+    fit: Sequence[str],
+    force: npt.ArrayLike | None = None,
+    angle: npt.ArrayLike = 0.0,
+    origin: float | None = None,
+) -> Fit:
+    """The fit that `calibrate` makes a `Calibration` of; parameters and errors as there."""
     names = checked_names(fit, (*_LINEAR, *TERMS))
     data, y, load = checked_touches(finger, readings, positions, 1.0 if force is None else force, angle)
     start = 0.0 if origin is None else _check.scalar("origin", origin, unit="m")
@@ -92,17 +119,17 @@ def calibrate(
         live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
     solution = None
     while live.any():
-        solution = _Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
+        solution = Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
         dead = live & solution.dead()
         if not dead.any():
             break
         live &= ~dead
     if solution is None or not live.any():
         raise ConvergenceError("no sensor responds to the touches", "at least one has to", "check the columns")
-    return solution.result()
+    return solution
 
 
-class _Fit:
+class Fit:
     """One weighted least-squares problem, for the sensors that are thought alive."""
 
     def __init__(
@@ -119,15 +146,17 @@ class _Fit:
     ) -> None:
         self.finger, self.names, self.positions, self.load = finger, names, positions, load
         self.live, self.scan, self.origin = live, scan, origin
-        self.data = data[:, live]
+        self.given, self.data = data, data[:, live]
         self.seen = np.isfinite(self.data)
         part = replace(finger, array=finger.array.select(live))
         self.forward = Forward(part, names)
         self.unknowns = self.forward.size + sum(name in names for name in _LINEAR) * int(live.sum())
-        if self.seen.sum() <= self.unknowns:
+        self.spare = int(self.seen.sum()) - self.unknowns
+        if self.spare < live.sum():
             seen = f"{self.seen.sum()} readings for {self.unknowns} parameters"
-            fix = "calibrate on more touches or fit fewer parameters"
-            raise ConvergenceError(seen, "more readings than parameters are needed", fix)
+            rule = "more readings than parameters are needed, by one a sensor at least: nothing else tells the misfit"
+            raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
+        self.stated = np.asarray(part.array.noise)
         self.noise = np.ones(int(live.sum()))
 
     def unit_readings(self, p: FloatArray) -> FloatArray:
@@ -158,14 +187,23 @@ class _Fit:
         unit, gain, offset = self.linear(p)
         return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
 
-    def solve(self) -> _Fit:
-        starts = self._starts()
+    def without(self, rows: npt.NDArray[np.intp]) -> Fit:
+        """The same, fitted to the other touches, from where this one came to lie."""
+        kept = np.setdiff1d(np.arange(len(self.given)), rows)
+        parts = (self.given[kept], self.positions[kept], self.load[kept])
+        part = Fit(self.finger, self.names, *parts, self.live, self.origin, scan=False)
+        part.noise = self.noise
+        return part.solve(self.p)
+
+    def solve(self, near: FloatArray | None = None) -> Fit:
+        """Settle parameters and noise; `near` a solution of nearly the same touches, where one is known."""
+        starts = self._starts() if near is None else [near]
         p = starts[0]
         if len(starts) > 1:
             p = min((self._least(start, 1e-5) for start in starts), key=lambda found: float(found.cost)).x
-        for _ in range(_ROUNDS):
+        for _ in range(_ROUNDS if near is None else 1):
             if p.size:
-                found = self._least(p, 1e-12)
+                found = self._least(p, 1e-12 if near is None else 1e-6)
                 if not found.success:
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x
@@ -173,9 +211,8 @@ class _Fit:
             rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
-            # a few touches on a known finger tell less of its noise than it knows
-            if "gain" not in self.names:
-                noise = np.maximum(noise, np.asarray(self.forward.finger.array.noise))
+            # touches that happen to fit tell less of the noise than the finger as it was
+            noise = np.maximum(noise, self.stated)
             # a floor keeps one sensor that happens to fit exactly from taking all the weight
             self.noise = np.maximum(
                 noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
@@ -232,8 +269,24 @@ class _Fit:
         covariance = (vectors[:, known] / values[known]) @ vectors[:, known].T
         # what the readings say nothing of has an infinite variance, not none
         blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
+        covariance = self._with_misfit(covariance, jacobian / size)
         covariance[blind, blind] = np.inf
         return np.asarray(covariance / np.outer(size, size))
+
+    def _with_misfit(self, covariance: FloatArray, jacobian: FloatArray) -> FloatArray:
+        """The covariance (p, p) where residuals are not white but go together over neighbouring touches."""
+        array = self.forward.apply(self.p).array
+        rest = ((self.data - self.gain * self.unit - self.offset) / self.noise)[self.seen]
+        touch, sensor = np.nonzero(self.seen)
+        moved = self.positions - self.forward.origin(self.p, self.origin)
+        at = (moved[touch] - np.asarray(array.y)[sensor]) / float(np.mean(array.depth))
+        weight = self.gain / self.noise
+        weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
+        residuals = Residuals(rest, sensor, at, weight[sensor])
+        process = correlated(residuals, jacobian)
+        if process is None:
+            return covariance
+        return np.asarray(covariance @ scatter(process, residuals, jacobian) @ covariance)
 
     def _reported_covariance(self) -> FloatArray:
         """The covariance of what is reported: infinite variances stay, and reach what rests on them."""
@@ -249,13 +302,43 @@ class _Fit:
         return np.asarray(out)
 
     def dead(self) -> npt.NDArray[np.bool_]:
-        """Which sensors' gains cannot be told from zero."""
+        """Which sensors' gains cannot be told from zero, while their readings do not move beyond noise."""
         out = np.zeros(self.live.size, dtype=bool)
         if "gain" in self.names:
             first = self.forward.size
             std = np.sqrt(np.diag(self.covariance))[first : first + self.noise.size]
-            out[self.live] = np.abs(self.gain) < _DEAD_SIGMA * std
+            out[self.live] = (np.abs(self.gain) < _DEAD_SIGMA * std) & ~self._moves()
         return out
+
+    def _moves(self) -> npt.NDArray[np.bool_]:
+        """Which sensors' readings move by many noises."""
+        out = []
+        for values, noise in zip(self.data[np.argsort(self.positions, kind="stable")].T, self.stated, strict=True):
+            seen = values[np.isfinite(values)]
+            # where no noise is stated, the steps between neighbouring touches are no smaller than it
+            least = noise if noise > 0 else np.sqrt(np.mean(np.diff(seen) ** 2) / 2)
+            out.append(np.ptp(seen) > _MOVES * least)
+        return np.array(out)
+
+    def _at_end(self) -> set[str]:
+        """Names of what is fitted and has come to an end of its range."""
+        lower, upper = self.forward.bounds()
+        near = 1e-3 * self.forward.scale()
+        at_end = (self.p <= lower + near) | (self.p >= upper - near)
+        return {name for name, part in self.forward.slices.items() if at_end[part].any()}
+
+    def _misfit(self, rest: FloatArray, r2: float, depth: float, at_end: bool) -> Misfit:
+        stated = np.where(self.stated > 0, self.stated, np.nan)
+        return misfit_of(
+            rest,
+            self.gain * self.unit,
+            self.positions,
+            self.noise,
+            share=float(np.sqrt(max(1.0 - r2, 0.0))),
+            over_noise=float(np.sqrt(np.sum((rest / stated)[self.seen] ** 2) / self.spare)),
+            stretched=stretched("depth", float(np.mean(self.forward.finger.array.depth)), depth, at_end),
+            alike=bool((self.load == self.load[0]).all()) and "gain" in self.names,
+        )
 
     def result(self) -> Calibration:
         index = np.flatnonzero(self.live)
@@ -276,27 +359,37 @@ class _Fit:
         fields["gain"][index], fields["offset"][index] = self.gain, self.offset
         fields["noise"][index] = self.noise
         finger = Finger(fitted.skin, replace(whole, **fields))
-        typical = float(np.median(np.abs(self.gain)))
         health = [Health.DEAD] * self.live.size
-        for i, g in zip(index, self.gain, strict=True):
-            health[i] = Health.WEAK if abs(g) < _WEAK_SHARE * typical else Health.OK
+        for i, feeble in zip(index, weak(self.gain, fitted.array.transducers), strict=True):
+            health[i] = Health.WEAK if feeble else Health.OK
+        ends = self._at_end()
         data = np.full((len(self.data), self.live.size), np.nan)
         data[:, self.live] = self.data
         model = np.full_like(data, np.nan)
         model[:, self.live] = self.gain * self.unit + self.offset
+        fit = score(data, model, self.live)
+        depth = float(np.mean(fitted.array.depth))
         return Calibration(
             finger=finger,
             origin=self.forward.origin(self.p, self.origin),
             parameters=tuple(
-                Parameter(name, sensor, value, float(error), unit)
+                Parameter(name, sensor, value, float(error), unit, _term(name, sensor) in ends)
                 for (name, sensor, value, unit), error in zip(parameters, std, strict=True)
             ),
             covariance=_check.read_only(covariance),
             health=tuple(health),
-            score=score(data, model, self.live),
+            score=fit,
+            spare=self.spare,
+            misfit=self._misfit(self.data - model[:, self.live], fit.r2, depth, bool(ends & {"depth", "depths"})),
             force=_check.read_only(np.hypot(*self.load.T)),
             angle=_check.read_only(np.arctan2(self.load[:, 1], self.load[:, 0])),
         )
+
+
+def _term(name: str, sensor: int | None) -> str:
+    """What `fit` calls a reported number."""
+    each = {"depth": "depths", "y": "position"}
+    return name if sensor is None else each.get(name, name)
 
 
 def _divisor(square: FloatArray) -> FloatArray:

@@ -64,6 +64,10 @@ def run_blind(options: argparse.Namespace) -> int:
         if getattr(options, name) is not None:
             rule = "with --blind nothing is known of the touches"
             raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it out")
+    for name in ("choose", "accept_misfit"):
+        if getattr(options, name):
+            rule = "it goes with touches at known positions"
+            raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it or --blind out")
     check_figure(options.figure)
     if options.out not in (None, "-"):
         check_target(options.out)
@@ -114,13 +118,11 @@ def named(file: io.FingerFile, p: BlindParameter | Parameter, missing: Any = "")
 
 
 def show_health(out: TextIO, file: io.FingerFile, found: Calibration | BlindCalibration, weak: str) -> None:
-    """Sensors that are weak or dead, and what else is doubtful."""
+    """Sensors that are weak or dead."""
     for name, what in (("weak", weak), ("dead", "left out from now on")):
         sensors = sensors_of(file, found, name)
         if sensors:
             print(f"{name}: {', '.join(sensors)} ({what})", file=out)
-    for doubt in found.doubts:
-        print(doubt, file=out)
 
 
 def _errors(options: argparse.Namespace, file: io.FingerFile, fit: tuple[str, ...]) -> dict[str, float]:
@@ -204,7 +206,9 @@ def _show(out: TextIO, file: io.FingerFile, found: BlindCalibration) -> None:
         print(f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used", file=out)
     for text in found.unknown:
         print(f"not to be known from touches: {text}", file=out)
-    show_health(out, file, found, "gain below a fifth")
+    show_health(out, file, found, "gain below half of the drawn one, as the median sensor's goes")
+    for doubt in found.doubts:
+        print(doubt, file=out)
 
 
 def _cells(p: BlindParameter) -> list[str]:

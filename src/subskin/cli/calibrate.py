@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from ..errors import ConvergenceError
 from ..io.files import write_bytes
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
+from .choose import add_choose, choice_as_json, chosen, show_choice
 from .common import add_json, add_rows, chosen_rows, describe, give, listed, number, show
 from .frames import warn_of_depths
 
@@ -21,6 +25,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
   subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,position,poisson
+  subskin calibrate finger.toml presses.csv -o calibrated.toml --choose
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --figure learnt.png
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --position-error "0.1 mm"
@@ -31,9 +36,15 @@ comments stay. Rows that --every or --rows leaves out are held out, and scored. 
 (each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
 
+With --choose, a half plane and a layer, of sensors of strain, stress and pressure, are each fitted and compared by the
+positions of touches held out: how far off, how far at worst, and how many are OK.
+
+Touches that are not those of the model end with an error, and no finger is written unless --accept-misfit is given.
+
 With --blind, nothing is known of the touches but the readings, which are tared; what is fitted is known from the
 drawing to within the errors given. What touches cannot tell, and how many would tell the rest, is said with the result.
 """
+_REFUSED = "check the kind of sensor, the skin, the positions and the loads (--force-column); or --accept-misfit"
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +63,10 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
     )
     add_rows(parser, "fit to")
+    parser.add_argument(
+        "--accept-misfit", action="store_true", help="write the finger even where its model is not that of the touches"
+    )
+    add_choose(parser)
     add_blind(parser)
     parser.add_argument("-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output")
     add_json(parser)
@@ -80,13 +95,18 @@ def run(options: argparse.Namespace) -> int:
     positions = table.numbers(options.position_column, finite=True, why="each touch's position")
     used = chosen_rows(options, len(table))
     fit = listed("gain,offset,depth,origin" if options.fit is None else options.fit)
+    touches = (readings[used], positions[used])
+    loaded = {name: values[used] for name, values in loads.items()}
+    choice = None
+    if options.choose:
+        file, fit, choice = chosen(file, fit, *touches, **loaded)
     found = calibrate(
         file.finger,
-        readings[used],
-        positions[used],
+        *touches,
         fit=fit,
         origin=None if "origin" in fit else file.origin,
-        **{name: values[used] for name, values in loads.items()},
+        accept_misfit=True,  # said, and refused, below
+        **loaded,
     )
     held = ~used & np.isfinite(readings).any(axis=1)
     score = None
@@ -97,28 +117,48 @@ def run(options: argparse.Namespace) -> int:
     if score is not None:
         facts["r2_held_out"] = float(score.r2)
     facts |= learnt(file, found)
+    refused = found.misfit.wrong and not options.accept_misfit
+    warned = (*_spare(file, found), *found.doubts)
 
     def people(out: TextIO) -> None:
-        _show(out, file, found, score)
+        if choice is not None:
+            show_choice(out, choice)
+        _show(out, file, found, score, warned)
         if options.force_column is None and "gain" in fit:
             print("forces found with this finger are multiples of the touches' load (no --force-column)", file=out)
 
-    return give(
-        options,
-        lambda: _as_json(file, found, score),
-        people,
-        {options.out: lambda to: write_bytes(to, file.with_finger(found.finger, found.origin, facts).text.encode())},
-    )
+    def write(to: str) -> None:
+        write_bytes(to, file.with_finger(found.finger, found.origin, facts).text.encode())
+
+    def as_json() -> dict[str, Any]:
+        return _as_json(file, found, score, warned) | ({} if choice is None else {"choice": choice_as_json(choice)})
+
+    give(options, as_json, people, {} if refused else {options.out: write})
+    if refused:
+        raise ConvergenceError("no finger is written", found.misfit.verdict, _REFUSED)
+    return 0
 
 
-def _as_json(file: io.FingerFile, found: Calibration, score: Score | None) -> dict[str, Any]:
+def _spare(file: io.FingerFile, found: Calibration) -> list[str]:
+    """What is said of a finger of which frames can hardly be found to be no load."""
+    spare, live = found.spare_readings(file.options.get("friction", 1.0)), int(found.finger.array.live.sum())
+    if spare >= 2:
+        return []
+    left = "no spare reading" if spare <= 0 else f"{spare} spare reading"
+    few = f"{live} live sensors leave a frame {left}, and at least 2 are wanted"
+    return [f"{few}: `locate` can hardly tell what is no single load"]
+
+
+def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]) -> dict[str, Any]:
     return {
         "origin": found.origin,
         "parameters": [
             {"name": p.name, "sensor": named(file, p, missing=None), "value": p.value, "std": p.std, "unit": p.unit}
             for p in found.parameters
         ],
-        "doubts": list(found.doubts),
+        "doubts": list(warned),
+        "misfit": dataclasses.asdict(found.misfit) | {"wrong": found.misfit.wrong, "verdict": found.misfit.verdict},
+        "spare": found.spare,
         "touches": found.score.touches,
         "r2": found.r2,
         "held_out": None if score is None else score.touches,
@@ -138,7 +178,9 @@ def _noise(found: Calibration) -> npt.NDArray[np.float64]:
     return np.asarray(found.finger.array.noise, dtype=np.float64)
 
 
-def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None) -> None:
+def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]) -> None:
+    for text in warned:
+        print(text, file=out)
     rows = []
     for p in found.parameters:
         scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
@@ -152,4 +194,5 @@ def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | N
     print(f"R^2 {found.r2:.5f} on the {found.score.touches} touches used", file=out)
     if score is not None:
         print(f"R^2 {score.r2:.5f} on the {score.touches} held out", file=out)
-    show_health(out, file, found, "below a fifth of the median gain")
+    print(found.misfit.verdict, file=out)
+    show_health(out, file, found, "below half of the median gain")

@@ -1,0 +1,191 @@
+"""Which kind of sensor and which skin: candidates compared by the positions that they find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ConvergenceError, InvalidValueError
+from ..estimate.estimate import Status
+from ..finger import Finger
+from .calibration import Calibration
+from .known import fitted
+
+__all__ = ["Choice", "Trial", "choose"]
+
+_BLOCKS = 5
+_WORST = 5.0
+"""An error of so many typical ones is one in two million where errors are Gaussian: a worst error counts from there."""
+_FEWEST = 5
+_MARGIN = 1.1
+"""Scores closer than this are a tie, which the candidate with fewer fitted numbers wins."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One candidate of `choose`; its numbers are those of touches that the fit had not seen.
+
+    Parameters
+    ----------
+    name : str
+        Of the candidate.
+    calibration : Calibration or None
+        On all touches; None where the fit failed.
+    ok : float
+        Share of the touches that are located and OK [-].
+    median, worst, rms : float
+        Error of position of these [m]; NaN where there is none.
+    held : float
+        Share of these whose 95 % interval holds the truth [-].
+    score : float
+        sqrt(rms^2 + (worst/5)^2) / ok [m]: less is better; infinite for a candidate that is out.
+    reason : str
+        Why it is out; "" where it is not.
+    """
+
+    name: str
+    calibration: Calibration | None
+    ok: float
+    median: float
+    worst: float
+    rms: float
+    held: float
+    score: float
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What `choose` found: its `trials`, best first, and the `reason` in words for taking the first."""
+
+    trials: tuple[Trial, ...]
+    reason: str
+
+    @property
+    def best(self) -> Trial:
+        """The candidate to take."""
+        return self.trials[0]
+
+
+def choose(
+    candidates: Mapping[str, tuple[Finger, Sequence[str]]],
+    readings: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    *,
+    force: npt.ArrayLike | None = None,
+    angle: npt.ArrayLike = 0.0,
+    advance: Callable[[], object] = lambda: None,
+    **options: Any,
+) -> Choice:
+    """Calibrate each candidate and compare them by the errors of positions on touches held out.
+
+    The touches are cut into five blocks of neighbours; each block is located by the finger that was fitted to the
+    others. Neighbours are alike, so that a block next to none of its own says more than every fifth touch would. A high
+    R^2 says how well readings are fitted, with a few large residuals just where positions are told: so positions are
+    compared, their worst error, and how many are OK.
+
+    Parameters
+    ----------
+    candidates : mapping
+        By name, a finger as drawn and what to fit of it (`fit` of `calibrate`).
+    readings, positions, force, angle
+        As of `calibrate`.
+    advance : callable, optional
+        Called once a candidate is done.
+    **options
+        Of `Finger.locator`: friction, search, false_alarm, ambiguity.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    InvalidValueError
+        No candidate, or fewer than ten touches.
+    ConvergenceError
+        No candidate fits the touches.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin, row = ss.HalfPlane(ss.Material(young=0.4e6)), {"count": 4, "pitch": 6e-3}
+    >>> true = ss.Finger(skin, ss.SensorArray.line(depth=5.4e-3, noise=1e-6, **row))
+    >>> positions = np.arange(-9e-3, 9e-3, 1e-3)
+    >>> touches = true.read(ss.LineLoad(1.0, position=positions), rng=np.random.default_rng(0))
+    >>> drawn = {kind: ss.SensorArray.line(depth=5e-3, transducer=kind(), **row)
+    ...          for kind in (ss.NormalStress, ss.NormalStrain)}
+    >>> found = choose({kind.__name__: (ss.Finger(skin, a), ("gain", "depth", "origin")) for kind, a in drawn.items()},
+    ...                touches, positions, friction=0)
+    >>> found.best.name
+    'NormalStrain'
+    """
+    if not candidates:
+        raise InvalidValueError("no candidate", "at least one finger has to be given")
+    count = np.shape(positions)[0] if np.ndim(positions) else 0
+    if count < 2 * _BLOCKS:
+        raise InvalidValueError(f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out")
+    trials = []
+    for name, (finger, fit) in candidates.items():
+        trials.append(_trial(name, finger, fit, (readings, positions, force, angle), options))
+        advance()
+    trials.sort(key=lambda t: t.score)
+    if not np.isfinite(trials[0].score):
+        raise ConvergenceError("no candidate fits", "; ".join(f"{t.name}: {t.reason}" for t in trials))
+    # of those that are as good as the best, the simplest
+    tied = [t for t in trials if t.score <= _MARGIN * trials[0].score]
+    best = min(tied, key=lambda t: (0 if t.calibration is None else len(t.calibration.parameters), t.score))
+    trials.remove(best)
+    return Choice((best, *trials), _reason(best, trials))
+
+
+def _trial(
+    name: str, finger: Finger, fit: Sequence[str], touches: tuple[Any, ...], options: Mapping[str, Any]
+) -> Trial:
+    nothing = (0.0, np.nan, np.nan, np.nan, np.nan, np.inf)
+    try:
+        whole = fitted(finger, *touches[:2], fit=fit, force=touches[2], angle=touches[3])
+        found = whole.result()
+        if found.misfit.wrong:
+            return Trial(name, found, *nothing, found.misfit.verdict)
+        order = np.argsort(whole.positions, kind="stable")
+        error, std = np.full((2, len(order)), np.nan)
+        for block in np.array_split(order, _BLOCKS):
+            part = whole.without(block).result()
+            at = part.finger.locator(**options)(whole.given[block])
+            sure = at.status == Status.OK
+            error[block[sure]] = (at.position - (whole.positions[block] - part.origin))[sure]
+            std[block[sure]] = at.std[sure, 0]
+    except ConvergenceError as wrong:
+        return Trial(name, None, *nothing, str(wrong))
+    ok = np.isfinite(error)
+    if ok.sum() < _FEWEST:
+        return Trial(name, found, *nothing, f"{ok.sum()} of {len(order)} touches held out are located")
+    size, share = np.abs(error[ok]), float(ok.mean())
+    rms, worst = float(np.sqrt(np.mean(size**2))), float(size.max())
+    held = float(np.mean(size <= 1.96 * std[ok]))
+    return Trial(
+        name, found, share, float(np.median(size)), worst, rms, held, float(np.hypot(rms, worst / _WORST)) / share, ""
+    )
+
+
+def _reason(best: Trial, others: Sequence[Trial]) -> str:
+    """Why the best is taken, in words."""
+    said = (
+        f"{best.name}: {100 * best.ok:.0f} % of the touches held out are OK, off by {1e3 * best.rms:.2g} mm (root mean "
+        f"square), {1e3 * best.worst:.2g} mm at worst"
+    )
+    rivals = [t for t in others if np.isfinite(t.score)]
+    if not rivals:
+        return f"{said}; it is the only candidate that fits"
+    next_ = rivals[0]
+    more = "with more fitted numbers, " if next_.score < _MARGIN * best.score else ""
+    said += f"; next is {next_.name}, {more}{1e3 * next_.rms:.2g} mm, {1e3 * next_.worst:.2g} mm at worst"
+    top = max((best, *rivals), key=lambda t: t.calibration.r2 if t.calibration is not None else -np.inf)
+    if top is not best and top.calibration is not None:
+        said += f". {top.name} has the highest R^2 ({top.calibration.r2:.5f}) and does not locate better"
+    return said

@@ -1,0 +1,64 @@
+"""The same finger file with another kind of skin or of sensor in it: candidates for a calibration to choose among."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidValueError
+from .finger_file import parse_finger
+from .units import format_quantity, rounded
+
+if TYPE_CHECKING:
+    from .finger_file import FingerFile
+
+__all__ = ["remodelled"]
+
+_THICK = 3.0
+"""Thickness of a layer that is only to be fitted, in depths of the deepest sensor: where the fit starts from."""
+
+
+def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFile:
+    r"""`file` with another `kind` of sensor, and with a "half_plane" or one bonded layer ("layers") for its `skin`.
+
+    The material stays; a layer is three depths thick until its thickness is fitted. Comments stay, but for those inside
+    a [skin] of another kind.
+
+    Raises
+    ------
+    InvalidValueError
+        Another skin in place of one of several materials, or one that is neither.
+    FileError
+        A kind of sensor that is not known.
+
+    Examples
+    --------
+    >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 6e-3\ndepth = 5e-3"
+    >>> str(remodelled(parse_finger(text), skin="layers", kind="mean_pressure").finger.skin.thickness)
+    '0.015'
+    """
+    import tomlkit
+
+    document = tomlkit.parse(file.text)
+    if kind:
+        sensors: Any = document["sensors"]
+        sensors["kind"] = kind
+    if skin:
+        material = file.finger.skin.single_material
+        if material is None or skin not in ("half_plane", "layers"):
+            seen = f"a {skin} in place of {file.finger.skin}"
+            raise InvalidValueError(seen, "only a half plane and one layer of one material stand in for each other")
+        rubber = {"young": format_quantity(material.young, "Pa"), "poisson": rounded(material.poisson)}
+        table = tomlkit.table()
+        table.add("kind", skin)
+        if skin == "half_plane":
+            table.update(rubber)
+        else:
+            layer, layers = tomlkit.table(), tomlkit.aot()
+            deepest = float(np.asarray(file.finger.array.depth).max())
+            layer.update({**rubber, "thickness": format_quantity(_THICK * deepest, "m")})
+            layers.append(layer)
+            table.add("layers", layers)
+        document["skin"] = table
+    return parse_finger(tomlkit.dumps(document), "the file as changed")
