@@ -246,11 +246,11 @@ class TestTheCommand:
         best = choice["candidates"][0]["name"]
         assert choice["reason"].startswith(best)
         assert best.startswith("normal strain of a half plane")
-        assert ss.io.load_finger("new.toml").finger.array.transducers[0] == ss.NormalStrain()
+        assert ss.load("new.toml").finger.array.transducers[0] == ss.NormalStrain()
         assert subskin("calibrate", "finger.toml", "good.csv", "--choose", "--fit", "origin").code != 0
 
     def test_candidates_are_each_kind_in_each_skin(self, folder):
-        found = cli_choose._candidates(ss.io.load_finger("finger.toml"), FIT)
+        found = cli_choose._candidates(ss.load("finger.toml"), FIT)
         assert len(found) == 2 * (3 + 1)
         for name, (file, fit) in found.items():
             layer = name.split(",")[0].endswith("a layer")

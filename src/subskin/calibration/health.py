@@ -338,7 +338,7 @@ class _Check:
         self.shift[self.out] = 0.0
         feeble = np.zeros(ratio.size, dtype=bool)
         feeble[self.live] = weak(
-            (self.ratio * self.was.array.gain)[self.live], self.was.array.select(self.live).transducers
+            (self.ratio * np.asarray(self.was.array.gain))[self.live], self.was.array.select(self.live).transducers
         )
         feeble = (_changed(ratio, std) & (ratio < _WEAK)) | feeble
         health = np.where(self.out, Health.DEAD, np.where(feeble, Health.WEAK, Health.OK))

@@ -279,7 +279,7 @@ class Fit:
         rest = ((self.data - self.gain * self.unit - self.offset) / self.noise)[self.seen]
         touch, sensor = np.nonzero(self.seen)
         moved = self.positions - self.forward.origin(self.p, self.origin)
-        at = (moved[touch] - np.asarray(array.y)[sensor]) / float(np.mean(array.depth))
+        at = (moved[touch] - np.asarray(array.y)[sensor]) / float(np.mean(np.asarray(array.depth)))
         weight = self.gain / self.noise
         weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
         residuals = Residuals(rest, sensor, at, weight[sensor])
@@ -336,7 +336,7 @@ class Fit:
             self.noise,
             share=float(np.sqrt(max(1.0 - r2, 0.0))),
             over_noise=float(np.sqrt(np.sum((rest / stated)[self.seen] ** 2) / self.spare)),
-            stretched=stretched("depth", float(np.mean(self.forward.finger.array.depth)), depth, at_end),
+            stretched=stretched("depth", float(np.mean(np.asarray(self.forward.finger.array.depth))), depth, at_end),
             alike=bool((self.load == self.load[0]).all()) and "gain" in self.names,
         )
 
@@ -368,7 +368,7 @@ class Fit:
         model = np.full_like(data, np.nan)
         model[:, self.live] = self.gain * self.unit + self.offset
         fit = score(data, model, self.live)
-        depth = float(np.mean(fitted.array.depth))
+        depth = float(np.mean(np.asarray(fitted.array.depth)))
         return Calibration(
             finger=finger,
             origin=self.forward.origin(self.p, self.origin),

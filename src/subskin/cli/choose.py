@@ -46,7 +46,7 @@ def chosen(
     if "gain" not in fit:
         raise InvalidValueError("--choose without gain in --fit", "each kind of sensor has gains of its own")
     files = _candidates(file, fit)
-    options = {"search": file.search, **file.options}
+    options: dict[str, Any] = {"search": file.search, **file.options}
     with progress_bar("candidates", len(files)) as advance:
         found = choose(
             {name: (of.finger, names) for name, (of, names) in files.items()},

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from .tables import Table
 
 __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
+
+
+Given: TypeAlias = "npt.ArrayLike | Table | Path"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +121,7 @@ class FingerFile:
         """
         return self.finger.locator(**self._with(changes))
 
-    def locate(self, readings: npt.ArrayLike | Table | Path, **changes: Any) -> Estimate:
+    def locate(self, readings: Given, **changes: Any) -> Estimate:
         """`Finger.locate` with the options of the file.
 
         Parameters
@@ -135,7 +138,7 @@ class FingerFile:
         """
         return self.finger.locate(self._readings(readings), **self._with(changes))
 
-    def fit(self, readings: npt.ArrayLike | Table | Path, family: Any = "hertz", **changes: Any) -> Estimate:
+    def fit(self, readings: Given, family: Any = "hertz", **changes: Any) -> Estimate:
         """`Finger.fit` with the options of the file.
 
         Parameters
@@ -147,7 +150,7 @@ class FingerFile:
         """
         return self.finger.fit(self._readings(readings), family, **self._with(changes))
 
-    def decide(self, readings: npt.ArrayLike | Table | Path, **changes: Any) -> TypeDecision:
+    def decide(self, readings: Given, **changes: Any) -> TypeDecision:
         """`subskin.decide.contact_type` with the options of the file that it has: search, friction, false_alarm.
 
         Parameters
@@ -164,7 +167,7 @@ class FingerFile:
             options.pop("ambiguity", None)  # of [locate]; a decision has `sure` instead
         return contact_type(self.finger, self._readings(readings), **options)
 
-    def _readings(self, given: npt.ArrayLike | Table | Path) -> Any:
+    def _readings(self, given: Given) -> Any:
         table = _table(given)
         return given if table is None else table.readings(self.names)
 
@@ -193,11 +196,6 @@ class FingerFile:
         drift : array_like, shape () or (n,), optional
             In place of the file's [reading/s].
 
-        Returns
-        -------
-        Pipeline
-            Times are in s.
-
         Raises
         ------
         InvalidValueError, GeometryError
@@ -223,7 +221,7 @@ class FingerFile:
 
     def run(
         self,
-        recording: npt.ArrayLike | Table | Path,
+        recording: Given,
         time: npt.ArrayLike | None = None,
         answer: Callable[[Any], Any] | None = None,
         *,
@@ -248,20 +246,8 @@ class FingerFile:
         frames = self._raw(recording, time)
         return self.pipeline(self.locator() if answer is None else answer, drift=drift)(*frames)
 
-    def tare(
-        self,
-        recording: npt.ArrayLike | Table | Path,
-        time: npt.ArrayLike | None = None,
-        *,
-        drift: npt.ArrayLike | None = None,
-    ) -> Tared:
-        """A raw recording with its drift taken off, in SI: its `readings` are those that `locate` takes.
-
-        Parameters
-        ----------
-        recording, time, drift
-            As of `run`.
-        """
+    def tare(self, recording: Given, time: npt.ArrayLike | None = None, *, drift: npt.ArrayLike | None = None) -> Tared:
+        """A raw recording as given to `run`, without its drift: its `readings` are what `locate` takes."""
         tared: Tared = self.pipeline(drift=drift)(*self._raw(recording, time))["tare"]
         return tared
 
@@ -312,15 +298,12 @@ class FingerFile:
         """
         if self.differences or not {"t_start", "t_end"} <= set(table.columns):
             return self
-        finger = self._ranged(-np.inf, np.inf)
-        finger = replace(finger, array=replace(finger.array, offset=0.0))
-        return replace(self, finger=finger, differences=True)
+        array = replace(self.finger.array, low=-np.inf, high=np.inf, offset=0.0)
+        return replace(self, finger=replace(self.finger, array=array), differences=True)
 
     def _ranged(self, low: npt.ArrayLike, high: npt.ArrayLike) -> Finger:
         array = self.finger.array
-        if np.array_equal(np.broadcast_to(low, len(array)), array.low) and np.array_equal(
-            np.broadcast_to(high, len(array)), array.high
-        ):
+        if np.all(np.asarray(array.low) == low) and np.all(np.asarray(array.high) == high):
             return self.finger
         return replace(self.finger, array=replace(array, low=low, high=high))
 
