@@ -189,7 +189,7 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     }
     if answers.file.length is not None:
         columns["newtons"] = found.force * answers.file.length
-    return {k: v for k, v in columns.items() if width or not ("half_width" in k or k == "spare")}
+    return {k: v for k, v in columns.items() if width or "half_width" not in k}
 
 
 def show_first(
