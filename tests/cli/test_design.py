@@ -49,7 +49,7 @@ keep = 1
 """
 
 
-QUICK = re.sub(r"\nfeature.*|\[tolerances\]\n.*\n", "", GOALS)
+QUICK = re.sub(r"\nfeature.*", "", GOALS).replace('position = "0.02 mm"', "none = true")
 """Nothing that takes long to look at closely."""
 
 
@@ -72,7 +72,8 @@ def searched(tmp_path_factory):
             _commands.subskin("design", "goals.toml", "-o", "one"),
             _commands.subskin("design", "goals.toml", "-o", "two", "--workers", 1, "--json"),
         )
-    assert [(done.code, done.err) for done in runs] == [(0, "")] * 2
+    said = [line for done in runs for line in done.err.splitlines() if "min so far" not in line]
+    assert ([done.code for done in runs], said) == ([0, 0], [])
     return folder, *runs
 
 
@@ -108,7 +109,7 @@ def test_fingers_table_and_report(searched):
     assert page.fetched == []
     assert page.pictures >= 6
     assert "A <finger> & more: a design" in text
-    assert "Why these" in text
+    assert "Why finger 1" in text
     assert "No finger within the limits meets every goal" in text
     with (folder / "one" / "designs.csv").open() as file:
         rows = list(csv.DictReader(file))

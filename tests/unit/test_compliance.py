@@ -148,3 +148,16 @@ def test_what_cannot_be_asked(tip, particle, rule):
 def test_numbers_out_of_range(bad):
     with pytest.raises(ss.errors.InvalidValueError):
         skin_compliance(finger(), PARTICLE, **bad)
+
+
+def test_neighbouring_moduli_answer_alike():
+    """A thin skin bulges up to the flat far beside the particle, first here, then there: no answer may jump at that."""
+    skin = ss.Layered(ss.Layer(ss.Material(0.6e6, 0.5), 6e-3))
+    row = ss.SensorArray.line(5, 3.8e-3, 2.55e-3, transducer=ss.MeanPressure(), noise=2.0, width=2e-3)
+    flat = ss.pressing.ParticleOnFlat(0.25e-3, 100e-6, flat_half_width=10e-3)
+    near = skin_compliance(ss.Finger(skin, row), flat, 99.5, young=[1.897e6, 1.948e6])
+    first, second = near.width_std[0, :, 0]
+    assert first == pytest.approx(second, rel=0.3)  # 0.39 and 0.067 when each press had a grid of its own
+    assert near.half_width[0, :, 0] == pytest.approx([7.93e-3, 7.45e-3], rel=0.01)
+    assert near.regime[0, :, 0].tolist() == [Regime.MIXED, Regime.MIXED]
+    assert "looks like a change of its height" in near.reason or "no skin tried" in near.reason

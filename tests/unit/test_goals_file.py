@@ -78,6 +78,24 @@ def test_quantities_arrive_in_si():
     assert (goals.effort.depths, goals.effort.pitches, goals.effort.seed) == (3, 30, 7)
 
 
+def test_tolerances_are_stated_usual_or_none():
+    start, end = GOALS.index("[tolerances]"), GOALS.index("[search]")
+    without = GOALS[:start] + GOALS[end:]
+    assert parse_goals(without).goals.tolerances is None
+    assert parse_goals(without + "[tolerances]\n").goals.tolerances is None
+    assert parse_goals(without + "[tolerances]\nnone = true\n").goals.tolerances == {}
+
+
+def test_which_finger_is_judged_and_its_blind_spots():
+    more = GOALS.replace('angle = "3 deg"', 'angle = "3 deg"\ncalibrated = "none"\nblind_spots = 0.05')
+    accuracy = parse_goals(more).goals.accuracy
+    assert (accuracy.calibrated, accuracy.blind_spots) == ("none", 0.05)
+    assert (parse_goals(GOALS).goals.accuracy.calibrated, parse_goals(GOALS).goals.accuracy.blind_spots) == (
+        "known",
+        None,
+    )
+
+
 def test_one_force_is_both():
     goals = parse_goals(GOALS.replace('force = ["20 N/m", "100 N/m"]', 'force = "30 N/m"')).goals
     assert goals.touches.force == goals.strongest == 30.0
@@ -134,6 +152,11 @@ REFUSED = {
     "of a reading": (GOALS.replace("gain = 0.01", "noise = 0.01"), "no such tolerance"),
     "long": (GOALS.replace('span = "6 mm"', "span = 6"), "line 5: [touch] span = 6"),
     "negative": (GOALS.replace('position = "0.05 mm"', 'position = "-1 mm"'), "line 36: [tolerances] position"),
+    "none and some": (GOALS.replace("gain = 0.01", "none = true"), "line 37: [tolerances] none"),
+    "calibrated": (
+        GOALS.replace('angle = "3 deg"', 'angle = 0.1\ncalibrated = "yes"'),
+        "line 9: [accuracy] calibrated",
+    ),
     "seed": (GOALS.replace("seed = 7", "seed = -1"), "[search] seed"),
     "friction": (GOALS.replace("friction = 0.5", "friction = -0.5"), "line 4: [touch] friction"),
     "unsure": (GOALS.replace('angle = "3 deg"', "angle = 0.1\nunsure = 2"), "line 9: [accuracy] unsure"),

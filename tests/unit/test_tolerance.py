@@ -9,7 +9,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import Touches, tolerance_budget, usual_tolerances
-from subskin.design.tolerance import SOURCES
+from subskin.design.tolerance import SOURCES, tolerance_outcome
 from subskin.errors import GeometryError, InvalidValueError, NotLinearError
 from subskin.plot import save, tolerance_figure
 
@@ -356,3 +356,34 @@ def test_touches_keep_only_what_is_in_the_budget():
         budget.kept(0.95, ["noise"])
     with pytest.raises(InvalidValueError, match="share = 0"):
         budget.kept(0.0)
+
+
+@pytest.mark.parametrize("method", ["known", "blind"])
+def test_what_calibration_leaves_to_first_order_is_what_it_leaves(method):
+    """Against fingers that are drawn, calibrated and located one by one."""
+    array = ss.SensorArray.line(6, pitch=1.6e-3, depth=2e-3, noise=5e-5)
+    finger, touches = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array), Touches(20.0, 0.8)
+    amounts = {"position": 5e-5, "gains": 0.05, "noise": 5e-5}
+    how = {"positions": 12, "angles": 6}
+    budget = tolerance_budget(finger, touches, amounts, self_calibration=method, calibration_draws=2, draws=2, **how)
+    real = getattr(budget.recovered[-1], method)
+    found = tolerance_outcome(finger, touches, amounts, method=method, draws=50, share=0.6827, **how)
+    assert found.calibrated.lost < 0.01
+    assert real.lost == 0
+    for name in ("position", "angle", "force"):
+        assert getattr(found.calibrated, name) == pytest.approx(getattr(real, f"{name}_rms"), rel=0.7), name
+        assert getattr(found.calibrated, name) < 0.5 * getattr(found.as_made, name) or (method, name) == (
+            "blind",
+            "force",
+        )
+
+
+def test_a_calibration_knows_what_it_cannot_fit():
+    """Wider sensors than drawn: no fit has them, so they cost what they cost, and the finger says it has more noise."""
+    array = ss.SensorArray.line(6, pitch=1.6e-3, depth=2e-3, noise=5e-6)
+    finger, touches = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array), Touches(20.0, 0.8)
+    wide = tolerance_outcome(finger, touches, {"width": 1e-3, "noise": 5e-6}, draws=10)
+    fitted = tolerance_outcome(finger, touches, {"gains": 0.01, "noise": 5e-6}, draws=10)
+    assert wide.as_made.lost > 0.5
+    assert wide.calibrated.lost < 0.1
+    assert wide.calibrated.position > 20 * fitted.calibrated.position

@@ -7,6 +7,7 @@ import json
 import math
 import re
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
@@ -217,22 +218,45 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
     console.print(table)
 
 
+_QUIET = 60.0
+"""Seconds for which a long command says nothing on a pipe."""
+
+
 @contextmanager
-def progress_bar(what: str, total: int | None) -> Iterator[Callable[..., object]]:
+def progress_bar(what: str, total: int | None, *, uneven: bool = False) -> Iterator[Callable[..., object]]:
     """A bar on standard error where that is a terminal.
 
     Yields what advances it, by one or by a number, and may then be told a better `total`; None for one not known yet.
+    Where steps are `uneven`, the bar shows the time that has passed, for that left cannot be known; and on a pipe a
+    line says every minute how far the work is.
     """
     if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda _count=1, _total=None: None
+        yield _lines(what, total) if uneven and sys.stderr is not None else (lambda _count=1, _total=None: None)
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 
-    bar = Progress(what, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True))
+    time_column = TimeElapsedColumn() if uneven else TimeRemainingColumn()
+    bar = Progress(what, BarColumn(), MofNCompleteColumn(), time_column, console=Console(stderr=True))
     with bar:
         task = bar.add_task("", total=total)
         yield lambda count=1, total=None: bar.update(task, advance=count, **({} if total is None else {"total": total}))
+
+
+def _lines(what: str, total: int | None) -> Callable[..., object]:
+    """Counts steps, and prints a line on standard error when a minute has passed since the last."""
+    start = said = time.monotonic()
+    done = 0
+
+    def advance(count: int = 1) -> None:
+        nonlocal said, done
+        done += count
+        now = time.monotonic()
+        if now - said >= _QUIET:
+            said = now
+            print(f"subskin: {what}: {done} of {total}, {(now - start) / 60:.0f} min so far", file=sys.stderr)
+
+    return advance
 
 
 @contextmanager

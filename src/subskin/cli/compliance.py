@@ -137,6 +137,7 @@ def _told(found: design.compliance.SkinCompliance, t: int, m: int, f: int) -> st
     words = {
         "TOLD": f"+-{100 * found.width_std[t, m, f]:.0f} %",
         "TIP": "too stiff",
+        "MIXED": "width hidden",
         "BLURRED": "too soft",
         "STRAINED": "strained too far",
         "SATURATED": "saturated",

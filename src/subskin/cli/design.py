@@ -56,11 +56,12 @@ def run(options: argparse.Namespace) -> int:
     if folder.exists() and not folder.is_dir():
         raise FileError(options.out, "it is a file", "name a folder: -o design")
     store = io.FolderStore(folder / "search")
+    looks = len(goals.skins) * len(goals.sensors)
     rows = len(goals.skins) * len(goals.sensors) * goals.effort.depths
     try:
-        with progress_bar("designs", rows) as advance:
+        with progress_bar("rows of designs", rows, uneven=True) as advance:
             grid = design.search_grid(goals, store=store, workers=options.workers, progress=advance)
-        with progress_bar("close looks", len(goals.skins) * len(goals.sensors)) as advance:
+        with progress_bar("close looks at skins and sensors", looks, uneven=True) as advance:
             study = design.rank_fingers(grid, workers=options.workers, progress=advance)
     except KeyboardInterrupt:
         kept = f"{len(list(store.folder.glob('*.npz')))} rows are kept in {store.folder}"
@@ -100,6 +101,17 @@ def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *
 def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignStudy, written: list[Path]) -> None:
     columns, rows, left = design.words.finger_table(study)
     show(out, study.goals.title, columns, rows, left=left)
+    words = design.words
+    best = study.fingers[0]
+    verdict = words.verdict_of(study)
+    first = (
+        f"Finger 1: {verdict}" if best.meets else f"No finger within the limits meets every goal. Finger 1: {verdict}"
+    )
+    said = [first, words.tolerances_of(study), *([] if best.spots is None else [best.spots.sentence])]
+    would = words.remedies_of(study)
+    for sentence in (*said, *would):
+        print(_wrapped(sentence), file=out)
+    print(_wrapped(f"Columns: {words.legend_of(study)}"), file=out)
     print(file=out)
     for reason in design.words.reasons_of(study, study.fingers[0].row):
         print(_wrapped(reason), file=out)
@@ -121,11 +133,32 @@ def _as_json(study: design.search.DesignStudy, written: list[Path]) -> dict[str,
             "sensor": study.goals.sensors[finger.row.sensor].name,
             **{name: getattr(finger.row, name) for name in ("count", "depth", "pitch")},
             "meets": finger.meets,
-            "checks": {c.criterion.name: {"value": c.value, "wanted": c.criterion.wanted} for c in finger.checks},
+            **{name: checked(getattr(finger, name)) for name in ("checks", "as_made", "calibrated")},
             "values": finger.values,
             "told_from_point": finger.point,
             "told_from_wide": finger.wide,
             "reasons": list(design.words.reasons_of(study, finger.row)),
+            "blind_spots": None if finger.spots is None else finger.spots.to_dict(),
         }
 
-    return {"fingers": [one(f) for f in study.fingers], "files": [str(path) for path in written]}
+    def checked(checks: tuple[design.search.Check, ...]) -> dict[str, Any]:
+        return {c.criterion.name: {"value": c.value, "wanted": c.criterion.wanted} for c in checks}
+
+    best = study.fingers[0]
+    return {
+        "verdict": design.words.verdict_of(study),
+        "remedies": {r.what: _remedy(study, r) for r in study.remedies},
+        "judged": study.goals.accuracy.calibrated,
+        "tolerances": {} if best.outcome is None else dict(best.outcome.amounts),
+        "tolerances_stated": study.goals.tolerances is not None,
+        "fingers": [one(f) for f in study.fingers],
+        "files": [str(path) for path in written],
+    }
+
+
+def _remedy(study: design.search.DesignStudy, remedy: design.search.Remedy) -> dict[str, Any]:
+    row, goals = remedy.row, study.goals
+    if row is None:
+        return {"value": None}
+    names = {"skin": goals.skins[row.skin].name, "sensor": goals.sensors[row.sensor].name}
+    return {"value": remedy.value, **names, "count": row.count, "depth": row.depth, "pitch": row.pitch}

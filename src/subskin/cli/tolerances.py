@@ -167,11 +167,12 @@ def _show(out: TextIO, budget: design.tolerance.ToleranceBudget, needed: tuple[d
             scale * getattr(row, f"{name}_{kind}") for name, scale in _SCALES.items() for kind in ("rms", "worst")
         ]
         cells = [_small(e) for e in errors] + [number(100 * row.lost, 3)]
-        rows.append([_NAMES.get(row.source, row.source), _amount(row.amount, row), *cells])
+        rows.append([_named(row.source), _amount(row.amount, row), *cells])
     title = f"rms errors, and at the worst touch what {100 * budget.quantile:g} % of the fingers stay within"
     show(out, title, columns, rows)
+    print("lost: share of touches that are not OK any more: ambiguous, or no load explains them", file=out)
     if needed:
-        rows = [[n.source, *(_amount(a, n) for a in (n.amount, n.alone, n.shared))] for n in needed]
+        rows = [[_named(n.source), *(_amount(a, n) for a in (n.amount, n.alone, n.shared))] for n in needed]
         show(out, "how tight each has to be", ["", "given", "by itself", "beside the others"], rows)
     if budget.recovered:
         _show_recovered(out, budget)
@@ -189,12 +190,20 @@ def _show_recovered(out: TextIO, budget: design.tolerance.ToleranceBudget) -> No
             for name, scale in _SCALES.items()
             for kind in kinds
         ]
-        rows.append([_NAMES.get(r.source, r.source), *cells])
+        rows.append([_named(r.source), *cells])
     show(out, "rms errors as drawn, and after self-calibration", columns, rows)
     for r in budget.recovered:
         for kind, count in r.failed:
             if count:
-                print(f"{r.source}: {count} calibrations ({kind}) did not settle", file=out)
+                print(f"{_named(r.source)}: {count} calibrations ({kind}) did not settle", file=out)
+
+
+def _named(source: str) -> str:
+    """A source in words, with the name of its option where the words are not that."""
+    if source in _NAMES:
+        return _NAMES[source]
+    text = design.tolerance.SOURCES[source].text
+    return text if text == source else f"{source}: {text}"
 
 
 def _small(value: float) -> str:

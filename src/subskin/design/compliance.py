@@ -23,6 +23,12 @@ __all__ = ["Regime", "SkinCompliance", "skin_compliance"]
 _STEP = 0.05
 """Step of the logarithms by which width, height and force are varied."""
 _SEEN = 5.0
+_BESIDE = 4.0
+"""A contact wider than so many particles is one with the flat beside it."""
+_ROOM, _RUNG = 1.15, 2**0.25
+"""How much wider than the contact a window is, and the ladder on which windows of neighbouring cells are the same."""
+_NODES, _FINE, _MOST_NODES = 1024, 24, 4096
+"""Nodes of a window: so many at least, and so many across what touches the particle."""
 _MODULI = tuple(np.geomspace(0.03e6, 30e6, 16).tolist())
 
 
@@ -32,13 +38,16 @@ class Regime(IntEnum):
     TOLD = 0
     """The particle is noticed, and its width told."""
     TIP = 1
-    """Too stiff: the particle carries most of the force; the skin hardly reaches the flat beside it, if at all."""
+    """Too stiff: the particle carries most of the force, and the skin touches little beside it."""
     BLURRED = 2
     """Too soft: the flat around the particle carries most, and the particle's share of the readings is too small."""
     STRAINED = 3
     """So soft that the strains are beyond the theory of small ones."""
     SATURATED = 4
     """A sensor reads beyond its range."""
+    MIXED = 5
+    """The particle carries most of the force, and yet the skin touches the flat far beside it: its height and the force
+    do to the readings what its width does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,9 +178,11 @@ def skin_compliance(
             if progress is not None:
                 progress()
     told = (values["seen"] >= _SEEN) & (values["width_std"] <= wanted)
+    most = values["load_share"] > 0.5
+    beside = values["half_width"] > _BESIDE * particle.half_width
     regime = np.select(
-        [np.isnan(values["seen"]), values.pop("saturated") == 1, told, values["load_share"] > 0.5],
-        [int(r) for r in (Regime.STRAINED, Regime.SATURATED, Regime.TOLD, Regime.TIP)],
+        [np.isnan(values["seen"]), values.pop("saturated") == 1, told, most & beside, most],
+        [int(r) for r in (Regime.STRAINED, Regime.SATURATED, Regime.TOLD, Regime.MIXED, Regime.TIP)],
         int(Regime.BLURRED),
     )
     best, reason = _recommended(thick, moduli, forces, regime, values["width_std"], wanted)
@@ -248,17 +259,19 @@ class _Study:
         particle = self.particle
         wide, tall, ends = particle.half_width, particle.protrusion, particle.flat_half_width
         flat: Indenter = RoundedFlat(ends) if np.isfinite(ends) else Flat()
-        here, alone = self._pressed(particle, force), self._pressed(flat, force)
+        bodies = [(particle, 1.0), (flat, 1.0)]
+        # one grid for all, so that a change of the readings is one of the contact, not of the grid
+        steps = [np.exp(_STEP), np.exp(-_STEP)]
+        bodies += [(replace(particle, half_width=s * wide), 1.0) for s in steps]
+        bodies += [(replace(particle, protrusion=s * tall), 1.0) for s in steps]
+        bodies += [(particle, s) for s in steps]
+        here, alone, *varied = self._on_one_grid([(body, s * force) for body, s in bodies])
         contact, h = here.contact, _STEP * wide
         reading = _signal(self.finger, contact)
         change = reading - _signal(self.finger, alone.contact)
-        steps = [np.exp(_STEP), np.exp(-_STEP)]
-        pairs = [
-            [self._pressed(replace(particle, half_width=s * wide), force).contact for s in steps],
-            [self._pressed(replace(particle, protrusion=s * tall), force).contact for s in steps],
-            [PressureProfile(contact.nodes + by, contact.node_pressure, contact.node_shear) for by in (h, -h)],
-            [self._pressed(particle, s * force).contact for s in steps],
-        ]
+        moved = [PressureProfile(contact.nodes + by, contact.node_pressure, contact.node_shear) for by in (h, -h)]
+        others = [found.contact for found in varied]
+        pairs = [others[0:2], others[2:4], moved, others[4:6]]
         slopes = [(_signal(self.finger, up) - _signal(self.finger, down)) / (2 * _STEP) for up, down in pairs]
         on_top = np.abs(here.y) <= particle.half_width
         return {
@@ -270,10 +283,27 @@ class _Study:
             "slopes": np.stack(slopes, axis=-1),
         }
 
-    def _pressed(self, body: Indenter, force: float) -> ContactSolution:
+    def _on_one_grid(self, bodies: list[tuple[Indenter, float]]) -> list[ContactSolution]:
+        """Presses by forces in a window that is wide enough for all."""
+        particle, period = self.particle, self.finger.skin.period
+        widest = 2 * particle.flat_half_width if np.isfinite(particle.flat_half_width) else 0.5 * period
+        free = [self._pressed(body, force, None, None) for body, force in (bodies[0], bodies[1])]
+        reach = max(2 * float(np.abs(f.y[f.pressure > 0]).max()) for f in free)
+        narrow = 2 * float(np.abs(free[0].y[(free[0].pressure > 0) & (np.abs(free[0].y) <= particle.half_width)]).max())
+        while True:
+            window = min(float(_RUNG ** np.ceil(np.log(_ROOM * reach) / np.log(_RUNG))), widest)
+            nodes = int(np.clip(2 ** np.ceil(np.log2(_FINE * window / narrow)), _NODES, _MOST_NODES))
+            try:
+                return [self._pressed(body, force, window, nodes) for body, force in bodies]
+            except GeometryError:  # one of them touches beyond
+                if window >= widest:
+                    raise
+                reach *= 1.3
+
+    def _pressed(self, body: Indenter, force: float, window: float | None, nodes: int | None) -> ContactSolution:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ValidityWarning)
-            found = press(self.finger.skin, body, force=force)
+            found = press(self.finger.skin, body, force=force, window=window, nodes=nodes)
         if found.status not in (PressStatus.OK, PressStatus.COARSE):
             raise InvalidValueError(f"a press by {force:.6g} N/m", f"it did not settle: {found.reason}")
         return found
@@ -318,8 +348,10 @@ def _recommended(
     if usable[t, m] < forces.size:
         missing = ", ".join(why(m, int(f)) for f in np.flatnonzero(~told[t, m]))
         served = (forces / moduli[:, None])[told[t]]
-        apart = f"one skin serves forces up to {served.max() / served.min():.2g} times apart"
-        return (t, m), f"{head} comes nearest: no skin tried serves all of {span}; {missing}; {apart}"
+        ratio = served.max() / served.min()
+        apart = f"a skin of one modulus serves forces of which the largest is {ratio:.2g} times the smallest"
+        apart = f"; {apart}" if ratio > 1.005 else ""
+        return (t, m), f"{head} comes nearest: no skin tried serves all of {span}; {missing}{apart}"
     serves = np.flatnonzero(usable[t] == forces.size)
     low, high = moduli[serves[0]], moduli[serves[-1]]
     between = f"{low / 1e6:.3g} MPa" if low == high else f"{low / 1e6:.3g} to {high / 1e6:.3g} MPa"
@@ -335,6 +367,7 @@ def _recommended(
 
 _WHY = {
     Regime.TIP: "the skin hardly touches more than the particle's top",
+    Regime.MIXED: "its width looks like a change of its height or of the force, the flat beside it being touched too",
     Regime.BLURRED: "its width is lost beside the flat around it",
     Regime.STRAINED: "the strains are beyond the theory",
     Regime.SATURATED: "a sensor reads beyond its range",

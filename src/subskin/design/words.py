@@ -10,9 +10,21 @@ import numpy as np
 from .._check import FloatArray
 from ._common import stretch
 from .search import Check, Criterion, DesignedFinger, DesignGrid, DesignStudy, Goals, Row
+from .tolerance import SOURCES
 from .touches import Touches
 
-__all__ = ["finger_table", "force_in_words", "held", "in_words", "reasons_of"]
+__all__ = [
+    "amount_in_words",
+    "finger_table",
+    "force_in_words",
+    "held",
+    "in_words",
+    "legend_of",
+    "reasons_of",
+    "remedies_of",
+    "tolerances_of",
+    "verdict_of",
+]
 
 _NEAR = 1.1
 """A design within this of the best excess is as good as that."""
@@ -66,6 +78,118 @@ def held(sentence: str) -> str:
     return re.sub(r"(?<=\d) (?=%|mm|N/m)", "\xa0", sentence)
 
 
+def amount_in_words(source: str, amount: float, unit: str) -> str:
+    """The amount of a tolerance in the unit that people use; `unit` is that of the readings.
+
+    Examples
+    --------
+    >>> amount_in_words("depth", 5e-5, "Pa"), amount_in_words("gains", 0.05, "Pa"), amount_in_words("offset", 2.0, "Pa")
+    ('0.05 mm', '5 %', '2 Pa')
+    """
+    if SOURCES[source].unit == "reading":
+        return f"{amount:.3g} {unit}".strip()
+    return f"{amount:g}" if source == "poisson" else in_words(amount, SOURCES[source].unit)
+
+
+_AFTER = {
+    "known": "calibrated on touches at known positions",
+    "blind": "calibrated on touches of which nothing is known",
+}
+
+
+def verdict_of(study: DesignStudy) -> str:
+    """Whether the first finger meets every goal, and whether as made or only once it is calibrated.
+
+    A finger that meets them calibrated alone is said to, with what it misses as made; so is one that would meet them.
+    """
+    best, calibrated = study.fingers[0], study.goals.accuracy.calibrated
+    after = _AFTER["blind" if calibrated == "blind" else "known"]
+    if best.outcome is None:
+        if best.meets:
+            return "It meets every goal. Only the noise of the sensors is counted, no tolerance of the making."
+        return f"It misses: {_missed(best.checks)}."
+    if best.meets and _met(best.as_made):
+        return f"It meets every goal as it is made{f', and {after}' if _met(best.calibrated) else ''}."
+    if best.meets:
+        return f"It meets every goal once it is {after}. As made it misses: {_missed(best.as_made)}."
+    if _met(best.calibrated):
+        return f"As made it misses: {_missed(best.as_made)}. It would meet every goal {after}."
+    return f"It misses{'' if calibrated == 'none' else f', {after}'}: {_missed(best.checks)}."
+
+
+def tolerances_of(study: DesignStudy) -> str:
+    """Which tolerances of the making are counted, and whether they were stated."""
+    best, stated = study.fingers[0], study.goals.tolerances
+    if best.outcome is None:
+        return "No tolerances of the making are counted, only the noise of the sensors."
+    unit = study.goals.sensors[best.row.sensor].transducer.unit
+    listed = ", ".join(
+        f"{SOURCES[name].text} {amount_in_words(name, amount, unit)}"
+        for name, amount in best.outcome.amounts.items()
+        if name != "noise"
+    )
+    who = "The tolerances that were stated" if stated else "No tolerances were stated. The usual ones"
+    return f"{who} are counted, as standard deviations: {listed}."
+
+
+def remedies_of(study: DesignStudy) -> tuple[str, ...]:
+    """What would do where no design of the grid does, one sentence a change; none where one does."""
+    goals, room = study.goals, study.goals.room
+    found = {remedy.what: remedy for remedy in study.remedies}
+    if not found:
+        return ()
+    borne, force, young, depth, count = (found[name] for name in ("borne", "force", "young", "depth", "count"))
+    out = []
+    if np.isfinite(borne.value):
+        out.append(
+            f"The largest force that a design within the limits bears is {borne.value:.3g} N/m "
+            f"({_row(goals, borne.row)}), and {goals.strongest:.6g} N/m has to be borne."
+        )
+    if np.isfinite(force.value) and force.value < goals.strongest:
+        out.append(f"A strongest force of {force.value:.3g} N/m would do: {_row(goals, force.row)}.")
+    if young.row is not None:
+        own = goals.skins[young.row.skin]
+        base = own.skin.material_at(young.row.depth).young
+        out.append(
+            f"A skin {young.value:.3g} times as stiff would do, {young.value * base / 1e6:.3g} MPa instead of "
+            f"{base / 1e6:.3g} MPa: {_row(goals, young.row)}."
+        )
+    if depth.row is not None:
+        ends = " to ".join(in_words(end, "m") for end in dict.fromkeys(room.depth))
+        out.append(f"A depth of {in_words(depth.value, 'm')} would do instead of {ends}: {_row(goals, depth.row)}.")
+    if count.row is not None:
+        out.append(f"{count.value:.0f} sensors instead of {room.count[1]} would do: {_row(goals, count.row)}.")
+    names = {"force": "a smaller force", "young": "another modulus", "depth": "another depth", "count": "more sensors"}
+    no = [text for name, text in names.items() if not np.isfinite(found[name].value)]
+    if no:
+        listed = f"{', '.join(no[:-1])} or {no[-1]}" if len(no) > 1 else no[0]
+        out.append(f"No way was found to meet the goals with {listed} alone.")
+    out.append("All this counts noise alone.")
+    return tuple(out)
+
+
+def _row(goals: Goals, row: Row | None) -> str:
+    if row is None:
+        return ""
+    return (
+        f"{row.count} × {goals.sensors[row.sensor].name}, {in_words(row.pitch, 'm')} apart, "
+        f"{in_words(row.depth, 'm')} deep in “{goals.skins[row.skin].name}”"
+    )
+
+
+def _met(checks: tuple[Check, ...]) -> bool:
+    return all(check.ratio <= 1 for check in checks)
+
+
+def _missed(checks: tuple[Check, ...]) -> str:
+    """What is missed, and by how much."""
+    return "; ".join(
+        f"{_does(c.criterion, c.value)} (at most {in_words(c.criterion.wanted, c.criterion.unit)} wanted)"
+        for c in checks
+        if not c.ratio <= 1
+    )
+
+
 def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     """Why a row is as it is: its count, depth and pitch, its kind of sensor and skin, and what limits it.
 
@@ -77,9 +201,13 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf)
     own, depths, pitches = excess[k, m, :, :, n], grid.depths[k], grid.pitches
     d, s = (int(np.argmin(np.abs(np.log(tried / at)))) for tried, at in ((depths, row.depth), (pitches, row.pitch)))
-    fewer = f": {row.count - 1} {_other(study, excess, (k, m, n - 1))}" if n else " are the fewest that were allowed"
+    fewer = (
+        f"; with {row.count - 1} the best {_other(study, excess, (k, m, n - 1))}"
+        if n
+        else ", the fewest that were allowed"
+    )
     reasons = [
-        _limit(study.looked[which]),
+        _limit(study.goals, study.looked[which]),
         f"{row.count} sensors{fewer}.",
         _span("Depth", row.depth, depths, own.min(axis=1), d, ("shallower", "deeper"), ", with a pitch that suits it",
               lambda i: _worst(grid, (k, m, i, int(np.argmin(own[i])), n))),
@@ -88,7 +216,7 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     others = [("sensor", kind.name, (k, i, n)) for i, kind in enumerate(study.goals.sensors) if i != m]
     others += [("skin", skin.name, (i, m, n)) for i, skin in enumerate(study.goals.skins) if i != k]
     for what, name, other in others:
-        reasons.append(f'With {what} "{name}" as many sensors {_other(study, excess, other)}.')
+        reasons.append(f'With {what} "{name}" the best of as many sensors {_other(study, excess, other)}.')
     told = np.where(np.isfinite(own), grid.values["log_det"][k, m, :, :, n], -np.inf)
     d, s = (int(i) for i in np.unravel_index(np.argmax(told), told.shape))
     if np.isfinite(told[d, s]) and own[d, s] > 1:
@@ -100,12 +228,13 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     return tuple(reasons)
 
 
-def _limit(checks: tuple[Check, ...]) -> str:
+def _limit(goals: Goals, checks: tuple[Check, ...]) -> str:
     tight = max(checks, key=lambda check: check.ratio)
     most = in_words(tight.criterion.wanted, tight.criterion.unit)
     wanted = f"{_does(tight.criterion, tight.value)}, at most {most} wanted"
     if tight.ratio <= 1:
-        return f"All goals are met. The tightest: {wanted}."
+        needs = goals.tolerances != {} and goals.accuracy.calibrated != "none"
+        return f"All goals are met{' once it is calibrated' if needs else ''}. The tightest: {wanted}."
     more = sum(check.ratio > 1 for check in checks) - 1
     return f"Not met: {wanted}{f', and {more} more' if more else ''}."
 
@@ -114,15 +243,15 @@ def _other(study: DesignStudy, excess: FloatArray, which: tuple[int, int, int]) 
     """What the best row of a skin, kind and count does: of close looks, or else of the grid."""
     if which in study.looked:
         tight = max(study.looked[which], key=lambda check: check.ratio)
-        return "meet the goals too" if tight.ratio <= 1 else f"miss the goals: {_does(tight.criterion, tight.value)}"
+        return "meets the goals too" if tight.ratio <= 1 else f"misses the goals: {_does(tight.criterion, tight.value)}"
     k, m, n = which
     plane = excess[k, m, :, :, n]
     d, s = (int(i) for i in np.unravel_index(np.argmin(plane), plane.shape))
     if not np.isfinite(plane[d, s]):
-        return "find no room, or do not feel all touches"
+        return "finds no room, or does not feel all touches"
     if plane[d, s] <= 1:
-        return "can do all that was searched for too, and were not looked at closely"
-    return f"leave at best {_worst(study.grid, (k, m, d, s, n))}, on the grid"
+        return "meets what the grid looks at, and was not looked at closely"
+    return f"misses the goals on the grid: {_worst(study.grid, (k, m, d, s, n))}"
 
 
 def _worst(grid: DesignGrid, index: tuple[int, ...]) -> str:
@@ -162,9 +291,7 @@ def _span(
 def finger_table(study: DesignStudy) -> tuple[list[str], list[list[str]], int]:
     """Columns, one row for each finger of `study`, and how many of the first columns are text.
 
-    Errors are those that 95 % of the touches keep, the tolerances of making included where they were stated; unsure is
-    the share of touches that are ambiguous or not felt, two the distance at which two are told from one. What there was
-    no choice of has no column.
+    `legend_of` says what the columns are. What there was no choice of has no column.
     """
     goals = study.goals
     choices = (len(goals.sensors) > 1) + (len(goals.skins) > 1)
@@ -172,12 +299,32 @@ def finger_table(study: DesignStudy) -> tuple[list[str], list[list[str]], int]:
     return list(rows[0]), [list(row.values()) for row in rows], 2 + choices
 
 
+def legend_of(study: DesignStudy) -> str:
+    """What the columns of `finger_table` are."""
+    accuracy, outcome = study.goals.accuracy, study.fingers[0].outcome
+    ratio = "how many times too large the worst value is"
+    if outcome is None or accuracy.calibrated == "none":
+        parts = [f"goals: met, or {ratio}{'' if outcome is None else ' as made'}"]
+    else:
+        parts = [f"goals: met as made, met once it is calibrated, or {ratio} then"]
+    lost = "share of touches that are ambiguous or not felt"
+    if outcome is not None:
+        lost = f"share of touches that are ambiguous, not felt or lost by a finger {_AFTER[outcome.method]}"
+    parts += ["position, angle: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
+    if outcome is not None:
+        parts.append("as made: the same share before a calibration")
+    if accuracy.feature is not None:
+        parts.append("two: distance from which two touches are told from one")
+    return "; ".join(parts) + "."
+
+
 def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
     row = finger.row
     values = finger.values | {check.criterion.name: check.value for check in finger.checks}
-    # how many times what was wanted, never rounded down to 1
-    times = f"{np.ceil(100 * finger.excess) / 100:.3g} x" if np.isfinite(finger.excess) else "not met"
-    cells = {"": str(rank), "goals": "met" if finger.meets else times}
+    cells = {
+        "": str(rank),
+        "goals": "calibrated" if finger.meets and not _met(finger.as_made) else _times(finger.checks),
+    }
     if len(goals.sensors) > 1:
         cells["sensor"] = goals.sensors[row.sensor].name
     if len(goals.skins) > 1:
@@ -188,8 +335,20 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
         "depth": in_words(row.depth, "m"),
         "position": in_words(values["position_95"], "m"),
         "angle": in_words(values["angle_95"], "rad") if goals.touches.friction > 0 else "-",
-        "unsure": in_words(values["unsure"], ""),
     }
+    if finger.outcome is None:
+        cells["unsure"] = in_words(values["unsure"], "")
+    else:
+        for name, checks in (("unsure", finger.calibrated), ("as made", finger.as_made)):
+            cells[name] = next(in_words(c.value, "") for c in checks if c.criterion.name == "unsure")
     if goals.accuracy.feature is not None:
         cells["two"] = in_words(finger.point, "m")
     return cells
+
+
+def _times(checks: tuple[Check, ...]) -> str:
+    """Met, or how many times what was wanted the worst is, never rounded down to 1."""
+    excess = max(check.ratio for check in checks)
+    if excess <= 1:
+        return "met"
+    return f"{np.ceil(100 * excess) / 100:.3g} x" if np.isfinite(excess) else "not met"

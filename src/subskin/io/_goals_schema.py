@@ -36,6 +36,8 @@ class AccuracyTable(StrictTable):
     angle: _Angle | None = None
     force: Number | None = None
     unsure: Number = 0.01
+    blind_spots: Number | None = None
+    calibrated: StrictStr = "known"
 
 
 class RoomTable(StrictTable):
@@ -83,5 +85,5 @@ class GoalsDocument(StrictTable):
     room: RoomTable
     sensor: Annotated[list[SensorTable], Field(min_length=1)]
     skin: Annotated[list[SkinChoiceTable], Field(min_length=1)]
-    tolerances: dict[str, Any] = Field(default_factory=dict)
+    tolerances: dict[str, Any] | None = None
     search: EffortTable = EffortTable()

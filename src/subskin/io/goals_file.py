@@ -117,7 +117,7 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
             raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
         touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2), touch.length)
     with about("accuracy"):
-        wanted = Accuracy(accuracy.position, accuracy.angle, accuracy.force, accuracy.unsure, touch.feature)
+        wanted = Accuracy(**accuracy.model_dump(), feature=touch.feature)
     with about("room"):
         space = Room((counts[0], counts[1]), (depths[0], depths[1]), room.least_pitch, longest)
     sensors = tuple(_sensor(table, i) for i, table in enumerate(document.sensor))
@@ -125,7 +125,7 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
     with about("search"):
         effort = Effort(**document.search.model_dump())
     keys = {"span": ("touch", "span"), "largest_strain": ("touch", "largest_strain")}
-    keys |= {name: ("tolerances", name) for name in document.tolerances}
+    keys |= {name: ("tolerances", name) for name in document.tolerances or ()}
     try:
         return Goals(
             touches=touches, strongest=forces[1], accuracy=wanted, sensors=sensors, skins=skins, room=space,
@@ -136,8 +136,15 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
         raise Misplaced(error, *keys.get(key_of(error), (key_of(error),))) from None
 
 
-def _tolerances(table: Mapping[str, Any]) -> dict[str, float]:
-    """Amounts of the sources of error, each in its unit."""
+def _tolerances(table: Mapping[str, Any] | None) -> dict[str, float] | None:
+    """Amounts of the sources of error, each in its unit; nothing where the usual ones are meant."""
+    if not table:
+        return None
+    if table.get("none") is True and len(table) == 1:
+        return {}
+    if "none" in table:
+        rule, fix = "it stands alone, and is true", "[tolerances] none = true, or the amounts without it"
+        raise Misplaced(InvalidValueError(f"none = {table['none']!r}", rule, fix), "tolerances", "none")
     amounts = {}
     for name, value in table.items():
         if name not in _TOLERANCES:

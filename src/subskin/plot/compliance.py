@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
+from matplotlib.patches import Patch
 
 from .._check import FloatArray
 from ..array import SensorArray
@@ -28,6 +30,7 @@ __all__ = ["compliance_figure", "figure_17"]
 _LOOKS = {
     Regime.TOLD: ("#D9F0E6", "width told"),
     Regime.TIP: ("#F7E3D6", "too stiff"),
+    Regime.MIXED: ("#EFE6F2", "width hidden"),
     Regime.BLURRED: ("#D6E8F5", "too soft"),
     Regime.STRAINED: ("#EEEEEE", "strained too far"),
     Regime.SATURATED: ("#EEEEEE", "saturated"),
@@ -63,7 +66,7 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
     """
     if found.young.size < 3:
         raise GeometryError(f"{found.young.size} moduli", "three or more are needed to draw a change")
-    figure = new_figure(DOUBLE, 128.0)
+    figure = new_figure(DOUBLE, 140.0)
     grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
     sketches = _row(figure, grid, 0)
     pressures = _row(figure, grid, 1, beneath=sketches[0])
@@ -126,16 +129,16 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     moduli = found.young / 1e6
     ends = _between(moduli)
     regimes = found.regime[t, :, f]
+    bands: list[Artist] = []
     for r in dict.fromkeys(int(v) for v in regimes):
         colour, name = _LOOKS[Regime(r)]
         for first, last in _runs(regimes == r):
             axes.axvspan(ends[first], ends[last + 1], color=colour, linewidth=0, zorder=0)
-            middle = np.sqrt(ends[first] * ends[last + 1])
-            axes.text(middle, 0.97, name, ha="center", va="top", transform=axes.get_xaxis_transform(), fontsize=7.5)
+        bands.append(Patch(color=colour, label=name))
     axes.set(xscale="log", xlim=(ends[0], ends[-1]))
     lines = axes.plot(moduli, 100 * found.load_share[t, :, f], color=VERMILLION, label="force on the particle")
     lines += axes.plot(moduli, 100 * found.reading_share[t, :, f], color=GREEN, label="change of the readings by it")
-    axes.set(ylim=(0, 126), yticks=[0, 25, 50, 75, 100], xlabel="modulus of the skin [MPa]", ylabel="share [%]")
+    axes.set(ylim=(0, 112), yticks=[0, 25, 50, 75, 100], xlabel="modulus of the skin [MPa]", ylabel="share [%]")
     wide = axes.twinx()
     wide.spines["right"].set_visible(True)
     ratio = found.half_width[t, :, f] / found.particle.half_width
@@ -146,8 +149,10 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     wide.axhline(1.0, color=BLUE, linewidth=0.5)
     for letter, m in zip("abc", chosen, strict=True):
         axes.text(moduli[m], 102.0, letter, ha="center", va="bottom", fontweight="bold", color=BLACK)
-    white: dict[str, Any] = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.8}
-    axes.legend(handles=lines, loc="center right", bbox_to_anchor=(1.0, 0.66), **white)
+    # beneath the axes: bands can be narrower than their names, and curves go anywhere
+    place: dict[str, Any] = {"loc": "upper center", "ncols": 3, "frameon": False}
+    axes.add_artist(axes.legend(handles=lines, bbox_to_anchor=(0.5, -0.22), **place))
+    axes.legend(handles=bands, bbox_to_anchor=(0.5, -0.32), **place | {"ncols": len(bands)})
 
 
 def _between(values: FloatArray) -> FloatArray:

@@ -128,9 +128,9 @@ def _nyquist(upper: Axes, lower: Axes, found: SpatialResponse) -> None:
         at = 0.5 / (MM * float(gaps.mean()))
         for axes in (upper, lower):
             axes.axvline(at, color=GREY, lw=0.7, ls=(0, (2, 2)), zorder=0.6)
-        if 0.25 < at * MM / float(found.frequency.max()) < 0.9:  # beside the title, within the panel
-            note: dict[str, Any] = {"ha": "center", "fontsize": 7, "color": GREY}
-            upper.annotate("two pitches", (at, 1.0), (0, 2), ("data", "axes fraction"), "offset points", **note)
+        if 0.1 < at * MM / float(found.frequency.max()) < 0.95:  # within the panel, along the line
+            note: dict[str, Any] = {"ha": "right", "va": "bottom", "rotation": 90, "fontsize": 7, "color": GREY}
+            upper.annotate("two pitches", (at, 0.04), (-1, 0), ("data", "axes fraction"), "offset points", **note)
 
 
 @finished

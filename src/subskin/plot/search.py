@@ -77,13 +77,16 @@ def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger,
     axes.set_facecolor("#EEEEEE")
     if min(shown.shape) > 1:
         look: dict[str, Any] = {"cmap": "cividis_r", "shading": "nearest", "rasterized": True}
-        mesh = axes.pcolormesh(pitches, depths, shown, norm=LogNorm(0.2, _TOP), **look)
+        seen = shown[np.isfinite(shown)]
+        good = bool((seen <= 1).any())  # else colours are for how far off the designs are, not for what none reaches
+        low, high = (0.2, _TOP) if good or not seen.size else (float(seen.min()), float(seen.max()))
+        mesh = axes.pcolormesh(pitches, depths, shown, norm=LogNorm(low, max(high, 1.5 * low)), **look)
         axes.set(xscale="log", yscale="log")
         filled = np.where(np.isfinite(excess), excess, 2 * _TOP)
         if (filled <= 1).any():
             axes.contour(pitches, depths, filled, levels=[1.0], colors=[BLACK], linewidths=1.2)
         bar = figure.colorbar(mesh, ax=axes, label="worst ratio to what is wanted")
-        plain(bar.ax.yaxis, [0.2, 0.5, 1, 2, 5, 10, 30])
+        plain(bar.ax.yaxis, [0.2, 0.5, 1, 2, 5, 10, 30] if good else _ticks(low, max(high, 1.5 * low)))
     plain(axes.xaxis, _ticks(pitches[0], pitches[-1]))
     plain(axes.yaxis, _ticks(depths[0], depths[-1]))
     axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=VERMILLION, mew=1.6, ms=7)

@@ -82,9 +82,9 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid
         case = _case(skin, gap, load, (-grid.window / 2, grid.window / 2), count, grid)
         case, state = _whole(case, solve(case), indenter, "give a wider window, or less force")
         where = _touches_beyond(skin, indenter, case, state)
-        if where is not None:
+        if where:
             seen = f"a window of {grid.window:.6g} m"
-            rule = f"beyond it, at y = {where:.6g} m from the indenter's centre, the bodies overlap"
+            rule = f"beyond it, at y = {where[0]:.6g} m from the indenter's centre, the bodies overlap"
             raise GeometryError(seen, rule, "a wider window, or none")
         return case, state
     low, high = _window(skin, indenter, gap, load, grid.datum)
@@ -97,9 +97,9 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid
             low, high = low - grow * cut[0], high + grow * cut[1]
             continue
         where = _touches_beyond(skin, indenter, case, state)
-        if where is None:
+        if not where:
             return case, state
-        low, high = min(low, where - grow), max(high, where + grow)
+        low, high = min(low, *(y - grow for y in where)), max(high, *(y + grow for y in where))
         low, high = max(low, indenter.ends[0]), min(high, indenter.ends[1])
         if high - low > 0.5 * skin.period:
             break
@@ -185,8 +185,11 @@ def _upright(load: Prescribed, period: float) -> None:
         raise GeometryError(f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn")
 
 
-def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Balance) -> float | None:
-    """Where the bodies overlap most beyond the window, from the indenter's centre; None where they do not."""
+def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Balance) -> list[float]:
+    """Where the bodies overlap most beyond either end of the window, from the indenter's centre.
+
+    Each end counts by itself: were the window to grow to one side alone, what touches there would lift the other off.
+    """
     wide, low = case.step * case.y.size, case.y[0] - 0.5 * case.step
     h = wide / _PARTS
     share = (case.y - low) / h
@@ -196,10 +199,10 @@ def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Balance) 
     hats = (lower + upper) * (case.step / h)
     most = min(_FAR, int(0.5 * skin.period / wide) - 1 if np.isfinite(skin.period) else _FAR) * _PARTS
     if most < _PARTS:
-        return None
+        return []
     rows = influence(skin, h, most + _PARTS + 1, periodic=False).rows[0, 0]
     within = case.influence.apply(0, 0, state.pressure)
-    limit, found, deepest = _OVERLAP * float(np.abs(within).max()), None, 0.0
+    limit, found = _OVERLAP * float(np.abs(within).max()), []
     for side in (-1, 1):
         edge = 0 if side < 0 else _PARTS
         nodes = edge + side * np.arange(most + 1)  # from the window's end outwards, in steps of h
@@ -213,8 +216,8 @@ def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Balance) 
         sunk = np.interp(side * ((y - low) / h - edge), np.arange(most + 1), moved)
         left = case.profile(y) + sunk - state.depth - state.tilt * y
         worst = int(np.argmin(left))
-        if left[worst] < min(-limit, deepest):
-            found, deepest = float(y[worst]), float(left[worst])
+        if left[worst] < -limit:
+            found.append(float(y[worst]))
     return found
 
 

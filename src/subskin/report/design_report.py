@@ -8,8 +8,18 @@ from .. import __version__
 from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
 from ..design.search import DesignedFinger, DesignStudy
-from ..design.tolerance import SOURCES, Cost, ToleranceBudget
-from ..design.words import finger_table, force_in_words, in_words, reasons_of
+from ..design.tolerance import SOURCES, ToleranceBudget
+from ..design.words import (
+    amount_in_words,
+    finger_table,
+    force_in_words,
+    in_words,
+    legend_of,
+    reasons_of,
+    remedies_of,
+    tolerances_of,
+    verdict_of,
+)
 from ..plot import (
     design_map_figure,
     finger_section,
@@ -54,17 +64,33 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
     """
     goals, best = study.goals, study.fingers[0]
     columns, rows, left = finger_table(study)
-    blocks: list[Block] = [Heading("What to build"), Paragraph(_verdict(study), lead=True), _checks(best)]
+    blocks: list[Block] = [Heading("What to build"), Paragraph(_verdict(study), lead=True)]
+    would = remedies_of(study)
+    blocks += [Heading("What would do", 2), Bullets(would)] if would else []
+    blocks += [Paragraph(tolerances_of(study)), _checks(study, best)]
     blocks += [_section(study, best), Heading("The fingers"), Paragraph(_ranked(study))]
-    blocks += [TextTable(columns, rows, left=left, strong=frozenset({0})), Picture(design_map_figure(study), _MAP)]
-    blocks.append(Heading("Why these"))
+    blocks += [
+        TextTable(columns, rows, legend_of(study), left, frozenset({0})),
+        Picture(design_map_figure(study), _MAP),
+    ]
     names = [_name(study, finger) for finger in study.fingers]
-    for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
-        blocks += [Heading(f"Finger {rank}: {name}", 2), Bullets(reasons_of(study, finger.row))]
+    blocks += [Heading("Why finger 1"), Bullets(reasons_of(study, best.row))]
+    if len(names) > 1:
+        blocks.append(Heading("The others", 2))
+        others = zip(study.fingers[1:], names[1:], strict=True)
+        blocks.append(
+            Bullets([f"Finger {i}: {n}. {reasons_of(study, f.row)[0]}" for i, (f, n) in enumerate(others, 2)])
+        )
     blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(best))]
     for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
         blocks.append(Picture(placement_figure(finger.quality), f"Finger {rank}. {name}."))
-    blocks += [*_tolerances(study, best), *_two_points(best), *_filter(best), *_provenance(study, goals_text)]
+    blocks += [
+        *_tolerances(study, best),
+        *_spots(best),
+        *_two_points(best),
+        *_filter(best),
+        *_provenance(study, goals_text),
+    ]
     subtitle = f"subskin {__version__}, seed {goals.effort.seed}, {study.grid.excess.size:,} designs tried"
     return Document(f"{goals.title}: a design", subtitle, blocks)
 
@@ -79,31 +105,29 @@ def _name(study: DesignStudy, finger: DesignedFinger) -> str:
 
 def _verdict(study: DesignStudy) -> str:
     best = study.fingers[0]
-    if best.meets:
-        return f"{_name(study, best)}. It meets every goal."
-    missed = [check.criterion.label for check in best.checks if not check.ratio <= 1]
-    return (
-        f"No finger within the limits meets every goal. The nearest: {_name(study, best)}. It misses: "
-        f"{'; '.join(missed)}."
-    )
+    first = f"{_name(study, best)}. {verdict_of(study)}"
+    return first if best.meets else f"No finger within the limits meets every goal. The nearest: {first}"
 
 
-def _checks(finger: DesignedFinger) -> TextTable:
+def _checks(study: DesignStudy, finger: DesignedFinger) -> TextTable:
+    both = finger.outcome is not None
     rows = [
         [
             check.criterion.label,
+            "met" if judged.ratio <= 1 else "missed",
             in_words(check.criterion.wanted, check.criterion.unit),
             in_words(check.value, check.criterion.unit),
-            f"{check.ratio:.2f}" if np.isfinite(check.ratio) else "∞",
-            "met" if check.ratio <= 1 else "missed",
+            *([in_words(made.value, check.criterion.unit)] if both else []),
+            f"{judged.ratio:.2f}" if np.isfinite(judged.ratio) else "∞",
         ]
-        for check in finger.checks
+        for check, made, judged in zip(finger.calibrated, finger.as_made, finger.checks, strict=True)
     ]
-    return TextTable(
-        ["wanted", "at most", "finger 1", "ratio", ""],
-        rows,
-        "What was wanted, and what finger 1 does. Errors hold noise and, where stated, the tolerances of making.",
-    )
+    columns = ["wanted", "", "at most", *(["calibrated", "as made"] if both else ["finger 1"]), "ratio"]
+    caption = "What was wanted, and what finger 1 does."
+    if both:
+        judged = "as made" if study.goals.accuracy.calibrated == "none" else "calibrated"
+        caption += f" Errors hold noise and tolerances. Ratio, met and missed are those of the finger {judged}."
+    return TextTable(columns, rows, caption, left=2)
 
 
 def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
@@ -123,11 +147,8 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
 def _ranked(study: DesignStudy) -> str:
     judged = f"{study.grid.excess.size:,} designs, each by {study.goals.effort.touches:,} touches"
     met = any(finger.meets for finger in study.fingers)
-    first = "Those that meet the goals come first, the fewest sensors first. " if met else ""
-    return (
-        f"The best of {judged}: at most one for each skin, kind and count. {first}Position and angle are the standard "
-        "errors that 95 % of the touches keep, the tolerances of making included where they were stated."
-    )
+    first = "Those that meet the goals come first, the fewest sensors first." if met else ""
+    return f"The best of {judged}: at most one for each skin, kind and count. {first}".rstrip()
 
 
 def _resolution(finger: DesignedFinger) -> str:
@@ -150,7 +171,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     rows = [
         [
             SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once",
-            _amount(cost, unit),
+            amount_in_words(cost.source, cost.amount, unit) if np.isfinite(cost.amount) else "",
             *(in_words(cost.position_rms, "m"), in_words(cost.angle_rms, "rad")),
             *(in_words(cost.force_rms, ""), in_words(cost.lost, "")),
         ]
@@ -160,8 +181,9 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     return [
         Heading("Tolerances"),
         Paragraph(
-            "What each source of error costs by itself, finger 1 being read as if it had been made exactly: root mean "
-            "squares over the touches, and the share of frames that are no longer told for sure."
+            "What each source of error costs by itself, before finger 1 is calibrated: it is read as if it had been "
+            "made exactly. Errors are root mean squares over the touches. Lost is the share of frames that are no "
+            "longer OK: they are ambiguous, or no load explains them."
         ),
         TextTable(["source", "amount", "position", "angle", "force", "lost"], rows, strong=frozenset({len(rows) - 1})),
         Picture(
@@ -179,12 +201,24 @@ def _command(study: DesignStudy, budget: ToleranceBudget) -> str:
     return f"subskin tolerances finger_1.toml --force {force:g} {given} --only {only} --calibrate known"
 
 
-def _amount(cost: Cost, unit: str) -> str:
-    if not np.isfinite(cost.amount):
-        return ""
-    if cost.unit == "reading":
-        return f"{cost.amount:.3g} {unit}".strip()
-    return f"{cost.amount:g}" if cost.source == "poisson" else in_words(cost.amount, cost.unit)
+def _spots(finger: DesignedFinger) -> list[Block]:
+    found = finger.spots
+    if found is None:
+        return []
+    rows = [[row.text, *(in_words(share, "") for share in (row.ok, row.wrong, row.unexplained))] for row in found.rows]
+    return [
+        Heading("What it cannot object to"),
+        Paragraph(
+            f"{found.sentence} A status objects with readings that are left over when the unknowns are found. The "
+            "table holds readings that the model does not describe, and what finger 1 makes of them."
+        ),
+        TextTable(
+            ["readings from", "OK", "OK and wrong", "unexplained"],
+            rows,
+            f"Shares of {found.count} touches of each kind, by a fit of line loads. Wrong: the position is off by more "
+            "than 5 standard errors or 0.3 depths. The rest is ambiguous or not felt.",
+        ),
+    ]
 
 
 def _two_points(finger: DesignedFinger) -> list[Block]:

@@ -97,9 +97,9 @@ def _(block: TextTable) -> str:
     rows = "".join(
         f"<tr{_class('strong', i in block.strong)}>{cells(row, 'td')}</tr>" for i, row in enumerate(block.rows)
     )
-    caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
+    caption = f'<p class="caption">{escape(block.caption)}</p>' if block.caption else ""
     return (
-        f'<div class="table"><table>{caption}<thead><tr>{cells(block.columns, "th")}</tr></thead>'
+        f'{caption}<div class="table"><table><thead><tr>{cells(block.columns, "th")}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )
 
@@ -110,7 +110,8 @@ def _(block: Picture) -> str:
     caption = escape(block.caption)
     width = block.figure.get_figwidth() * 25.4
     return (
-        f'<figure><img alt="{caption}" style="width:{width:.0f}mm" src="data:image/svg+xml;base64,{data}">'
+        f'<figure><div class="scroll"><img alt="{caption}" style="width:{width:.0f}mm" '
+        f'src="data:image/svg+xml;base64,{data}"></div>'
         f"<figcaption>{caption}</figcaption></figure>"
     )
 

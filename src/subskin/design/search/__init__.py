@@ -1,8 +1,10 @@
 """From what a designer knows to ranked fingers."""
 
+from .designed import Check, DesignedFinger, DesignStudy
 from .goals import Accuracy, Effort, Goals, Room, Row, SensorKind, SkinChoice
 from .grid import Criterion, DesignGrid, Store, search_grid
-from .rank import Check, DesignedFinger, DesignStudy, rank_fingers
+from .rank import rank_fingers
+from .remedy import Remedy
 
 __all__ = [
     "Accuracy",
@@ -13,6 +15,7 @@ __all__ = [
     "DesignedFinger",
     "Effort",
     "Goals",
+    "Remedy",
     "Room",
     "Row",
     "SensorKind",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -92,9 +94,13 @@ class Accuracy:
     force : float, optional
         Standard error of the force, relative to it.
     unsure : float, optional
-        Largest share of touches that may be ambiguous or not felt, in (0, 1].
+        Largest share of touches that may be ambiguous, not felt, or lost to tolerances, in (0, 1].
     feature : float, optional
         Distance at which two touches have to be told from one, 95 % of pairs [m].
+    blind_spots : float, optional
+        Largest share of touches of one kind outside the model that may be OK and wrong, as of `blind_spots`, in (0, 1].
+    calibrated : {"known", "blind", "none"}, optional
+        Which finger is judged: calibrated on touches at known positions, blind, or as it was made.
 
     Raises
     ------
@@ -107,12 +113,20 @@ class Accuracy:
     force: float | None = None
     unsure: float = 0.01
     feature: float | None = None
+    blind_spots: float | None = None
+    calibrated: Literal["known", "blind", "none"] = "known"
 
     def __post_init__(self) -> None:
         for name in ("position", "angle", "force", "feature"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
-        object.__setattr__(self, "unsure", _check.scalar("unsure", self.unsure, above=0.0, at_most=1.0))
+        for name in ("unsure", "blind_spots"):
+            if getattr(self, name) is not None:
+                share = _check.scalar(name, getattr(self, name), above=0.0, at_most=1.0)
+                object.__setattr__(self, name, share)
+        if self.calibrated not in ("known", "blind", "none"):
+            rule = "it is known, blind or none"
+            raise InvalidValueError(f'calibrated = "{self.calibrated}"', rule, 'calibrated = "known"')
         if self.position is None and self.angle is None and self.force is None:
             raise InvalidValueError(
                 "no accuracy is wanted", "one of position, angle and force is needed", "state the position"
@@ -242,7 +256,8 @@ class Goals:
     largest_strain : float, optional
         Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
-        Tolerances of making the finger, as of `tolerance_budget`; without them only noise counts.
+        Tolerances of making the finger, as of `tolerance_budget`; those of `usual_tolerances` if left out. With {},
+        only noise counts.
     effort : Effort, optional
     title : str, optional
 
@@ -259,7 +274,7 @@ class Goals:
     skins: tuple[SkinChoice, ...]
     room: Room
     largest_strain: float = 0.1
-    tolerances: dict[str, float] = field(default_factory=dict)
+    tolerances: Mapping[str, float] | None = None
     effort: Effort = Effort()
     title: str = "Finger"
 
@@ -279,7 +294,7 @@ class Goals:
                 f"the longest row, {longest:.6g} m, feels {felt:.6g} m at most",
                 'a shorter span, with its unit: "12 mm"',
             )
-        for name, amount in self.tolerances.items():
+        for name, amount in (self.tolerances or {}).items():
             _check.scalar(name, amount, at_least=0.0)
         strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
         object.__setattr__(self, "largest_strain", strain)

@@ -19,9 +19,9 @@ from ...transducer import MaxCompressiveStrain
 from ..placement import study_row
 from .goals import WIDEST, Goals
 
-__all__ = ["Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
+__all__ = ["DEEPEST", "Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
 
-_DEEPEST = 0.98
+DEEPEST = 0.98
 """A sensor lies no deeper than this share of the skin: at a rigid base little is to be felt."""
 _LOOKED_AT = np.linspace(-4.0, 4.0, 161)
 """Positions at which the largest strain and reading are looked for, in depths."""
@@ -121,7 +121,7 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
         Criterion("position_95", "error of the position", "m", accuracy.position or np.inf),
         Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
-        Criterion("unsure", "touches ambiguous or not felt", "", accuracy.unsure),
+        Criterion("unsure", "touches ambiguous, not felt or lost", "", accuracy.unsure),
         Criterion("strain", "strain at the sensors, strongest force", "", goals.largest_strain),
     ]
     if any(np.isfinite(kind.largest) for kind in goals.sensors):
@@ -208,7 +208,7 @@ _VERSION = 1
 def _depths(goals: Goals, k: int) -> FloatArray:
     shallow, deep = goals.room.depth
     choice = goals.skins[k]
-    deepest = min(deep, _DEEPEST * choice.skin.thickness)
+    deepest = min(deep, DEEPEST * choice.skin.thickness)
     if deepest < shallow:
         raise GeometryError(
             f'skin "{choice.name}" is {choice.skin.thickness:.6g} m thick',

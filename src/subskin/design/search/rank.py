@@ -5,109 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
 from threading import Event
-from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import ConvergenceError
-from ...finger import Finger
-from ..placement import PlacementQuality, placement_quality
-from ..tolerance import ToleranceBudget, tolerance_budget, usual_tolerances
-from ..two_point import TwoPointLimen
-from .goals import Goals, Row
-from .grid import Criterion, DesignGrid
-from .refine import Aim, apart, limen
+from .designed import DesignedFinger, DesignStudy
+from .grid import DesignGrid
+from .look import explained, finished, looked_at
+from .remedy import remedies
 
-__all__ = ["Check", "DesignStudy", "DesignedFinger", "rank_fingers"]
-
-_MADE = ("position_95", "angle_95", "force_95")
-"""What tolerances add to."""
-
-
-class Check(NamedTuple):
-    """One `criterion`, and the `value` [its unit] that a finger has."""
-
-    criterion: Criterion
-    value: float
-
-    @property
-    def ratio(self) -> float:
-        """Value over what was wanted: at most 1 will do."""
-        return self.value / self.criterion.wanted
-
-
-@dataclass(frozen=True, eq=False)
-class DesignedFinger:
-    """A finger to build.
-
-    Attributes
-    ----------
-    row : Row
-        Which skin, kind, count, depth [m] and pitch [m].
-    finger : Finger
-    values : dict of str to float
-        As those of `DesignGrid`, for this design [m, rad, -].
-    quality : PlacementQuality
-        Accuracy and ambiguity over positions and angles.
-    budget : ToleranceBudget or None
-        What the tolerances cost; None where none were stated.
-    two_points : TwoPointLimen
-        From which distance on two touches are told from one.
-    wide : float
-        Distance at which 95 % of pairs of touches are told from one wide contact [m].
-    checks : tuple of Check
-        What was wanted, and what it does.
-    """
-
-    row: Row
-    finger: Finger
-    values: dict[str, float]
-    quality: PlacementQuality
-    budget: ToleranceBudget | None
-    two_points: TwoPointLimen
-    wide: float
-    checks: tuple[Check, ...]
-
-    @property
-    def point(self) -> float:
-        """Distance at which 95 % of pairs of touches are told from one [m]."""
-        return apart(self.two_points)
-
-    @property
-    def excess(self) -> float:
-        """Largest ratio of a value to what was wanted."""
-        return max(check.ratio for check in self.checks)
-
-    @property
-    def meets(self) -> bool:
-        """Whether all that was wanted is there."""
-        return self.excess <= 1
-
-
-@dataclass(frozen=True, eq=False)
-class DesignStudy:
-    """What `rank_fingers` found.
-
-    Attributes
-    ----------
-    grid : DesignGrid
-        All designs that were tried.
-    fingers : tuple of DesignedFinger
-        Ranked: those that meet the goals first, the fewest sensors first among them; then by how far they fall short.
-    looked : dict of (int, int, int) to tuple of Check
-        Every design that was looked at closely, by the indices of its skin, kind and count.
-    """
-
-    grid: DesignGrid
-    fingers: tuple[DesignedFinger, ...]
-    looked: dict[tuple[int, int, int], tuple[Check, ...]]
-
-    @property
-    def goals(self) -> Goals:
-        """What was wanted."""
-        return self.grid.goals
+__all__ = ["rank_fingers"]
 
 
 def rank_fingers(
@@ -165,14 +73,19 @@ def rank_fingers(
             found += fingers
             if progress is not None:
                 progress()
-        found.sort(key=lambda f: (not f.meets, f.row.count if f.meets else 0, f.excess))
-        kept = found[: grid.goals.effort.keep]
-        wide = list(pool.map(lambda f: apart(limen(f.finger, grid.goals, "wide", positions=9)), kept))
+        kept = sorted(found, key=_rank)[: grid.goals.effort.keep]
+        best = sorted(pool.map(lambda f: finished(grid, f), kept), key=_rank)
     finally:
         stopped.set()
         pool.shutdown(wait=True, cancel_futures=True)
-    best = tuple(replace(finger, wide=value) for finger, value in zip(kept, wide, strict=True))
-    return DesignStudy(grid, best, {f.row.which(grid.goals): f.checks for f in found})
+    best[0] = explained(grid, best[0])
+    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best)}
+    would = () if (grid.excess <= 1).any() else remedies(grid)
+    return DesignStudy(grid, tuple(best), looked, would)
+
+
+def _rank(finger: DesignedFinger) -> tuple[bool, int, float]:
+    return not finger.meets, finger.row.count if finger.meets else 0, finger.excess
 
 
 def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFinger]:
@@ -182,7 +95,7 @@ def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFi
 
     def meets(n: int) -> bool:
         if n not in looked and not stopped.is_set():
-            looked[n] = _looked_at(grid, (k, m, n))
+            looked[n] = looked_at(grid, (k, m, n))
         return n in looked and looked[n].meets
 
     would = np.flatnonzero(excess <= 1)
@@ -197,49 +110,3 @@ def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFi
         if 0 <= n < excess.size and np.isfinite(excess[n]):
             meets(n)
     return [looked[n] for n in sorted(looked)]
-
-
-def _looked_at(grid: DesignGrid, which: tuple[int, int, int]) -> DesignedFinger:
-    """The best row of a skin, kind and count; where tolerances spoil it, the best one that reckons with them."""
-    finger = _designed(grid, Aim(grid, *which))
-    spoilt = any(check.ratio > 1 for check in finger.checks if check.criterion.name in _MADE)
-    if finger.budget is None or not spoilt:
-        return finger
-    other = _designed(grid, Aim(grid, *which, made=_made(finger.budget)))
-    return min(finger, other, key=lambda f: f.excess)
-
-
-def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
-    best, goals = aim.best(), grid.goals
-    finger = goals.finger(best.row)
-    quality = placement_quality(finger, goals.touches)
-    has = usual_tolerances(finger)  # a half plane has no thickness that could be off
-    amounts = {name: amount for name, amount in goals.tolerances.items() if name in has}
-    budget = None
-    if amounts:
-        amounts["noise"] = goals.sensors[best.row.sensor].error
-        budget = tolerance_budget(
-            finger, goals.touches, amounts, positions=12, angles=6, draws=50, rng=goals.effort.seed,
-            search=quality.search,
-        )  # fmt: skip
-    found = limen(finger, goals, "point")
-    checks = _checks(grid, best.values, {} if budget is None else _made(budget), apart(found))
-    return DesignedFinger(best.row, finger, best.values, quality, budget, found, np.nan, checks)
-
-
-def _made(budget: ToleranceBudget) -> dict[str, float]:
-    """What the tolerances of a finger's making add, in squares, to the errors that 95 % of the touches keep."""
-    both, noise = budget.kept(0.95), budget.kept(0.95, ["noise"])
-    return {
-        name: float(np.sqrt(max(whole**2 - own**2, 0.0))) if np.isfinite(whole) else np.inf
-        for name, whole, own in zip(_MADE, both, noise, strict=True)
-    }
-
-
-def _checks(grid: DesignGrid, values: dict[str, float], made: dict[str, float], point: float) -> tuple[Check, ...]:
-    """What was wanted against what the finger does, the tolerances of its making among it."""
-    checks = [Check(c, float(np.hypot(values[c.name], made.get(c.name, 0.0)))) for c in grid.criteria]
-    feature = grid.goals.accuracy.feature
-    if feature is not None:
-        checks.append(Check(Criterion("feature", "distance of two touches told from one", "m", feature), point))
-    return tuple(checks)

@@ -2,6 +2,19 @@
 
 from .budget import ToleranceBudget, tolerance_budget
 from .cost import Cost, Needed, Recovery
+from .outcome import Kept, Outcome, tolerance_outcome
 from .sources import SOURCES, Source, usual_tolerances
 
-__all__ = ["SOURCES", "Cost", "Needed", "Recovery", "Source", "ToleranceBudget", "tolerance_budget", "usual_tolerances"]
+__all__ = [
+    "SOURCES",
+    "Cost",
+    "Kept",
+    "Needed",
+    "Outcome",
+    "Recovery",
+    "Source",
+    "ToleranceBudget",
+    "tolerance_budget",
+    "tolerance_outcome",
+    "usual_tolerances",
+]

@@ -31,7 +31,7 @@ class Costs:
     def __init__(self, study: Study, draws: int, quantile: float, root: int) -> None:
         self.study, self.draws, self.quantile, self.root = study, draws, quantile, root
         self.drawn_readings = study.readings(study.finger)
-        self._slope, self._singular = study.slope()
+        self.slope, self.singular = study.slope()
         self._far = NormalDist().inv_cdf(0.5 * (1 + quantile))
 
     def rng(self, name: str, *more: int) -> np.random.Generator:
@@ -60,9 +60,16 @@ class Costs:
 
     def _drawn(self, amounts: Mapping[str, float], rng: np.random.Generator) -> FloatArray:
         """Readings of fingers and frames drawn at random, shape (draws, p, a, n); (1, p, a, n) if all are the same."""
-        array, readings = self.study.finger.array, self.drawn_readings[None]
+        readings = self.drawn_readings[None]
         if any(SOURCES[name].spread != "reading" for name in amounts):
             readings = self.study.readings_of([self.finger(amounts, rng) for _ in range(self.draws)])
+        return self.with_reading_errors(readings, amounts, rng)
+
+    def with_reading_errors(
+        self, readings: FloatArray, amounts: Mapping[str, float], rng: np.random.Generator
+    ) -> FloatArray:
+        """Readings with the noise and the steps that `amounts` name, shape (draws, p, a, n) where there is noise."""
+        array = self.study.finger.array
         if "noise" in amounts:
             size = of_each_sensor(array.noise, amounts["noise"])
             readings = readings + size * rng.standard_normal((self.draws, *self.drawn_readings.shape))
@@ -121,7 +128,7 @@ class Costs:
         spread, readings = SOURCES[name].spread, self.drawn_readings
         if spread in ("finger", "fixed"):
             changes = [study.readings(made) - readings for made in self.sides(name, amount)]
-            square = np.mean([np.einsum("pakn,pan->pak", self._slope, c) ** 2 for c in changes], axis=0)
+            square = np.mean([np.einsum("pakn,pan->pak", self.slope, c) ** 2 for c in changes], axis=0)
         else:
             if name in ("position", "depths"):
                 step = _STEP * amount
@@ -134,9 +141,9 @@ class Costs:
             else:
                 change = of_each_sensor(array.noise, amount)
             changes = [np.broadcast_to(change, readings.shape)]
-            square = np.einsum("pakn,pan->pak", self._slope**2, changes[0] ** 2)
+            square = np.einsum("pakn,pan->pak", self.slope**2, changes[0] ** 2)
         moved = np.any([np.abs(c).max(axis=-1) > 0 for c in changes], axis=0)
-        square[self._singular & moved] = np.inf
+        square[self.singular & moved] = np.inf
         return np.asarray(np.sqrt(square))
 
 

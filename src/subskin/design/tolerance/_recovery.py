@@ -19,7 +19,7 @@ from .sources import SOURCES, as_made, of_each_sensor
 
 METHODS = ("known", "blind")
 
-_TERMS = {
+TERMS = {
     "gain": ("gain", "gains", "young"),
     "offset": ("offset",),
     "depth": ("depth",),
@@ -35,7 +35,7 @@ _TOGETHER = "together"
 
 def terms_for(finger: Finger, amounts: Mapping[str, float]) -> tuple[str, ...]:
     """What a self-calibration fits: all that has a tolerance, of what a calibration of this finger can fit."""
-    off = [term for term, sources in _TERMS.items() if any(name in amounts for name in sources)]
+    off = [term for term, sources in TERMS.items() if any(name in amounts for name in sources)]
     if finger.skin.single_material is None:
         off = [term for term in off if term not in ("poisson", "thickness")]
     if "depths" in off and "depth" in off:
@@ -137,7 +137,7 @@ def _priors(finger: Finger, fit: Sequence[str], amounts: Mapping[str, float]) ->
     scale["thickness"] = 1 / (finger.skin.thickness - float(depth.max()))
     out: dict[str, float] = {}
     for term in fit:
-        names = ("depth", "depths") if term == "depths" else _TERMS.get(term, ())
+        names = ("depth", "depths") if term == "depths" else TERMS.get(term, ())
         size = float(np.sqrt(sum(amounts.get(name, 0.0) ** 2 for name in names)))
         if size > 0:
             out["depth_error" if term == "depths" else f"{term}_error"] = size * scale.get(term, 1.0)

@@ -75,9 +75,15 @@ class Study:
         if self._linear:
             field = made.receptive_field(self.position)
             return np.asarray(np.einsum("pnl,al->pan", field, self.load) + np.asarray(made.array.offset))
-        exact = replace(made.array, low=-np.inf, high=np.inf, resolution=0.0)
-        touch = LineLoad(self.touches.force, self.angle, self.position[:, None])
-        return replace(made, array=exact).read(touch)
+        return _read_exactly(made, LineLoad(self.touches.force, self.angle, self.position[:, None]))
+
+    def pressed(self, made: Finger, presses: LineLoad) -> FloatArray:
+        """The same of other line loads (c,), shape (c, n)."""
+        if not self._linear:
+            return _read_exactly(made, presses)
+        load = presses.force * np.stack(np.broadcast_arrays(np.cos(presses.angle), np.sin(presses.angle)), axis=-1)
+        field = made.receptive_field(np.asarray(presses.position))
+        return np.asarray((field @ np.asarray(load)[..., None])[..., 0] + np.asarray(made.array.offset))
 
     def readings_of(self, made: Sequence[Finger]) -> FloatArray:
         """The same on several fingers, shape (k, p, a, n): at one go where they differ in their sensors alone."""
@@ -143,3 +149,9 @@ class Study:
             out[..., 2, :] = (cos * by[..., 2, :] - sin * by[..., 1, :]) / self.touches.force
         out[singular] = 0.0
         return out, singular
+
+
+def _read_exactly(made: Finger, touch: LineLoad) -> FloatArray:
+    """Readings without steps or ends of the range."""
+    exact = replace(made.array, low=-np.inf, high=np.inf, resolution=0.0)
+    return replace(made, array=exact).read(touch)

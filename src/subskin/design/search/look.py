@@ -1,0 +1,118 @@
+"""A close look at one design: what tolerances leave of it, and what it cannot object to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..blind_spots import BlindSpots, blind_spots
+from ..placement import placement_quality
+from ..tolerance import Kept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
+from .designed import Check, DesignedFinger
+from .grid import Criterion, DesignGrid
+from .refine import Aim, apart, limen
+
+__all__ = ["explained", "finished", "looked_at"]
+
+_MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force"}
+"""What tolerances add to, and what they add."""
+_SPOTS = 300
+"""Touches of each kind outside the model."""
+
+
+def looked_at(grid: DesignGrid, which: tuple[int, int, int]) -> DesignedFinger:
+    """The best row of a skin, kind and count; where tolerances spoil it, the best one that reckons with them."""
+    finger = _designed(grid, Aim(grid, *which))
+    spoilt = any(check.ratio > 1 for check in finger.checks if check.criterion.name in _MADE)
+    if finger.outcome is None or not spoilt:
+        return finger
+    left = _judged(grid, finger.outcome)
+    other = _designed(grid, Aim(grid, *which, made={name: getattr(left, part) for name, part in _MADE.items()}))
+    return min(finger, other, key=lambda f: f.excess)
+
+
+def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
+    """The best row that `aim` finds; what noise alone spoils is looked at no further until it is among the kept."""
+    best, goals = aim.best(), grid.goals
+    finger = goals.finger(best.row)
+    quality = placement_quality(finger, goals.touches)
+    found = limen(finger, goals, "point")
+    nothing = (None, None, None, found, np.nan)
+    design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), ())
+    design = _checked(grid, design)
+    return _studied(grid, design) if design.meets else design
+
+
+def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
+    """With its tolerances, and its blind spots where a goal asks for them."""
+    goals, amounts = grid.goals, _amounts(grid, design)
+    if amounts and design.outcome is None:
+        method = "blind" if goals.accuracy.calibrated == "blind" else "known"
+        search, seed = design.quality.search, goals.effort.seed
+        outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
+        design = replace(design, outcome=outcome)
+    if goals.accuracy.blind_spots is not None and design.spots is None:
+        design = replace(design, spots=_spots(grid, design))
+    return _checked(grid, design)
+
+
+def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
+    """All that the table of fingers says."""
+    wide = apart(limen(design.finger, grid.goals, "wide", positions=9))
+    return replace(_studied(grid, design), wide=wide)
+
+
+def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
+    """All that the report says of the first finger."""
+    goals, amounts = grid.goals, _amounts(grid, design)
+    if amounts:
+        budget = tolerance_budget(
+            design.finger, goals.touches, amounts, positions=12, angles=6, draws=50, rng=goals.effort.seed,
+            search=design.quality.search,
+        )  # fmt: skip
+        design = replace(design, budget=budget)
+    return design if design.spots is not None else replace(design, spots=_spots(grid, design))
+
+
+def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:
+    """The tolerances of a finger and its noise; nothing where only noise is to count."""
+    stated, has = grid.goals.tolerances, usual_tolerances(design.finger)
+    # a half plane has no thickness that could be off, and steps of the readings are among the noise
+    amounts = has if stated is None else {name: amount for name, amount in stated.items() if name in has}
+    amounts = {name: amount for name, amount in amounts.items() if name not in ("noise", "resolution") and amount > 0}
+    return amounts | {"noise": grid.goals.sensors[design.row.sensor].error} if amounts else {}
+
+
+def _spots(grid: DesignGrid, design: DesignedFinger) -> BlindSpots:
+    goals = grid.goals
+    return blind_spots(design.finger, goals.touches, count=_SPOTS, rng=goals.effort.seed, search=design.quality.search)
+
+
+def _judged(grid: DesignGrid, outcome: Outcome) -> Kept:
+    return outcome.as_made if grid.goals.accuracy.calibrated == "none" else outcome.calibrated
+
+
+def _checked(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
+    """With what was wanted against what it does, as judged and as made."""
+    outcome = design.outcome
+    made = _checks(grid, design, None if outcome is None else outcome.as_made)
+    after = _checks(grid, design, None if outcome is None else outcome.calibrated)
+    judged = made if grid.goals.accuracy.calibrated == "none" else after
+    return replace(design, checks=judged, as_made=made, calibrated=after)
+
+
+def _checks(grid: DesignGrid, design: DesignedFinger, left: Kept | None) -> tuple[Check, ...]:
+    """What was wanted against what the finger does, with what the tolerances leave."""
+    values, accuracy = dict(design.values), grid.goals.accuracy
+    if left is not None:
+        values |= {name: float(np.hypot(values[name], getattr(left, part))) for name, part in _MADE.items()}
+        values["unsure"] = max(values["unsure"], left.lost)  # noise is in both
+    checks = [Check(c, values[c.name]) for c in grid.criteria]
+    if accuracy.feature is not None:
+        feature = Criterion("feature", "distance of two touches told from one", "m", accuracy.feature)
+        checks.append(Check(feature, design.point))
+    if accuracy.blind_spots is not None and design.spots is not None:
+        spots = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)
+        checks.append(Check(spots, design.spots.wrong))
+    return tuple(checks)

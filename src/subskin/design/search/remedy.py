@@ -1,0 +1,183 @@
+"""Where no design of the grid will do: which single change of the goals would let one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ..._check import FloatArray
+from ..placement import study_row
+from .goals import Goals, Row, SkinChoice
+from .grid import DEEPEST, DesignGrid, loaded
+
+__all__ = ["Remedy", "remedies"]
+
+_LOADED = ("strain", "range")
+_TRIED = 3
+"""Depths at which each kind in each skin is tried, the likeliest first."""
+_FURTHER, _STEPS = 3.0, 6
+"""Depths outside the room go to so many times its ends, in so many steps."""
+_TOUCHES = 2000
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """One thing that could be changed while all else stays.
+
+    Parameters
+    ----------
+    what : {"borne", "force", "young", "depth", "count"}
+        "borne": the largest force that a design within the limits bears [N/m], whatever else it misses; "force": the
+        largest with which the rest is met too; "young": all moduli of the skin, as a multiple; "depth": of the sensors,
+        outside the room [m]; "count": sensors, more than there are to be.
+    value : float
+        NaN where no such change by itself would do, as far as was tried.
+    row : Row or None
+        A design that it would take.
+    """
+
+    what: Literal["borne", "force", "young", "depth", "count"]
+    value: float
+    row: Row | None = None
+
+
+def remedies(grid: DesignGrid, progress: Callable[[], object] | None = None) -> tuple[Remedy, ...]:
+    """What would do, each change by itself, judged as the grid is: noise alone, and one touch.
+
+    Strains and readings are in proportion to the force. Of other moduli, the softest skin is tried that keeps to the
+    largest strain, at each of the few depths where it has to change least.
+
+    Parameters
+    ----------
+    grid : DesignGrid
+        From `search_grid`.
+    progress : callable, optional
+        Called after each of the three searches.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> from subskin.design.search import Accuracy, Effort, Goals, Room, SensorKind, SkinChoice
+    >>> goals = Goals(
+    ...     ss.design.Touches(force=20.0, friction=0.0, span=(-1e-3, 1e-3)), strongest=400.0,
+    ...     accuracy=Accuracy(position=0.1e-3), sensors=(SensorKind("pressure", ss.MeanPressure(), noise=20.0),),
+    ...     skins=(SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.4e6))),),
+    ...     room=Room(count=(4, 4), depth=(2e-3, 2e-3), least_pitch=1e-3), effort=Effort(1, 3, touches=200),
+    ... )
+    >>> found = {remedy.what: remedy.value for remedy in remedies(ss.design.search_grid(goals))}
+    >>> round(found["borne"]), round(found["young"], 2)  # eps = 3 P / (2 pi E x) is 10 % at most
+    (168, 2.39)
+    """
+    out = [*_forces(grid)]
+    for search in (_moduli, _depths, _counts):
+        out.append(search(grid))
+        if progress is not None:
+            progress()
+    return tuple(out)
+
+
+def _forces(grid: DesignGrid) -> Iterator[Remedy]:
+    ratios = {c.name: grid.values[c.name] / c.wanted for c in grid.criteria}
+    load = np.max([value for name, value in ratios.items() if name in _LOADED], axis=0)
+    rest = np.max([value for name, value in ratios.items() if name not in _LOADED], axis=0)
+    for what, ratio in (("borne", load), ("force", np.where(rest <= 1, load, np.nan))):
+        least = np.where(np.isfinite(ratio) & (ratio > 0), ratio, np.inf)
+        at = np.unravel_index(int(np.argmin(least)), least.shape)
+        value = grid.goals.strongest / float(least[at])
+        if not value >= grid.goals.touches.force * (what == "force"):
+            value = np.nan
+        yield Remedy(what, value if value > 0 else np.nan, _row(grid, *map(int, at)))
+
+
+def _row(grid: DesignGrid, k: int, m: int, d: int, s: int, n: int) -> Row:
+    return Row(k, m, int(grid.counts[n]), float(grid.depths[k, d]), float(grid.pitches[s]))
+
+
+def _moduli(grid: DesignGrid) -> Remedy:
+    """The change of all moduli that is nearest to none."""
+    goals, best = grid.goals, Remedy("young", np.nan)
+    for k, m in np.ndindex(grid.excess.shape[:2]):
+        own = goals.skins[k]
+        strains = [loaded(goals, k, m, float(depth))["strain"] / goals.largest_strain for depth in grid.depths[k]]
+        for d in sorted(range(len(strains)), key=lambda d, strains=strains: abs(np.log(strains[d])))[:_TRIED]:
+            factor = float(strains[d]) * (1 + 1e-9)
+            if best.row is not None and abs(np.log(factor)) >= abs(np.log(best.value)):
+                break
+            stiff = own.skin.with_(materials=[replace(x, young=factor * x.young) for x in own.skin.materials])
+            skins = tuple(SkinChoice(c.name, stiff) if i == k else c for i, c in enumerate(goals.skins))
+            row = _meeting(grid, replace(goals, skins=skins), k, m, float(grid.depths[k, d]), grid.counts)
+            if row is not None:
+                best = Remedy("young", factor, row)
+                break
+    return best
+
+
+def _depths(grid: DesignGrid) -> Remedy:
+    """The depth outside the room that is nearest to it."""
+    goals, best = grid.goals, Remedy("depth", np.nan)
+    shallow, deep = goals.room.depth
+    outside = [
+        *np.geomspace(shallow, shallow / _FURTHER, _STEPS + 1)[1:],
+        *np.geomspace(deep, deep * _FURTHER, _STEPS + 1)[1:],
+    ]
+
+    def far(depth: float) -> float:
+        return float(max(shallow / depth, depth / deep))
+
+    for k, m in np.ndindex(grid.excess.shape[:2]):
+        thickness = goals.skins[k].skin.thickness
+        fit = [float(x) for x in outside if x <= DEEPEST * thickness and _bears(grid, goals, k, m, float(x))]
+        for depth in sorted(fit, key=far)[:_TRIED]:
+            if best.row is not None and far(depth) >= far(best.value):
+                break
+            row = _meeting(grid, goals, k, m, depth, grid.counts)
+            if row is not None:
+                best = Remedy("depth", depth, row)
+                break
+    return best
+
+
+def _counts(grid: DesignGrid) -> Remedy:
+    """The fewest sensors beyond those allowed, up to twice as many."""
+    goals, most = grid.goals, int(grid.counts[-1])
+    room = goals.room.longest_row / goals.room.least_pitch
+    counts = np.arange(most + 1, min(2 * most, int(min(room, 2 * most) + 1e-9) + 1) + 1)
+    best = Remedy("count", np.nan)
+    if not counts.size:
+        return best
+    excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf).min(axis=(3, 4))
+    for k, m in np.ndindex(excess.shape[:2]):
+        bear = [d for d in range(excess.shape[2]) if _bears(grid, goals, k, m, float(grid.depths[k, d]))]
+        for d in sorted(bear, key=lambda d, own=excess[k, m]: own[d])[:_TRIED]:
+            row = _meeting(grid, goals, k, m, float(grid.depths[k, d]), counts)
+            if row is not None and not row.count >= best.value:
+                best = Remedy("count", row.count, row)
+    return best
+
+
+def _bears(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float) -> bool:
+    found = loaded(goals, k, m, depth)
+    return all(found[c.name] <= c.wanted for c in grid.criteria if c.name in _LOADED)
+
+
+def _meeting(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float, counts: np.ndarray) -> Row | None:
+    """The row of fewest sensors at a depth that meets all criteria of the grid, if any."""
+    kind, effort = goals.sensors[m], goals.effort
+    if not _bears(grid, goals, k, m, depth):
+        return None
+    values = study_row(
+        goals.skins[k].skin, kind.transducer, depth, grid.pitches, counts, goals.touches, noise=kind.error,
+        width=kind.width, rng=effort.seed, samples=min(effort.touches, _TOUCHES),
+    )  # fmt: skip
+    found: dict[str, FloatArray] = {**values, "unsure": values["ambiguous"] + values["unfelt"]}
+    ratios = [found[c.name] / c.wanted for c in grid.criteria if c.name not in _LOADED]
+    fits = grid.pitches[:, None] * (counts - 1) <= goals.room.longest_row * (1 + 1e-9)
+    excess = np.where(fits, np.nan_to_num(np.max(ratios, axis=0), nan=np.inf), np.inf)
+    for n in range(counts.size):
+        s = int(np.argmin(excess[:, n]))
+        if excess[s, n] <= 1:
+            return Row(k, m, int(counts[n]), depth, float(grid.pitches[s]))
+    return None

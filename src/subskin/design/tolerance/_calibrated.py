@@ -1,0 +1,124 @@
+"""What a calibration leaves of a finger's errors, to first order: many fingers for the price of a few readings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...contact import LineLoad
+from ...errors import InvalidValueError, SubskinError
+from ...finger import Finger
+from ._costs import Costs
+from ._recovery import TERMS, terms_for
+from ._study import Study
+from .sources import SOURCES, as_made, of_each_sensor
+
+_PRESSES = {"known": 60, "blind": 200}
+_STEP = 1e-2
+"""Of the differences by what a calibration fits, in amounts."""
+_UNKNOWN = 1e-3
+"""Weight of the tolerances where positions are known: hardly any, for `calibrate` knows none."""
+
+
+def after_calibration(costs: Costs, off: Mapping[str, float], method: str) -> tuple[FloatArray, FloatArray]:
+    """What a calibration leaves on fingers drawn: errors of the touches' readings (draws, p, a, n), and its misfit.
+
+    That is, of each sensor (draws, n), the residuals of the presses over its noise, at least 1: so many times its noise
+    the calibrated finger says that it has.
+    """
+    study, rng = costs.study, costs.rng("together", costs.draws + 1)
+    array, touches = study.finger.array, study.touches
+    if method == "known":
+        presses = LineLoad(touches.force, 0.0, np.linspace(*touches.span_on(study.finger), _PRESSES[method]))
+    else:
+        presses = touches.sample(_PRESSES[method], rng, study.finger)
+    # what a unit of each source changes, in the presses (c, n) and then in the touches (p * a, n)
+    unit = {name: _change(study, name, amount, presses) for name, amount in off.items()}
+    c, (p, a, n) = _PRESSES[method], costs.drawn_readings.shape
+    changes = np.zeros((costs.draws, c + p * a, n))
+    for name, amount in off.items():
+        spread, each = SOURCES[name].spread, of_each_sensor(array.noise, amount) if name == "offset" else amount
+        drawn = rng.standard_normal((costs.draws, 1, n if spread == "sensor" else 1)) if spread != "fixed" else 1.0
+        changes += each * drawn * unit[name]
+    weight = np.where(array.live, 1 / np.where(array.live, array.noise, 1.0), 0.0)
+    seen = weight * changes[:, :c] + rng.standard_normal((costs.draws, c, n))  # noise of the presses
+    columns, sizes = _columns(terms_for(study.finger, off), unit, off, study, presses)
+    design = weight[:, None] * columns[:c]  # (c, n, m)
+    if method == "blind":
+        free = _free(study, presses) * weight[:, None]
+        u, s, _ = np.linalg.svd(free / np.linalg.norm(free, axis=1, keepdims=True), full_matrices=False)
+        u = u * (s > 1e-6 * s[:, :1])[:, None]
+        design = design - u @ (np.swapaxes(u, 1, 2) @ design)
+        seen = seen - np.einsum("cnk,dck->dcn", u, np.einsum("cnk,dcn->dck", u, seen))
+    prior = np.eye(sizes.size) * (1.0 if method == "blind" else _UNKNOWN)
+    whole_design = np.concatenate([design.reshape(c * n, -1) * sizes, prior])
+    data = np.concatenate([seen.reshape(costs.draws, -1), np.zeros((costs.draws, sizes.size))], axis=1)
+    found = sizes[:, None] * np.linalg.lstsq(whole_design, data.T, rcond=None)[0]  # (m, draws)
+    rest = (seen - np.einsum("cnm,md->dcn", design, found)) ** 2
+    if method == "known":
+        misfit = np.sqrt(rest.sum(axis=1) / max(c - sizes.size / n, 1.0))
+    else:
+        misfit = np.sqrt(rest.sum(axis=(1, 2))[:, None] / max(c * (n - u.shape[2]) - sizes.size, 1)) * np.ones(n)
+    left = changes[:, c:] - np.einsum("tnm,md->dtn", columns[c:], found)
+    return np.asarray(left.reshape(costs.draws, p, a, n)), np.maximum(misfit, 1.0)
+
+
+def _change(study: Study, name: str, amount: float, presses: LineLoad) -> FloatArray:
+    """What a unit of a source changes in the readings of presses and of the touches, shape (c + p * a, n).
+
+    Of what a sensor has of its own, each reading is changed by that of its own sensor.
+    """
+    finger = study.finger
+
+    def readings(made: Finger) -> FloatArray:
+        touches = study.readings(made)
+        return np.concatenate([study.pressed(made, presses), touches.reshape(-1, touches.shape[-1])])
+
+    if name == "offset":
+        return np.ones((1, len(finger.array)))
+    if name in ("gain", "gains"):
+        return readings(finger) - np.asarray(finger.array.offset)
+    by = "depths" if name == "depth" else name
+    step = _STEP * amount if by in ("depths", "position") else amount
+    ends = []
+    for sign in (1, -1) if SOURCES[name].spread != "fixed" else (1,):
+        try:
+            ends.append((sign * step, readings(as_made(finger, {by: sign * step}))))
+        except SubskinError as error:  # Poisson's ratio above 1/2
+            refused = error
+    if not ends:
+        raise InvalidValueError(f"{name} off by {amount:.6g}", f"no such finger ({refused.seen})", "a smaller one")
+    if len(ends) == 1:
+        ends.append((0.0, readings(finger)))
+    return np.asarray((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+
+
+def _columns(
+    fit: Sequence[str], unit: Mapping[str, FloatArray], off: Mapping[str, float], study: Study, presses: LineLoad
+) -> tuple[FloatArray, FloatArray]:
+    """What each fitted number changes, (c + p * a, n, m), and how far it may be off (m,)."""
+    array, n = study.finger.array, len(study.finger.array)
+    columns, sizes = [], []
+    for term in fit:
+        sources = [name for name in TERMS[term] if name in off] or [term]
+        amount = float(np.sqrt(sum(off.get(name, 0.0) ** 2 for name in sources))) or 1.0
+        key = next((name for name in sources if name != "young"), "gain")
+        change = unit[key] if key in unit else _change(study, key, amount, presses)
+        if term in ("gain", "offset", "depths", "position"):
+            columns.append(change[..., None] * np.eye(n))
+            sizes.append(of_each_sensor(array.noise, amount) if term == "offset" else np.full(n, amount))
+        else:
+            columns.append(change[..., None])
+            sizes.append(np.array([amount]))
+    rows = max(len(column) for column in columns)
+    return np.concatenate([np.broadcast_to(c, (rows, *c.shape[1:])) for c in columns], axis=-1), np.concatenate(sizes)
+
+
+def _free(study: Study, presses: LineLoad) -> FloatArray:
+    """Readings by position, normal and tangential force of each press, (c, n, 3): left free if blind."""
+    table, position = study.locator.response, np.asarray(presses.position)
+    load = np.stack([np.cos(presses.angle), np.sin(presses.angle)], axis=-1) * study.touches.force
+    moved = np.einsum("cnl,cl->cn", table(position, derivative=1), load)
+    return np.concatenate([moved[..., None], table(position)], axis=-1)
