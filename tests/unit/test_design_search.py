@@ -292,7 +292,7 @@ def test_the_verdict_says_which_finger_meets_the_goals(off):
 def test_blind_spots_are_a_goal_where_they_are_asked_for(off):
     best = off[1].fingers[0]
     check = next(c for c in best.checks if c.criterion.name == "blind_spots")
-    assert check.value == best.spots.wrong > 0
+    assert check.value == best.unopposed.wrong > 0
     strict = replace(off[1].goals, accuracy=replace(GOALS.accuracy, blind_spots=0.5 * check.value))
     found = rank_fingers(replace(off[1].grid, goals=strict))
     assert not found.fingers[0].meets

@@ -107,7 +107,7 @@ def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignS
     first = (
         f"Finger 1: {verdict}" if best.meets else f"No finger within the limits meets every goal. Finger 1: {verdict}"
     )
-    said = [first, words.tolerances_of(study), *([] if best.spots is None else [best.spots.sentence])]
+    said = [first, words.tolerances_of(study), *([] if best.unopposed is None else [best.unopposed.sentence])]
     would = words.remedies_of(study)
     for sentence in (*said, *would):
         print(_wrapped(sentence), file=out)
@@ -138,7 +138,7 @@ def _as_json(study: design.search.DesignStudy, written: list[Path]) -> dict[str,
             "told_from_point": finger.point,
             "told_from_wide": finger.wide,
             "reasons": list(design.words.reasons_of(study, finger.row)),
-            "blind_spots": None if finger.spots is None else finger.spots.to_dict(),
+            "blind_spots": None if finger.unopposed is None else finger.unopposed.to_dict(),
         }
 
     def checked(checks: tuple[design.search.Check, ...]) -> dict[str, Any]:

@@ -150,9 +150,9 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     for letter, m in zip("abc", chosen, strict=True):
         axes.text(moduli[m], 102.0, letter, ha="center", va="bottom", fontweight="bold", color=BLACK)
     # beneath the axes: bands can be narrower than their names, and curves go anywhere
-    place: dict[str, Any] = {"loc": "upper center", "ncols": 3, "frameon": False}
-    axes.add_artist(axes.legend(handles=lines, bbox_to_anchor=(0.5, -0.22), **place))
-    axes.legend(handles=bands, bbox_to_anchor=(0.5, -0.32), **place | {"ncols": len(bands)})
+    beneath: dict[str, Any] = {"loc": "upper center", "ncols": 3, "frameon": False}
+    axes.add_artist(axes.legend(handles=lines, bbox_to_anchor=(0.5, -0.22), **beneath))
+    axes.legend(handles=bands, bbox_to_anchor=(0.5, -0.32), **beneath | {"ncols": len(bands)})
 
 
 def _between(values: FloatArray) -> FloatArray:

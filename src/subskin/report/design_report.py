@@ -86,7 +86,7 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
         blocks.append(Picture(placement_figure(finger.quality), f"Finger {rank}. {name}."))
     blocks += [
         *_tolerances(study, best),
-        *_spots(best),
+        *_unopposed(best),
         *_two_points(best),
         *_filter(best),
         *_provenance(study, goals_text),
@@ -201,8 +201,8 @@ def _command(study: DesignStudy, budget: ToleranceBudget) -> str:
     return f"subskin tolerances finger_1.toml --force {force:g} {given} --only {only} --calibrate known"
 
 
-def _spots(finger: DesignedFinger) -> list[Block]:
-    found = finger.spots
+def _unopposed(finger: DesignedFinger) -> list[Block]:
+    found = finger.unopposed
     if found is None:
         return []
     rows = [[row.text, *(in_words(share, "") for share in (row.ok, row.wrong, row.unexplained))] for row in found.rows]

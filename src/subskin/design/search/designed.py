@@ -47,7 +47,7 @@ class DesignedFinger:
         What the tolerances leave as made and after calibration; None where only noise counts.
     budget : ToleranceBudget or None
         What each tolerance costs, of the first finger alone.
-    spots : BlindSpots or None
+    unopposed : BlindSpots or None
         What it cannot object to: of the first finger, and of all where a goal asks for it.
     two_points : TwoPointLimen
         From which distance on two touches are told from one.
@@ -65,7 +65,7 @@ class DesignedFinger:
     quality: PlacementQuality
     outcome: Outcome | None
     budget: ToleranceBudget | None
-    spots: BlindSpots | None
+    unopposed: BlindSpots | None
     two_points: TwoPointLimen
     wide: float
     checks: tuple[Check, ...]

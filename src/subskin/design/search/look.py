@@ -8,7 +8,7 @@ import numpy as np
 
 from ..blind_spots import BlindSpots, blind_spots
 from ..placement import placement_quality
-from ..tolerance import Kept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
+from ..tolerance import ErrorsKept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
 from .designed import Check, DesignedFinger
 from .grid import Criterion, DesignGrid
 from .refine import Aim, apart, limen
@@ -17,7 +17,7 @@ __all__ = ["explained", "finished", "looked_at"]
 
 _MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force"}
 """What tolerances add to, and what they add."""
-_SPOTS = 300
+_OUTSIDE = 300
 """Touches of each kind outside the model."""
 
 
@@ -52,8 +52,8 @@ def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
         search, seed = design.quality.search, goals.effort.seed
         outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
         design = replace(design, outcome=outcome)
-    if goals.accuracy.blind_spots is not None and design.spots is None:
-        design = replace(design, spots=_spots(grid, design))
+    if goals.accuracy.blind_spots is not None and design.unopposed is None:
+        design = replace(design, unopposed=_unopposed(grid, design))
     return _checked(grid, design)
 
 
@@ -72,7 +72,7 @@ def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
             search=design.quality.search,
         )  # fmt: skip
         design = replace(design, budget=budget)
-    return design if design.spots is not None else replace(design, spots=_spots(grid, design))
+    return design if design.unopposed is not None else replace(design, unopposed=_unopposed(grid, design))
 
 
 def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:
@@ -84,12 +84,14 @@ def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:
     return amounts | {"noise": grid.goals.sensors[design.row.sensor].error} if amounts else {}
 
 
-def _spots(grid: DesignGrid, design: DesignedFinger) -> BlindSpots:
+def _unopposed(grid: DesignGrid, design: DesignedFinger) -> BlindSpots:
     goals = grid.goals
-    return blind_spots(design.finger, goals.touches, count=_SPOTS, rng=goals.effort.seed, search=design.quality.search)
+    return blind_spots(
+        design.finger, goals.touches, count=_OUTSIDE, rng=goals.effort.seed, search=design.quality.search
+    )
 
 
-def _judged(grid: DesignGrid, outcome: Outcome) -> Kept:
+def _judged(grid: DesignGrid, outcome: Outcome) -> ErrorsKept:
     return outcome.as_made if grid.goals.accuracy.calibrated == "none" else outcome.calibrated
 
 
@@ -102,7 +104,7 @@ def _checked(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     return replace(design, checks=judged, as_made=made, calibrated=after)
 
 
-def _checks(grid: DesignGrid, design: DesignedFinger, left: Kept | None) -> tuple[Check, ...]:
+def _checks(grid: DesignGrid, design: DesignedFinger, left: ErrorsKept | None) -> tuple[Check, ...]:
     """What was wanted against what the finger does, with what the tolerances leave."""
     values, accuracy = dict(design.values), grid.goals.accuracy
     if left is not None:
@@ -112,7 +114,7 @@ def _checks(grid: DesignGrid, design: DesignedFinger, left: Kept | None) -> tupl
     if accuracy.feature is not None:
         feature = Criterion("feature", "distance of two touches told from one", "m", accuracy.feature)
         checks.append(Check(feature, design.point))
-    if accuracy.blind_spots is not None and design.spots is not None:
-        spots = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)
-        checks.append(Check(spots, design.spots.wrong))
+    if accuracy.blind_spots is not None and design.unopposed is not None:
+        outside = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)
+        checks.append(Check(outside, design.unopposed.wrong))
     return tuple(checks)

@@ -2,13 +2,13 @@
 
 from .budget import ToleranceBudget, tolerance_budget
 from .cost import Cost, Needed, Recovery
-from .outcome import Kept, Outcome, tolerance_outcome
+from .outcome import ErrorsKept, Outcome, tolerance_outcome
 from .sources import SOURCES, Source, usual_tolerances
 
 __all__ = [
     "SOURCES",
     "Cost",
-    "Kept",
+    "ErrorsKept",
     "Needed",
     "Outcome",
     "Recovery",

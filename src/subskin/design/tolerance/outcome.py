@@ -20,14 +20,14 @@ from ._recovery import METHODS
 from ._study import Study
 from .sources import SOURCES, checked_tolerances
 
-__all__ = ["Kept", "Outcome", "tolerance_outcome"]
+__all__ = ["ErrorsKept", "Outcome", "tolerance_outcome"]
 
 _ALIKE = 1.05
 """Up to this ratio to the noise a misfit is as good as none."""
 
 
 @dataclass(frozen=True)
-class Kept:
+class ErrorsKept:
     """Errors that tolerances add to those of the noise, and the touches that are lost with both.
 
     Parameters
@@ -51,9 +51,9 @@ class Outcome:
 
     Parameters
     ----------
-    as_made : Kept
+    as_made : ErrorsKept
         Located by the finger as drawn.
-    calibrated : Kept
+    calibrated : ErrorsKept
         Located by the same fingers after calibration.
     method : {"known", "blind"}
         Of the calibration.
@@ -61,8 +61,8 @@ class Outcome:
         The tolerances, the noise among them.
     """
 
-    as_made: Kept
-    calibrated: Kept
+    as_made: ErrorsKept
+    calibrated: ErrorsKept
     method: str
     amounts: Mapping[str, float]
 
@@ -142,9 +142,9 @@ def tolerance_outcome(
     return Outcome(made, after, method, amounts)
 
 
-def _kept(errors: FloatArray, lost: float, share: float) -> Kept:
+def _kept(errors: FloatArray, lost: float, share: float) -> ErrorsKept:
     position, force, angle = np.quantile(errors, share, axis=(0, 1), method="higher")
-    return Kept(float(position), float(angle), float(force), lost)
+    return ErrorsKept(float(position), float(angle), float(force), lost)
 
 
 def _lost(study: Study, frames: FloatArray, misfit: FloatArray) -> float:
