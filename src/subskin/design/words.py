@@ -9,7 +9,7 @@ import numpy as np
 
 from .._check import FloatArray
 from ._common import stretch
-from .search import Check, Criterion, DesignedFinger, DesignGrid, DesignStudy, Goals, Row
+from .search import Check, Criterion, DesignedFinger, DesignGrid, DesignStudy, Goals, Remedy, Row
 from .tolerance import SOURCES
 from .touches import Touches
 
@@ -135,7 +135,7 @@ def tolerances_of(study: DesignStudy) -> str:
 def remedies_of(study: DesignStudy) -> tuple[str, ...]:
     """What would do where no design of the grid does, one sentence a change; none where one does."""
     goals, room = study.goals, study.goals.room
-    found = {remedy.what: remedy for remedy in study.remedies}
+    found: dict[str, Remedy] = {remedy.what: remedy for remedy in study.remedies}
     if not found:
         return ()
     borne, force, young, depth, count = (found[name] for name in ("borne", "force", "young", "depth", "count"))

@@ -83,7 +83,9 @@ def _forces(grid: DesignGrid) -> Iterator[Remedy]:
     ratios = {c.name: grid.values[c.name] / c.wanted for c in grid.criteria}
     load = np.max([value for name, value in ratios.items() if name in _LOADED], axis=0)
     rest = np.max([value for name, value in ratios.items() if name not in _LOADED], axis=0)
-    for what, ratio in (("borne", load), ("force", np.where(rest <= 1, load, np.nan))):
+    parts: tuple[tuple[Literal["borne", "force"], FloatArray], ...]
+    parts = ("borne", load), ("force", np.where(rest <= 1, load, np.nan))
+    for what, ratio in parts:
         least = np.where(np.isfinite(ratio) & (ratio > 0), ratio, np.inf)
         at = np.unravel_index(int(np.argmin(least)), least.shape)
         value = grid.goals.strongest / float(least[at])
@@ -102,7 +104,7 @@ def _moduli(grid: DesignGrid) -> Remedy:
     for k, m in np.ndindex(grid.excess.shape[:2]):
         own = goals.skins[k]
         strains = [loaded(goals, k, m, float(depth))["strain"] / goals.largest_strain for depth in grid.depths[k]]
-        for d in sorted(range(len(strains)), key=lambda d, strains=strains: abs(np.log(strains[d])))[:_TRIED]:
+        for d in np.argsort(np.abs(np.log(strains)), kind="stable")[:_TRIED].tolist():
             factor = float(strains[d]) * (1 + 1e-9)
             if best.row is not None and abs(np.log(factor)) >= abs(np.log(best.value)):
                 break
@@ -151,7 +153,7 @@ def _counts(grid: DesignGrid) -> Remedy:
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf).min(axis=(3, 4))
     for k, m in np.ndindex(excess.shape[:2]):
         bear = [d for d in range(excess.shape[2]) if _bears(grid, goals, k, m, float(grid.depths[k, d]))]
-        for d in sorted(bear, key=lambda d, own=excess[k, m]: own[d])[:_TRIED]:
+        for d in np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")][:_TRIED].tolist():
             row = _meeting(grid, goals, k, m, float(grid.depths[k, d]), counts)
             if row is not None and not row.count >= best.value:
                 best = Remedy("count", row.count, row)

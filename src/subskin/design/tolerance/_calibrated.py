@@ -79,7 +79,7 @@ def _change(study: Study, name: str, amount: float, presses: LineLoad) -> FloatA
     if name == "offset":
         return np.ones((1, len(finger.array)))
     if name in ("gain", "gains"):
-        return readings(finger) - np.asarray(finger.array.offset)
+        return np.asarray(readings(finger) - np.asarray(finger.array.offset))
     by = "depths" if name == "depth" else name
     step = _STEP * amount if by in ("depths", "position") else amount
     ends = []
