@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 __all__ = ["Finger"]
 
 _LARGEST = 0.5  # m, of a skin's depth and of half a row
+_LONGEST = 1000.0  # depths, half a row that is meant
+_SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _FAR = 100.0  # depths, from which nothing is felt
 
 
@@ -79,8 +81,8 @@ class Finger(Frozen):
     Warns
     -----
     ValidityWarning
-        A depth or a position of a sensor of more than 0.5 m: mm were probably meant. A depth or a modulus of exactly 1
-        is a unit of one's own, and passes.
+        A depth or a position of a sensor of more than 0.5 m, a modulus below 50 Pa: another unit was probably meant.
+        Where neither lengths nor moduli are of a finger's size, the units are one's own.
 
     Examples
     --------
@@ -107,14 +109,21 @@ class Finger(Frozen):
         if not isinstance(self.array, SensorArray):
             raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
         deepest = float(np.asarray(self.array.depth).max())
-        if deepest != 1.0 and all(material.young != 1.0 for material in self.skin.materials):  # units of one's own
-            for name in ("depth", "y"):
-                value = float(np.abs(getattr(self.array, name)).max())
-                if value > _LARGEST:
-                    _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
+        self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
+
+    def _doubt_units(self, deepest: float, softest: float) -> None:
+        """Warn where lengths or moduli are not of a finger's size; where neither are, the units are one's own."""
+        if softest < _SOFTEST:
+            if softest != 1.0 and deepest < _LARGEST:
+                _check.doubt("young", softest, "Pa", 1e6, "MPa")
+            return
+        for name, largest in (("depth", _LARGEST), ("y", max(_LARGEST, _LONGEST * deepest))):
+            value = float(np.abs(getattr(self.array, name)).max())
+            if value > largest:
+                _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
 
     plot = Drawing("finger_figure")
 
@@ -209,13 +218,20 @@ class Finger(Frozen):
         Warns
         -----
         ValidityWarning
-            A contact 100 depths beyond the row, or as wide: mm were probably meant.
+            The first contact that is read lies 100 depths beyond the row, or is as wide: mm were probably meant.
         """
-        self._doubt(contact)
+        if self._unread:
+            self._doubt(contact)
         return self.array.digitise(self.measure(contact), rng)
 
+    @cached_property
+    def _unread(self) -> list[bool]:
+        """Empty when a contact has been read."""
+        return [True]
+
     def _doubt(self, contact: Contact) -> None:
-        """Warn of a contact so far away, or so wide, that its unit was probably forgotten."""
+        """Warn of a contact so far away, or so wide, that its unit was probably forgotten; the first one tells."""
+        self._unread.clear()
         y = np.asarray(self.array.y)
         far = _FAR * float(np.asarray(self.array.depth).max())
         for name, limit in (("position", far + float(np.abs(y).max())), ("half_width", far)):

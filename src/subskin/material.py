@@ -11,9 +11,6 @@ from ._shown import Presets
 
 __all__ = ["Material"]
 
-_SOFTEST = 50.0  # Pa; softer than any gel that keeps its shape, but for 1, a unit of one's own
-
-
 @dataclass(frozen=True)
 class Material:
     """A linear elastic, isotropic material; every other modulus follows from these two numbers.
@@ -30,11 +27,6 @@ class Material:
     InvalidValueError
         Where either number is outside its range.
 
-    Warns
-    -----
-    ValidityWarning
-        A modulus below 50 Pa, other than 1 (a unit of one's own): MPa were probably meant.
-
     Examples
     --------
     >>> rubber = Material(young=0.4e6, poisson=0.5)
@@ -50,8 +42,6 @@ class Material:
     def __post_init__(self) -> None:
         fix = "a soft silicone has about 0.05e6 to 2e6 Pa"
         object.__setattr__(self, "young", _check.scalar("young", self.young, unit="Pa", above=0.0, fix=fix))
-        if self.young < _SOFTEST and self.young != 1.0:
-            _check.doubt("young", self.young, "Pa", 1e6, "MPa")
         fix = "rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3"
         poisson = _check.scalar("poisson", self.poisson, at_least=0.0, at_most=0.5, fix=fix)
         object.__setattr__(self, "poisson", poisson)

@@ -125,7 +125,7 @@ class Response(Frozen):
             raise InvalidValueError(f"function = {_check.shown(function)}", "a function of positions is needed")
         start, stop = (_check.scalar(name, value, unit="m") for name, value in (("start", start), ("stop", stop)))
         step = _check.scalar("step", step, unit="m", above=0.0)
-        tolerance = _check.scalar("tolerance", tolerance, above=0.0)
+        tolerance = float(_check.real("tolerance", tolerance, above=0.0, finite=False))
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop")
         cells = _cells(stop - start, step)

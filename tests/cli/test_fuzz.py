@@ -70,6 +70,7 @@ def changed_files(draw):
 
 
 @QUICK
+@pytest.mark.filterwarnings("ignore::subskin.errors.ValidityWarning")  # of a unit that was lost
 @given(text=changed_files())
 def test_a_changed_finger_file(text):
     file = parsed(text)

@@ -53,7 +53,7 @@ def test_names_what_it_is_built_on(path):
 
 
 def test_some_are_built_on_others():
-    assert imported(ROOT / "estimate" / "project.py") == ["climb", "scan"]
+    assert imported(ROOT / "estimate" / "project.py") == ["climb", "ends", "scan"]
 
 
 def test_a_loop_in_plain_python_need_not_be_compiled():

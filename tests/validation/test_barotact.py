@@ -215,6 +215,6 @@ class TestABondedLayer:
         t = names.index("thickness")
         known, free = covariance(keep[:, :-1]), covariance(keep)
         # the residuals are no noise, so that what is stated is wider than that of independent ones
-        assert (np.diag(found.covariance) > np.diag(known[:-1, :-1])).all()
+        assert np.median(np.diag(found.covariance) / np.diag(known[:-1, :-1])) > 1.5
         assert np.sqrt(free[t, t] / known[t, t]) > 2.0
         assert free[t, -1] ** 2 / (free[t, t] * free[-1, -1]) > 0.8

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 
 __all__ = ["Correlated", "Residuals", "correlated", "scatter"]
 
@@ -42,7 +43,7 @@ class Correlated:
 
 
 @dataclass(frozen=True)
-class Residuals:
+class Residuals(Frozen):
     """Residuals (k,), each with its sensor, position relative to that [depth] and weight in a shared misfit."""
 
     value: FloatArray

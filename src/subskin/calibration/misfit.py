@@ -20,6 +20,8 @@ _SLIGHT = 0.1
 """Below a tenth of the readings' spread the positions are good to a tenth of a depth, whatever the model."""
 _STRETCH = 2.0
 """A drawing knows the depth at least to this factor."""
+_TIMES = 3.0
+"""Residuals as many times as large as the stated noise are none, structured or not."""
 _UNEQUAL = 0.5
 """Share of the squared misfit that a load of its own for each touch has to take away, to be what is wrong."""
 
@@ -57,12 +59,14 @@ class Misfit:
 
     @property
     def wrong(self) -> bool:
-        """Whether the model is not that of the touches: structured, and of a third of the readings' spread.
+        """Whether the model is not that of the touches: no noise, and of a third of the readings' spread.
+
+        Residuals are no noise where they are structured, or more than 3 times as large as the noise that is stated.
 
         A tenth is enough where a length of the finger has been stretched, or where loads are not alike.
         """
         limit = _SLIGHT if self.stretched or self.unequal else _LOST
-        return (self.structured or self.unequal > 0) and self.share > limit
+        return (self.structured or self.unequal > 0 or self.over_noise > _TIMES) and self.share > limit
 
     @property
     def verdict(self) -> str:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from .. import scan as _scan
 from ..scan import MOST_CHI2
 from . import _solver, _weight
 from . import columns as column
@@ -176,7 +177,7 @@ def _curves(row, x, shares, squares, prior, w, surface):
         at += 2 * (m + 2)
 
 
-@compiled(built_on=(_solver, _weight))
+@compiled(built_on=(_scan, _solver, _weight))
 def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
     """Fill `out`, a row of `WIDTH` columns and the nodes' values for each frame of `readings` (frames, n).
 
