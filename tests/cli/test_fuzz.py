@@ -4,6 +4,7 @@ import math
 import string
 
 import numpy as np
+import pytest
 import tomlkit
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st

@@ -53,7 +53,7 @@ def test_one_frame_says_what_was_found_with_errors_and_units(found):
     one = found[2]
     text = repr(one)
     numbers = re.search(
-        r"Estimate\(OK, position (\S+) \+- (\S+) mm, force (\S+) \+- (\S+) N/m, angle (\S+) \+- (\S+) deg; "
+        r"Estimate\(OK, position (\S+) \+- (\S+) mm, force (\S+) \+- (\S+) N/m, angle (\S+) \+- (\S+) deg;\n *"
         r"chi-square \S+ with 5 to spare\)",
         text,
     )

@@ -45,7 +45,8 @@ def in_words(title: str, status: Any, names: Mapping[int, str], quantities: list
     if status.shape == ():
         said = [f"{q.name} {with_error(float(q.values), float(q.std), q.unit)}" for q in quantities]
         known = [text for text, q in zip(said, quantities, strict=True) if np.isfinite(q.values)]
-        return f"{title}({'; '.join([', '.join([names[int(status)], *known]), *filter(None, [more])])})"
+        apart = ";\n" + " " * (len(title) + 1)  # on a line of its own
+        return f"{title}({apart.join([', '.join([names[int(status)], *known]), *filter(None, [more])])})"
     rows = _summary(quantities)
     head = _head(title, status, names)
     return lines(head, rows) if rows else head
