@@ -21,6 +21,7 @@ TOUCHES = {
     "flat side": ss.FlatPunch(1.0, 0.2, 0.3, half_width=0.8),
     "round side": ss.Hertz(1.0, 0.2, 0.3, half_width=0.8),
 }
+NAMED = tuple(Kind(kind.name, kind.family, kind.half_width) for kind in usual_kinds(TIP)[:4])
 
 
 def frames(tip=TIP):
@@ -28,7 +29,7 @@ def frames(tip=TIP):
 
 
 def test_names_the_contact():
-    said = contact_type(TIP, frames())
+    said = contact_type(TIP, frames(), NAMED)
     assert said.names == tuple(TOUCHES)
     assert said.name.tolist() == list(TOUCHES)
     assert said.status.tolist() == [ss.Status.OK] * 4
@@ -42,9 +43,9 @@ def test_names_the_contact():
 
 def test_the_batch_has_the_shape_of_the_readings():
     readings = frames().reshape(2, 2, 6)
-    said = contact_type(TIP, readings)
+    said = contact_type(TIP, readings, NAMED)
     assert (said.shape, said.name.shape, said.probability.shape) == ((2, 2), (2, 2), (2, 2, 4))
-    alone = contact_type(TIP, readings[1, 0])
+    alone = contact_type(TIP, readings[1, 0], NAMED)
     assert (alone.shape, str(alone.name)) == ((), "flat side")
     np.testing.assert_array_equal(alone.probability, said.probability[1, 0])
 
@@ -121,14 +122,14 @@ def test_families_of_one_s_own(family):
 
 def test_gain_and_offset_are_taken_off():
     tip = finger(gain=[1, -2, 3, 1, 0.5, -1], offset=[1, 2, 3, 4, 5, 6])
-    assert contact_type(tip, frames(tip)).name.tolist() == list(TOUCHES)
+    assert contact_type(tip, frames(tip), NAMED).name.tolist() == list(TOUCHES)
 
 
 def test_other_skins_and_transducers():
     skin = ss.Layered(ss.Layer(ss.Material(young=1.0, poisson=0.45), thickness=2.5))
     array = ss.SensorArray.line(8, pitch=0.5, depth=1.0, transducer=ss.MeanPressure(), noise=1e-4)
     tip = ss.Finger(skin, array)
-    assert contact_type(tip, frames(tip), search=(-1.0, 1.0)).name.tolist() == list(TOUCHES)
+    assert contact_type(tip, frames(tip), NAMED, search=(-1.0, 1.0)).name.tolist() == list(TOUCHES)
 
 
 def test_inputs_stay_as_they_are():
@@ -147,6 +148,13 @@ def test_inputs_stay_as_they_are():
         (lambda: Kind("a", "hertz"), "largest half width"),
         (lambda: Kind("a", "hertz", (1.0, 0.5)), "ascending"),
         (lambda: Kind("a", "hertz", (0.5, 1.0), prior=0.0), "prior"),
+        (lambda: Kind("a", "hertz", (0.5, 1.0), tails=(0.6, 2.0)), "tails"),
+        (lambda: Kind("a", "pair", (0.5, 1.0), tails=(0.2, 2.0)), "tails"),
+        (lambda: Kind("a", "line", tails=(0.0, 1.0)), "has none"),
+        (lambda: Kind("a", "none", (0.0, 1.0)), "has none"),
+        (lambda: Kind("a", "pair"), "largest half width"),
+        (lambda: contact_type(TIP, frames(), (Kind("a", "none"),)), "of a family"),
+        (lambda: contact_type(TIP, frames(), (Kind("a", "line"), Kind("b", "none"), Kind("c", "none"))), "at most one"),
         (lambda: contact_type(TIP, frames(), ()), "at least one"),
         (lambda: contact_type(TIP, frames(), (Kind("a", "line"), Kind("a", "line"))), "own name"),
         (lambda: contact_type(TIP, frames(), ("line",)), "Kind"),
@@ -174,4 +182,42 @@ def test_the_usual_kinds_are_in_depths():
     skin = ss.HalfPlane(ss.Material(young=1.0))
     tip = ss.Finger(skin, ss.SensorArray(y=[0.0, 1.0, 2.0], depth=[2.0, 3.0, 2.5]))
     widths = [kind.half_width for kind in usual_kinds(tip)]
-    np.testing.assert_allclose(widths, 2.0 * np.array([[0, 0], [0.1, 0.35], [0.5, 1.2], [0.5, 1.2]]))
+    expected = [[0, 0], [0.1, 0.35], [0.5, 1.2], [0.5, 1.2], [0.25, 1.5], [0, 0]]
+    np.testing.assert_allclose(widths, 2.0 * np.array(expected))
+    tails = [kind.ends for kind in usual_kinds(tip)][1:4]
+    np.testing.assert_allclose(tails, 2.0 * np.array([[0.05, 0.7], [0, 2.4], [0, 2.4]]))
+
+
+def test_a_narrow_roller_is_not_surely_a_vertex():
+    """Nearly the same readings: a wedge is the likelier, and no more is said; without tails it was certain."""
+    readings = TIP.read(ss.Hertz(1.0, 0.2, 0.3, half_width=[0.2, 0.25, 0.3]))
+    assert (contact_type(TIP, readings, NAMED).name == "vertex").all()
+    said = contact_type(TIP, readings)
+    assert said.name.tolist() == ["cannot tell"] * 3
+    assert (said.probability[:, 1] > 0.5).all()
+    assert (said.spare == 2).all()
+
+
+def test_two_touches_are_named_where_readings_are_to_spare():
+    tip = finger(8)
+    readings = tip.read(ss.LineLoad(1.0, 0.2, -0.6)) + tip.read(ss.LineLoad(0.7, -0.2, 0.7))
+    said = contact_type(tip, readings)
+    assert (str(said.name), int(said.spare)) == ("two touches", 2)
+    np.testing.assert_allclose([said.position, said.half_width], [0.05, 0.65], atol=1e-5)
+    pushed = [np.cos(0.2) * 1.7, np.sin(0.2) * 0.3]
+    np.testing.assert_allclose([said.force, said.angle], [np.hypot(*pushed), np.arctan2(*pushed[::-1])], atol=1e-4)
+    few = contact_type(TIP, readings[1:-1])  # six readings, six unknowns
+    assert (str(few.name), int(few.spare)) == ("cannot tell", 0)
+    assert few.probability[4] == pytest.approx(0.5, abs=0.01)
+    np.testing.assert_array_equal(contact_type(tip, readings, friction=0.1).names, said.names)
+
+
+def test_none_of_these_is_near_to_a_kind_but_off():
+    """An even pressure: neither a roller's nor a flat bar's."""
+    touch = ss.Strip(1.0, 0.2, 0.3, half_width=0.95)
+    quiet = finger(6, noise=5e-4)
+    assert str(contact_type(quiet, quiet.read(touch)).name) == "unexplained"
+    said = contact_type(TIP, TIP.read(touch), false_alarm=1e-30)
+    assert str(said.name) == "none of these"
+    assert np.isnan([said.position, said.force, said.half_width, said.residual]).all()
+    assert int(said.spare) == 2

@@ -1,5 +1,7 @@
 """The evidence of a kind against the integral it stands for, and its probabilities against how often they come true."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -134,6 +136,71 @@ def test_evidence_without_friction(noise):
         units = unit_readings(tip, kind, positions, widths, np.zeros(2))
         exact.append(integral(tip, units, frame, positions, widths, np.zeros(2), 1.0) + np.log(share))
     assert np.diff(said.log_evidence) == pytest.approx(np.diff(exact), abs=0.03)
+
+
+def test_tails_are_a_mixture_of_narrow_ranges():
+    """A kind whose half widths thin out is the sum of kinds of narrow ranges, each with its share."""
+    tip = finger(6, 0.5, 3e-3)
+    frame = tip.read(ss.Hertz(1.0, 0.3, 0.2, half_width=0.45), np.random.default_rng(0))
+    whole = Kind("whole", "hertz", (0.5, 0.7), tails=(0.1, 1.0))
+    edges = np.linspace(0.1, 1.0, 31)
+    bins = [Kind("bin", "hertz", (a, b)) for a, b in itertools.pairwise(edges)]
+    each = np.array([contact_type(tip, frame, (whole, kind)).log_evidence for kind in bins])
+    each[:, 1] += each[0, 0] - each[:, 0]  # all counted off the same
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    share = np.interp(middle, [0.1, 0.5, 0.7, 1.0], [0, 1, 1, 0])
+    expected = np.log((np.exp(each[:, 1]) * share / share.sum()).sum())
+    assert each[0, 0] == pytest.approx(expected, abs=0.05)
+
+
+def test_none_of_these_is_a_kind_with_more_noise():
+    """The evidence of fingers that are noisier by the model error, worked out by themselves."""
+    tip = finger(6, 0.5, 1e-3)
+    frame = tip.read(ss.LineLoad(1.0, 0.3, 0.2)) * [1.0, 1.0, 1.02, 1.0, 0.98, 1.0]
+    both = (Kind("line", "line"), Kind("far from it", "punch", (2.0, 2.2)))
+    said = contact_type(tip, frame, (*both, Kind("none", "none")), false_alarm=1e-9)
+    chi2 = float(said.table[2])
+    assert said.log_evidence[1] < said.log_evidence[0] - 30
+    square = np.sum((frame / np.asarray(tip.array.noise)) ** 2) / 6
+    each = []
+    for error in (0.01, 0.03, 0.1, 0.3):
+        noisier = 1 + error**2 * square
+        alone = contact_type(finger(6, 0.5, 1e-3 * np.sqrt(noisier)), frame, both).table
+        each.append(alone[1] - 0.5 * alone[2] + 0.5 * chi2 - 3 * np.log(noisier))
+    expected = np.log(np.mean(np.exp(np.array(each) - max(each)))) + max(each) - np.log(2)
+    assert said.log_evidence[2] == pytest.approx(expected, abs=0.1)
+    assert chi2 > 10
+
+
+def test_two_touches_against_a_plain_sum():
+    """Midpoint and half distance on a grid; the four forces, far within their cones, by a Gaussian integral at each."""
+    tip = finger(8, 0.5, 2e-3)
+    frame = tip.read(ss.LineLoad(1.0, 0.2, -0.6)) + tip.read(ss.LineLoad(0.8, -0.1, 0.5))
+    frame += np.asarray(tip.array.noise) * np.random.default_rng(0).standard_normal(8)
+    kinds = (Kind("line", "line"), Kind("far from it", "punch", (2.0, 2.2)), Kind("two", "pair", (0.25, 1.5)))
+    ends = (-2.25, 2.25)
+    said = contact_type(tip, frame, kinds, search=ends)
+    column = 1 + 2 * 6
+    position, half = said.table[column + 2], said.table[column + 5]
+    sigma = np.asarray(tip.array.noise)
+    w = frame / sigma
+    grid = np.linspace(-0.12, 0.12, 97)
+    high = []
+    for h in half + grid:
+        y = position + grid
+        a = np.concatenate([tip.receptive_field(y - h), tip.receptive_field(y + h)], -1) / sigma[:, None]
+        g, b = np.einsum("mni,mnj->mij", a, a), np.einsum("mni,n->mi", a, w)
+        f = np.linalg.solve(g, b[..., None])[..., 0]
+        one, two = np.hypot(f[:, 0], f[:, 1]), np.hypot(f[:, 2], f[:, 3])
+        log = 0.5 * (b * f).sum(-1) - 0.5 * np.linalg.slogdet(g)[1] + 2 * np.log(2 * np.pi)
+        # alike: shares of the force, its logarithm, both angles (one range is common to all kinds), half distances
+        prior = -2 * np.log(one + two) - np.log(one * two) - np.log(np.pi / 2) - np.log(1.25) - np.log(1 - 2 * h / 4.5)
+        high.append(log + prior)
+    high = np.array(high)
+    step = grid[1] - grid[0]
+    exact = high.max() + np.log(np.exp(high - high.max()).sum() * step**2)
+    explained = (w**2).sum() - min(said.table[2], said.table[8])  # of one contact, off which all evidence is counted
+    assert said.log_evidence[2] == pytest.approx(exact - 0.5 * explained, abs=0.15)
 
 
 def calibration_error(top, right, bins=15):

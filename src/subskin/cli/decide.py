@@ -24,8 +24,10 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact wedge --half-width "0.5 mm" | subskin decide finger.toml - --json
 """
 _NOTES = """\
-Without --kind: a line, a vertex (wedge of half width 0.1 to 0.35 depth), a flat and a round side (punch and hertz, 0.5
-to 1.2 depth), alike likely beforehand. Where no kind is as probable as --sure, the answer is "cannot tell".
+Without --kind: a line, a vertex (wedge of half width 0.1 to 0.35 depth, less often 0.05 to 0.7), a flat and a round side
+(punch and hertz, 0.5 to 1.2 depth, less often 0 to 2.4), alike likely beforehand; two touches (pair, 0.5 to 3 depths
+apart), a quarter as likely; none of these (none), half as likely. Where no kind is as probable as --sure, the answer is
+"cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of these" cannot be told.
 """
 _KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
@@ -118,6 +120,7 @@ def _columns(answers: Answers) -> dict[str, Any]:
         "force": said.force,
         "angle": said.angle,
         "half_width": said.half_width,
+        "spare": said.spare,
         "status": status_names(said.status),
         "residual": said.residual,
         "used": answers.used,
@@ -132,9 +135,10 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
     for kind, count in zip(said.kinds, counts.values(), strict=True):
         family = kind.family if isinstance(kind.family, str) else kind.family.__name__
         low, high = (1e3 * width for width in kind.half_width)
-        kinds.append(
-            [kind.name, family, f"{low:.3g} to {high:.3g}" if high > 0 else "-", number(kind.prior), str(count)]
-        )
+        widths = f"{low:.3g} to {high:.3g}" if high > 0 else "-"
+        if kind.tails is not None:
+            widths += " (less often {:.3g} to {:.3g})".format(*(1e3 * width for width in kind.tails))
+        kinds.append([kind.name, family, widths, number(kind.prior), str(count)])
     title = f"decided where the probability is {said.sure:g} or more"
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
     if first:

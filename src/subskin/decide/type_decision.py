@@ -24,14 +24,24 @@ __all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
 UNDECIDED = -1
 """In place of a kind's number where no kind is probable enough."""
 
-_KINDS = (("line", "line", (0.0, 0.0)), ("vertex", "wedge", (0.1, 0.35)), ("flat side", "punch", (0.5, 1.2)),
-          ("round side", "hertz", (0.5, 1.2)))  # fmt: skip
+_NARROW, _EDGE, _END = 0.05, 0.2, 1.2
+"""Where a line ends, as a wedge's half width, and where vertex and sides meet, and where sides end, both as the root of
+the pressure's second moment; in depths."""
+_MOMENTS = {"wedge": 1 / 6, "punch": 1 / 2, "hertz": 1 / 4}
+"""Second moment of a family's pressure, in squares of its half width, for a unit force (integrals of y^2 p(y))."""
+_KINDS = (
+    ("line", "line", (0.0, 0.0), 1.0),
+    ("vertex", "wedge", (_NARROW, _EDGE / _MOMENTS["wedge"] ** 0.5), 1.0),
+    ("flat side", "punch", (_EDGE / _MOMENTS["punch"] ** 0.5, _END / _MOMENTS["punch"] ** 0.5), 1.0),
+    ("round side", "hertz", (_EDGE / _MOMENTS["hertz"] ** 0.5, _END / _MOMENTS["hertz"] ** 0.5), 1.0),
+    ("two touches", "pair", (0.25, 1.5), 0.25),
+    ("none of these", "none", (0.0, 0.0), 0.5),
+)
+"""Name, family, half widths in depths, and prior, of the usual kinds."""
 
 
 def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
-    """A line, a vertex (wedge, half width 0.1 to 0.35 depth), a flat and a round side (0.5 to 1.2 depth), alike likely.
-
-    The depth is that of the shallowest sensor of `finger`.
+    """X.
 
     Examples
     --------
@@ -39,10 +49,10 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=1e-3, depth=2e-3))
     >>> [kind.name for kind in ss.decide.usual_kinds(finger)]
-    ['line', 'vertex', 'flat side', 'round side']
+    ['line', 'vertex', 'flat side', 'round side', 'two touches', 'none of these']
     """
     depth = float(np.asarray(finger.array.depth).min())
-    return tuple(Kind(name, family, (a * depth, b * depth)) for name, family, (a, b) in _KINDS)
+    return tuple(Kind(name, family, (a * depth, b * depth), prior) for name, family, (a, b), prior in _KINDS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,10 +69,13 @@ class TypeDecision(FrameTable):
         Those that were weighed against each other.
     sure : float
         Probability from which on a kind is decided for.
+    friction : float
+        The cone that was searched, |tan(angle)| <= friction [-].
     """
 
     kinds: tuple[Kind, ...]
     sure: float
+    friction: float = 1.0
 
     plot = Drawing("probability_strip")
 
@@ -137,18 +150,29 @@ class TypeDecision(FrameTable):
         return _check.read_only(np.where(best >= 0, values, np.nan)[..., 0])
 
     @property
+    def spare(self) -> npt.NDArray[np.intp]:
+        """Readings beyond the unknowns of the most probable kind, "none of these" aside, shape (...).
+
+        With 0 that kind could not have failed to explain them: "none of these" is then as probable as it was beforehand.
+        """
+        unknowns = np.array([kind.unknowns(self.friction) for kind in self.kinds])
+        share = np.where(unknowns > 0, np.nan_to_num(self.probability), -1.0)
+        count = self.used.sum(axis=-1) - unknowns[np.argmax(share, axis=-1)]
+        return np.asarray(np.where(self.best >= 0, np.maximum(count, 0), 0))
+
+    @property
     def residual(self) -> FloatArray:
-        """Least chi-square of the most probable kind."""
+        """Least chi-square of the most probable kind; NaN, as all that follows, where that is none of the others."""
         return self._of_best(columns.CHI2)
 
     @property
     def position(self) -> FloatArray:
-        """Position y of the most probable kind's best contact [m]."""
+        """Position y of the most probable kind's best contact [m]; of two touches, midway."""
         return self._of_best(columns.POSITION)
 
     @property
     def force(self) -> FloatArray:
-        """Its magnitude [N/m]."""
+        """Its magnitude [N/m]; of two touches, that of their resultant."""
         return np.hypot(self._of_best(columns.NORMAL), self._of_best(columns.TANGENTIAL))
 
     @property
@@ -158,7 +182,7 @@ class TypeDecision(FrameTable):
 
     @property
     def half_width(self) -> FloatArray:
-        """Its half width [m]; 0 of a line."""
+        """Its half width [m]; 0 of a line; half the distance of two touches."""
         return self._of_best(columns.HALF_WIDTH)
 
 
@@ -177,7 +201,8 @@ def contact_type(
     For each kind the likelihood of the readings is averaged over all that is unknown of it: its position alike over
     `search`, its half width alike over the kind's range, its angle alike within the friction cone, its force alike on
     a logarithmic scale. Times the kind's prior this is its probability, up to what all share. The averages are prepared
-    on the first call and kept with the finger. Source: docs/deciding.md; MacKay, Information Theory, Inference, and
+    on the first call and kept with the finger. "None of these" is near to one of the kinds but for a model error; it can
+    be told where readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay, Information Theory, Inference, and
     Learning Algorithms (2003), chapter 28.
 
     Parameters
@@ -235,4 +260,4 @@ def contact_type(
         return Evidence(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
 
     table, used = prepared(finger).get(("evidence", chosen, ends, mu, alarm), make)(readings)
-    return TypeDecision(table, used, chosen, float(sure))
+    return TypeDecision(table, used, chosen, float(sure), mu)

@@ -3,7 +3,8 @@
 The evidence of a kind is the integral of likelihood times prior over position y, half width a, and forces N, T. Where
 the readings fix position and width but roughly, it is a sum over a grid of both, the forces being integrated at each.
 Where they fix them closely it is Gaussian in position and forces about the best position at each width, and a sum, or
-a Gaussian, over widths. Best positions are found as in `project.py`.
+a Gaussian, over widths. Best positions are found as in `project.py`. Two touches: `_pair.py`. None of these: the kinds
+again, with an error of the model beside the noise.
 """
 
 from __future__ import annotations
@@ -17,13 +18,18 @@ from .. import climb as _climb
 from .. import scan as _scan
 from ..climb import climb_wide, project_wide, slopes
 from ..scan import MOST_CHI2, highest, scan
-from . import _integrals
+from . import _integrals, _pair
 from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey
+from ._pair import weigh_pairs
 from .columns import CHI2, EACH, HALF_WIDTH, KIND, LOG_EVIDENCE, NORMAL, POSITION, STATUS, TANGENTIAL
 
 _PEAKS = 4
 _NODES = 10
 _OK, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 2.0, 3.0, -1.0
+_ERRORS = (0.01, 0.03, 0.1, 0.3)
+"""Model errors of what is none of the kinds, alike probable, in shares of the readings' root mean square."""
+_ALONE = 6.0
+"""Chi-square up to which one touch is not asked whether it was two."""
 _T, _W = np.polynomial.legendre.leggauss(_NODES)
 
 
@@ -132,34 +138,70 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
     return total
 
 
-@compiled(built_on=(_climb, _scan, _integrals))
-def weigh_frames(
-    readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, geometry, options, out
-):
-    """Fill `out`, one row a frame; the columns are named in `evidence.py`.
+@compiled()
+def _none(row, places, weights, spare, total, n):
+    """Log of the evidence of what is near to one of the kinds: of their mean, were the noise larger by a model error.
 
-    bases, edges, squares, tables: one array a kind, as of `project_frames`; geometry (kinds, 7): start and step of the
-    table, the square of its widest, and the ends of y and q; fines, nodes, rows: as of `_survey`; options: mu, then the
-    thresholds.
+    Half of it is near to two touches, where these are asked for.
+
+    Forces, positions and widths that fit are as many more as the noise is larger, so that only the spare readings pay.
+    """
+    sums = -math.inf
+    for e in range(len(_ERRORS)):
+        inflated = 1.0 + _ERRORS[e] * _ERRORS[e] * total / n
+        for k in range(places.size):
+            part = row[KIND + places[k] * EACH : KIND + (places[k] + 1) * EACH]
+            if part[LOG_EVIDENCE] > -math.inf:
+                here = part[LOG_EVIDENCE] + 0.5 * part[CHI2] * (1.0 - 1.0 / inflated)
+                sums = _add(sums, here + weights[k] - 0.5 * spare[k] * math.log(inflated))
+    return sums - math.log(float(len(_ERRORS)))
+
+
+@compiled(inline=True)
+def _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes):
+    """A kind's part of what all kinds have one after the other: bases, edges, squares, and its table."""
+    rows, cells, wides = shapes[k, 0], shapes[k, 1], shapes[k, 2]
+    b, e, q, t = starts[k, 0], starts[k, 1], starts[k, 2], starts[k, 3]
+    return (
+        bases[b : b + 2 * n * rows * m].reshape(n, 2, rows * m),
+        edges[e : e + 4 * rows * m].reshape(4, rows * m),
+        squares[q : q + rows],
+        tables[t : t + cells * wides * 10 * n].reshape(cells, wides, 10 * n),
+    )
+
+
+@compiled(built_on=(_climb, _scan, _integrals, _pair))
+def weigh_frames(
+    readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, starts, shapes, geometry, options,
+    places, weights, spare, pairs, basis_pairs, tri, back, line, ends_pair, out,
+):  # fmt: skip
+    """Fill `out`, one row a frame; the columns are named in `columns.py`.
+
+    bases, edges, squares, tables, as of `project_frames`, and fines, nodes, rows, as of `_survey`: all kinds' one after
+    the other, that any number of kinds is one compilation; starts (kinds, 7): where each kind's begin; shapes (kinds, 4):
+    number of squares, of the table's cells and widths, of the survey's widths. geometry (kinds + 1, 7): start and step of
+    the table, the square of its widest, and the ends of y and q; options: mu, the thresholds, the survey's steps to one of the scan's; places (kinds + 2,):
+    the kinds' numbers, the last but one that of two touches, the last that of none of these, -1 where it is not asked
+    for; weights, spare (kinds + 1,): log of the share in what is none of these, and readings beyond the unknowns; then
+    as of `weigh_pairs`.
     """
     frames, n = readings.shape
-    kinds = geometry.shape[0]
-    mu, detection, largest = options
+    kinds = geometry.shape[0] - 1
+    mu, detection, largest, largest_pair = options[0], options[1], options[2], options[3]
+    fines_per_cell = int(options[4])
+    two, none = places[kinds], places[kinds + 1]
+    best = np.empty(7)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    wides = 1
-    for k in range(kinds):
-        wides = max(wides, tables[k].shape[1])
-    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + wides + 3))
+    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + shapes[:, 2].max() + 3))
     fits, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6)
     at, score = np.empty((kinds, _PEAKS, 2)), np.empty(_PEAKS)
     spans, hold = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4)))
     info, mean = np.empty((3, 3)), np.empty(3)
     counts = np.empty(kinds, dtype=np.int64)
-    most = 1
-    for k in range(kinds):
-        most = max(most, squares[k].size)
-    m = positions.size
+    most, m = shapes[:, 0].max(), positions.size
+    fine = fines_per_cell * (m - 1) + 1
+    step = (positions[-1] - positions[0]) / (fine - 1)
     scans, sums = np.empty(most * m, dtype=np.float32), np.empty((2, most * m), dtype=np.float32)
     for f in range(frames):
         row = out[f]
@@ -182,21 +224,36 @@ def weigh_frames(
                 break
             for k in range(kinds):
                 g, ends = geometry[k, :3], geometry[k, 3:]
-                size = squares[k].size * m
-                scan(w_single, bases[k], edges[k], sums[:, :size], scans[:size])
-                s = scans[:size].reshape(squares[k].size, m)
+                basis, edge, square, table = _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes)
+                size = square.size * m
+                scan(w_single, basis, edge, sums[:, :size], scans[:size])
+                s = scans[:size].reshape(square.size, m)
                 counts[k] = _peaks(
-                    w, s, positions, squares[k], tables[k], g, mu, ends, attempt == 1, c, a, score, at[k],
-                    fits[k], fit,
-                )  # fmt: skip
+                    w, s, positions, square, table, g, mu, ends, attempt == 1, c, a, score, at[k], fits[k], fit
+                )
                 if counts[k] > 0:
                     explained = max(explained, fits[k, 0, 2])
         row[STATUS] = _OK
-        if total - explained > largest or explained < detection:
-            row[STATUS] = _UNEXPLAINED if total - explained > largest else _NO_CONTACT
+        part = row[KIND + two * EACH : KIND + (two + 1) * EACH]
+        explains = total - explained <= largest
+        if two >= 0:
+            part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
+        if two >= 0 and total - explained > _ALONE and total >= detection:
+            weight = weigh_pairs(
+                w, w_single, pairs, basis_pairs, tri, back, line, geometry[kinds, :3], ends_pair, mu, best
+            )  # fmt: skip
+            part[CHI2] = best[6]
+            explains |= best[6] <= largest_pair
+            if weight > -math.inf:
+                part[LOG_EVIDENCE] = weight + 0.5 * (total - explained)
+                part[POSITION], part[HALF_WIDTH] = best[0], best[1]
+                part[NORMAL] = best[2] * math.cos(best[3]) + best[4] * math.cos(best[5])
+                part[TANGENTIAL] = best[2] * math.sin(best[3]) + best[4] * math.sin(best[5])
+        if not explains or max(explained, total - largest_pair if two >= 0 else 0.0) < detection:
+            row[STATUS] = _UNEXPLAINED if not explains else _NO_CONTACT
             continue
         for k in range(kinds):
-            part = row[KIND + k * EACH : KIND + (k + 1) * EACH]
+            part = row[KIND + places[k] * EACH : KIND + (places[k] + 1) * EACH]
             part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
             if counts[k] > 0:
                 normal, tangential = fits[k, 0, 0], fits[k, 0, 1]
@@ -209,15 +266,20 @@ def weigh_frames(
                 count += 1
             if count == 0:
                 continue
-            step = (positions[-1] - positions[0]) / (fines[k].shape[3] - 1)
-            if _broad(w, tables[k], g, mu, at[k, 0], fits[k, 0], ends, rows[k], step, c, a[0]):
-                size = squares[k].size * m
-                scan(w_single, bases[k], edges[k], sums[:, :size], scans[:size])
-                s = scans[:size].reshape(squares[k].size, m)
-                part[LOG_EVIDENCE] = _survey(w, s, squares[k], explained, mu, fines[k], nodes[k], rows[k], step)
+            basis, edge, square, table = _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes)
+            wide, begin = shapes[k, 3], starts[k, 6]
+            widths = rows[begin : begin + 3 * wide].reshape(3, wide)
+            if _broad(w, table, g, mu, at[k, 0], fits[k, 0], ends, widths, step, c, a[0]):
+                size = square.size * m
+                scan(w_single, basis, edge, sums[:, :size], scans[:size])
+                s = scans[:size].reshape(square.size, m)
+                grid = fines[starts[k, 4] : starts[k, 4] + 2 * n * wide * fine].reshape(n, 2, wide, fine)
+                node = nodes[starts[k, 5] : starts[k, 5] + 4 * wide * fine].reshape(4, wide, fine)
+                part[LOG_EVIDENCE] = _survey(w, s, square, explained, mu, grid, node, widths, step)
             else:
                 part[LOG_EVIDENCE] = _evidence(
-                    w, tables[k], g[0], g[1], g[2], mu, ends, count, at[k], fits[k],
-                    spans, c, a, fit, hold, info, mean,
-                )  # fmt: skip
+                    w, table, g[0], g[1], g[2], mu, ends, count, at[k], fits[k], spans, c, a, fit, hold, info, mean
+                )
             part[LOG_EVIDENCE] -= 0.5 * explained
+        if none >= 0:
+            row[KIND + none * EACH] = _none(row, places[: kinds + (two >= 0)], weights, spare, total, n)

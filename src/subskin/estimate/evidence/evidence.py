@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,73 +10,26 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
-from ...contact import LineLoad
-from ...contact.families import Family, family_of
+from ...contact.families import family_of
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
-from ..estimate import Status
 from ..frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
 from .columns import EACH, KIND, STATUS
+from .kind import NONE, PAIR, Kind
 
-__all__ = ["Evidence", "Kind"]
+__all__ = ["Evidence"]
 
-_SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
 _SQUARE = 0.2
 """Step of the scan in the square of the half width, in squares of the least depth."""
+_FAR, _WIDE = 1.2, 0.2
+"""The half width beyond which its steps are even in the half width itself, and how far apart, in least depths."""
 _FINE = 4
 """Steps of the survey's positions to one of the scan's."""
 _FINE_WIDTH = 0.04
 """Largest step of the survey in the half width, in least depths."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of contact that may have pressed, and what is known of it before a reading is seen.
-
-    Parameters
-    ----------
-    name : str
-        What the answer calls it.
-    family : {"line", "wedge", "hertz", "strip", "punch"} or subclass of SpreadContact
-        Its pressure's shape.
-    half_width : (float, float)
-        Least and largest half width [m], all between being as probable; both 0 for a line.
-    prior : float
-        How probable it is, relative to the other kinds.
-
-    Raises
-    ------
-    InvalidValueError
-        An unknown family, widths out of order or of a line, a prior that is not > 0.
-
-    Examples
-    --------
-    >>> import subskin as ss
-    >>> ss.decide.Kind("edge", "wedge", half_width=(0.2e-3, 0.7e-3)).prior
-    1.0
-    """
-
-    name: str
-    family: str | Family
-    half_width: tuple[float, float] = (0.0, 0.0)
-    prior: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise InvalidValueError(f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)')
-        if self.name in _SAID:
-            raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
-        line = issubclass(family_of(self.family), LineLoad)
-        ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
-        if ends.shape != (2,) or not ends[0] <= ends[1]:
-            raise InvalidValueError(f"half_width = {self.half_width!r}", "two half widths, ascending, are needed")
-        seen = f"half_width = {self.half_width!r} of a {'line load' if line else self.family}"
-        if line and ends[1] > 0:
-            raise InvalidValueError(seen, "it has none", "leave out half_width")
-        if not line and not ends[1] > 0:
-            raise InvalidValueError(seen, "its largest half width has to be > 0", "half_width=(0.1e-3, 1e-3)")
-        _check.scalar("prior", self.prior, above=0.0)
+_PAIRS = 0.125
+"""Step of the grid of two touches, in least depths."""
 
 
 class Evidence(Framewise):
@@ -91,7 +43,7 @@ class Evidence(Framewise):
     finger : Finger
         The forward model, with the sensors' noise.
     kinds : sequence of Kind
-        At least one.
+        At least one of a family; at most one "pair", at most one "none".
     search : (float, float), optional
         Where contacts may be, y [m]; the default reaches half a depth beyond the outermost sensors.
     friction : float, optional
@@ -128,6 +80,12 @@ class Evidence(Framewise):
         names = [kind.name for kind in self.kinds]
         if not names or len(set(names)) < len(names):
             raise InvalidValueError(f"kinds = {names}", "at least one, each of its own name, is needed")
+        self._single = [i for i, kind in enumerate(self.kinds) if kind.family not in (PAIR, NONE)]
+        pair, none = ([i for i, k in enumerate(self.kinds) if k.family == f] for f in (PAIR, NONE))
+        if not self._single or len(pair) > 1 or len(none) > 1:
+            rule = 'at least one kind of a family, and at most one "pair" and one "none", can be weighed'
+            raise InvalidValueError(f"families = {[k.family for k in self.kinds]}", rule)
+        self._places = np.array([*self._single, *(pair or [-1]), *(none or [-1])])
         array = finger.array
         y, depth = np.asarray(array.y), np.asarray(array.depth)
         if search is None:
@@ -139,12 +97,12 @@ class Evidence(Framewise):
         self._shallowest = float(depth.min())
         table = tabulate(finger, search)
         self._ends = (table.start, table.stop)
-        self.fields = tuple(Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in self.kinds)
+        single = [self.kinds[i] for i in self._single]
+        self.fields = tuple(Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in single)
+        self._line = table
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._positions = np.linspace(*self._ends, count)
-        step = _SQUARE * self._shallowest**2
-        ends = [np.square(k.half_width) for k in self.kinds]
-        self._squares = tuple(np.linspace(low, high, 1 + int(np.ceil((high - low) / step))) for low, high in ends)
+        self._squares = tuple(_squares(k, self._shallowest) for k in single)
 
     def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n).
@@ -168,7 +126,8 @@ class Evidence(Framewise):
         scale = 1 / np.asarray(array.noise)
         tables, bases, edges, geometry, fines, nodes, rows = [], [], [], [], [], [], []
         fine_positions = np.linspace(*self._ends, _FINE * (self._positions.size - 1) + 1)
-        for field, squares, kind in zip(self.fields, self._squares, self.kinds, strict=True):
+        single = [self.kinds[i] for i in self._single]
+        for field, squares, kind in zip(self.fields, self._squares, single, strict=True):
             part = field.select(pattern)
             table = packed(part, scale)
             tables.append(table.reshape(len(table), -1, 10 * len(array)))  # a line has one width
@@ -183,11 +142,54 @@ class Evidence(Framewise):
             rows.append(np.stack([widths, widths**2, weights]))
             ends = (*self._ends, *np.square(kind.half_width))
             geometry.append([field.start, field.step, field.widest**2 or 1.0, *ends])
-        largest = float(chdtri(max(len(array) - (3 if self.friction > 0 else 2), 1), self._false_alarm))
-        options = np.array([self.friction, 2 * np.log(1 / self._false_alarm), largest])
-        scans = (tuple(bases), tuple(edges), self._positions, self._squares)
-        surveys = (tuple(fines), tuple(nodes), tuple(rows))
-        return sensor_rows(array), *scans, tuple(tables), *surveys, np.array(geometry), options
+        geometry.append([self._line.start, self._line.step, self._shallowest, *4 * [0.0]])
+        spare = np.array([float(len(array) - k.unknowns(self.friction)) for k in single])
+        alone = len(array) - (3 if self.friction > 0 else 2)
+        both = len(array) - (6 if self.friction > 0 else 4)
+        largest, most = (float(chdtri(max(k, 1), self._false_alarm)) for k in (alone, both))
+        options = np.array([self.friction, 2 * np.log(1 / self._false_alarm), largest, most, _FINE])
+        two = self._places[len(single)]
+        priors = np.array([k.prior for k in single])
+        # what is near to none of the single ones is near to two touches
+        shares = np.log(np.append(priors / priors.sum() * (0.5 if two >= 0 else 1.0), 0.5))
+        parts = [bases, edges, self._squares, tables, fines, nodes, rows]
+        starts = np.array([np.cumsum([0, *(p.size for p in part[:-1])]) for part in parts]).T.copy()
+        shapes = [[q.size, *t.shape[:2], r.shape[1]] for q, t, r in zip(self._squares, tables, rows, strict=True)]
+        flat = [np.concatenate([np.ravel(p) for p in part]) for part in parts]
+        layout = (*flat[:2], self._positions, *flat[2:], starts, np.array(shapes))
+        odds = (self._places, shares, np.maximum(np.append(spare, both), 0.0))
+        return sensor_rows(array), *layout, np.array(geometry), options, *odds, *self._pairs(pattern, scale)
+
+    def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> tuple[npt.NDArray[Any], ...]:
+        """Arguments of `weigh_pairs`; without pairs where no kind is one."""
+        two = self._places[len(self._single)]
+        part = self._line.select(pattern)
+        low, high = self.kinds[two].half_width if two >= 0 else (0.0, 0.0)
+        step = 0.5 * _PAIRS * self._shallowest
+        first, last = self._ends
+        halves = np.linspace(low, high, 1 + int(np.ceil((high - low) / step)))
+        centres = np.linspace(first, last, 1 + int(np.ceil((last - first) / (2 * step))))
+        grid = np.stack(np.meshgrid(centres, halves, indexing="ij")).reshape(2, -1)
+        inside = (grid[0] - grid[1] >= first) & (grid[0] + grid[1] <= last) & (two >= 0) & (grid[1] > 0)
+        grid = np.ascontiguousarray(grid[:, inside])
+        fields = np.concatenate([part(grid[0] - grid[1]), part(grid[0] + grid[1])], axis=-1) * scale[:, None]
+        pad = np.zeros((len(fields), max(4 - fields.shape[1], 0), 4))  # three sensors, without friction
+        basis, tri = np.linalg.qr(np.concatenate([fields, pad], axis=1))
+        size = np.abs(tri).max(axis=(1, 2), keepdims=True, initial=1e-300)
+        i = np.arange(4)
+        tri[:, i, i] = np.where(tri[:, i, i] < 0, -1.0, 1.0) * np.maximum(np.abs(tri[:, i, i]), 1e-6 * size[:, :, 0])
+        upper = np.triu_indices(4)
+        packs = [np.moveaxis(m, 0, -1) for m in (basis[:, : fields.shape[1]], tri, np.linalg.inv(tri))]
+        single = (np.ascontiguousarray(m, dtype=np.float32) for m in (packs[0], packs[1][upper], packs[2][upper]))
+        return grid, *single, packed(part, scale), np.array([first, last, low, high])
+
+
+def _squares(kind: Kind, depth: float) -> FloatArray:
+    """Squares of the scan's half widths: in even steps, but farther apart where a half width is large."""
+    low, high = kind.half_width
+    far = min(max(low, _FAR * depth), high)
+    near = np.linspace(low**2, far**2, 1 + int(np.ceil((far**2 - low**2) / (_SQUARE * depth**2))))
+    return np.append(near, np.linspace(far, high, 1 + int(np.ceil((high - far) / (_WIDE * depth))))[1:] ** 2)
 
 
 def _widths(width: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,87 @@
+"""A kind of contact that may have pressed: a family and its widths, two touches at once, or none of these."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ... import _check
+from ...contact import LineLoad
+from ...contact.families import Family, family_of
+from ...errors import InvalidValueError
+from ..estimate import Status
+
+__all__ = ["NONE", "PAIR", "Kind"]
+
+PAIR, NONE = "pair", "none"
+"""In place of a family's name: two line loads at once; what is near to one of the others, and none of them."""
+_SAID = ("cannot tell", *(status.name.lower().replace("_", " ") for status in Status))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of contact that may have pressed, and what is known of it before a reading is seen.
+
+    Parameters
+    ----------
+    name : str
+        What the answer calls it.
+    family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
+        Its pressure's shape. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of
+        the other kinds, but off by a model error of 1 to 30 % of the readings (docs/deciding.md).
+    half_width : (float, float)
+        Least and largest half width [m], all between being as probable; both 0 for a line, left out for "none".
+    prior : float
+        How probable it is, relative to the other kinds.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown family, widths out of order or of a line, a prior that is not > 0.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> ss.decide.Kind("edge", "wedge", half_width=(0.2e-3, 0.7e-3)).prior
+    1.0
+    """
+
+    name: str
+    family: str | Family
+    half_width: tuple[float, float] = (0.0, 0.0)
+    prior: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise InvalidValueError(f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)')
+        if self.name in _SAID:
+            raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
+        named = self.family in (PAIR, NONE)
+        narrow = self.family == NONE or (not named and issubclass(family_of(self.family), LineLoad))
+        ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
+        if ends.shape != (2,) or not ends[0] <= ends[1]:
+            raise InvalidValueError(f"half_width = {self.half_width!r}", "two half widths, ascending, are needed")
+        seen = f"half_width = {self.half_width!r} of a {'line load' if narrow and not named else self.family}"
+        if narrow and ends[1] > 0:
+            raise InvalidValueError(seen, "it has none", "leave out half_width")
+        if not narrow and not ends[1] > 0:
+            raise InvalidValueError(seen, "its largest half width has to be > 0", "half_width=(0.1e-3, 1e-3)")
+        _check.scalar("prior", self.prior, above=0.0)
+
+    def unknowns(self, friction: float) -> int:
+        """Number of unknowns of such a contact, its drag among them where there is friction; 0 of "none".
+
+        Parameters
+        ----------
+        friction : float
+            As of `contact_type`.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> ss.decide.Kind("edge", "wedge", half_width=(0.2e-3, 0.7e-3)).unknowns(1.0)
+        4
+        """
+        if self.family == NONE:
+            return 0
+        touches = 1 + (self.family == PAIR)
+        return touches * (2 + (friction > 0)) + (self.family != PAIR and self.half_width[1] > self.half_width[0])
