@@ -22,9 +22,7 @@ def finger(count: int = 6, pitch: float = 1e-3) -> ss.Finger:
 def a_kind_of_each() -> None:
     tip = finger()
     frame = tip.read(ss.Hertz(force=30.0, half_width=1.5e-3))
-    kinds = ss.decide.usual_kinds(tip)
-    for some in (kinds, kinds[:2], kinds[:3]):  # compiled for each count of kinds
-        ss.decide.contact_type(tip, frame, some)
+    ss.decide.contact_type(tip, frame)
 
 
 def wide() -> None:

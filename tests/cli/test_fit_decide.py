@@ -97,6 +97,11 @@ class TestDecide:
         np.testing.assert_allclose(shares[:3], said.probability, atol=1e-9)
         assert np.isnan(shares[3]).all()
 
+    def test_says_the_edges_of_the_usual_kinds(self, subskin, table):
+        out = subskin("decide", "finger.toml", "r.csv").out
+        assert "vertex: any contact narrower than a roller of half width 0.8 mm" in out
+        assert "to a roller of half width 4.8 mm" in out
+
     def test_kinds_of_one_s_own(self, subskin, table):
         kinds = ("--kind", "edge=wedge: 0.2..0.7 mm", "--kind", "big can = hertz: 1..3 mm * 2", "--sure", "0.99")
         data = json.loads(subskin("decide", "finger.toml", "r.csv", *kinds, "--json").out)

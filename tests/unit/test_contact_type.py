@@ -21,7 +21,12 @@ TOUCHES = {
     "flat side": ss.FlatPunch(1.0, 0.2, 0.3, half_width=0.8),
     "round side": ss.Hertz(1.0, 0.2, 0.3, half_width=0.8),
 }
-NAMED = tuple(Kind(kind.name, kind.family, kind.half_width) for kind in usual_kinds(TIP)[:4])
+NAMED = (
+    Kind("line", "line"),
+    Kind("vertex", "wedge", (0.1, 0.35)),
+    Kind("flat side", "punch", (0.5, 1.2)),
+    Kind("round side", "hertz", (0.5, 1.2)),
+)
 
 
 def frames(tip=TIP):
@@ -148,9 +153,6 @@ def test_inputs_stay_as_they_are():
         (lambda: Kind("a", "hertz"), "largest half width"),
         (lambda: Kind("a", "hertz", (1.0, 0.5)), "ascending"),
         (lambda: Kind("a", "hertz", (0.5, 1.0), prior=0.0), "prior"),
-        (lambda: Kind("a", "hertz", (0.5, 1.0), tails=(0.6, 2.0)), "tails"),
-        (lambda: Kind("a", "pair", (0.5, 1.0), tails=(0.2, 2.0)), "tails"),
-        (lambda: Kind("a", "line", tails=(0.0, 1.0)), "has none"),
         (lambda: Kind("a", "none", (0.0, 1.0)), "has none"),
         (lambda: Kind("a", "pair"), "largest half width"),
         (lambda: contact_type(TIP, frames(), (Kind("a", "none"),)), "of a family"),
@@ -181,21 +183,50 @@ def test_bad_input_is_told(make, seen):
 def test_the_usual_kinds_are_in_depths():
     skin = ss.HalfPlane(ss.Material(young=1.0))
     tip = ss.Finger(skin, ss.SensorArray(y=[0.0, 1.0, 2.0], depth=[2.0, 3.0, 2.5]))
-    widths = [kind.half_width for kind in usual_kinds(tip)]
-    expected = [[0, 0], [0.1, 0.35], [0.5, 1.2], [0.5, 1.2], [0.25, 1.5], [0, 0]]
-    np.testing.assert_allclose(widths, 2.0 * np.array(expected))
-    tails = [kind.ends for kind in usual_kinds(tip)][1:4]
-    np.testing.assert_allclose(tails, 2.0 * np.array([[0.05, 0.7], [0, 2.4], [0, 2.4]]))
+    widths = np.array([kind.half_width for kind in usual_kinds(tip)]) / 2.0
+    np.testing.assert_allclose(widths[[0, 5]], 0)
+    np.testing.assert_allclose(widths[4], [0.25, 1.5])
+    named = {"vertex": (0.1, 0.35), "flat side": (0.5, 1.2), "round side": (0.5, 1.2)}  # of 0.1
+    for kind, (low, high) in zip(usual_kinds(tip)[1:4], widths[1:4], strict=True):
+        assert low <= named[kind.name][0]
+        assert named[kind.name][1] <= high
+    np.testing.assert_allclose(widths[3], [0.4, 2.4])
 
 
-def test_a_narrow_roller_is_not_surely_a_vertex():
-    """Nearly the same readings: a wedge is the likelier, and no more is said; without tails it was certain."""
-    readings = TIP.read(ss.Hertz(1.0, 0.2, 0.3, half_width=[0.2, 0.25, 0.3]))
-    assert (contact_type(TIP, readings, NAMED).name == "vertex").all()
-    said = contact_type(TIP, readings)
-    assert said.name.tolist() == ["cannot tell"] * 3
-    assert (said.probability[:, 1] > 0.5).all()
-    assert (said.spare == 2).all()
+def second_moment(family, half_width):
+    """Of the pressure of a unit force, by a sum over y = a sin(t)."""
+    t = (np.arange(200_000) + 0.5) * np.pi / 200_000 - np.pi / 2
+    y = half_width * np.sin(t)
+    pressure = family(1.0, half_width=half_width).pressure(y) * half_width * np.cos(t)
+    assert pressure.sum() * np.pi / 200_000 == pytest.approx(1, rel=1e-4)
+    return (y**2 * pressure).sum() / pressure.sum()
+
+
+def test_the_usual_kinds_meet_in_the_second_moment():
+    _, vertex, flat, round_, *_ = usual_kinds(TIP)
+    edge = second_moment(ss.Hertz, round_.half_width[0])
+    assert second_moment(ss.Wedge, vertex.half_width[1]) == pytest.approx(edge, rel=1e-4)
+    assert second_moment(ss.FlatPunch, flat.half_width[0]) == pytest.approx(edge, rel=1e-4)
+    end = second_moment(ss.Hertz, round_.half_width[1])
+    assert second_moment(ss.FlatPunch, flat.half_width[1]) == pytest.approx(end, rel=1e-4)
+
+
+def test_what_is_narrower_than_the_edge_is_a_vertex():
+    """Readings know only the second moment of what is narrow; wider than the edge, they know a side."""
+    tip = finger(6, noise=5e-4)
+    rollers = contact_type(tip, tip.read(ss.Hertz(1.0, 0.2, 0.3, half_width=[0.2, 0.3, 0.6, 1.0, 2.0])))
+    assert rollers.name.tolist() == ["vertex"] * 2 + ["round side"] * 3
+    bars = contact_type(tip, tip.read(ss.FlatPunch(1.0, 0.2, 0.3, half_width=[0.15, 0.2, 0.6, 1.0, 1.5])))
+    assert bars.name.tolist() == ["vertex"] * 2 + ["flat side"] * 3
+    assert (bars.spare == 2).all()
+
+
+def test_any_number_of_kinds_is_one_compilation():
+    from subskin.estimate.evidence._kernel import weigh_frames
+
+    for kinds in (NAMED[:2], NAMED[:3], NAMED, usual_kinds(TIP)):
+        contact_type(TIP, frames(), kinds)
+    assert len(getattr(weigh_frames, "signatures", [0])) == 1
 
 
 def test_two_touches_are_named_where_readings_are_to_spare():

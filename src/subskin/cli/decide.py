@@ -24,10 +24,12 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact wedge --half-width "0.5 mm" | subskin decide finger.toml - --json
 """
 _NOTES = """\
-Without --kind: a line, a vertex (wedge of half width 0.1 to 0.35 depth, less often 0.05 to 0.7), a flat and a round side
-(punch and hertz, 0.5 to 1.2 depth, less often 0 to 2.4), alike likely beforehand; two touches (pair, 0.5 to 3 depths
-apart), a quarter as likely; none of these (none), half as likely. Where no kind is as probable as --sure, the answer is
-"cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of these" cannot be told.
+Without --kind: a line, a vertex (wedge), a flat and a round side (punch and hertz), alike likely beforehand; two
+touches (pair, 0.5 to 3 depths apart), a tenth as likely; none of these (none), a fifth as likely. A vertex is any
+contact that is narrower than a roller of half width 0.4 depth, a flat bar of 0.28 or a wedge of 0.49. A side is any
+wider contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Where no kind is as
+probable as --sure, the answer is "cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of
+these" cannot be told.
 """
 _KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
@@ -79,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
         return give(
             options,
             lambda: {"frames": kept.frames, "status": kept.status, "kinds": kinds_counted, "columns": kept.columns},
-            lambda out: _show(out, said, kept, kinds_counted, first=options.out is None),
+            lambda out: _show(out, said, kept, kinds_counted, usual=kinds is None, first=options.out is None),
             {options.out: lambda _: outputs.close()},
             lambda plot: plot.probability_strip(join(drawn)),
         )
@@ -127,7 +129,7 @@ def _columns(answers: Answers) -> dict[str, Any]:
     }
 
 
-def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *, first: bool) -> None:
+def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *, usual: bool, first: bool) -> None:
     from .answers import show_first, show_statuses
 
     show_statuses(out, kept.status, _HERE)
@@ -136,11 +138,13 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
         family = kind.family if isinstance(kind.family, str) else kind.family.__name__
         low, high = (1e3 * width for width in kind.half_width)
         widths = f"{low:.3g} to {high:.3g}" if high > 0 else "-"
-        if kind.tails is not None:
-            widths += " (less often {:.3g} to {:.3g})".format(*(1e3 * width for width in kind.tails))
         kinds.append([kind.name, family, widths, number(kind.prior), str(count)])
     title = f"decided where the probability is {said.sure:g} or more"
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
+    if usual:
+        narrow, wide = (1e3 * width for width in next(k.half_width for k in said.kinds if k.family == "hertz"))
+        print(f"vertex: any contact narrower than a roller of half width {narrow:.3g} mm", file=out)
+        print(f"side: any contact from there to a roller of half width {wide:.3g} mm", file=out)
     if first:
         shares = {
             name: [f"{v:.3f}" if v >= 0 else "-" for v in values]

@@ -24,24 +24,28 @@ __all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
 UNDECIDED = -1
 """In place of a kind's number where no kind is probable enough."""
 
-_NARROW, _EDGE, _END = 0.05, 0.2, 1.2
-"""Where a line ends, as a wedge's half width, and where vertex and sides meet, and where sides end, both as the root of
-the pressure's second moment; in depths."""
-_MOMENTS = {"wedge": 1 / 6, "punch": 1 / 2, "hertz": 1 / 4}
-"""Second moment of a family's pressure, in squares of its half width, for a unit force (integrals of y^2 p(y))."""
+_EDGE, _END = 0.2, 1.2
+"""Where a vertex ends and the sides begin, and where these end: root of the pressure's second moment, in depths."""
+_WEDGE, _PUNCH, _HERTZ = 6**0.5, 2**0.5, 4**0.5
+"""Half width over that root: the second moment is a^2/6, a^2/2, a^2/4 (docs/deciding.md)."""
 _KINDS = (
     ("line", "line", (0.0, 0.0), 1.0),
-    ("vertex", "wedge", (_NARROW, _EDGE / _MOMENTS["wedge"] ** 0.5), 1.0),
-    ("flat side", "punch", (_EDGE / _MOMENTS["punch"] ** 0.5, _END / _MOMENTS["punch"] ** 0.5), 1.0),
-    ("round side", "hertz", (_EDGE / _MOMENTS["hertz"] ** 0.5, _END / _MOMENTS["hertz"] ** 0.5), 1.0),
-    ("two touches", "pair", (0.25, 1.5), 0.25),
-    ("none of these", "none", (0.0, 0.0), 0.5),
+    ("vertex", "wedge", (0.1, _WEDGE * _EDGE), 1.0),
+    ("flat side", "punch", (_PUNCH * _EDGE, _PUNCH * _END), 1.0),
+    ("round side", "hertz", (_HERTZ * _EDGE, _HERTZ * _END), 1.0),
+    ("two touches", "pair", (0.25, 1.5), 0.1),
+    ("none of these", "none", (0.0, 0.0), 0.2),
 )
 """Name, family, half widths in depths, and prior, of the usual kinds."""
 
 
 def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
-    """X.
+    """A line, a vertex (wedge), a flat and a round side, alike likely; less so two touches, and none of these.
+
+    The edges are stated in depths of the shallowest sensor of `finger`. A vertex is any contact that is narrower than
+    a roller of half width 0.4, a flat bar of 0.28 or a wedge of 0.49: these have the same second moment of pressure. A
+    side is any wider contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Two
+    touches are 0.5 to 3 apart, and a tenth as likely as a line; none of these, a fifth as likely.
 
     Examples
     --------
@@ -153,7 +157,7 @@ class TypeDecision(FrameTable):
     def spare(self) -> npt.NDArray[np.intp]:
         """Readings beyond the unknowns of the most probable kind, "none of these" aside, shape (...).
 
-        With 0 that kind could not have failed to explain them: "none of these" is then as probable as it was beforehand.
+        With 0 that kind could not have failed to explain them, and "none of these" is as probable as it was beforehand.
         """
         unknowns = np.array([kind.unknowns(self.friction) for kind in self.kinds])
         share = np.where(unknowns > 0, np.nan_to_num(self.probability), -1.0)
@@ -201,9 +205,9 @@ def contact_type(
     For each kind the likelihood of the readings is averaged over all that is unknown of it: its position alike over
     `search`, its half width alike over the kind's range, its angle alike within the friction cone, its force alike on
     a logarithmic scale. Times the kind's prior this is its probability, up to what all share. The averages are prepared
-    on the first call and kept with the finger. "None of these" is near to one of the kinds but for a model error; it can
-    be told where readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay, Information Theory, Inference, and
-    Learning Algorithms (2003), chapter 28.
+    on the first call and kept with the finger. "None of these" is near to one of the kinds but for a model error; it
+    can be told where readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay,
+    Information Theory, Inference, and Learning Algorithms (2003), chapter 28.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Two line loads at once, compiled: the best pair, and its evidence by Laplace's method.
 
 Pairs on a grid of midpoints and half distances first, their forces eliminated and cut back into the cones; then Newton
-and Levenberg from the best of them, in midpoint, half distance, and each touch's magnitude and angle; then a Gaussian in
-midpoint, half distance and the four forces about each of the pairs found, cut by cones and ends one edge after the other.
+and Levenberg from the best of them, in midpoint, half distance, and each touch's magnitude and angle; then a Gaussian
+in midpoint, half distance and the four forces about each of the pairs found, cut by cones and ends, an edge at a time.
 What the readings do not tell of a pair spreads as far as search, distances and force allow.
 """
 
@@ -66,7 +66,7 @@ def _columns(table, start, step, y, out):
 
 @compiled()
 def _model(w, table, g, x, a, rho, jac):
-    """Chi-square of x = (midpoint, half distance, P1, angle 1, P2, angle 2); residuals rho (n,) and columns jac (6, n)."""
+    """Chi-square of x = (midpoint, half distance, P1, angle 1, P2, angle 2); residuals rho (n,), columns jac (6, n)."""
     n = w.size
     _columns(table, g[0], g[1], x[0] - x[1], a[:4])
     _columns(table, g[0], g[1], x[0] + x[1], a[4:])
@@ -113,7 +113,7 @@ def _solve(m, b, size, out):
 @compiled()
 def _clamp(x, ends, lean):
     """Back into the search: half distance, midpoint, magnitudes, angles."""
-    x[1] = min(max(x[1], ends[2]), min(ends[3], 0.5 * (ends[1] - ends[0])))
+    x[1] = min(max(x[1], ends[2]), ends[3], 0.5 * (ends[1] - ends[0]))
     x[0] = min(max(x[0], ends[0] + x[1]), ends[1] - x[1])
     for k in range(2, 6, 2):
         x[k] = max(x[k], 0.0)
