@@ -264,4 +264,4 @@ def contact_type(
         return Evidence(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
 
     table, used = prepared(finger).get(("evidence", chosen, ends, mu, alarm), make)(readings)
-    return TypeDecision(table, used, chosen, float(sure), mu)
+    return TypeDecision(table, used, chosen, float(sure), float(friction))

@@ -152,7 +152,7 @@ class Evidence(Framewise):
         priors = np.array([k.prior for k in single])
         # what is near to none of the single ones is near to two touches
         shares = np.log(np.append(priors / priors.sum() * (0.5 if two >= 0 else 1.0), 0.5))
-        parts = [bases, edges, self._squares, tables, fines, nodes, rows]
+        parts: list[Any] = [bases, edges, self._squares, tables, fines, nodes, rows]
         starts = np.array([np.cumsum([0, *(p.size for p in part[:-1])]) for part in parts]).T.copy()
         shapes = [[q.size, *t.shape[:2], r.shape[1]] for q, t, r in zip(self._squares, tables, rows, strict=True)]
         flat = [np.concatenate([np.ravel(p) for p in part]) for part in parts]
