@@ -33,7 +33,7 @@ def compiled(
     Examples
     --------
     >>> from subskin.estimate.climb import eliminate
-    >>> eliminate.py_func(2.0, 0.0, 1.0, 80.0, 10.0, 1.0, 0.0, 1e9)[:2]  # of `@compiled(inline=True)`
+    >>> eliminate.py_func(2.0, 0.0, 1.0, 80.0, 10.0, 1.0)[:2]  # of `@compiled(inline=True)`
     (40.0, 10.0)
     """
 

@@ -11,6 +11,7 @@ from ._shown import Presets
 
 __all__ = ["Material"]
 
+
 @dataclass(frozen=True)
 class Material:
     """A linear elastic, isotropic material; every other modulus follows from these two numbers.

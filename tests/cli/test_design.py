@@ -206,7 +206,7 @@ def test_the_example_is_printed(subskin):
         ((), "a goals.toml is needed"),
         (("nothing.toml",), "there is no such file"),
         (("finger.toml",), 'table "sensors": no such table is known'),
-        (("goals.toml", "-o", "goals.toml"), "it is a file"),
+        (("goals.toml", "-o", "goals.toml"), "it is the same file as the goals"),
         (("goals.toml", "--workers", "0"), "--workers 0"),
         (("goals.toml", "--seed", "-3"), "seed = -3"),
     ],

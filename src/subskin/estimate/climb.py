@@ -17,11 +17,10 @@ _STEPS = 40
 
 
 @compiled(inline=True)
-def eliminate(g11, g12, g22, b1, b2, mu, low, high):
+def eliminate(g11, g12, g22, b1, b2, mu):
     """Best admissible (N, T) for A^T A = g and A^T w = b, S there, and the inverse of what is left free of A^T A.
 
-    All of it is free inside the cone |T| <= mu N and between low <= N <= high, one direction on an edge of these,
-    nothing in a corner.
+    All of it is free inside the cone N >= 0, |T| <= mu N, one direction on an edge, nothing at its tip.
     """
     det = g11 * g22 - g12 * g12
     inverse = 1.0 / det
@@ -29,7 +28,7 @@ def eliminate(g11, g12, g22, b1, b2, mu, low, high):
     tangential = (g11 * b2 - g12 * b1) * inverse
     i11, i12, i22 = g22 * inverse, -g12 * inverse, g11 * inverse
     height = b1 * normal + b2 * tangential
-    if not (det > 1e-14 * g11 * g22 and low <= normal <= high and abs(tangential) <= mu * normal):
+    if not (det > 1e-14 * g11 * g22 and normal >= 0.0 and abs(tangential) <= mu * normal):
         best = normal = tangential = i11 = i12 = i22 = 0.0
         for side in range(2):
             sign = 2.0 * side - 1.0
@@ -41,14 +40,15 @@ def eliminate(g11, g12, g22, b1, b2, mu, low, high):
                 normal, tangential = along / size * e1, along / size * e2
                 i11, i12, i22 = e1 * e1 / size, e1 * e2 / size, e2 * e2 / size
         height = b1 * normal + b2 * tangential
-        if low > 0.0 or high < math.inf:
-            normal, tangential, height, i11, i12, i22 = _between(g11, g12, g22, b1, b2, mu, low, high)
     return normal, tangential, height, i11, i12, i22
 
 
 @compiled()
-def _between(g11, g12, g22, b1, b2, mu, low, high):
-    """The same along the edges of low <= N <= high within the cone, one of which may be missing."""
+def eliminate_between(g11, g12, g22, b1, b2, mu, low, high):
+    """The same with low <= N <= high: nothing is free in a corner of these and the cone. One end may be missing."""
+    normal, tangential, height, i11, i12, i22 = eliminate(g11, g12, g22, b1, b2, mu)
+    if low <= normal <= high:
+        return normal, tangential, height, i11, i12, i22
     best = -math.inf
     normal = tangential = i11 = i12 = i22 = 0.0
     for side in range(2):
@@ -75,12 +75,28 @@ def _between(g11, g12, g22, b1, b2, mu, low, high):
 
 
 @compiled(inline=True)
-def project(w, table, start, step, mu, low, high, y, a, fit):
+def project(w, table, start, step, mu, y, a, fit):
     """The best admissible forces for a load at y, with derivatives of S/2.
 
     table (cells, 5, 2, n); a: scratch (6, n). fit: N, T, S, g = dS/2dy, dg/dy, dN/dy, dT/dy, sums over the sensors for
     the covariance, and last whether nothing binds the forces.
     """
+    g11, g12, g22, b1, b2 = _columns(w, table, start, step, y, a)
+    normal, tangential, height, i11, i12, i22 = eliminate(g11, g12, g22, b1, b2, mu)
+    _derive(w, a, g11, g12, g22, normal, tangential, height, i11, i12, i22, mu, fit)
+
+
+@compiled()
+def project_between(w, table, start, step, mu, low, high, y, a, fit):
+    """The same with low <= N <= high."""
+    g11, g12, g22, b1, b2 = _columns(w, table, start, step, y, a)
+    normal, tangential, height, i11, i12, i22 = eliminate_between(g11, g12, g22, b1, b2, mu, low, high)
+    _derive(w, a, g11, g12, g22, normal, tangential, height, i11, i12, i22, mu, fit)
+
+
+@compiled(inline=True)
+def _columns(w, table, start, step, y, a):
+    """Fill a (6, n) with the derivatives of A_N and A_T by y, first and second, and these; A^T A and A^T w."""
     cells, _, _, n = table.shape
     position = (y - start) / step
     cell = min(max(int(position), 0), cells - 1)
@@ -104,7 +120,13 @@ def project(w, table, start, step, mu, low, high, y, a, fit):
         g22 += at * at
         b1 += an * w[i]
         b2 += at * w[i]
-    normal, tangential, height, i11, i12, i22 = eliminate(g11, g12, g22, b1, b2, mu, low, high)
+    return g11, g12, g22, b1, b2
+
+
+@compiled(inline=True)
+def _derive(w, a, g11, g12, g22, normal, tangential, height, i11, i12, i22, mu, fit):
+    """Fill `fit` for forces that have been found."""
+    n = w.size
     uu = rv = ru = q1 = q2 = a1 = a2 = 0.0
     for i in range(n):
         an, at, dn, dt = a[4, i], a[5, i], a[0, i], a[2, i]
@@ -128,7 +150,7 @@ def project(w, table, start, step, mu, low, high, y, a, fit):
     fit[13] = 1.0 if i11 > 0.0 and (abs(tangential) < mu * normal or mu == 0.0) else 0.0
 
 
-@compiled(inline=True)
+@compiled()
 def climb(w, table, start, step, mu, least, most, y, low, high, tolerance, a, fit):
     """Newton on dS/dy = 0 from y within [low, high], halving where Newton would leave; returns y.
 
@@ -137,9 +159,12 @@ def climb(w, table, start, step, mu, least, most, y, low, high, tolerance, a, fi
     carried along the last step, but where the forces are bound before or after it: there the curvature jumps, so the
     end of the step is looked at, and has to be as flat.
     """
-    flat = False
+    flat, ranged = False, least > 0.0 or most < math.inf
     for k in range(_STEPS):
-        project(w, table, start, step, mu, least, most, y, a, fit)
+        if ranged:
+            project_between(w, table, start, step, mu, least, most, y, a, fit)
+        else:
+            project(w, table, start, step, mu, y, a, fit)
         slope, curve = fit[3], fit[4]
         if slope > 0.0:
             low = y
@@ -221,7 +246,10 @@ def project_wide(w, table, start, step, square, mu, y, q, c, a, fit, low=0.0, hi
         g22 += at * at
         b1 += an * w[i]
         b2 += at * w[i]
-    fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = eliminate(g11, g12, g22, b1, b2, mu, low, high)
+    if low > 0.0 or high < math.inf:
+        fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = eliminate_between(g11, g12, g22, b1, b2, mu, low, high)
+    else:
+        fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = eliminate(g11, g12, g22, b1, b2, mu)
 
 
 @compiled()

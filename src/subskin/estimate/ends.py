@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from .._compiled import compiled
 from . import climb as _climb
-from .climb import climb, climb_wide, project
+from .climb import climb, climb_wide, project_between
 
-_SINGLE = 1e-4
+SINGLE = 1e-4
 """Share of S by which the scan, in single precision, may be wrong at most."""
-_NEAR = 0.8
+NEAR = 0.8
 """Share of S at its top below which no node lies near it, where nodes are far from each other."""
 
 
@@ -29,7 +29,7 @@ def outside(w, tables, geometry, nodes, single, mu, low, high, least, scratch, f
         best = 0
         for p in range(1, k):
             best = p if single[j * k + p] > single[j * k + best] else best
-        if single[j * k + best] < _NEAR * least:
+        if single[j * k + best] < NEAR * least:
             continue
         first, last = nodes[max(best - 1, 0)], nodes[min(best + 1, k - 1)]
         start, step = geometry[0], geometry[1]
@@ -44,8 +44,8 @@ def at_end(w, table, options, s, least, scratch, fit):
     """Whether S reaches `least` at an end of the search; s (m,): the scan."""
     for side in range(2):
         single, y = (s[0], options[11]) if side == 0 else (s[-1], options[12])
-        if single * (1.0 + _SINGLE) >= least:
-            project(w, table, options[0], options[1], options[4], options[15], options[16], y, scratch, fit)
+        if single * (1.0 + SINGLE) >= least:
+            project_between(w, table, options[0], options[1], options[4], options[15], options[16], y, scratch, fit)
             if fit[2] > least:
                 return True
     return False
@@ -64,7 +64,7 @@ def at_end_wide(w, table, options, s, squares, least, c, a, fit):
         top = float(s[best, k])
         # between nodes S rises by less than it differs at the next ones
         rise = max(top - s[max(best - 1, 0), k], top - s[min(best + 1, rows - 1), k])
-        if top * (1.0 + _SINGLE) + rise >= least:
+        if top * (1.0 + SINGLE) + rise >= least:
             held[0] = held[1] = y
             climb_wide(
                 w, table, options[0], options[1], options[10], options[4], y, squares[best], held, c, a, fit,

@@ -17,7 +17,7 @@ from . import climb as _climb
 from . import ends as _ends
 from . import scan as _scan
 from .climb import climb, climb_wide, project_wide
-from .ends import at_end, at_end_wide, outside
+from .ends import NEAR, SINGLE, at_end, at_end_wide, outside
 from .layout import LINE, WIDE
 from .scan import FEW, MOST_CHI2, between, highest, peaks, scan
 
@@ -84,6 +84,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
     w_single = np.empty(n, dtype=np.float32)
     heights = np.full(size + beyond + 2, -1, dtype=np.float32)
     s, inner = heights[: size + 2], heights[1 : size + 1]
+    nodewise = heights[1:-1]
     single = np.empty(beyond, dtype=np.float32)
     words = np.zeros((m + 7) // 8, dtype=np.uint64)
     peak = words.view(np.uint8)
@@ -105,9 +106,11 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
             continue
         for i in range(n):
             w_single[i] = w[i]
-        scan(w_single, basis, edges, sums, heights[1:-1])
+        scan(w_single, basis, edges, sums, nodewise)
+        far_top = np.float32(0.0)
         for k in range(beyond):
             single[k] = heights[size + 1 + k]
+            far_top = max(far_top, single[k])
         heights[size + 1] = -1
         if shapes.shape[1] > 0:
             between(sums, shapes, mu, least, most, inner)
@@ -172,7 +175,8 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
             margin = 0.02 * scan_step
             if y <= scan_start + margin or y >= scan_stop - margin:
                 status = _AMBIGUOUS
-            if at_end(w, table, options, inner, explained - ambiguity, scratch, fit):
+            ends = max(inner[0], inner[m - 1]) * (1.0 + SINGLE)
+            if ends >= explained - ambiguity and at_end(w, table, options, inner, explained - ambiguity, scratch, fit):
                 status = _AMBIGUOUS
             if row[_COVARIANCE[0]] < (scan_stop - scan_start) ** 2:
                 _widen(s, scan_start, scan_step, y, explained, row)
@@ -188,7 +192,9 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
                 status = _AMBIGUOUS
         if (least > 0.0 and normal <= least) or normal >= most:  # a lesser or a larger force would do better
             status = _AMBIGUOUS
-        if outside(w, far, options[19:21], nodes, single, mu, least, most, explained - ambiguity, scratch, fit):
+        if far_top >= NEAR * (explained - ambiguity) and outside(
+            w, far, options[19:21], nodes, single, mu, least, most, explained - ambiguity, scratch, fit
+        ):
             status = _AMBIGUOUS
         k = _COVARIANCE[wide]
         nn, nt, tt = (row[k + 4], row[k + 5], row[k + 7]) if wide else (row[k + 3], row[k + 4], row[k + 5])

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._compiled import compiled
 from . import climb as _climb
-from .climb import eliminate
+from .climb import eliminate_between
 
 FEW = 4
 """Maxima along a line that are climbed."""
@@ -69,7 +69,7 @@ def between(c, shapes, mu, low, high, s):
         size, along, across = shapes[0, k], shapes[1, k], shapes[2, k]
         b1, b2 = size * c[0, k], along * c[0, k] + across * c[1, k]
         square = along * along + across * across
-        height = eliminate(size * size, size * along, square, b1, b2, mu, low, high)[2]
+        height = eliminate_between(size * size, size * along, square, b1, b2, mu, low, high)[2]
         s[k] = np.float32(max(height, 0.0))
 
 

@@ -34,7 +34,7 @@ class Remedy:
         largest with which the rest is met too; "young": all moduli of the skin, as a multiple; "depth": of the sensors,
         outside the room [m]; "count": sensors, more than there are to be.
     value : float
-        NaN where no such change by itself would do, as far as was tried.
+        In SI [N/m, Pa or a factor, m, -]; NaN where no such change by itself would do, as far as was tried.
     row : Row or None
         A design that it would take.
     """

@@ -98,7 +98,7 @@ def tolerance_outcome(
     method : {"known", "blind"}, optional
         The calibration.
     share : float, optional
-        Of the touches, for which the errors hold.
+        Of the touches, for which the errors hold [-].
     positions, angles, draws : int, optional
         Touches, and fingers that are drawn.
     rng : int, optional

@@ -139,7 +139,7 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
 
 
 @compiled()
-def _none(row, places, weights, spare, total, n):
+def _none(row, slots, weights, spare, total, n):
     """Log of the evidence of what is near to one of the kinds: of their mean, were the noise larger by a model error.
 
     Half of it is near to two touches, where these are asked for.
@@ -149,8 +149,8 @@ def _none(row, places, weights, spare, total, n):
     sums = -math.inf
     for e in range(len(_ERRORS)):
         inflated = 1.0 + _ERRORS[e] * _ERRORS[e] * total / n
-        for k in range(places.size):
-            part = row[KIND + places[k] * EACH : KIND + (places[k] + 1) * EACH]
+        for k in range(slots.size):
+            part = row[KIND + slots[k] * EACH : KIND + (slots[k] + 1) * EACH]
             if part[LOG_EVIDENCE] > -math.inf:
                 here = part[LOG_EVIDENCE] + 0.5 * part[CHI2] * (1.0 - 1.0 / inflated)
                 sums = _add(sums, here + weights[k] - 0.5 * spare[k] * math.log(inflated))
@@ -173,7 +173,7 @@ def _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes):
 @compiled(built_on=(_climb, _scan, _integrals, _pair))
 def weigh_frames(
     readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, starts, shapes, geometry, options,
-    places, weights, spare, pairs, basis_pairs, tri, back, line, ends_pair, out,
+    slots, weights, spare, pairs, basis_pairs, tri, back, line, ends_pair, out,
 ):  # fmt: skip
     """Fill `out`, one row a frame; the columns are named in `columns.py`.
 
@@ -181,7 +181,7 @@ def weigh_frames(
     the other, so that any number of kinds is one compilation. starts (kinds, 7): where each kind's begin; shapes
     (kinds, 4): number of squares, of the table's cells and widths, of the survey's widths. geometry (kinds + 1, 7):
     start and step of the table, the square of its widest, and the ends of y and q, the last for pairs. options: mu, the
-    thresholds, the survey's steps to one of the scan's. places (kinds + 2,): the kinds' numbers, the last but one that
+    thresholds, the survey's steps to one of the scan's. slots (kinds + 2,): the kinds' numbers, the last but one that
     of two touches, the last that of none of these, -1 where it is not asked for. weights, spare (kinds + 1,): log of
     the share in what is none of these, and readings beyond the unknowns. Then as of `weigh_pairs`.
     """
@@ -189,7 +189,7 @@ def weigh_frames(
     kinds = geometry.shape[0] - 1
     mu, detection, largest, largest_pair = options[0], options[1], options[2], options[3]
     fines_per_cell = int(options[4])
-    two, none = places[kinds], places[kinds + 1]
+    two, none = slots[kinds], slots[kinds + 1]
     best = np.empty(7)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
@@ -253,7 +253,7 @@ def weigh_frames(
             row[STATUS] = _UNEXPLAINED if not explains else _NO_CONTACT
             continue
         for k in range(kinds):
-            part = row[KIND + places[k] * EACH : KIND + (places[k] + 1) * EACH]
+            part = row[KIND + slots[k] * EACH : KIND + (slots[k] + 1) * EACH]
             part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
             if counts[k] > 0:
                 normal, tangential = fits[k, 0, 0], fits[k, 0, 1]
@@ -282,4 +282,4 @@ def weigh_frames(
                 )
             part[LOG_EVIDENCE] -= 0.5 * explained
         if none >= 0:
-            row[KIND + none * EACH] = _none(row, places[: kinds + (two >= 0)], weights, spare, total, n)
+            row[KIND + none * EACH] = _none(row, slots[: kinds + (two >= 0)], weights, spare, total, n)
