@@ -90,10 +90,11 @@ class TestDecide:
         ran = subskin("decide", "finger.toml", "r.csv", "-o", "k.csv")
         assert (ran.code, ran.err) == (0, "")
         lines = [line.split(",") for line in (table / "k.csv").read_text().splitlines()]
-        assert lines[0][:6] == ["row", "kind", "p_line", "p_vertex", "p_flat_side", "p_round_side"]
+        kinds = ["p_line", "p_vertex", "p_flat_side", "p_round_side", "p_two_touches", "p_none_of_these"]
+        assert lines[0][:8] == ["row", "kind", *kinds]
         assert [line[1] for line in lines[1:]] == ["round side", "vertex", "round side", "no contact"]
         said = ss.decide.contact_type(FINGER, [FINGER.read(touch) for touch in TOUCHES])
-        shares = np.stack(columns("k.csv", *lines[0][2:6]), axis=-1)
+        shares = np.stack(columns("k.csv", *kinds), axis=-1)
         np.testing.assert_allclose(shares[:3], said.probability, atol=1e-9)
         assert np.isnan(shares[3]).all()
 

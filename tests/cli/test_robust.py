@@ -102,8 +102,11 @@ def test_every_command_that_goes_frame_by_frame_takes_a_stream(subskin, stream, 
     explained = []
     for tare in ((), ("--tare", "6")):
         ran = subskin(command, "finger.toml", "stream.csv", "--rows", "701-720", "--json", *tare)
-        status = json.loads(ran.out)["status"]
-        explained.append(status["ok"] + status["ambiguous"])
+        told = json.loads(ran.out)
+        # "none of these" explains what drifts, to a tenth or so
+        explained.append(
+            told["status"]["ok"] + told["status"]["ambiguous"] - told.get("kinds", {}).get("none of these", 0)
+        )
     assert explained == [0, 20]
 
 
