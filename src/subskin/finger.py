@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["Finger"]
 
 _LARGEST = 0.5  # m, of a skin's depth and of half a row
+_DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _FAR = 100.0  # depths, from which nothing is felt
@@ -117,7 +118,7 @@ class Finger(Frozen):
     def _doubt_units(self, deepest: float, softest: float) -> None:
         """Warn where lengths or moduli are not of a finger's size; where neither are, the units are one's own."""
         if softest < _SOFTEST:
-            if softest != 1.0 and deepest < _LARGEST:
+            if softest != 1.0 and deepest < _DEEPEST:
                 _check.doubt("young", softest, "Pa", 1e6, "MPa")
             return
         for name, largest in (("depth", _LARGEST), ("y", max(_LARGEST, _LONGEST * deepest))):

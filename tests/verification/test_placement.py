@@ -84,11 +84,12 @@ def test_faint_touches_are_as_often_unfelt_as_foretold():
         np.testing.assert_allclose(quality.unfelt[some].mean(), silent[some].mean(), atol=0.04)
 
 
-def test_at_the_end_of_the_search_every_second_touch_is_ambiguous():
+def test_at_the_end_of_the_search_touches_are_ambiguous():
+    """Every second one is foretold; `locate` calls all of them so, for the end itself explains them nearly as well."""
     quality, found = foretold_and_found(row(5, 0.8, 1e-2), margin=0.0)
     often = (found.status == ss.Status.AMBIGUOUS).mean(-1)
-    np.testing.assert_allclose(quality.ambiguous[[0, -1]].mean(), often[[0, -1]].mean(), atol=0.03)
-    assert 0.45 < often[[0, -1]].mean() < 0.6
+    assert 0.45 < quality.ambiguous[[0, -1]].mean() < 0.6
+    assert often[[0, -1]].mean() > 0.95
     assert quality.ambiguous[20:40].max() < 0.01
 
 

@@ -117,8 +117,8 @@ def tolerance_outcome(
     >>> array = ss.SensorArray.line(count=8, pitch=1.5e-3, depth=2e-3, noise=5e-5)
     >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
     >>> found = tolerance_outcome(finger, ss.design.Touches(force=20.0, friction=0.8), {"depth": 0.1e-3, "noise": 5e-5})
-    >>> round(found.as_made.lost, 1), found.calibrated.lost
-    (0.8, 0.0)
+    >>> found.as_made.lost > 0.3, found.calibrated.lost
+    (True, 0.0)
     """
     amounts = checked_tolerances(finger, tolerances)
     for name, count in {"positions": positions, "angles": angles, "draws": draws}.items():
