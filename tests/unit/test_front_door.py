@@ -136,6 +136,7 @@ def test_a_raw_recording_goes_one_way(rig):
     ran = subskin("locate", folder / "calibrated.toml", folder / "raw.csv", "--tare", "-o", folder / "found.csv")
     assert (ran.code, ran.err) == (0, "")
     table = read_table(folder / "found.csv")
+    assert np.isfinite(table.numbers("position")).sum() > 0.9 * at.sum()
     np.testing.assert_allclose(table.numbers("position"), found.position + file.origin, rtol=1e-12)
     unread = subskin("locate", folder / "calibrated.toml", folder / "raw.csv", "-o", folder / "unread.csv")
     assert "Fix: --tare reads it by [recording]" in unread.err
@@ -221,6 +222,7 @@ def test_commands_take_and_give_newtons(rig):
     np.testing.assert_allclose(read_table(folder / "r.csv").numbers("force"), 40.0)
     subskin("locate", folder / "calibrated.toml", folder / "presses.csv", "-o", folder / "located.csv")
     located = read_table(folder / "located.csv")
+    assert np.isfinite(located.numbers("newtons")).sum() >= 10
     np.testing.assert_allclose(located.numbers("newtons"), 0.02 * located.numbers("force"), rtol=1e-12)
     (folder / "bare.toml").write_text(file.text.replace("[touch]\nlength", "[touch]\n# length").replace("mN", "mN/m"))
     ran = subskin("simulate", folder / "bare.toml", "-o", folder / "r.csv", "--force", "0.8 N")

@@ -74,6 +74,21 @@ def eliminate_between(g11, g12, g22, b1, b2, mu, low, high):
     return normal, tangential, best, i11, i12, i22
 
 
+@compiled()
+def field_at(table, start, step, y, a):
+    """A_N and A_T of a line load at y and their slopes in y, into a (4, n); table (cells, 5, 2, n) as of `project`."""
+    cells, _, _, n = table.shape
+    position = (y - start) / step
+    cell = min(max(int(position), 0), cells - 1)
+    t = position - cell - 0.5
+    for side in range(2):
+        for i in range(n):
+            c1, c2 = table[cell, 1, side, i], table[cell, 2, side, i]
+            c3, c4 = table[cell, 3, side, i], table[cell, 4, side, i]
+            a[side, i] = table[cell, 0, side, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
+            a[2 + side, i] = (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4)))) / step
+
+
 @compiled(inline=True)
 def project(w, table, start, step, mu, y, a, fit):
     """The best admissible forces for a load at y, with derivatives of S/2.

@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from ...estimate import climb as _climb
+from ...estimate.climb import field_at
 
 _SINGULAR = 1e-24
 _UNTOLD = 1e6
@@ -39,21 +41,6 @@ def row_table(field, field_start, field_step, positions, start, step, table):
                 table[cell, 2, side, i] = (64.0 * even1 - 4.0 * even2) / 3.0
                 table[cell, 3, side, i] = (32.0 * odd2 - 64.0 * odd1) / 3.0
                 table[cell, 4, side, i] = (64.0 * even2 - 256.0 * even1) / 3.0
-
-
-@compiled()
-def _field(table, start, step, y, a):
-    """Values and slopes of the receptive field at y, into a (4, n): normal, tangential, their slopes."""
-    cells, _, _, n = table.shape
-    position = (y - start) / step
-    cell = min(max(int(position), 0), cells - 1)
-    t = position - cell - 0.5
-    for side in range(2):
-        for i in range(n):
-            c1, c2 = table[cell, 1, side, i], table[cell, 2, side, i]
-            c3, c4 = table[cell, 3, side, i], table[cell, 4, side, i]
-            a[side, i] = table[cell, 0, side, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
-            a[2 + side, i] = (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4)))) / step
 
 
 @compiled()
@@ -105,7 +92,7 @@ def _bounds(grams, c, s, mu, farthest):
     return uu, uf, ua, ff, fa, aa, det, v_y, v_f, v_a
 
 
-@compiled()
+@compiled(built_on=(_climb,))
 def climb(table, start, step, mu, force, which, touch, size, ends):
     """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
 
@@ -121,7 +108,7 @@ def climb(table, start, step, mu, force, which, touch, size, ends):
         for q in range(9):
             at = min(max(here_y + (q // 3 - 1) * dy, ends[0, 0]), ends[0, 1])
             lean = min(max(here_angle + (q % 3 - 1) * da, ends[1, 0]), ends[1, 1])
-            _field(table, start, step, at, a)
+            field_at(table, start, step, at, a)
             found = _bounds(_grams(a), force * math.cos(lean), force * math.sin(lean), mu, farthest)[7 + which]
             if found > best:
                 best, y, angle = found, at, lean

@@ -20,9 +20,9 @@ import numpy as np
 
 from ..._compiled import compiled
 from ...estimate import climb as _climb
-from ...estimate.climb import climb
+from ...estimate.climb import climb, field_at
 from . import _bounds_kernel
-from ._bounds_kernel import _SINGULAR, _bounds, _field, _grams
+from ._bounds_kernel import _SINGULAR, _bounds, _grams
 
 # Rows of the output.
 POSITION, FORCE, ANGLE, LOG_DET, AMBIGUOUS, WRONG, UNFELT = range(7)
@@ -39,7 +39,7 @@ def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
     """Orthonormal columns of A at each position of the scan, (n, 2, m), and unit edges of the cone in them, (4, m)."""
     n, _, m = basis.shape
     for j in range(m):
-        _field(table, start, step, scan_start + j * scan_step, a)
+        field_at(table, start, step, scan_start + j * scan_step, a)
         size = along = 0.0
         for i in range(n):
             size += a[0, i] * a[0, i]
@@ -199,7 +199,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
 
     Noise along what a load near the true one can take up moves the best load and its surroundings alike; what is left
     of the misfit across that, times the noise, is what changes its chi-square against the best one's.
-    a (4, n): of `_field` at f; told: of `_bounds`.
+    a (4, n): of `field_at` at f; told: of `_bounds`.
     """
     start, step, m = scan[0], scan[1], int(scan[2])
     uu, uf, ua, ff, fa, aa, det, variance = (told[0], told[1], told[2], told[3], told[4], told[5], told[6], told[7])
@@ -273,7 +273,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
     w, scratch, fit = np.empty(n), np.empty((6, n)), np.empty(14)
     for p in range(positions.size):
         f = positions[p]
-        _field(table, start, step, f, a)
+        field_at(table, start, step, f, a)
         grams = _grams(a)
         _project(basis, a, b)
         _possible(b, grams[0], grams[1], grams[2], cone, cap / force, turns, possible)

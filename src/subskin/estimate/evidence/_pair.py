@@ -13,6 +13,8 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from .. import climb as _climb
+from ..climb import field_at
 from . import _integrals
 from ._integrals import _LOG_2PI, _add, _log_below
 
@@ -49,27 +51,12 @@ def scan_pairs(w, basis, tri, back, mu, c, s):
         s[p] = c0 * c0 + c1 * c1 + c2 * c2 + c3 * c3 - (e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
 
 
-@compiled()
-def _columns(table, start, step, y, out):
-    """A_N and A_T of a line load at y and their slopes in y: out (4, n). table (cells, 5, 2, n)."""
-    cells, _, _, n = table.shape
-    position = (y - start) / step
-    cell = min(max(int(position), 0), cells - 1)
-    t = position - cell - 0.5
-    for part in range(2):
-        for i in range(n):
-            c1, c2, c3, c4 = (table[cell, 1, part, i], table[cell, 2, part, i], table[cell, 3, part, i],
-                              table[cell, 4, part, i])  # fmt: skip
-            out[part, i] = table[cell, 0, part, i] + t * (c1 + t * (c2 + t * (c3 + t * c4)))
-            out[2 + part, i] = (c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4)))) / step
-
-
-@compiled()
+@compiled(built_on=(_climb,))
 def _model(w, table, g, x, a, rho, jac):
     """Chi-square of x = (midpoint, half distance, P1, angle 1, P2, angle 2); residuals rho (n,), columns jac (6, n)."""
     n = w.size
-    _columns(table, g[0], g[1], x[0] - x[1], a[:4])
-    _columns(table, g[0], g[1], x[0] + x[1], a[4:])
+    field_at(table, g[0], g[1], x[0] - x[1], a[:4])
+    field_at(table, g[0], g[1], x[0] + x[1], a[4:])
     c1, s1, c2, s2 = math.cos(x[3]), math.sin(x[3]), math.cos(x[5]), math.sin(x[5])
     total = 0.0
     for i in range(n):
@@ -120,7 +107,7 @@ def _clamp(x, ends, lean):
         x[k + 1] = min(max(x[k + 1], -lean), lean)
 
 
-@compiled()
+@compiled(built_on=(_climb,))
 def _climb_pair(w, table, g, ends, lean, x, y, a, rho, jac, info, step):
     """Least chi-square from x, which is moved there. rho (2, n), jac (12, n): of x, then of what is tried."""
     chi2, damping = _model(w, table, g, x, a, rho[0], jac), 1e-3
@@ -166,7 +153,7 @@ def _climb_pair(w, table, g, ends, lean, x, y, a, rho, jac, info, step):
     return chi2
 
 
-@compiled(built_on=(_integrals,))
+@compiled(built_on=(_climb, _integrals))
 def _weigh_pair(w, table, g, ends, mu, lean, x, a, rho, jac, info, cov, mean, step):
     """Log of the integral over midpoint, half distance and forces about x, where chi-square is least."""
     n = w.size
@@ -264,7 +251,7 @@ def _cut(cov, mean, edge, offset, v):
     return share
 
 
-@compiled(built_on=(_integrals,))
+@compiled(built_on=(_climb, _integrals))
 def weigh_pairs(w, w_single, pairs, basis, tri, back, table, g, ends, mu, best):
     """Log of the evidence of two touches, as `_evidence` counts it but for chi-square; `best`: x, then its chi-square.
 
