@@ -56,6 +56,7 @@ def is_cached(loop: Any) -> bool:
 
 
 def _indices(loop: Any) -> list[Path]:
-    """Numba's index of what it has kept of a loop."""
-    stem = Path(loop.py_func.__code__.co_filename).stem
-    return list(Path(str(loop.stats.cache_path)).glob(f"{stem}.{loop.py_func.__qualname__}-*.nbi"))
+    """Numba's index of what it has kept of a loop where it stands now: those of other lines are never written again."""
+    code = loop.py_func.__code__
+    name = f"{Path(code.co_filename).stem}.{loop.py_func.__qualname__}-{code.co_firstlineno}.*.nbi"
+    return list(Path(str(loop.stats.cache_path)).glob(name))

@@ -165,16 +165,28 @@ def _derive(w, a, g11, g12, g22, normal, tangential, height, i11, i12, i22, mu, 
     fit[13] = 1.0 if i11 > 0.0 and (abs(tangential) < mu * normal or mu == 0.0) else 0.0
 
 
-@compiled()
-def climb(w, table, start, step, mu, least, most, y, low, high, tolerance, a, fit):
+@compiled(inline=True)
+def climb(w, table, start, step, mu, y, low, high, tolerance, a, fit, rough=False):
     """Newton on dS/dy = 0 from y within [low, high], halving where Newton would leave; returns y.
 
-    Forces are sought in least <= N <= most. Ends with a step that raises S by less than `tolerance`, that is of less
-    than its root in standard deviations; the error left is of the order of the square. S and the forces in `fit` are
-    carried along the last step, but where the forces are bound before or after it: there the curvature jumps, so the
-    end of the step is looked at, and has to be as flat.
+    Ends with a step that raises S by less than `tolerance`, that is of less than its root in standard deviations; the
+    error left is of the order of the square. S and the forces in `fit` are carried along the last step, but where the
+    forces are bound before or after it: there the curvature jumps, so the end of the step is looked at, and has to be
+    as flat, unless a `rough` answer will do.
     """
-    flat, ranged = False, least > 0.0 or most < math.inf
+    return _newton(w, table, start, step, mu, False, 0.0, math.inf, y, low, high, tolerance, a, fit, rough)
+
+
+@compiled()
+def climb_between(w, table, start, step, mu, least, most, y, low, high, tolerance, a, fit):
+    """The same with a normal force in least <= N <= most."""
+    return _newton(w, table, start, step, mu, True, least, most, y, low, high, tolerance, a, fit, False)
+
+
+@compiled(inline=True)
+def _newton(w, table, start, step, mu, ranged, least, most, y, low, high, tolerance, a, fit, rough):
+    """As `climb`; in place of each call, so that the compiler leaves out what a constant `ranged` does not need."""
+    flat = False
     for k in range(_STEPS):
         if ranged:
             project_between(w, table, start, step, mu, least, most, y, a, fit)
@@ -194,7 +206,7 @@ def climb(w, table, start, step, mu, least, most, y, low, high, tolerance, a, fi
         before, flat = flat, gain < tolerance or abs(move) < 1e-10 * step
         if flat:
             normal, tangential = fit[0] + move * fit[5], fit[1] + move * fit[6]
-            if fit[13] > 0.0 and least <= normal <= most and abs(tangential) <= mu * normal:
+            if rough or (fit[13] > 0.0 and least <= normal <= most and abs(tangential) <= mu * normal):
                 fit[0], fit[1] = normal, tangential
                 fit[2] += gain
                 y = following

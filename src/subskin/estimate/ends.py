@@ -9,31 +9,30 @@ from __future__ import annotations
 
 from .._compiled import compiled
 from . import climb as _climb
-from .climb import climb, climb_wide, project_between
+from .climb import climb_between, climb_wide, project_between
 
 SINGLE = 1e-4
 """Share of S by which the scan, in single precision, may be wrong at most."""
-NEAR = 0.8
-"""Share of S at its top below which no node lies near it, where nodes are far from each other."""
 
 
 @compiled(built_on=(_climb,))
-def outside(w, tables, geometry, nodes, single, mu, low, high, least, scratch, fit):
+def outside(w, tables, options, single, least, scratch, fit):
     """Whether S reaches `least` at a position beyond the search.
 
-    tables (stretches, cells, 5, 2, n), whitened, and geometry (2,), start and step of each; nodes (k,): positions along
-    a stretch; single (stretches k,): S there by the scan, without the range of the force.
+    tables (stretches, cells, 5, 2, n), whitened; options as of `project_frames`; single (stretches k,): S by the scan
+    at the k nodes of each stretch, without the range of the force.
     """
-    k = nodes.size
+    nodes = options[23:]
+    k, mu, low, high = nodes.size, options[4], options[15], options[16]
     for j in range(tables.shape[0]):
         best = 0
         for p in range(1, k):
             best = p if single[j * k + p] > single[j * k + best] else best
-        if single[j * k + best] < NEAR * least:
+        if single[j * k + best] < options[22] * least:
             continue
         first, last = nodes[max(best - 1, 0)], nodes[min(best + 1, k - 1)]
-        start, step = geometry[0], geometry[1]
-        climb(w, tables[j], start, step, mu, low, high, nodes[best], first, last, 1e-2, scratch, fit)
+        start, step = options[19], options[20]
+        climb_between(w, tables[j], start, step, mu, low, high, nodes[best], first, last, 1e-2, scratch, fit)
         if fit[2] > least:
             return True
     return False

@@ -251,11 +251,12 @@ def sensor_rows(array: SensorArray) -> FloatArray:
 
 
 def scan_geometry(
-    fields: FloatArray, friction: float
+    fields: FloatArray, friction: float, whole: int = 1
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], FloatArray]:
     """Orthonormal columns of A at each position, shape (n, 2, m), and the cone's unit edges in them, shape (4, m).
 
     And the columns of A themselves in that basis: the length of the first, and both components of the second, (3, m).
+    Zeros stand behind the first two up to a multiple of `whole` positions.
     """
     normal, tangential = fields[..., 0], fields[..., 1]
     size = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -272,7 +273,9 @@ def scan_geometry(
         edges.append(edge / np.where(length > 0, length, 1))
     basis = np.stack([q1.T, q2.T], axis=1)
     shapes = np.stack([size[:, 0], along[:, 0], across[:, 0]])
-    return basis.astype(np.float32, order="C"), np.concatenate(edges).astype(np.float32, order="C"), shapes
+    pad = -basis.shape[-1] % whole
+    basis, cone = np.pad(basis, ((0, 0), (0, 0), (0, pad))), np.pad(np.concatenate(edges), ((0, 0), (0, pad)))
+    return basis.astype(np.float32, order="C"), cone.astype(np.float32, order="C"), shapes
 
 
 def packed(response: Response, scale: FloatArray) -> FloatArray:

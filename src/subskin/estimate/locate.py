@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import FloatArray
 from ..array import SensorArray
 from ..contact import LineLoad
 from ..contact.families import Family, family_of
@@ -16,6 +15,7 @@ from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ..prepared import prepared
 from ..response import Response, tabulate
+from .beyond import beyond, stretches
 from .estimate import Estimate
 from .frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
 from .layout import LINE, WIDE
@@ -23,9 +23,8 @@ from .layout import LINE, WIDE
 __all__ = ["Locator", "fit", "locate", "locator"]
 
 _SCAN_WIDTHS = 12
-_FARTHEST, _NODES = 8.0, 7
-"""Depths beside the row up to which a load is thought of where no search is stated, and positions to start from."""
-_FAR_ERROR = 1e-6
+_WHOLE = 32
+"""Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
 _OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers"
 
 
@@ -160,8 +159,10 @@ class Locator(Framewise):
         array, response = self.array.select(pattern), self.response.select(pattern)
         scale = 1 / np.asarray(array.noise)
         fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
-        far, nodes, stretches, stretch = self._outside(pattern, scale)
-        basis, edges, shapes = scan_geometry(np.concatenate([fields * scale[:, None], far]), self.friction)
+        far = stretches(self._beyond, pattern, scale, self.friction)
+        basis, edges, shapes = scan_geometry(
+            np.concatenate([fields * scale[:, None], far.fields]), self.friction, _WHOLE
+        )
         shapes = np.ascontiguousarray(shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0])
         wide = self.layout.wide
         # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
@@ -180,21 +181,10 @@ class Locator(Framewise):
                 len(array)
                 * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # of a unit force, by the table
                 float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
-                *stretch,
+                *(far.start, far.step, self._scan.size, far.near, *far.nodes),
             ]
         )
-        return sensor_rows(array), basis, edges, shapes, self._squares, stretches, nodes, table, options
-
-    def _outside(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> tuple[Any, ...]:
-        """Of the stretches beyond the search: responses at the nodes (k, n, 2), the nodes, tables, start and step."""
-        n, far = int(pattern.sum()), self._beyond
-        if far is None:
-            return np.empty((0, n, 2)), np.empty(0), np.empty((0, 1, 5, 2, n)), (0.0, 1.0)
-        each = np.flatnonzero(pattern)
-        parts = [far.select(each + k) for k in range(0, far.sensors, len(pattern))]
-        nodes = np.geomspace(far.start, far.stop, _NODES)
-        fields = np.concatenate([part(nodes) for part in parts]) * scale[:, None]
-        return fields, nodes, np.stack([packed(part, scale) for part in parts]), (far.start, far.step)
+        return sensor_rows(array), basis, edges, shapes, self._squares, far.tables, table, options
 
 
 def locator(
@@ -253,7 +243,7 @@ def locator(
         table = tabulate(finger, ends)
         more: dict[str, Any] = {**values, "normal_force": forces}
         if ends is None:
-            more["beyond"] = _outside(finger, table)
+            more["beyond"] = beyond(finger, table)
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
@@ -370,22 +360,6 @@ def fit(
     return _quick(
         finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
     )(readings)
-
-
-def _outside(finger: Finger, table: Response) -> Response | None:
-    """Readings on either side beyond the default search, by the distance from the row; None where nothing is beyond."""
-    y, deepest = np.asarray(finger.array.y), float(np.max(finger.array.depth))
-    near = 0.5 * (table.stop - table.start - np.ptp(y))
-    # about a finger that is round, what is far off comes back
-    far = min(_FARTHEST * deepest, 0.5 * (finger.skin.period - np.ptp(y)))
-    if not far > near * (1.0 + 1e-6):
-        return None
-
-    def both(distance: FloatArray) -> FloatArray:
-        sides = (finger.receptive_field(y.min() - distance), finger.receptive_field(y.max() + distance))
-        return np.concatenate(sides, axis=-2)
-
-    return Response.from_function(both, near, far, step=0.5 * deepest, tolerance=_FAR_ERROR)
 
 
 def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator:

@@ -16,12 +16,14 @@ from .._compiled import compiled
 from . import climb as _climb
 from . import ends as _ends
 from . import scan as _scan
-from .climb import climb, climb_wide, project_wide
-from .ends import NEAR, SINGLE, at_end, at_end_wide, outside
+from .climb import climb, climb_between, climb_wide, project_wide
+from .ends import SINGLE, at_end, at_end_wide, outside
 from .layout import LINE, WIDE
 from .scan import FEW, MOST_CHI2, between, highest, peaks, scan
 
 _MOST = 8
+_LARGE = 1e5
+"""Sum of the squared readings, in noises, above which too few digits are left in what a load leaves of it."""
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _COVARIANCE, _INTERVAL = (LINE.covariance, WIDE.covariance), WIDE.interval
 _RESIDUAL, _STATUS = (LINE.residual, WIDE.residual), (LINE.status, WIDE.status)
@@ -60,33 +62,33 @@ def _left(w, table, start, step, y, normal, tangential):
 
 
 @compiled(built_on=(_climb, _scan, _ends))
-def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes, table, options, out):
+def project_frames(readings, sensors, basis, edges, shapes, squares, far, table, options, out):
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 
-    readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, widths m + k) and
-    edges (4, widths m + k): the scan, at m positions for each of `squares` (widths,) of the half width, and at k beyond
-    the search, the `nodes` of each stretch in `far` (stretches, cells, 5, 2, n), as of `outside`; shapes (3, widths m):
-    as of `between`, or (3, 0) where any normal force will do; table (cells, 5, 2, n) or (cells, widths, 10 n): whitened
-    responses; options: start and step of the table, start and step of the scan, mu, then the thresholds and ends of
-    `Locator._prepare`.
+    readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, padded) and edges
+    (4, padded): the scan, at m positions for each of `squares` (widths,) of the half width, then at k beyond the
+    search, nodes of each stretch in `far` (stretches, cells, 5, 2, n), as of `outside`, then zeros up to `padded`
+    (`scan_geometry`); shapes (3, widths m): as of `between`, or (3, 0) where any normal force will do; table
+    (cells, 5, 2, n) or (cells, widths, 10 n): whitened responses; options: start and step of the table, start and step
+    of the scan, mu, then the thresholds and ends of `Locator._prepare`, the last m, the share `near` and
+    the nodes of `Stretches`.
     """
     wide = 1 if table.ndim == 3 else 0
     frames, n = readings.shape
-    beyond, rows = far.shape[0] * nodes.size, squares.size
-    size = edges.shape[1] - beyond
-    m = size // rows
+    beyond, rows, padded, m = far.shape[0] * (options.size - 23), squares.size, edges.shape[1], int(options[21])
+    size, ranged = rows * m, shapes.shape[1] > 0
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
     detection, largest, ambiguity, apart, broad = options[5], options[6], options[7], options[8], options[9]
     least, most, fine, nothing = options[15], options[16], options[17], options[18]
     scan_stop = scan_start + (m - 1) * scan_step
-    sums = np.empty((2, size + beyond), dtype=np.float32)
+    sums = np.empty((2, padded), dtype=np.float32)
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
-    heights = np.full(size + beyond + 2, -1, dtype=np.float32)
+    heights = np.full(padded + 2, -1, dtype=np.float32)
     s, inner = heights[: size + 2], heights[1 : size + 1]
     nodewise = heights[1:-1]
     single = np.empty(beyond, dtype=np.float32)
-    words = np.zeros((m + 7) // 8, dtype=np.uint64)
+    words = np.zeros(padded // 8, dtype=np.uint64)
     peak = words.view(np.uint8)
     count = _MOST if table.ndim == 3 else FEW
     score = np.empty(count)
@@ -95,7 +97,8 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
     fits = np.empty((count + 1, 14))
     fit = np.empty(14)
     scratch = np.empty((6, n))
-    a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
+    if table.ndim == 3:
+        a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     for f in range(frames):
         row = out[f]
         total = _whitened(readings[f], sensors, w)
@@ -111,21 +114,26 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
         for k in range(beyond):
             single[k] = heights[size + 1 + k]
             far_top = max(far_top, single[k])
-        heights[size + 1] = -1
-        if shapes.shape[1] > 0:
+        for k in range(size + 1, padded + 1):
+            heights[k] = np.float32(-1)
+        if ranged:
             between(sums, shapes, mu, least, most, inner)
         best = second = -1
         if table.ndim == 3:
             best, second = _climbed(w, inner.reshape(rows, m), squares, table, options, total, score, at, fits, c, a)
         else:
-            for p in range(peaks(s, scan_start, scan_step, words, peak, score, ys)):
+            for p in range(peaks(heights, scan_start, scan_step, words, peak, score, ys)):
                 # a maximum clearly lower than both already found cannot become the best or the rival
                 if second >= 0 and score[p] < 0.8 * fits[second, 2]:
                     break
                 y = ys[p]
                 lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
                 tolerance = 1e-5 if p == 0 else 1e-2 * max(fits[best, 2] - score[p], 1e-3)
-                at[p, 0] = climb(w, table, start, step, mu, least, most, y, lo, hi, tolerance, scratch, fits[p])
+                if ranged:
+                    y = climb_between(w, table, start, step, mu, least, most, y, lo, hi, tolerance, scratch, fits[p])
+                else:
+                    y = climb(w, table, start, step, mu, y, lo, hi, tolerance, scratch, fits[p], p > 0)
+                at[p, 0] = y
                 if best < 0 or fits[p, 2] > fits[best, 2]:
                     best, second = p, best
                 elif second < 0 or fits[p, 2] > fits[second, 2]:
@@ -140,7 +148,9 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
                     # of readings of 1e4 noises the scan's single precision leaves the top open by a step or more
                     lo, hi = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
                     centre, careful = y, True
-                    at[best, 0] = climb(w, table, start, step, mu, least, most, y, lo, hi, 1e-5, scratch, fits[best])
+                    at[best, 0] = climb_between(
+                        w, table, start, step, mu, least, most, y, lo, hi, 1e-5, scratch, fits[best]
+                    )
         explained, residual = 0.0, total
         if best >= 0:
             y, normal, tangential, explained = at[best, 0], fits[best, 0], fits[best, 1], fits[best, 2]
@@ -151,8 +161,10 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
                 residual = 0.0
                 for i in range(n):
                     residual += (w[i] - a[0, 0, i] * normal - a[0, 0, n + i] * tangential) ** 2
-            else:
+            elif total > _LARGE:
                 residual = _left(w, table, start, step, y, normal, tangential)
+            else:
+                residual = max(total - explained, 0.0)
         row[_RESIDUAL[wide]] = residual
         force2 = normal * normal + tangential * tangential if best >= 0 else 0.0
         if residual > largest + fine * force2:
@@ -192,8 +204,8 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
                 status = _AMBIGUOUS
         if (least > 0.0 and normal <= least) or normal >= most:  # a lesser or a larger force would do better
             status = _AMBIGUOUS
-        if far_top >= NEAR * (explained - ambiguity) and outside(
-            w, far, options[19:21], nodes, single, mu, least, most, explained - ambiguity, scratch, fit
+        if far_top >= options[22] * (explained - ambiguity) and outside(
+            w, far, options, single, explained - ambiguity, scratch, fit
         ):
             status = _AMBIGUOUS
         k = _COVARIANCE[wide]

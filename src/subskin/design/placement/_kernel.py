@@ -322,7 +322,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
                     for i in range(n):
                         w[i] = a[0, i] * c + a[1, i] * s
                     low, high = max(y - 1.5 * scan_step, scan_start), min(y + 1.5 * scan_step, scan_stop)
-                    y = climb(w, table, start, step, mu, 0.0, math.inf, y, low, high, 1e-3, scratch, fit)
+                    y = climb(w, table, start, step, mu, y, low, high, 1e-3, scratch, fit)
                     if abs(y - f) < apart:
                         continue
                     distance = math.sqrt(max(total - fit[2], 1e-12))

@@ -1,0 +1,83 @@
+"""What lies beyond the default search: readings of line loads on either side, and nodes from which to look there.
+
+A load two depths beside the row may read like one at its other side, so that `ends.outside` compares both.
+docs/locating.md.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..finger import Finger
+from ..response import Response
+from .frames import packed, scan_geometry
+
+__all__ = ["Stretches", "beyond", "stretches"]
+
+_FARTHEST, _NODES = 8.0, 11
+"""Depths beside the row up to which a load is thought of where no search is stated, and positions to start from."""
+_ERROR = 1e-6
+_DIRECTIONS, _BETWEEN = 9, 8
+_MARGIN = 0.95
+
+
+class Stretches(NamedTuple):
+    """Both stretches beyond the search as compiled loops want them.
+
+    fields (2 k, n, 2) at the k `nodes`, whitened as are the `tables` (2, cells, 5, 2, n), which have one `start` and
+    `step`; `near`: share of S at its top that the nearest node reaches at least.
+    """
+
+    fields: FloatArray
+    nodes: FloatArray
+    tables: FloatArray
+    start: float
+    step: float
+    near: float
+
+
+def beyond(finger: Finger, table: Response) -> Response | None:
+    """Readings on either side beyond the default search, by the distance from the row; None where nothing is beyond."""
+    y, deepest = np.asarray(finger.array.y), float(np.max(finger.array.depth))
+    near = 0.5 * (table.stop - table.start - np.ptp(y))
+    # about a finger that is round, what is far off comes back
+    far = min(_FARTHEST * deepest, 0.5 * (finger.skin.period - np.ptp(y)))
+    if not far > near * (1.0 + 1e-6):
+        return None
+
+    def both(distance: FloatArray) -> FloatArray:
+        sides = (finger.receptive_field(y.min() - distance), finger.receptive_field(y.max() + distance))
+        return np.concatenate(sides, axis=-2)
+
+    return Response.from_function(both, near, far, step=0.5 * deepest, tolerance=_ERROR)
+
+
+def stretches(far: Response | None, pattern: npt.NDArray[np.bool_], scale: FloatArray, friction: float) -> Stretches:
+    """Of `beyond`, for the sensors of a pattern, whitened by `scale` (n,); empty where nothing is beyond."""
+    n = int(pattern.sum())
+    if far is None:
+        return Stretches(np.empty((0, n, 2)), np.empty(0), np.empty((0, 1, 5, 2, n)), 0.0, 1.0, 1.0)
+    each = np.flatnonzero(pattern)
+    parts = [far.select(each + k) for k in range(0, far.sensors, len(pattern))]
+    nodes = np.geomspace(far.start, far.stop, _NODES)
+    between = np.geomspace(far.start, far.stop, _BETWEEN * (_NODES - 1) + 1)
+    fields = [part(nodes) * scale[:, None] for part in parts]
+    near = min(_nearest(at, part(between) * scale[:, None], friction) for at, part in zip(fields, parts, strict=True))
+    tables = np.stack([packed(part, scale) for part in parts])
+    return Stretches(np.concatenate(fields), nodes, tables, far.start, far.step, _MARGIN * near)
+
+
+def _nearest(nodes: FloatArray, between: FloatArray, friction: float) -> float:
+    """Least share of what a load beyond explains that the best of the nodes explains, loads of any angle."""
+    angles = np.arctan(friction) * np.linspace(-1, 1, _DIRECTIONS)
+    w = (between @ np.stack([np.cos(angles), np.sin(angles)])).transpose(0, 2, 1)  # (positions, directions, n)
+    basis, (m1, m2, p1, p2), _ = scan_geometry(nodes, friction)
+    c1, c2 = (w @ basis[:, i].astype(float) for i in range(2))
+    inside = (m1 * c2 - m2 * c1 > 0) & (c1 * p2 - c2 * p1 > 0)
+    along = np.maximum(np.maximum(c1 * m1 + c2 * m2, c1 * p1 + c2 * p2), 0.0)
+    explained, total = np.where(inside, c1**2 + c2**2, along**2).max(axis=-1), np.square(w).sum(axis=-1)
+    return float(np.min(np.divide(explained, total, out=np.ones_like(total), where=total > 0)))
