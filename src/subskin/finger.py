@@ -108,7 +108,11 @@ class Finger(Frozen):
         if not isinstance(self.skin, Skin):
             raise InvalidValueError(f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
         if not isinstance(self.array, SensorArray):
-            raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
+            raise InvalidValueError(
+                f"array = {self.array!r}",
+                "a SensorArray is needed",
+                "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)",
+            )
         deepest = float(np.asarray(self.array.depth).max())
         self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):

@@ -122,7 +122,7 @@ def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
     shape = (n,) if name in ("gain", "offset", "depths", "position") else ()
     if values.shape not in ((), shape):
         rule = f"one number, or one for each of the {n} sensors, is needed" if shape else "one number is needed"
-        raise GeometryError(f"{label} of shape {values.shape}", rule)
+        raise GeometryError(f"{label} of shape {values.shape}", rule, f"{label}=0.05")
     return np.broadcast_to(values, shape)
 
 

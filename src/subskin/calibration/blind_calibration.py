@@ -156,7 +156,9 @@ class BlindCalibration(Frozen):
             No such parameter, a `std` that is not > 0.
         """
         if not 0 <= parameter < len(self.parameters):
-            raise InvalidValueError(f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}")
+            raise InvalidValueError(
+                f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}", "parameter=0"
+            )
         wanted = _check.scalar("std", std, above=0.0, unit=self.parameters[parameter].unit)
         return self._learning.touches_for(parameter, wanted)
 

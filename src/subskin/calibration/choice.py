@@ -125,17 +125,27 @@ def choose(
     'NormalStrain'
     """
     if not candidates:
-        raise InvalidValueError("no candidate", "at least one finger has to be given")
+        raise InvalidValueError(
+            "no candidate",
+            "at least one finger has to be given",
+            '{"my finger": (finger, ("gain", "depth", "origin"))}',
+        )
     count = np.shape(positions)[0] if np.ndim(positions) else 0
     if count < 2 * _BLOCKS:
-        raise InvalidValueError(f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out")
+        raise InvalidValueError(
+            f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out", "more touches"
+        )
     trials = []
     for name, (finger, fit) in candidates.items():
         trials.append(_trial(name, finger, fit, (readings, positions, force, angle), options))
         advance()
     trials.sort(key=lambda t: t.score)
     if not np.isfinite(trials[0].score):
-        raise ConvergenceError("no candidate fits", "; ".join(f"{t.name}: {t.reason}" for t in trials))
+        raise ConvergenceError(
+            "no candidate fits",
+            "; ".join(f"{t.name}: {t.reason}" for t in trials),
+            "more touches, or another kind of sensor or skin",
+        )
     # of those that are as good as the best, the simplest
     tied = [t for t in trials if t.score <= _MARGIN * trials[0].score]
     best = min(tied, key=lambda t: (0 if t.calibration is None else len(t.calibration.parameters), t.score))

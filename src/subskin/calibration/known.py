@@ -154,7 +154,7 @@ class Fit:
         self.spare = int(self.seen.sum()) - self.unknowns
         if self.spare < live.sum():
             seen = f"{self.seen.sum()} readings for {self.unknowns} parameters"
-            rule = "more readings than parameters are needed, by one a sensor at least: nothing else tells the misfit"
+            rule = "more readings than parameters are needed, by one a sensor at least: they alone show the misfit"
             raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
         self.stated = np.asarray(part.array.noise)
         self.noise = np.ones(int(live.sum()))

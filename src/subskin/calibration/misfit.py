@@ -78,11 +78,11 @@ class Misfit:
             return f"the touches do not carry the same load (it varies by {100 * self.unequal:.0f} %): {size}"
         if self.wrong:
             stretched = f", and {self.stretched}" * bool(self.stretched)
-            return f"this is no elastic skin like the one drawn: {size}, they are no noise{stretched}"
+            return f"this is no elastic skin like the one drawn: {size}, and they are not noise{stretched}"
         if self.structured:
             return (
-                f"the model does not quite fit: {size}, and those of neighbouring touches go together "
-                f"(correlation {self.along:.2f}); the errors are widened for it"
+                f"the model does not quite fit: {size}, and those of neighbouring touches are correlated "
+                f"({self.along:.2f}); the standard errors allow for it"
             )
         return f"the model fits: {size}, and they look like noise"
 

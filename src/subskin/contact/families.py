@@ -56,7 +56,7 @@ def family_of(family: str | Family) -> Family:
     known = families()
     if isinstance(family, str):
         if family not in known:
-            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(known)}")
+            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(known)}", 'family="hertz"')
         return known[family]
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family

@@ -65,10 +65,12 @@ class Friction(Frozen):
                 "Friction.between(0.4, 0.8)",
             )
         if (np.diff(edges) < 0).any():
-            raise InvalidValueError(f"edges = {edges.tolist()}", "the edges of the cells have to ascend")
+            raise InvalidValueError(
+                f"edges = {edges.tolist()}", "the edges of the cells have to ascend", "np.sort(edges)"
+            )
         total = masses.sum(axis=-1, keepdims=True)
         if not (total > 0).all():
-            raise InvalidValueError("masses that are all 0", "some friction has to be possible")
+            raise InvalidValueError("masses that are all 0", "some friction has to be possible", "a mass > 0")
         _check.broadcast(edges=edges[..., 0], masses=masses[..., 0])
         object.__setattr__(self, "edges", edges)
         object.__setattr__(self, "masses", _check.read_only(masses / total))
@@ -252,6 +254,7 @@ class Friction(Frozen):
             raise GeometryError(
                 f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",
                 "the first axes of the estimates have to be the frictions'",
+                "one friction for all: Friction.between(0.4, 0.8)",
             )
         rows = int(np.prod(self.shape, dtype=np.intp))
         return Forces(*(v.reshape(rows, -1) for v in load)), (told & ~edge).reshape(rows, -1)

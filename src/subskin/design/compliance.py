@@ -194,9 +194,13 @@ def skin_compliance(
 
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
-        raise InvalidValueError(f"{len(finger.array)} sensors", "width, height, position and force are four unknowns")
+        raise InvalidValueError(
+            f"{len(finger.array)} sensors",
+            "width, height, position and force are four unknowns",
+            "a finger with four sensors or more",
+        )
     if not (np.asarray(finger.array.noise) > 0).all():
-        raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
+        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
     if not all(t.linear for t in finger.array.transducers):
         raise NotLinearError(
             "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
@@ -305,7 +309,11 @@ class _Study:
             warnings.simplefilter("ignore", ValidityWarning)
             found = press(self.finger.skin, body, force=force, window=window, nodes=nodes)
         if found.status not in (PressStatus.OK, PressStatus.COARSE):
-            raise InvalidValueError(f"a press by {force:.6g} N/m", f"it did not settle: {found.reason}")
+            raise InvalidValueError(
+                f"a press by {force:.6g} N/m",
+                f"it did not settle: {found.reason}",
+                "another force or modulus, or more nodes",
+            )
         return found
 
 
@@ -342,7 +350,7 @@ def _recommended(
             f"{head} comes nearest, with {100 * worst[t, m]:.2g} %" if np.isfinite(worst[t, m]) else "none comes near"
         )
         return (t, m), (
-            f"no skin tried tells the particle's width to {100 * wanted:.0f} % at any of the forces; {near}; "
+            f"no skin tried finds the particle's width to {100 * wanted:.0f} % at any of the forces; {near}; "
             "sensors of less error, less deep or closer together would"
         )
     if usable[t, m] < forces.size:
@@ -356,7 +364,7 @@ def _recommended(
     low, high = moduli[serves[0]], moduli[serves[-1]]
     between = f"{low / 1e6:.3g} MPa" if low == high else f"{low / 1e6:.3g} to {high / 1e6:.3g} MPa"
     lines = [
-        f"{head}: at all of {span} the particle's width is told to {100 * worst[t, m]:.2g} % or better",
+        f"{head}: at all of {span} the particle's width is found to {100 * worst[t, m]:.2g} % or better",
         f"at this thickness {between} would do for {100 * wanted:.0f} %",
     ]
     for end, beside, force_at in (("softer", int(serves[0]) - 1, -1), ("stiffer", int(serves[-1]) + 1, 0)):
@@ -371,5 +379,5 @@ _WHY = {
     Regime.BLURRED: "its width is lost beside the flat around it",
     Regime.STRAINED: "the strains are beyond the theory",
     Regime.SATURATED: "a sensor reads beyond its range",
-    Regime.TOLD: "it is told",
+    Regime.TOLD: "it is found",
 }

@@ -124,7 +124,11 @@ class FrameTable(Frozen, ABC):
             No part, or parts of different layouts.
         """
         if len({part.table.shape[-1] for part in parts}) != 1:
-            raise GeometryError(f"{len(parts)} answers", "at least one is needed, all of one layout")
+            raise GeometryError(
+                f"{len(parts)} answers",
+                "at least one is needed, all of one layout",
+                "Estimate.join([found[:3], found[3:]])",
+            )
         return parts[0]._with(np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]))
 
     def __getitem__(self, index: object) -> Self:

@@ -89,14 +89,13 @@ class Locator(Framewise):
         beyond: Response | None = None,
     ) -> None:
         if response.sensors != len(array):
-            raise GeometryError(
-                f"a response of {response.sensors} sensors, an array of {len(array)}", "they have to match"
-            )
+            seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
+            raise GeometryError(seen, "they have to match", "array.select(...)")
         wide = response.widest > 0
         ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
-            raise InvalidValueError(f"half_width = {half_width!r}", rule)
+            raise InvalidValueError(f"half_width = {half_width!r}", rule, f"half_width=(0.0, {response.widest:.6g})")
         forces = _check.real("normal_force", normal_force or (0.0, np.inf), unit="N/m", at_least=0.0, finite=False)
         if forces.shape != (2,) or not forces[0] < forces[1]:
             rule = "two ascending normal forces, of 0 or more, are needed [N/m]"
@@ -106,7 +105,7 @@ class Locator(Framewise):
         self._beyond = beyond
         if beyond is not None and beyond.sensors % len(array):
             seen = f"beyond of {beyond.sensors} sensors, an array of {len(array)}"
-            raise GeometryError(seen, "a multiple of these is needed")
+            raise GeometryError(seen, "a multiple of these is needed", "beyond=None")
         self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])

@@ -279,7 +279,7 @@ class FingerFile:
         if table is None:
             raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
         if not len(table):
-            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
+            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames", "record again")
         readings, time = self.frames(table)
         tracks = {
             name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale

@@ -65,7 +65,9 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
     ['a  E = 2 MPa', 'b  E = 0.2 MPa', 'c  E = 0.05 MPa']
     """
     if found.young.size < 3:
-        raise GeometryError(f"{found.young.size} moduli", "three or more are needed to draw a change")
+        raise GeometryError(
+            f"{found.young.size} moduli", "three or more are needed to draw a change", "young=np.geomspace(1e5, 1e6, 6)"
+        )
     figure = new_figure(DOUBLE, 140.0)
     grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
     sketches = _row(figure, grid, 0)

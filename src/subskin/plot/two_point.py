@@ -115,7 +115,9 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
     'pitch of the sensors [depths]'
     """
     if study.count.size > len(_COLOURS):
-        raise GeometryError(f"{study.count.size} counts", f"up to {len(_COLOURS)} can be told apart")
+        raise GeometryError(
+            f"{study.count.size} counts", f"up to {len(_COLOURS)} can be drawn", "a study of fewer counts"
+        )
     m = study.noise.size // 2 if noise is None else noise
     relative = study.worst[:, depth] / study.depth[depth]
     figure = new_figure(DOUBLE, 76.0)

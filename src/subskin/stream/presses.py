@@ -162,7 +162,9 @@ def segment(
     (1, 6000.0, 2.0)
     """
     if np.ndim(readings) != 2 or not np.size(readings):
-        raise GeometryError(f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column")
+        raise GeometryError(
+            f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column", "shape (frames, sensors)"
+        )
     data, seconds = in_order(readings, time)
     tracks = {
         name: _check.real(name, values, unit=unit)
@@ -171,7 +173,9 @@ def segment(
     }
     for name, values in tracks.items():
         if values.shape != data.shape[:1]:
-            raise GeometryError(f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames")
+            raise GeometryError(
+                f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames", f"shape ({len(data)},)"
+            )
     RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
     z = tracks.get("press")
     found = _from_readings(data, seconds, before, hold) if z is None else _from_depth(z, seconds, before, hold)

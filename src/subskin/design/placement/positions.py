@@ -106,7 +106,9 @@ def best_positions(
     (True, 4.6)
     """
     if measure not in PLACEMENT_MEASURES:
-        raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}")
+        raise InvalidValueError(
+            f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}", 'measure="position_worst"'
+        )
     array = _alike(finger)
     checked_counts([len(array)], touches)
     span = touches.span_on(finger)
@@ -166,12 +168,16 @@ def _alike(finger: Finger) -> SensorArray:
         values = np.asarray(getattr(array, name))
         if np.ptp(values) > 0:
             raise InvalidValueError(
-                f"{name} from {values.min():.6g} to {values.max():.6g}", "sensors that are alike are needed"
+                f"{name} from {values.min():.6g} to {values.max():.6g}",
+                "sensors that are alike are needed",
+                "one value for all sensors",
             )
     if len(set(array.transducers)) > 1:
-        raise InvalidValueError("several kinds of sensor", "sensors that are alike are needed")
+        raise InvalidValueError(
+            "several kinds of sensor", "sensors that are alike are needed", "transducer=NormalStrain()"
+        )
     if not float(np.asarray(array.noise)[0]) > 0:
-        raise InvalidValueError("noise = 0", "what can be told depends on it", "noise=1e-4")
+        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
     return array
 
 

@@ -121,7 +121,7 @@ def study_row(
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     amount = int(_check.scalar("samples", samples, at_least=1))
     if steps.ndim != 1:
-        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed")
+        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed", "pitches=[1e-3, 2e-3]")
     check_span(skin, touches)
     unit_positions, unit_angles = jittered(amount, np.random.default_rng(rng))
     angles = touches.cone * (2 * unit_angles - 1)

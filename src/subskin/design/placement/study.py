@@ -61,7 +61,9 @@ class PlacementStudy(Frozen):
 
     def __getitem__(self, measure: str) -> FloatArray:
         if measure not in self.values:
-            raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(self.values)}")
+            raise InvalidValueError(
+                f"measure {measure!r}", f"there are {', '.join(self.values)}", 'study["position_worst"]'
+            )
         return self.values[measure]
 
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
@@ -140,10 +142,11 @@ def placement_study(
         raise GeometryError(
             f"{len(kinds)} kinds, depths of shape {depth.shape}, pitches of shape {steps.shape}",
             "kinds, a list of depths, and pitches of shape (s,) or (depths, s) are needed",
+            "depths=[2e-3], pitches=[1e-3, 2e-3]",
         )
     sigma = _check.real("noise", noise, above=0.0)
     if sigma.shape not in ((), (1,), (len(kinds),)):
-        raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds")
+        raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds", "noise=1e-4")
     sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
     steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
     touched = np.random.default_rng(rng)

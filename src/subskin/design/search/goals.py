@@ -59,13 +59,15 @@ class SensorKind:
 
     def __post_init__(self) -> None:
         if not isinstance(self.transducer, Transducer):
-            raise InvalidValueError(f"transducer = {self.transducer!r}", "a Transducer is needed")
+            raise InvalidValueError(
+                f"transducer = {self.transducer!r}", "a Transducer is needed", "transducer=MeanPressure()"
+            )
         self.transducer.linearise(np.zeros(0))  # refuses what cannot be made linear
         object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
         for name in ("width", "resolution"):
             object.__setattr__(self, name, _check.scalar(name, getattr(self, name), at_least=0.0))
         if not self.largest > 0:
-            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0")
+            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0", "leave out largest")
 
     @property
     def error(self) -> float:
@@ -167,7 +169,9 @@ class Room:
             )
         shallow, deep = self.depth
         if not (0 < shallow <= deep < np.inf):
-            raise GeometryError(f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed")
+            raise GeometryError(
+                f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed", "depth=(1e-3, 4e-3)"
+            )
         object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
         if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
             raise GeometryError(
@@ -284,6 +288,7 @@ class Goals:
             raise InvalidValueError(
                 f"strongest = {self.strongest!r} N/m",
                 f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
+                "swap the two forces",
             )
         room, deep = self.room, self.room.depth[1]
         longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
@@ -291,7 +296,7 @@ class Goals:
         if high - low > felt:  # most often one in the wrong unit
             raise GeometryError(
                 f"span = {high - low:.6g} m",
-                f"the longest row, {longest:.6g} m, feels {felt:.6g} m at most",
+                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
                 'a shorter span, with its unit: "12 mm"',
             )
         for name, amount in (self.tolerances or {}).items():
@@ -302,11 +307,13 @@ class Goals:
             choices = tuple(getattr(self, name))
             object.__setattr__(self, name, choices)
             if not choices:
-                raise InvalidValueError(f"{name} = ()", "one at least is needed")
+                raise InvalidValueError(f"{name} = ()", "one at least is needed", f"{name}=[...]")
             called = [choice.name for choice in choices]
             twice = [c for c in called if called.count(c) > 1]
             if twice:
-                raise InvalidValueError(f'two {name} called "{twice[0]}"', "names tell them apart in the report")
+                raise InvalidValueError(
+                    f'two {name} called "{twice[0]}"', "each needs a name of its own in the report", "another name"
+                )
 
     def finger(self, row: Row) -> Finger:
         """The finger of one `row`."""

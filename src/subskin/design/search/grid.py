@@ -121,7 +121,7 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
         Criterion("position_95", "error of the position", "m", accuracy.position or np.inf),
         Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
-        Criterion("unsure", "touches ambiguous, not felt or lost", "", accuracy.unsure),
+        Criterion("unsure", "touches ambiguous, not noticed or lost", "", accuracy.unsure),
         Criterion("strain", "strain at the sensors, strongest force", "", goals.largest_strain),
     ]
     if any(np.isfinite(kind.largest) for kind in goals.sensors):

@@ -78,7 +78,7 @@ class ToleranceBudget:
         chosen = amounts if sources is None else sources
         for name in chosen:
             if name not in amounts:
-                raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}")
+                raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}", "one of these")
         square = sum(self._costs.linear(name, amounts[name]) ** 2 for name in chosen)
         position, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
         return float(position), float(angle), float(force)
@@ -113,7 +113,9 @@ class ToleranceBudget:
         named = [row.source for row in self.rows]
         for source in keep:
             if source not in named:
-                raise InvalidValueError(f"keep = {source!r}", f"there are {', '.join(named)}")
+                raise InvalidValueError(
+                    f"keep = {source!r}", f"there are {', '.join(named)}", "keep=" + repr(named[:1])
+                )
         kept, free = ([r for r in self.rows if (r.source in keep) is side] for side in (True, False))
         left = {}
         for name, value in wanted.items():
@@ -271,6 +273,8 @@ def _methods(
     named = (given,) if isinstance(given, str) else tuple(given)
     for name in named:
         if name not in METHODS:
-            raise InvalidValueError(f"self_calibration = {name!r}", f"there are {', '.join(METHODS)}")
+            raise InvalidValueError(
+                f"self_calibration = {name!r}", f"there are {', '.join(METHODS)}", 'self_calibration="known"'
+            )
     own = given if isinstance(given, Mapping) else {}
     return {name: tuple(own.get(name, usual)) for name in METHODS if name in named}

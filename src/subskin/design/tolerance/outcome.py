@@ -124,7 +124,7 @@ def tolerance_outcome(
     for name, count in {"positions": positions, "angles": angles, "draws": draws}.items():
         whole(name, count)
     if method not in METHODS:
-        raise InvalidValueError(f'method "{method}"', f"there are {', '.join(METHODS)}")
+        raise InvalidValueError(f'method "{method}"', f"there are {', '.join(METHODS)}", 'method="known"')
     part = _check.scalar("share", share, above=0.0, at_most=1.0)
     position, angle = touches.grid(positions, angles, finger)
     study = Study(finger, touches, position, angle, touches.friction, search)

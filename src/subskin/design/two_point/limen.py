@@ -111,9 +111,9 @@ class TwoPointLimen(Frozen):
         largest = f"{self.step[-1] * 1e3:.3g} mm"
         told = self.separation
         if np.isfinite(told).all():
-            text = f"told from {self.worst * 1e3:.3g} mm on at worst, {self.median * 1e3:.3g} mm at half of them"
+            text = f"read as two from {self.worst * 1e3:.3g} mm on at worst, {self.median * 1e3:.3g} mm at half of them"
         else:
-            text = f"not told within {largest} in {np.isinf(told).mean():.0%} of touches"
+            text = f"read as one within {largest} in {np.isinf(told).mean():.0%} of touches"
         return f"two points against {one}, angle {self.angle}: {text}"
 
 
@@ -186,12 +186,16 @@ def two_point_limen(
     >>> touches = ss.design.Touches(force=20.0)
     >>> for rival in ("point", "wide"):
     ...     print(ss.design.two_point_limen(finger, touches, against=rival).summary())
-    two points against one point, angle normal: told from 0.736 mm on at worst, 0.248 mm at half of them
-    two points against one wide contact, angle normal: told from 2.69 mm on at worst, 1.02 mm at half of them
+    two points against one point, angle normal: read as two from 0.736 mm on at worst, 0.248 mm at half of them
+    two points against one wide contact, angle normal: read as two from 2.69 mm on at worst, 1.02 mm at half of them
     """
     for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
         if value not in get_args(known):
-            raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
+            raise InvalidValueError(
+                f"{name} = {value!r}",
+                f"has to be one of {', '.join(get_args(known))}",
+                f'{name}="{get_args(known)[0]}"',
+            )
     share = np.atleast_1d(_check.real("shares", shares, above=0.0))
     if share.ndim != 1 or not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")

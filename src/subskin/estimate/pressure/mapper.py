@@ -104,7 +104,9 @@ class PressureMapper(Framewise):
     ) -> None:
         for name, value, known in (("shear", shear, SHEARS), ("rule", rule, RULES)):
             if value not in known:
-                raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(known)}")
+                raise InvalidValueError(
+                    f"{name} = {value!r}", f"has to be one of {', '.join(known)}", f'{name}="{known[0]}"'
+                )
         self.finger, self.shear, self.rule = finger, shear, rule
         self.friction = _check.scalar("friction", friction, above=0.0)
         self.least_force = _check.scalar("least_force", least_force, at_least=0.0)

@@ -126,7 +126,7 @@ def checked_width(
             raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
         return None, np.zeros(()), np.array(True)
     if half_width is None:
-        rule = "the slope tells the angle only where the half width is known"
+        rule = "the slope gives the angle only where the half width is known"
         fix = "half_width=1e-3, side_angle_from_gradients on a half plane, or finger.fit, which finds it"
         raise InvalidValueError(f"half_width = None of a {family.__name__}", rule, fix)
     width, spread, known = known_only(half_width=half_width, half_width_std=std)
