@@ -33,10 +33,10 @@ from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Pic
 __all__ = ["design_report"]
 
 _MAP = (
-    "Left: every depth and pitch of the grid with as many sensors as finger 1. The colour is the largest ratio of error "
-    "to goal. Within the line all goals of the search are met; grey has no room. The ring is finger 1, refined beyond "
-    "the grid. Right: the best of the grid for each count, of every kind and skin, and finger 1 (ring). The grid counts "
-    "noise alone; tolerances and the distance of two touches are added afterwards."
+    "Left: every depth and pitch of the grid with as many sensors as finger 1. The colour is the largest ratio of "
+    "error to goal. Within the line all goals of the search are met; grey has no room. The ring is finger 1, refined "
+    "beyond the grid. Right: the best of the grid for each count, of every kind and skin, and finger 1 (ring). The "
+    "grid counts noise alone; tolerances and the distance of two touches are added afterwards."
 )
 _LIMITS = (
     "Loads are lines across the finger, of the weakest force stated; wider contacts are located less well.",
