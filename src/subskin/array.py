@@ -61,8 +61,8 @@ def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
 class SensorArray(Frozen):
     """A row of sensors in the skin.
 
-    A sensor reads gain * (what its transducer measures, averaged over its width) + offset + noise, held within
-    [low, high] and rounded to its resolution. Each parameter is one number for all sensors or one a sensor.
+    A sensor reads gain * (the quantity of its transducer, averaged over its width) + offset + noise, held within [low,
+    high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class SensorArray(Frozen):
         centre : float, optional
             Position y of the middle of the row [m].
         depth, transducer, **parameters
-            As of `SensorArray`.
+            As in `SensorArray`.
 
         Raises
         ------

@@ -77,13 +77,13 @@ class Finger(Frozen):
     Raises
     ------
     InvalidValueError, GeometryError
-        What is no skin or no array; a sensor that lies beneath the skin.
+        A skin that is no Skin, an array that is no SensorArray; a sensor that lies beneath the skin.
 
     Warns
     -----
     ValidityWarning
         A depth or a position of a sensor of more than 0.5 m, a modulus below 50 Pa: another unit was probably meant.
-        Where neither lengths nor moduli are of a finger's size, the units are one's own.
+        Where neither lengths nor moduli are of a finger's size, no warning comes: the units are your own.
 
     Examples
     --------
@@ -190,7 +190,7 @@ class Finger(Frozen):
         contact : Contact
             What presses; a batch of shape (...).
         linear : bool, optional
-            By each transducer's linear part (`Transducer.linear_part`).
+            Use each transducer's linear part (`Transducer.linear_part`).
 
         Returns
         -------
@@ -235,7 +235,7 @@ class Finger(Frozen):
         return [True]
 
     def _doubt(self, contact: Contact) -> None:
-        """Warn of a contact so far away, or so wide, that its unit was probably forgotten; the first one tells."""
+        """Warn of a contact so far away, or so wide, that its unit was probably forgotten; once."""
         self._unread.clear()
         y = np.asarray(self.array.y)
         far = _FAR * float(np.asarray(self.array.depth).max())
@@ -247,7 +247,7 @@ class Finger(Frozen):
     def receptive_field(self, position: npt.ArrayLike) -> FloatArray:
         """Change of each reading per unit normal and per unit tangential line load at `position` [m].
 
-        Gain included, offset not. This is all that estimators know of a finger.
+        It contains the gain, not the offset. Estimators know nothing else of a finger.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What a calibration from unlabelled touches says: each number before and after, and what no touch can tell."""
+"""What a calibration from unlabelled touches says: each number before and after, and what no touch can determine."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class BlindParameter:
     sensor : int or None
         Whose; None where it holds for the whole finger.
     drawn, prior : float
-        Its value as drawn, and the standard deviation given to that [`unit`].
+        The value as drawn, and the standard deviation given for it [`unit`].
     value, std : float
         As found, with its standard deviation [`unit`].
     limit : float
         The standard deviation that endless touches would leave [`unit`], 0 where they leave none.
     unit : str
-        Of all of these; empty for numbers without one and for readings.
+        Unit of all of these; empty for numbers without a unit and for readings.
     """
 
     name: str
@@ -87,9 +87,9 @@ class ErrorRatio:
     Parameters
     ----------
     position : float
-        Of positions [-], up to what no touches can tell: a common shift, on a half plane a scale.
+        Ratio for positions [-], up to what no touches can determine: a common shift, on a half plane a scale.
     angle : float
-        Of angles [-]; NaN where loads are normal.
+        Ratio for angles [-]; NaN where loads are normal.
     """
 
     position: float
@@ -107,19 +107,19 @@ class BlindCalibration(Frozen):
     parameters : tuple of BlindParameter
         Every fitted number.
     covariance : ndarray, shape (k, k)
-        Of the k parameters, in the units of each, given the readings and the drawing.
+        Covariance of the k parameters, in the units of each, given the readings and the drawing.
     touches : Estimate
         Each touch on the finger found, shape (m,).
     used : ndarray of bool, shape (m,)
-        Which touches taught it: those that are OK, and of which enough sensors were there.
+        Which touches were used: those that are OK, with readings of enough sensors.
     health : tuple of Health
-        Of each sensor.
+        State of each sensor.
     misfit : float
         Ratio of the residuals to what the noise explains, >= 1: more than that, the model does not fit.
     steady : bool
         Whether locating the touches and fitting the finger, in turns, came to rest.
     unknown : tuple of str
-        What no touches of this kind can tell, be there ever so many: the null directions of the Fisher information.
+        What no number of touches of this kind can determine: the null directions of the Fisher information.
     """
 
     finger: Finger

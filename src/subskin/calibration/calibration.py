@@ -62,9 +62,9 @@ class Parameter:
     value, std : float
         The number and its standard error [`unit`].
     unit : str
-        Of both; empty for numbers without one and for readings.
+        Unit of both; empty for numbers without a unit and for readings.
     at_end : bool
-        Whether it has come to an end of the range in which it is looked for; its standard error then says little.
+        Whether it lies at an end of the range that was searched; its standard error then says little.
     """
 
     name: str
@@ -110,10 +110,10 @@ class Calibration(Frozen):
         Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
         where the model, not noise, limits the fit they are too small.
     covariance : ndarray, shape (k, k)
-        Of the k parameters, in the units of each: the inverse Fisher information. A parameter of which the touches say
-        nothing has an infinite variance.
+        Covariance of the k parameters, in the units of each: the inverse Fisher information. A parameter of which the
+        touches say nothing has an infinite variance.
     health : tuple of Health
-        Of each sensor.
+        State of each sensor.
     score : Score
         On the touches used.
     spare : int
@@ -167,10 +167,10 @@ class Calibration(Frozen):
     def doubts(self) -> tuple[str, ...]:
         """What these touches do not determine of the finger: a sentence each.
 
-        First, too few spare readings: fewer than fitted numbers, or than two a sensor. Then what has come to the end
-        of its range; and, from the Fisher information, gains that are not known to a half, numbers of the whole finger
-        whose standard error exceeds a tenth of them, and pairs of these that are hardly separable (correlation above
-        0.95).
+        First, too few spare readings: fewer than fitted numbers, or than two for each sensor. Then what has come to the
+        end of its range; and, from the Fisher information, gains that are not known to a half, numbers of the whole
+        finger whose standard error exceeds a tenth of them, and pairs of these that are hardly separable (correlation
+        above 0.95).
         """
         whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name != "origin"]
         said = []
@@ -213,7 +213,7 @@ class Calibration(Frozen):
     def spare_readings(self, friction: float = 1.0) -> int:
         """How many readings of a frame can speak against a single load: live sensors less the load's unknowns.
 
-        With fewer than two, `locate` answers OK to nearly anything. `friction` as of `Finger.locate`: with 0 a load has
+        With fewer than two, `locate` answers OK to nearly anything. `friction` as in `Finger.locate`: with 0 a load has
         one unknown less.
         """
         return int(self.finger.array.live.sum()) - (2 if friction == 0 else 3)
@@ -226,7 +226,7 @@ class Calibration(Frozen):
         force: npt.ArrayLike | None = None,
         angle: npt.ArrayLike = 0.0,
     ) -> Score:
-        """The score on other touches: held out ones. `readings`, `positions`, `force`, `angle` as of `calibrate`."""
+        """The score on touches held out; `readings`, `positions`, `force` and `angle` as in `calibrate`."""
         data, y, load = checked_touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
         model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
         return score(data, model, self.finger.array.live)

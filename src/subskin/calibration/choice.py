@@ -32,7 +32,7 @@ class Trial:
     Parameters
     ----------
     name : str
-        Of the candidate.
+        Name of the candidate.
     calibration : Calibration or None
         On all touches; None where the fit failed.
     ok : float
@@ -83,17 +83,17 @@ def choose(
 ) -> Choice:
     """Calibrate each candidate and compare them by the errors of positions on touches held out.
 
-    The touches are cut into five blocks of neighbours; each block is located by the finger that was fitted to the
-    others. Neighbours are alike, so that a block next to none of its own says more than every fifth touch would. A high
-    R^2 says how well readings are fitted, with a few large residuals just where positions are told: so positions are
-    compared, their worst error, and how many are OK.
+    The touches are cut into five blocks of neighbours; each block is located by the finger fitted to the others.
+    Neighbours are alike, so whole blocks held out say more than every fifth touch would. A high R^2 says how well
+    readings are fitted, but a few large residuals may lie just where they decide positions. So positions are compared:
+    their errors, the worst error, and how many are OK.
 
     Parameters
     ----------
     candidates : mapping
         By name, a finger as drawn and what to fit of it (`fit` of `calibrate`).
     readings, positions, force, angle
-        As of `calibrate`.
+        As in `calibrate`.
     advance : callable, optional
         Called once a candidate is done.
     **options

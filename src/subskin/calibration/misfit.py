@@ -15,7 +15,7 @@ _SIGMA = 4.0
 """Standard errors by which a correlation has to differ from that of noise: by chance, one calibration in 15 000."""
 _LOST = 1 / 3
 """A misfit of a share s of the readings' own spread moves a position by about s depths, for readings change within a
-depth. At a third, three standard errors are a whole depth: no position is told from the next."""
+depth. At a third, three standard errors are a whole depth: positions are lost."""
 _SLIGHT = 0.1
 """Below a tenth of the readings' spread the positions are good to a tenth of a depth, whatever the model."""
 _STRETCH = 2.0

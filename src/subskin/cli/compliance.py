@@ -1,4 +1,4 @@
-"""`subskin compliance`: which modulus and thickness let a finger tell a particle on a flat."""
+"""`subskin compliance`: which modulus and thickness let a finger find a particle on a flat."""
 
 from __future__ import annotations
 

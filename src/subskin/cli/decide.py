@@ -1,4 +1,4 @@
-"""`subskin decide`: readings -> what kind of contact, how probable each is, or that they cannot tell."""
+"""`subskin decide`: readings -> how probable each kind of contact is, and the kind, or "cannot tell"."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def contact_of(family: str | Family, half_width: npt.ArrayLike | None = None) ->
     Parameters
     ----------
     family : str or subclass of SpreadContact
-        As of `family_of`.
+        As in `family_of`.
     half_width : array_like, optional
         Half the width of the contacts [m]; a line has none.
 

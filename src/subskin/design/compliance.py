@@ -1,4 +1,4 @@
-"""How soft should the skin be? A particle on a flat, felt through skins of many moduli (memo section 7, Fig. 17)."""
+"""How soft should the skin be? A particle on a flat, read through skins of many moduli (memo section 7, Fig. 17)."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class SkinCompliance(Frozen):
     finger : Finger
     particle : ParticleOnFlat
     thickness, young, force : ndarray, shapes (t,), (m,), (f,)
-        Of the skin [m] and of the material in which the sensors lie [Pa], the others being stiffer in proportion; force
-        in N/m.
+        Thickness of the skin [m], modulus of the material in which the sensors lie [Pa], others stiffer in proportion;
+        force in N/m.
     half_width : ndarray
         Half width of all that touches [m].
     load_share : ndarray
@@ -114,7 +114,7 @@ def skin_compliance(
     """Which modulus and thickness let a finger see a particle on a flat, over a range of forces.
 
     The finger is pressed on the flat with the particle at its middle, and on the flat alone, by `press`. A particle is
-    told where it changes the readings by five times their error or more and its width follows from them to
+    found where it changes the readings by five times their error or more and its width follows from them to
     `width_wanted`: by the Fisher information, with the particle's height, its position and the force unknown as well.
     The error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated
     perfectly; without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on

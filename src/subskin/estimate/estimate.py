@@ -86,7 +86,7 @@ class Rival(_Found):
     Parameters
     ----------
     table, layout
-        As of `Estimate`, whose `second` it is.
+        As in `Estimate`, whose `second` it is.
     """
 
     table: FloatArray
@@ -104,7 +104,7 @@ class Rival(_Found):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrameTable(Frozen, ABC):
-    """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as of `Estimate`."""
+    """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as in `Estimate`."""
 
     table: FloatArray
     used: npt.NDArray[np.bool_]
@@ -211,7 +211,7 @@ class FrameTable(Frozen, ABC):
 class Estimate(_Found, FrameTable):
     """The contact found in each frame; every field has the batch's shape (...).
 
-    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the contact: no number is given for nonsense.
+    Frames that are not `OK` or `AMBIGUOUS` have NaN for the contact.
 
     Parameters
     ----------
@@ -271,14 +271,14 @@ class Estimate(_Found, FrameTable):
 
     @property
     def half_width_interval(self) -> FloatArray:
-        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, for readings know its square."""
+        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, where readings depend on its square."""
         if not self.layout.wide:
             return np.repeat(self.half_width[..., None], 2, axis=-1)
         return self.table[..., self.layout.interval : self.layout.interval + 2]
 
     @property
     def spare(self) -> npt.NDArray[np.intp]:
-        """Readings beyond the unknowns, shape (...); where 0 the residual says little, for most is explained."""
+        """Readings beyond the unknowns, shape (...); with 0 the residual says little."""
         return np.asarray(np.maximum(self.used.sum(axis=-1) - self.unknowns, 0))
 
     @property

@@ -45,7 +45,7 @@ class Framewise(ABC):
     outliers : int
         0, or 1: unexplained frames are tried again without each of their readings.
     ambiguity : float
-        Two omissions whose chi-squares differ by less than this are not told apart.
+        Two omissions whose chi-squares differ by less than this make the frame ambiguous.
     """
 
     def __init__(

@@ -216,7 +216,7 @@ class TableReader:
 
     @property
     def total(self) -> int | None:
-        """How many rows the table has: from its footer, or so far as can be told from those read; None for no idea."""
+        """How many rows the table has: from its footer, or estimated from the rows read; None where unknown."""
         if isinstance(self._source, ParquetReader):
             return self._source.rows
         if not self._size or not self._source.taken:

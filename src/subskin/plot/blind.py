@@ -33,7 +33,7 @@ def blind_figure(found: BlindCalibration, names: Sequence[str] | None = None) ->
     found : BlindCalibration
         From `subskin.calibrate_blind`.
     names : sequence of str, optional
-        Of the sensors; their numbers by default.
+        Names of the sensors; their numbers by default.
 
     Raises
     ------

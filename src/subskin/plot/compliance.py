@@ -1,4 +1,4 @@
-"""A particle on a flat felt through skins of different softness: the memo's Fig. 17, from solved contacts."""
+"""A particle on a flat read through skins of different softness: the memo's Fig. 17, from solved contacts."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _NODES = 1024
 
 @finished
 def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0) -> Figure:
-    """Three skins against the particle, and width, shares and what is told against the modulus.
+    """Three skins against the particle, and width, shares and regime against the modulus.
 
     Parameters
     ----------

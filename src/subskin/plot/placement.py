@@ -29,7 +29,7 @@ _FLOOR = 0.01
 
 @finished
 def placement_figure(quality: PlacementQuality) -> Figure:
-    """Standard deviations of position and angle over those of the touch, hatched where it is not told for sure.
+    """Standard deviations of position and angle over those of the touch, hatched where it is not located for sure.
 
     Parameters
     ----------
@@ -101,10 +101,10 @@ def placement_study_figure(
     most: float = 0.01,
     within: float = 0.1,
 ) -> Figure:
-    """What pitch and number of sensors make of the position, and of the touches that are not told for sure.
+    """Error of the position, and share of touches not located for sure, over pitch and number of sensors.
 
-    Thick where a row is nearly as good as the best of its number among those that tell enough touches. Left out where
-    the position is not told to the length of the row.
+    Thick where a row is nearly as good as the best of its number among rows that locate enough touches. Left out where
+    the error of the position exceeds the length of the row.
 
     Parameters
     ----------

@@ -58,12 +58,12 @@ def finger_figure(
     contact : Contact, optional
         What presses: its field is drawn too, as `finger_section` draws it.
     estimate, **options
-        As of `finger_section`.
+        As in `finger_section`.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `finger_section`; options without contact and estimate.
+        As in `finger_section`; options without contact and estimate.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def estimate_figure(
     found : Estimate, shape () or (m,)
         Of a frame, or of frames in the order of time.
     finger : Finger, optional
-        Of a single frame: the finger, which is drawn with it, and the field of the load that was found.
+        The finger of a single frame: it is drawn too, with the field of the load that was found.
     truth : array_like, shape (m,), optional
         True positions [m], against which those found are drawn.
     origin : float, optional

@@ -20,7 +20,7 @@ _RIVAL = {"point": "one point", "wide": "one wide contact"}
 
 @finished
 def two_point_figure(found: TwoPointLimen) -> Figure:
-    """The least separation that is told over the position, and the share of touches told at each separation.
+    """The least separation that reads as two over the position, and the share of touches that do at each separation.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ class Skin(Frozen, ABC):
         Parameters
         ----------
         x, y : array_like
-            As of `state`.
+            As in `state`.
 
         Examples
         --------

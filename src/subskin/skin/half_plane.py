@@ -46,7 +46,7 @@ class HalfPlane(Skin):
 
     Examples
     --------
-    A knife edge on rubber, felt 2 mm beneath: memo eq. (8).
+    A knife edge on rubber, 2 mm beneath: memo eq. (8).
 
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))

@@ -100,7 +100,7 @@ class Layered(Skin):
 
     Examples
     --------
-    Six millimetres of rubber bonded to bone, felt 2 mm beneath a knife edge. On a half plane it would be -0.023873.
+    Six millimetres of rubber bonded to bone, 2 mm beneath a knife edge. On a half plane it would be -0.023873.
 
     >>> import subskin as ss
     >>> rubber = ss.Material(young=0.4e6, poisson=0.5)

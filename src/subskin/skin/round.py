@@ -55,7 +55,7 @@ class Round(Skin):
 
     Examples
     --------
-    A finger of 8 mm radius on a core of 4 mm, felt 2 mm beneath a knife edge. On a half plane it would be -0.023873.
+    A finger of 8 mm radius on a core of 4 mm, 2 mm beneath a knife edge. On a half plane it would be -0.023873.
 
     >>> import subskin as ss
     >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)

@@ -123,7 +123,7 @@ def segment(
     at least `hold`, more than 10 % of the stroke above the lowest depth. Within 1 % of the lowest depth the skin is
     free; the last `before` seconds of that (or as many as there are) are the base that is taken off.
 
-    Without `press` the readings tell. Contact is where a sensor has moved from where it began, the way it goes under
+    Without `press` the readings decide. Contact is where a sensor has moved from where it began, the way it goes under
     its strongest press, by more than 15 % of the largest such move of any, for at least `hold`. The plateau begins
     where 90 % of the press's own peak is reached and ends where it falls for good below half of it. The base is the
     calmest stretch of `before` since the press before. So weaker presses are overlooked, and drift has to stay below

@@ -90,7 +90,7 @@ def fit_relaxation(
     terms : {1, 2, 3}, optional
         Terms of the series.
     rest : array_like, optional
-        As of `Relaxation`.
+        As in `Relaxation`.
 
     Returns
     -------

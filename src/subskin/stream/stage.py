@@ -79,14 +79,14 @@ class Stage(Frozen, ABC, Generic[State, Out]):
         Parameters
         ----------
         readings, time : array_like
-            As of `step`.
+            As in `step`.
         progress : callable, optional
             Called with the number of frames after each part of a long recording.
 
         Returns
         -------
         Out
-            As of `step`, whose errors it raises.
+            As in `step`, whose errors it raises.
         """
         frames, clock = _check.readings(readings), None if time is None else np.asarray(time)
         if frames.ndim < 2:

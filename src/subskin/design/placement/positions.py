@@ -34,7 +34,7 @@ class BestPositions:
     measure : str
         What they are best at.
     before, after : PlacementQuality
-        Of the finger as given, and of this one.
+        Quality of the finger as given, and of this finger.
     gain : float
         How many times smaller the measure has become; for `log_det`, by how much larger.
     tried : int
@@ -71,7 +71,7 @@ def best_positions(
     Parameters
     ----------
     finger : Finger
-        Of sensors alike, at their positions to begin with: the best equal row, from `best_row`.
+        With equal sensors, at their positions to begin with: the best equal row, from `best_row`.
     touches : Touches
         With a span, or the finger's own row is the span, whatever becomes of it.
     measure : str, optional
@@ -84,11 +84,11 @@ def best_positions(
     symmetric : bool, optional
         Whether the positions mirror each other about the middle of the span.
     rng : Generator or int, optional
-        Of the jitter.
+        Random generator of the jitter, or its seed.
     tries : int, optional
         Placements to look at, about.
     grid, margin, ambiguity
-        As of `placement_quality`; the search itself looks at this grid.
+        As in `placement_quality`; the search itself looks at this grid.
 
     Raises
     ------

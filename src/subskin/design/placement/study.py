@@ -42,9 +42,9 @@ class PlacementStudy(Frozen):
     count : ndarray of int, shape (c,)
     touches : Touches
     noise : ndarray, shape (k,)
-        Of a reading of each kind [its unit].
+        Noise of a reading of each kind [its unit].
     width : float
-        Of a sensor [m].
+        Width of a sensor [m].
     values : dict of str to ndarray, shape (k, d, s, c)
         One of each `PLACEMENT_MEASURES`, described at `study_row`. Also by index, `study["ambiguous"]`.
     """
@@ -101,7 +101,7 @@ def placement_study(
     transducers : Transducer, or sequence of k of them
         Kinds of sensor.
     depths : array_like, shape (d,)
-        Of the sensors [m].
+        Depths of the sensors [m].
     pitches : array_like, shape (s,) or (d, s)
         Distances of neighbours [m]: the same at all depths, or a list for each.
     counts : array_like, shape (c,)
@@ -111,7 +111,7 @@ def placement_study(
     noise : array_like, shape () or (k,)
         Standard deviation of a reading of each kind [its unit].
     width, rng, samples, grid, margin, ambiguity
-        As of `study_row`.
+        As in `study_row`.
     workers : int, optional
         Threads; as many as there are cores if left out.
     progress : callable, optional

@@ -54,7 +54,7 @@ class RidgeGain(Frozen):
     sensor : int
         Index of the sensor whose kind this is about.
     pitch, half_width : ndarray
-        Of the ridges, and of the contact from end to end [m].
+        Pitch of the ridges, and half width of the contact [m].
     smooth : ndarray
         Largest size of a reading without ridges [its unit].
     load_ratio : ndarray
@@ -108,7 +108,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     Raises
     ------
     InvalidValueError, GeometryError
-        No such sensor, a contact that it does not feel; a contact or a pitch of a thousand depths; shapes that do not
+        No such sensor, a contact that it does not read; a contact or a pitch of a thousand depths; shapes that do not
         broadcast.
     NotLinearError
         A transducer that is not linear.

@@ -40,7 +40,7 @@ class AliasingError(Frozen):
         The skin, with the one sensor that the row repeats, at y = 0.
     contact : Contact
     pitch : float
-        Of the sensors [m].
+        Pitch of the sensors [m].
     position : ndarray, shape (m,)
         Positions along the skin [m].
     reading : ndarray, shape (m,)

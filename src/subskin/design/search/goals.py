@@ -85,7 +85,7 @@ class SkinChoice:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What 95 % of the weakest touches should be told to, in one frame; None where it does not matter.
+    """The errors that 95 % of the weakest touches should keep, in one frame; None where an error does not matter.
 
     `rank_fingers` has an example.
 
@@ -96,11 +96,11 @@ class Accuracy:
     force : float, optional
         Standard error of the force, relative to it.
     unsure : float, optional
-        Largest share of touches that may be ambiguous, not felt, or lost to tolerances, in (0, 1].
+        Largest share of touches that may be ambiguous, not noticed, or lost to tolerances, in (0, 1].
     feature : float, optional
-        Distance at which two touches have to be told from one, 95 % of pairs [m].
+        Distance at which two touches have to read as two, 95 % of pairs [m].
     blind_spots : float, optional
-        Largest share of touches of one kind outside the model that may be OK and wrong, as of `blind_spots`, in (0, 1].
+        Largest share of touches of one kind outside the model that may be OK and wrong, as in `blind_spots`, in (0, 1].
     calibrated : {"known", "blind", "none"}, optional
         Which finger is judged: calibrated on touches at known positions, blind, or as it was made.
 
@@ -222,7 +222,7 @@ class Effort:
     touches : int, optional
         Touches by which each design is judged.
     seed : int, optional
-        Of the touches: the same seed gives the same numbers.
+        Seed of the touches: the same seed gives the same numbers.
     keep : int, optional
         How many fingers are returned at most.
 
@@ -250,9 +250,9 @@ class Goals:
     Parameters
     ----------
     touches : Touches
-        The weakest touch that has to be felt, the friction, and the span of skin that is touched, which is needed.
+        The weakest touch to notice, the friction, and the span of skin that is touched; the span is needed.
     strongest : float
-        The strongest force that has to be borne [N/m].
+        The strongest force to bear [N/m].
     accuracy : Accuracy
     sensors : tuple of SensorKind
     skins : tuple of SkinChoice
@@ -260,7 +260,7 @@ class Goals:
     largest_strain : float, optional
         Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
-        Tolerances of making the finger, as of `tolerance_budget`; those of `usual_tolerances` if left out. With {},
+        Tolerances of making the finger, as in `tolerance_budget`; those of `usual_tolerances` if left out. With {},
         only noise counts.
     effort : Effort, optional
     title : str, optional

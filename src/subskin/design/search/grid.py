@@ -77,7 +77,7 @@ class DesignGrid(Frozen):
         [m]
     counts : ndarray of int, shape (counts,)
     values : dict of ndarray
-        The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not felt; "strain":
+        The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not noticed; "strain":
         compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
         be read [m, rad, -]. NaN where a row has no room.
     criteria : tuple of Criterion

@@ -38,7 +38,7 @@ def rank_fingers(
     Raises
     ------
     ConvergenceError
-        No design of the grid has room, or is felt at all.
+        No design of the grid has room, or notices the touches.
 
     Examples
     --------

@@ -46,7 +46,7 @@ class ToleranceBudget:
     together : Cost
         All sources at once, by drawing fingers and frames: what the total should be.
     recovered : tuple of Recovery
-        With self-calibration, one a source that it could remove, and all together at the end.
+        With self-calibration: one for each source that it could remove, and all together at the end.
     quantile : float
         What share of the fingers the worst errors hold for [-].
     draws : int
@@ -203,11 +203,11 @@ def tolerance_budget(
     quantile : float, optional
         What share of the fingers the worst errors hold for.
     rng : Generator or int, optional
-        Of all draws.
+        Random generator, or its seed.
     friction : float, optional
         Coefficient of friction of `locate`; that of the touches if left out.
     search : (float, float), optional
-        Where loads are looked for, y [m]; as of `Finger.locate`.
+        Where loads are looked for, y [m]; as in `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
         "known": calibrate each finger first by presses straight down, of known force at known positions. "blind": by
         touches like these of which only the tolerances are known. Each fits all that has a tolerance and can be fitted;

@@ -1,4 +1,4 @@
-"""The least separation at which two points are told from one contact (memo section 7)."""
+"""The least separation at which two points do not read like one contact (memo section 7)."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class TwoPointLimen(Frozen):
         Between the readings of the two points and those of the one contact that comes nearest: root of the sum of
         squares, in standard deviations of the noise.
     separation : ndarray, shape (p, q, l)
-        Separation from which on two points are told [m], as is each larger one up to the last tried. Infinite where
+        Separation from which on two points read as two [m], as at each larger one up to the last tried. Infinite where
         that is not.
     """
 
@@ -131,7 +131,7 @@ def two_point_limen(
     angles: int = 3,
     largest: float | None = None,
 ) -> TwoPointLimen:
-    """How far apart two points have to be for the sensors to tell them from one contact.
+    """How far apart two points have to be not to read like one contact.
 
     The readings of two points, free of noise, are fitted with one contact: its forces are eliminated exactly, its
     position, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
@@ -144,7 +144,7 @@ def two_point_limen(
     Parameters
     ----------
     finger : Finger
-        With the noise of its sensors. Fewer sensors than the one contact has unknowns tell nothing.
+        With the noise of its sensors. With fewer sensors than the one contact has unknowns nothing reads as two.
     touches : Touches
         `force` is that of both points together [N/m], `span` the positions of their middle, `friction` the cone of
         angles where these are not normal.

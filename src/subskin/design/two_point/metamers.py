@@ -24,7 +24,7 @@ _HALVINGS = 50
 
 @dataclass(frozen=True, eq=False)
 class Metamers(Frozen):
-    """Single points that two sensors cannot tell from several.
+    """Single points that read like several on two sensors.
 
     Attributes
     ----------

@@ -49,7 +49,7 @@ class Evidence(Framewise):
     friction : float, optional
         |tan(angle)| is at most this [-].
     false_alarm : float, optional
-        As of `Locator`.
+        As in `Locator`.
 
     Raises
     ------
@@ -114,7 +114,7 @@ class Evidence(Framewise):
         Parameters
         ----------
         readings : array_like, shape (..., n)
-            As of `Locator`.
+            As in `Locator`.
         """
         return self._frames(readings)
 

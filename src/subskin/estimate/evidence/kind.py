@@ -77,7 +77,7 @@ class Kind:
         Parameters
         ----------
         friction : float
-            As of `contact_type`.
+            As in `contact_type`.
 
         Examples
         --------

@@ -51,7 +51,7 @@ def side_angle_from_gradients(
         On a half plane, its sensors at two depths, of one kind: `NormalStrain`, `NormalStress`, `MeanPressure` or
         `VolumeResistance`.
     readings, position, position_std, sensors, friction, most_std, false_alarm
-        As of `side_angle`; `sensors` of each row.
+        As in `side_angle`; `sensors` of each row.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def side_angle_from_gradients(
     Raises
     ------
     InvalidValueError, GeometryError
-        Another skin, another transducer, other than two depths, and as of `side_angle`.
+        Another skin, another transducer, other than two depths, and as in `side_angle`.
 
     Examples
     --------

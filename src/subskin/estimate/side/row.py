@@ -76,7 +76,7 @@ class Frames(NamedTuple):
         return np.where(self.usable, self.noise, 0.0)
 
     def beyond(self, columns: FloatArray, false_alarm: float) -> Mask:
-        """Frames of which `columns` (..., n, c), c >= 0, leave more than noise would; False where nothing can tell."""
+        """Frames of which `columns` (..., n, c), c >= 0, leave more than noise would; False where none can."""
         from scipy.special import chdtri
 
         scale = np.where(self.usable, 1 / self.noise, 0.0)
