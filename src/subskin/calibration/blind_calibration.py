@@ -199,7 +199,7 @@ class BlindCalibration(Frozen):
             off = abs(p.value - p.drawn) / p.prior
             if off > _SURPRISE:
                 said.append(
-                    f"{p.called} came out {off:.1f} standard deviations from the drawing: allow it more, or look at "
+                    f"{p.called} is {off:.1f} standard deviations from the drawing: allow it a larger error, or check "
                     "the sensors"
                 )
             if p.known is Known.AS_DRAWN and p.limit < _DRAWN * p.prior:
@@ -208,7 +208,7 @@ class BlindCalibration(Frozen):
         for touches in unlearnt.values():
             names, most = tuple(touches), max(touches.values())
             listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-            said.append(f"as drawn: {listed}; to learn them it would take {_count(most)} touches like those used")
+            said.append(f"as drawn: {listed}; {_count(most)} touches like those used would determine them")
         return tuple(said)
 
 

@@ -205,8 +205,8 @@ def _show(out: TextIO, file: io.FingerFile, found: BlindCalibration) -> None:
     if max(ratio.position, ratio.angle if ratio.angle == ratio.angle else 1.0) > _WANTED:
         print(f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used", file=out)
     for text in found.unknown:
-        print(f"not to be known from touches: {text}", file=out)
-    show_health(out, file, found, "gain below half of the drawn one, as the median sensor's goes")
+        print(f"no touches determine {text}", file=out)
+    show_health(out, file, found, "gain below half of the drawn gain, relative to the median sensor")
     for doubt in found.doubts:
         print(doubt, file=out)
 

@@ -192,7 +192,7 @@ def _show(out: TextIO, options: argparse.Namespace, found: design.half_plane.Hal
     count = found.positions.size * found.angles.size
     show(out, f"errors of {count} touches, median and worst", [*heads, "no answer", "unexplained"], table)
     share = number(options.snr)
-    print(f"unexplained: so many are said to be at a noise of 1/{share} of a sensor's largest reading", file=out)
+    print(f"unexplained: number of touches at a noise of 1/{share} of a sensor's largest reading", file=out)
     depth = float(depths.mean())
     taken, true = (f"{1e3 * d:.3g} mm" for d in (found.depth, depth))
     if not np.isfinite(found.depth):
@@ -210,7 +210,7 @@ def _show(out: TextIO, options: argparse.Namespace, found: design.half_plane.Hal
 
 def _map_note(finger: Finger) -> str:
     """What the map is of, and what it is not."""
-    note = "for six sensors of normal strain, one depth apart; your own array's errors are those above"
+    note = "for six sensors of normal strain, at a pitch of one depth; your own array's errors are those above"
     return f"{note}; your stack of several materials is not on it" if finger.skin.single_material is None else note
 
 
