@@ -76,7 +76,7 @@ def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         rule = "numbers are needed, NaN for a missing one"
-        raise InvalidValueError(f"{name} = {repr(value)[:60]}", rule) from None
+        raise InvalidValueError(f"{name} = {repr(value)[:60]}", rule, f"{name}=[0.1, 0.2]") from None
 
 
 def unmasked(name: str, value: object, fix: str = "") -> None:
@@ -135,7 +135,7 @@ def doubt(name: str, value: float, unit: str, meant: float, meant_unit: str) -> 
     meant_unit : str
         The unit that was probably meant.
     """
-    said = f"{name} = {value:.6g} {unit}: was {value:.6g} {meant_unit} meant, {value * meant:.6g}?"
+    said = f"{name} = {value:.6g} {unit}: if {value:.6g} {meant_unit} was meant, write {value * meant:.6g}."
     warnings.warn(f"{said} Values are in {unit}", ValidityWarning, stacklevel=2)
 
 
@@ -174,7 +174,9 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
         return np.broadcast_shapes(*(a.shape for a in arrays.values()))
     except ValueError:
         seen = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
-        raise GeometryError(f"shapes {seen}", "they have to broadcast as in NumPy") from None
+        raise GeometryError(
+            f"shapes {seen}", "they have to broadcast as in NumPy", "an axis of length 1, such as y[:, None]"
+        ) from None
 
 
 def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
@@ -200,7 +202,7 @@ def values(**options: Any) -> dict[str, float | None]:
     for name, given in plain.items():
         unmasked(name, given)
         if given is not None and not _is_number(given):
-            raise InvalidValueError(f"{name} = {shown(given)}", "a single number is needed")
+            raise InvalidValueError(f"{name} = {shown(given)}", "a single number is needed", f"{name}=1.0")
     return {name: np.asarray(given).item() for name, given in plain.items()}
 
 

@@ -61,8 +61,8 @@ def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
 class SensorArray(Frozen):
     """A row of sensors in the skin.
 
-    A sensor reads gain * (what its transducer measures, averaged over its width) + offset + noise, held within
-    [low, high] and rounded to its resolution. Each parameter is one number for all sensors or one a sensor.
+    A sensor reads gain * (the quantity of its transducer, averaged over its width) + offset + noise, held within [low,
+    high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor.
 
     Parameters
     ----------
@@ -118,7 +118,11 @@ class SensorArray(Frozen):
             values = _check.real(name, getattr(self, name), **limits)
             if values.shape not in ((), (1,), y.shape):
                 seen = f"{name} of shape {values.shape}"
-                raise GeometryError(seen, f"one value, or one for each of the {y.size} sensors, is needed")
+                raise GeometryError(
+                    seen,
+                    f"one value, or one for each of the {y.size} sensors, is needed",
+                    f"{name}=[...] with {y.size} values",
+                )
             if values.shape != y.shape:
                 values = np.full(y.shape, values)
                 values.flags.writeable = False
@@ -129,11 +133,11 @@ class SensorArray(Frozen):
             seen = f"width = {wide[worst]:.6g} m at a depth of {deep[worst]:.6g} m"
             raise InvalidValueError(seen, f"a sensor may be up to {_WIDEST:g} depths wide", "several sensors")
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
-            raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high")
+            raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high", "swap them")
         kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
         if len(kinds) != y.size or not all(isinstance(k, Transducer) for k in kinds):
             rule = f"one Transducer, or one for each of the {y.size} sensors, is needed"
-            raise GeometryError(f"transducer = {self.transducer!r}", rule)
+            raise GeometryError(f"transducer = {self.transducer!r}", rule, "transducer=MeanPressure()")
         object.__setattr__(self, "transducer", kinds)
         ends = np.isfinite(np.array([self.low, self.high]))
         object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
@@ -159,7 +163,7 @@ class SensorArray(Frozen):
         centre : float, optional
             Position y of the middle of the row [m].
         depth, transducer, **parameters
-            As of `SensorArray`.
+            As in `SensorArray`.
 
         Raises
         ------

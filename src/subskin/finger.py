@@ -77,13 +77,13 @@ class Finger(Frozen):
     Raises
     ------
     InvalidValueError, GeometryError
-        What is no skin or no array; a sensor that lies beneath the skin.
+        A skin that is no Skin, an array that is no SensorArray; a sensor that lies beneath the skin.
 
     Warns
     -----
     ValidityWarning
         A depth or a position of a sensor of more than 0.5 m, a modulus below 50 Pa: another unit was probably meant.
-        Where neither lengths nor moduli are of a finger's size, the units are one's own.
+        Where neither lengths nor moduli are of a finger's size, no warning comes: the units are your own.
 
     Examples
     --------
@@ -108,7 +108,11 @@ class Finger(Frozen):
         if not isinstance(self.skin, Skin):
             raise InvalidValueError(f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
         if not isinstance(self.array, SensorArray):
-            raise InvalidValueError(f"array = {self.array!r}", "a SensorArray is needed")
+            raise InvalidValueError(
+                f"array = {self.array!r}",
+                "a SensorArray is needed",
+                "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)",
+            )
         deepest = float(np.asarray(self.array.depth).max())
         self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):
@@ -186,7 +190,7 @@ class Finger(Frozen):
         contact : Contact
             What presses; a batch of shape (...).
         linear : bool, optional
-            By each transducer's linear part (`Transducer.linear_part`).
+            Use each transducer's linear part (`Transducer.linear_part`).
 
         Returns
         -------
@@ -231,7 +235,7 @@ class Finger(Frozen):
         return [True]
 
     def _doubt(self, contact: Contact) -> None:
-        """Warn of a contact so far away, or so wide, that its unit was probably forgotten; the first one tells."""
+        """Warn of a contact so far away, or so wide, that its unit was probably forgotten; once."""
         self._unread.clear()
         y = np.asarray(self.array.y)
         far = _FAR * float(np.asarray(self.array.depth).max())
@@ -243,7 +247,7 @@ class Finger(Frozen):
     def receptive_field(self, position: npt.ArrayLike) -> FloatArray:
         """Change of each reading per unit normal and per unit tangential line load at `position` [m].
 
-        Gain included, offset not. This is all that estimators know of a finger.
+        It contains the gain, not the offset. Estimators know nothing else of a finger.
 
         Parameters
         ----------

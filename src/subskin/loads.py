@@ -57,19 +57,23 @@ class Load(Frozen):
         d = parts.shape[-1] - 1 if parts.ndim else 0
         if d not in (1, 2):
             seen = f"components of shape {parts.shape}"
-            raise GeometryError(seen, "the last axis is (N, T), or (N, Ty, Tz) of a local load")
+            raise GeometryError(seen, "the last axis is (N, T), or (N, Ty, Tz) of a local load", "[40.0, 0.0]")
         position = _array("position", self.position)
         batch = position.shape if d == 1 else position.shape[:-1]
         if batch != parts.shape[:-1] or (d == 2 and position.shape[-1:] != (2,)):
             seen = f"position of shape {position.shape}, components of shape {parts.shape}"
-            raise GeometryError(seen, f"position has to have the shape {parts.shape[:-1] + (2,) * (d - 1)}")
+            raise GeometryError(
+                seen,
+                f"position has to have the shape {parts.shape[:-1] + (2,) * (d - 1)}",
+                "one position for each load",
+            )
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "components", parts)
         if self.covariance is not None:
             square = _array("covariance", self.covariance)
             if square.shape != (*batch, 2 * d + 1, 2 * d + 1):
                 seen = f"covariance of shape {square.shape}"
-                raise GeometryError(seen, f"{(*batch, 2 * d + 1, 2 * d + 1)} is needed")
+                raise GeometryError(seen, f"{(*batch, 2 * d + 1, 2 * d + 1)} is needed", "leave out covariance")
             object.__setattr__(self, "covariance", square)
 
     @property

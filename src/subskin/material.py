@@ -103,5 +103,5 @@ class Material:
 
     @property
     def plane_strain_modulus(self) -> float:
-        """E* = E / (1 - nu^2) [Pa], the modulus that a contact in plane strain feels."""
+        """E* = E / (1 - nu^2) [Pa], the modulus of a contact in plane strain."""
         return self.young / (1 - self.poisson**2)

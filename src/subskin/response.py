@@ -73,7 +73,9 @@ class Response(Frozen):
         wide = self.widest > 0
         if values.ndim != 4 + wide or values.shape[1 + wide] != DEGREE + 1 or values.shape[-1] != 2:
             raise GeometryError(
-                f"coefficients of shape {values.shape}", f"({'widths, ' * wide}cells, {DEGREE + 1}, n, 2) is needed"
+                f"coefficients of shape {values.shape}",
+                f"({'widths, ' * wide}cells, {DEGREE + 1}, n, 2) is needed",
+                "Response.from_table",
             )
         object.__setattr__(self, "coefficients", values)
 
@@ -122,12 +124,14 @@ class Response(Frozen):
             The tolerance is not met with 4096 cells, or 32 times as many as to start with: the function is not smooth.
         """
         if not callable(function):
-            raise InvalidValueError(f"function = {_check.shown(function)}", "a function of positions is needed")
+            raise InvalidValueError(
+                f"function = {_check.shown(function)}", "a function of positions is needed", "finger.receptive_field"
+            )
         start, stop = (_check.scalar(name, value, unit="m") for name, value in (("start", start), ("stop", stop)))
         step = _check.scalar("step", step, unit="m", above=0.0)
         tolerance = float(_check.real("tolerance", tolerance, above=0.0, finite=False))
         if not stop > start:
-            raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop")
+            raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop", "swap them")
         cells = _cells(stop - start, step)
         most = max(_MOST_CELLS, cells << _MOST_HALVINGS)
         while cells <= most:
@@ -175,10 +179,16 @@ class Response(Frozen):
         y = _check.real("positions", positions, unit="m")
         fields = [_check.real("normal", normal), _check.real("tangential", tangential)]
         if y.ndim != 1 or y.size < 6 or not (np.diff(y) > 0).all():
-            raise GeometryError(f"positions of shape {y.shape}", "at least 6 ascending positions are needed")
+            raise GeometryError(
+                f"positions of shape {y.shape}",
+                "at least 6 ascending positions are needed",
+                "np.linspace(-7e-3, 7e-3, 141)",
+            )
         if any(f.ndim != 2 or f.shape[0] != y.size or f.shape != fields[0].shape for f in fields):
             raise GeometryError(
-                f"normal {fields[0].shape}, tangential {fields[1].shape}", f"both need the shape ({y.size}, sensors)"
+                f"normal {fields[0].shape}, tangential {fields[1].shape}",
+                f"both need the shape ({y.size}, sensors)",
+                "a row for each position, a column for each sensor",
             )
         spline = make_interp_spline(y, np.stack(fields, axis=-1), k=5)
         return cls.from_function(spline, float(y[0]), float(y[-1]), step=float(np.diff(y).min()), tolerance=tolerance)
@@ -316,7 +326,7 @@ def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float,
         rule = f"the finger is {period:.6g} m about, and positions repeat after that"
         raise InvalidValueError(f"search = {search!r}", rule, "a narrower search")
     if high - low > np.ptp(y) + _FARTHEST * deepest:
-        rule = f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which nothing is felt"
+        rule = f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which sensors read nothing"
         raise InvalidValueError(f"search = {search!r} m", rule, "search in metres, such as (-5e-3, 5e-3)")
     return low, high
 

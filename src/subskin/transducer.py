@@ -296,7 +296,7 @@ def transducer_of(kind: str) -> Transducer:
     if not (isinstance(found, type) and issubclass(found, Transducer)):
         raise InvalidValueError(seen, "it is no Transducer", f"class {name}(subskin.Transducer)")
     if isabstract(found):
-        raise InvalidValueError(seen, f"it lacks {', '.join(sorted(found.__abstractmethods__))}")
+        raise InvalidValueError(seen, f"it lacks {', '.join(sorted(found.__abstractmethods__))}", "define them")
     try:
         return found()
     except TypeError as error:

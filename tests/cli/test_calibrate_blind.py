@@ -101,7 +101,7 @@ def test_errors_of_the_drawing_with_and_without_units(touches, subskin):
         (("--gain-error", "much"), 2, "--gain-error"),
         (("--gain-error", "0"), 2, "has to be > 0"),
         (("--depth-error", "3 Pa"), 2, "--depth-error"),
-        (("--force-column", "force"), 2, "nothing is known"),
+        (("--force-column", "force"), 2, "are unknown"),
         (("--figure", "learnt.doc"), 2, ".svg, .png or .pdf"),
         (("--rows", "0-2"), 1, "at least"),
     ],

@@ -459,7 +459,7 @@ class TestOddReadings:
         tip = drawn(count=6)
         real = ss.Finger(tip.skin, replace(tip.array, gain=[1, 1, 0.7, 1, 1, 1]))
         found = ss.calibrate_blind(tip, touched(real, 200), gain_error=0.03)
-        assert any(text.startswith("gain of sensor 2 came out") for text in found.doubts)
+        assert any(text.startswith("gain of sensor 2 is ") for text in found.doubts)
 
 
 class TestInput:

@@ -316,9 +316,9 @@ class TestDoubts:
         variance = np.diag(found.covariance)
         r = found.covariance[i, j] / np.sqrt(variance[i] * variance[j])
         assert abs(r) > 0.95
-        tied = [said for said in found.doubts if "told apart" in said]
+        tied = [said for said in found.doubts if "separable" in said]
         assert len(tied) == 1
-        assert tied[0].startswith(f"depth and thickness are hardly told apart (correlation {r:.3f})")
+        assert tied[0].startswith(f"depth and thickness are hardly separable (correlation {r:.3f})")
         # were the thickness known, the depth's error would be that of a fit without it
         less = ss.calibrate(found.finger, readings, FEW, fit=("gain", "depth", "origin"))
         alone = float(tied[0].rsplit("would be ", 1)[1].split()[0])

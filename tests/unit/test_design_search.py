@@ -279,7 +279,7 @@ def test_the_verdict_says_which_finger_meets_the_goals(off):
     assert known.startswith(
         "It meets every goal once it is calibrated on touches at known positions. As made it misses"
     )
-    assert f"not felt or lost {in_words(lost, '')} (at most 1 % wanted)" in known
+    assert f"not noticed or lost {in_words(lost, '')} (at most 1 % wanted)" in known
     assert as_made.startswith("As made it misses")
     assert as_made.endswith("It would meet every goal calibrated on touches at known positions.")
     columns, rows, _ = finger_table(off[1])

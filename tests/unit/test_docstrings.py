@@ -27,11 +27,11 @@ COUNTED = re.compile(r"\b(bool|of int|of str)\b")
 UNIT = re.compile(r"\[[^\[\]]+\]")
 PURE = re.compile(  # what has no unit, in words
     r"\[-\]|\b(shares?|ratios?|factors?|probabilit\w+|chances?|number|numbers|counts?|levels?|parts?|gains?|"
-    r"chi-square|sigmas?|standard deviations|quantiles?|percentiles?|poisson|friction|mu|nu|units?|as of|of shape|"
+    r"chi-square|sigmas?|standard deviations|quantiles?|percentiles?|poisson|friction|mu|nu|units?|as in|of shape|"
     r"multiples?|times|columns?|rows?|index|indices|scores?|weights?|odds|in order|relative)\b",
     re.IGNORECASE,
 )
-SHAPE = re.compile(r"\bshapes?\b|\(\.\.\.|scalars?\b|one for (all|each)|\bfor each\b|\beach\b|as of `", re.IGNORECASE)
+SHAPE = re.compile(r"\bshapes?\b|\(\.\.\.|scalars?\b|one for (all|each)|\bfor each\b|\beach\b|as in `", re.IGNORECASE)
 FORMULA = re.compile(r"[\w)\]] = [^=\n]*[\w)]\s*(\*\*|\^|/|\bsqrt|\bexp|\blog)")
 SOURCE = re.compile(
     r"eq\. ?\(|Equation \(\d|eqs\. ?\(|\bmemo\b|\b(18|19|20)\d\d\b|section \d|Fig\. \d|docs/|chapter|\bby definition\b"

@@ -65,15 +65,15 @@ def test_a_quantity_of_another_dimension_is_refused(make):
 
 
 def test_forgotten_units_are_said():
-    with pytest.warns(ValidityWarning, match=r"young = 0.4 Pa: was 0.4 MPa meant, 400000\?"):
+    with pytest.warns(ValidityWarning, match=r"young = 0.4 Pa: if 0.4 MPa was meant, write 400000\."):
         ss.Finger(ss.HalfPlane(ss.Material(young=0.4)), ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2e-3))
-    with pytest.warns(ValidityWarning, match=r"the largest depth = 2 m: was 2 mm meant, 0.002\?"):
+    with pytest.warns(ValidityWarning, match=r"the largest depth = 2 m: if 2 mm was meant, write 0.002\."):
         ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=1.5e-3, depth=2))
-    with pytest.warns(ValidityWarning, match=r"the largest y = 9 m: was 9 mm meant"):
+    with pytest.warns(ValidityWarning, match=r"the largest y = 9 m: if 9 mm was meant"):
         ss.Finger(SKIN, ss.SensorArray.line(count=4, pitch=6, depth=5e-3))
-    with pytest.warns(ValidityWarning, match=r"position = 0.8 m: was 0.8 mm meant"):
+    with pytest.warns(ValidityWarning, match=r"position = 0.8 m: if 0.8 mm was meant"):
         ss.Finger(SKIN, FINGER.array).read(ss.LineLoad(40.0, position=0.8))
-    with pytest.warns(ValidityWarning, match=r"half_width = 0.4 m: was 0.4 mm meant"):
+    with pytest.warns(ValidityWarning, match=r"half_width = 0.4 m: if 0.4 mm was meant"):
         ss.Finger(SKIN, FINGER.array).read(ss.Hertz(40.0, half_width=0.4))
 
 

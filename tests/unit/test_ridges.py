@@ -162,9 +162,9 @@ def test_what_cannot_be_asked():
         ridge_gain(FINGER, TOUCH, 2e-3)
     with pytest.raises(ss.errors.GeometryError, match="broadcast"):
         ridge_gain(FINGER, ss.Hertz(40.0, half_width=[1e-3, 2e-3]), Ridges([1e-3, 2e-3, 3e-3]))
-    with pytest.raises(ss.errors.InvalidValueError, match="does not feel"):
+    with pytest.raises(ss.errors.InvalidValueError, match="does not read"):
         ridge_gain(FINGER, ss.Hertz(0.0, half_width=1e-3), ridges)
-    with pytest.raises(ss.errors.GeometryError, match="nothing is felt"):
+    with pytest.raises(ss.errors.GeometryError, match="sensors read nothing"):
         ridge_gain(FINGER, TOUCH, Ridges(3.0))
     with pytest.raises(ss.errors.InvalidValueError, match="100 depths"):
         read_ridged(FINGER, ss.Strip(1.0, half_width=1.0), ridges)

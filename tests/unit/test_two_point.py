@@ -291,9 +291,9 @@ def test_result_is_closed_to_writing_and_says_itself():
     assert found.separation.shape == (3, 5, 1)
     assert found.distance.shape == (found.step.size, 3, 5, 1)
     assert found.worst == found.separation.max()
-    assert "told from" in found.summary()
+    assert "read as two from" in found.summary()
     blind = two_point_limen(row(1), Touches(1.0, span=(-1, 1)), positions=3)
-    assert "not told within 2e+03 mm in 100% of touches" in blind.summary()
+    assert "read as one within 2e+03 mm in 100% of touches" in blind.summary()
 
 
 @pytest.mark.parametrize(

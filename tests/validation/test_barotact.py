@@ -158,8 +158,8 @@ class TestABondedLayer:
     def test_the_fisher_information_says_so_where_it_can(self, on_layer):
         assert on_layer["strain"].doubts == ()
         for name, pair in (("pressure", "depth and thickness"), ("strain, any nu", "depth and poisson")):
-            (said,) = (doubt for doubt in on_layer[name].doubts if "told apart" in doubt)
-            assert said.startswith(f"{pair} are hardly told apart (correlation 0.99")
+            (said,) = (doubt for doubt in on_layer[name].doubts if "separable" in doubt)
+            assert said.startswith(f"{pair} are hardly separable (correlation 0.99")
 
     def test_all_are_elastic_skins_that_do_not_quite_fit(self, on_half_plane, on_layer):
         for found in (on_half_plane, *on_layer.values()):

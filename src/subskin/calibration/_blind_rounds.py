@@ -87,7 +87,7 @@ class Rounds:
     def _refuse_too_few(self, touches: int, shares: Mapping[str, FloatArray]) -> None:
         live = int(self.live.sum())
         if live <= self.unknowns:
-            rule = "only what a touch's own unknowns leave over tells of the finger: one sensor more is needed"
+            rule = "only readings beyond a touch's own unknowns show the finger: one sensor more is needed"
             fix = "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down")
             raise ConvergenceError(f"{live} live sensors, and {self.unknowns} unknowns a touch", rule, fix)
         size = sum(live if share.shape else 1 for share in shares.values())

@@ -36,9 +36,11 @@ def checked_names(fit: Sequence[str], known: Sequence[str], no_origin: str = "")
             fix = no_origin if name == "origin" else ""
             raise InvalidValueError(f'fit = "{name}"', f"has to be among {', '.join(known)}", fix)
     if not names:
-        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}")
+        raise InvalidValueError("fit is empty", f"name at least one of {', '.join(known)}", 'fit=["gain", "depth"]')
     if "depth" in names and "depths" in names:
-        raise InvalidValueError("fit has both depth and depths", "choose one shift for all, or one depth a sensor")
+        raise InvalidValueError(
+            "fit has both depth and depths", "choose one shift for all, or one depth a sensor", "leave one of them out"
+        )
     return tuple(name for name in known if name in names)
 
 

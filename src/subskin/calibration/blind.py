@@ -39,12 +39,12 @@ def calibrate_blind(
     friction: float = 1.0,
     search: tuple[float, float] | None = None,
 ) -> BlindCalibration:
-    """Fit a finger to touches of which nothing is known but the readings.
+    """Fit a finger to touches of which only the readings are known.
 
     Each touch is a line load of its own position, normal and tangential force. With one sensor more than unknowns,
-    every touch says something of the finger too. All touches and the finger are estimated at once (maximum a
-    posteriori, Gaussian priors about the finger as drawn); touches are located anew, over the whole of `search`, after
-    each round, and those that are not OK are left out.
+    every touch also says something about the finger. All touches and the finger are estimated at once (maximum a
+    posteriori, Gaussian priors about the finger as drawn). After each round touches are located again, over the whole
+    of `search`, and touches that are not OK are left out.
 
     Parameters
     ----------
@@ -59,9 +59,9 @@ def calibrate_blind(
     gain_error, depth_error, position_error, poisson_error, thickness_error, offset_error : float, optional
         Standard deviation of what is as drawn. Gains: a share of each. Depth and position: shares of the mean depth.
         Thickness: a share of what lies beneath the deepest sensor. Poisson's ratio: itself. Offset: in readings. The
-        last three have no default. What each sensor has may be given one a sensor.
+        last three have no default. A number of each sensor may be given for each sensor.
     friction : float, optional
-        Touches lean at most by atan(friction). 0: they are known to press straight down, and have one unknown less.
+        Touches lean at most by atan(friction). 0: they press straight down, and have one unknown less.
     search : (float, float), optional
         Where touches are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors. Touches at its
         ends are left out: the row itself leaves out those beyond it.
@@ -122,7 +122,7 @@ def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
     shape = (n,) if name in ("gain", "offset", "depths", "position") else ()
     if values.shape not in ((), shape):
         rule = f"one number, or one for each of the {n} sensors, is needed" if shape else "one number is needed"
-        raise GeometryError(f"{label} of shape {values.shape}", rule)
+        raise GeometryError(f"{label} of shape {values.shape}", rule, f"{label}=0.05")
     return np.broadcast_to(values, shape)
 
 

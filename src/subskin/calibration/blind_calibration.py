@@ -1,4 +1,4 @@
-"""What a calibration from unlabelled touches says: each number before and after, and what no touch can tell."""
+"""What a calibration from unlabelled touches says: each number before and after, and what no touch can determine."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class BlindParameter:
     sensor : int or None
         Whose; None where it holds for the whole finger.
     drawn, prior : float
-        Its value as drawn, and the standard deviation given to that [`unit`].
+        The value as drawn, and the standard deviation given for it [`unit`].
     value, std : float
         As found, with its standard deviation [`unit`].
     limit : float
         The standard deviation that endless touches would leave [`unit`], 0 where they leave none.
     unit : str
-        Of all of these; empty for numbers without one and for readings.
+        Unit of all of these; empty for numbers without a unit and for readings.
     """
 
     name: str
@@ -87,9 +87,9 @@ class ErrorRatio:
     Parameters
     ----------
     position : float
-        Of positions [-], up to what no touches can tell: a common shift, on a half plane a scale.
+        Ratio for positions [-], up to what no touches can determine: a common shift, on a half plane a scale.
     angle : float
-        Of angles [-]; NaN where loads are normal.
+        Ratio for angles [-]; NaN where loads are normal.
     """
 
     position: float
@@ -107,19 +107,19 @@ class BlindCalibration(Frozen):
     parameters : tuple of BlindParameter
         Every fitted number.
     covariance : ndarray, shape (k, k)
-        Of the k parameters, in the units of each, given the readings and the drawing.
+        Covariance of the k parameters, in the units of each, given the readings and the drawing.
     touches : Estimate
         Each touch on the finger found, shape (m,).
     used : ndarray of bool, shape (m,)
-        Which touches taught it: those that are OK, and of which enough sensors were there.
+        Which touches were used: those that are OK, with readings of enough sensors.
     health : tuple of Health
-        Of each sensor.
+        State of each sensor.
     misfit : float
         Ratio of the residuals to what the noise explains, >= 1: more than that, the model does not fit.
     steady : bool
         Whether locating the touches and fitting the finger, in turns, came to rest.
     unknown : tuple of str
-        What no touches of this kind can tell, be there ever so many: the null directions of the Fisher information.
+        What no number of touches of this kind can determine: the null directions of the Fisher information.
     """
 
     finger: Finger
@@ -156,7 +156,9 @@ class BlindCalibration(Frozen):
             No such parameter, a `std` that is not > 0.
         """
         if not 0 <= parameter < len(self.parameters):
-            raise InvalidValueError(f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}")
+            raise InvalidValueError(
+                f"parameter = {parameter}", f"there are parameters 0 to {len(self.parameters) - 1}", "parameter=0"
+            )
         wanted = _check.scalar("std", std, above=0.0, unit=self.parameters[parameter].unit)
         return self._learning.touches_for(parameter, wanted)
 
@@ -197,7 +199,7 @@ class BlindCalibration(Frozen):
             off = abs(p.value - p.drawn) / p.prior
             if off > _SURPRISE:
                 said.append(
-                    f"{p.called} came out {off:.1f} standard deviations from the drawing: allow it more, or look at "
+                    f"{p.called} is {off:.1f} standard deviations from the drawing: allow it a larger error, or check "
                     "the sensors"
                 )
             if p.known is Known.AS_DRAWN and p.limit < _DRAWN * p.prior:
@@ -206,7 +208,7 @@ class BlindCalibration(Frozen):
         for touches in unlearnt.values():
             names, most = tuple(touches), max(touches.values())
             listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-            said.append(f"as drawn: {listed}; to learn them it would take {_count(most)} touches like those used")
+            said.append(f"as drawn: {listed}; {_count(most)} touches like those used would determine them")
         return tuple(said)
 
 

@@ -46,7 +46,7 @@ class Health(IntEnum):
     WEAK = 1
     """Its gain is below half of the median of its kind; in `SensorHealth`, it has also lost a tenth or more."""
     DEAD = 2
-    """Its gain cannot be told from zero and its readings do not move, or it gave none; the finger leaves it out."""
+    """Its gain is zero within its error and its readings do not move, or it gave none; the finger leaves it out."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class Parameter:
     value, std : float
         The number and its standard error [`unit`].
     unit : str
-        Of both; empty for numbers without one and for readings.
+        Unit of both; empty for numbers without a unit and for readings.
     at_end : bool
-        Whether it has come to an end of the range in which it is looked for; its standard error then says little.
+        Whether it lies at an end of the range that was searched; its standard error then says little.
     """
 
     name: str
@@ -110,10 +110,10 @@ class Calibration(Frozen):
         Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
         where the model, not noise, limits the fit they are too small.
     covariance : ndarray, shape (k, k)
-        Of the k parameters, in the units of each: the inverse Fisher information. A parameter of which the touches say
-        nothing has an infinite variance.
+        Covariance of the k parameters, in the units of each: the inverse Fisher information. A parameter of which the
+        touches say nothing has an infinite variance.
     health : tuple of Health
-        Of each sensor.
+        State of each sensor.
     score : Score
         On the touches used.
     spare : int
@@ -167,9 +167,9 @@ class Calibration(Frozen):
     def doubts(self) -> tuple[str, ...]:
         """What these touches do not determine of the finger: a sentence each.
 
-        First, too few spare readings: fewer than fitted numbers, or than two a sensor. Then what has come to the end
-        of its range; and, from the Fisher information, gains that are not known to a half, numbers of the whole finger
-        whose standard error exceeds a tenth of them, and pairs of these that can hardly be told apart (correlation
+        First, too few spare readings: fewer than fitted numbers, or than two for each sensor. Then what has come to the
+        end of its range; and, from the Fisher information, gains that are not known to a half, numbers of the whole
+        finger whose standard error exceeds a tenth of them, and pairs of these that are hardly separable (correlation
         above 0.95).
         """
         whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name != "origin"]
@@ -189,7 +189,7 @@ class Calibration(Frozen):
         for i in whole:
             p = self.parameters[i]
             if not p.std < _LOOSE * abs(p.value):
-                how = "known but roughly" if p.std < _LOST * abs(p.value) else "not determined"
+                how = "known only roughly" if p.std < _LOST * abs(p.value) else "not determined"
                 said.append(f"{p.name} is {how}: its standard error is {_share(p)}")
         std = np.sqrt(np.diag(self.covariance))
         for n, i in enumerate(whole):
@@ -200,7 +200,7 @@ class Calibration(Frozen):
                     one, two = self.parameters[i].name, self.parameters[j].name
                     alone = np.sqrt(1 - min(abs(r), 1.0) ** 2)
                     said.append(
-                        f"{one} and {two} are hardly told apart (correlation {r:.3f}): were one of them known, the "
+                        f"{one} and {two} are hardly separable (correlation {r:.3f}): were one of them known, the "
                         f"other's standard error would be {alone:.2g} times as large"
                     )
         return tuple(said)
@@ -213,7 +213,7 @@ class Calibration(Frozen):
     def spare_readings(self, friction: float = 1.0) -> int:
         """How many readings of a frame can speak against a single load: live sensors less the load's unknowns.
 
-        With fewer than two, `locate` answers OK to nearly anything. `friction` as of `Finger.locate`: with 0 a load has
+        With fewer than two, `locate` answers OK to nearly anything. `friction` as in `Finger.locate`: with 0 a load has
         one unknown less.
         """
         return int(self.finger.array.live.sum()) - (2 if friction == 0 else 3)
@@ -226,7 +226,7 @@ class Calibration(Frozen):
         force: npt.ArrayLike | None = None,
         angle: npt.ArrayLike = 0.0,
     ) -> Score:
-        """The score on other touches: held out ones. `readings`, `positions`, `force`, `angle` as of `calibrate`."""
+        """The score on touches held out; `readings`, `positions`, `force` and `angle` as in `calibrate`."""
         data, y, load = checked_touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
         model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
         return score(data, model, self.finger.array.live)
@@ -256,7 +256,7 @@ def checked_readings(readings: npt.ArrayLike, sensors: int) -> FloatArray:
     data = _check.real("readings", _check.readings(readings), finite=False)
     if data.ndim != 2 or data.shape[1] != sensors:
         rule = f"one touch a row, one of the {sensors} sensors a column"
-        raise GeometryError(f"readings of shape {data.shape}", rule)
+        raise GeometryError(f"readings of shape {data.shape}", rule, f"shape (touches, {sensors})")
     return data
 
 
@@ -267,7 +267,11 @@ def checked_touches(
     data = checked_readings(readings, len(finger.array))
     y = _check.real("positions", positions, unit="m")
     if y.shape != data.shape[:1]:
-        raise GeometryError(f"positions of shape {y.shape}", f"one position for each of the {len(data)} touches")
+        raise GeometryError(
+            f"positions of shape {y.shape}",
+            f"one position for each of the {len(data)} touches",
+            f"shape ({len(data)},)",
+        )
     p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape)
     a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape)
     usable = np.where(finger.array.inside(data), data, np.nan)

@@ -32,7 +32,7 @@ class Trial:
     Parameters
     ----------
     name : str
-        Of the candidate.
+        Name of the candidate.
     calibration : Calibration or None
         On all touches; None where the fit failed.
     ok : float
@@ -83,17 +83,17 @@ def choose(
 ) -> Choice:
     """Calibrate each candidate and compare them by the errors of positions on touches held out.
 
-    The touches are cut into five blocks of neighbours; each block is located by the finger that was fitted to the
-    others. Neighbours are alike, so that a block next to none of its own says more than every fifth touch would. A high
-    R^2 says how well readings are fitted, with a few large residuals just where positions are told: so positions are
-    compared, their worst error, and how many are OK.
+    The touches are cut into five blocks of neighbours; each block is located by the finger fitted to the others.
+    Neighbours are alike, so whole blocks held out say more than every fifth touch would. A high R^2 says how well
+    readings are fitted, but a few large residuals may lie just where they decide positions. So positions are compared:
+    their errors, the worst error, and how many are OK.
 
     Parameters
     ----------
     candidates : mapping
         By name, a finger as drawn and what to fit of it (`fit` of `calibrate`).
     readings, positions, force, angle
-        As of `calibrate`.
+        As in `calibrate`.
     advance : callable, optional
         Called once a candidate is done.
     **options
@@ -125,17 +125,27 @@ def choose(
     'NormalStrain'
     """
     if not candidates:
-        raise InvalidValueError("no candidate", "at least one finger has to be given")
+        raise InvalidValueError(
+            "no candidate",
+            "at least one finger has to be given",
+            '{"my finger": (finger, ("gain", "depth", "origin"))}',
+        )
     count = np.shape(positions)[0] if np.ndim(positions) else 0
     if count < 2 * _BLOCKS:
-        raise InvalidValueError(f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out")
+        raise InvalidValueError(
+            f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out", "more touches"
+        )
     trials = []
     for name, (finger, fit) in candidates.items():
         trials.append(_trial(name, finger, fit, (readings, positions, force, angle), options))
         advance()
     trials.sort(key=lambda t: t.score)
     if not np.isfinite(trials[0].score):
-        raise ConvergenceError("no candidate fits", "; ".join(f"{t.name}: {t.reason}" for t in trials))
+        raise ConvergenceError(
+            "no candidate fits",
+            "; ".join(f"{t.name}: {t.reason}" for t in trials),
+            "more touches, or another kind of sensor or skin",
+        )
     # of those that are as good as the best, the simplest
     tied = [t for t in trials if t.score <= _MARGIN * trials[0].score]
     best = min(tied, key=lambda t: (0 if t.calibration is None else len(t.calibration.parameters), t.score))

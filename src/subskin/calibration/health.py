@@ -50,8 +50,8 @@ class SensorHealth(Frozen):
         The finger with the gains, and offsets, that it seems to have now; dead sensors have gain 0.
     gain_ratio, std : ndarray, shape (n,)
         Each sensor's gain now, relative to what it was, and its standard error; infinite where the touches do not
-        tell. Of those that have changed, with the others as they were.
-        The gain that all sensors have in common cannot be told from the touches' force: the median sensor has 1.
+        determine it. Of those that have changed, with the others as they were. A change of all gains alike looks like
+        another force of the touches: the median sensor has 1.
     shift : ndarray, shape (n,)
         By how much the offset of a sensor seems to have changed [reading]; 0 but for those left out at first.
     explained, explained_now : float
@@ -59,8 +59,8 @@ class SensorHealth(Frozen):
     touches : int
         Number of frames that are no free skin; of more than 20 000, as many are looked at.
     health : tuple of Health
-        OK; WEAK: its gain has fallen by a tenth or more, or is below half of the median; DEAD: its gain cannot be told
-        from 0, or it gave no readings.
+        OK; WEAK: its gain has fallen by a tenth or more, or is below half of the median; DEAD: its gain is 0 within its
+        error, or it gave no readings.
     """
 
     finger: Finger
@@ -92,9 +92,9 @@ def sensor_health(
     That descent can end where touches have moved to take up the change. So one gain alone is tried over its whole range
     too, for each sensor; where it explains as much as the changes of several, it is what is believed.
 
-    Standard errors are those of independent noise. Where it is the model that does not quite fit, as on most real
-    skins, they are too small; where a touch moves but two or three sensors, its position takes up a change of gain. So
-    believe a change that explains touches which were not explained before (`explained`, `explained_now`).
+    Standard errors are those of independent noise. Where the model does not quite fit, as on most real skins, they are
+    too small. Where a touch moves only two or three sensors, its position takes up a change of gain. So believe a
+    change if it explains touches that were unexplained before (`explained`, `explained_now`).
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def sensor_health(
         Frames in units of each gain, their drift taken off (`Tare`); NaN is a missing reading. Frames of free skin do
         no harm.
     friction, search
-        As of `Finger.locate`.
+        As in `Finger.locate`.
 
     Returns
     -------
@@ -134,7 +134,11 @@ def sensor_health(
     data = checked_readings(readings, len(finger.array))
     needed, live = 3 if friction == 0 else 4, int(finger.array.live.sum())
     if live < needed:
-        raise ConvergenceError(f"{live} live sensors", f"at least {needed} are needed: one more than unknowns")
+        raise ConvergenceError(
+            f"{live} live sensors",
+            f"at least {needed} are needed: one more than unknowns",
+            "a finger with more sensors, or calibrate again at known positions",
+        )
     return _Check(finger, data, {"friction": friction, "search": search}).result()
 
 
@@ -213,7 +217,11 @@ class _Check:
             if loose:
                 middle = float(np.median(self.ratio[scaled]))
                 if not middle > 0:
-                    raise ConvergenceError("gains that do not settle", "most sensors have to be as they were")
+                    raise ConvergenceError(
+                        "gains that do not settle",
+                        "most sensors have to be as they were",
+                        "calibrate again at known positions",
+                    )
                 self.ratio /= middle
             known = np.diag(inverse)[:count]
             std = np.where(known < _BLIND, np.sqrt(known * excess), np.inf)

@@ -44,8 +44,8 @@ def calibrate(
 ) -> Calibration:
     """Fit a finger to touches by a line load at known positions on a motor's axis.
 
-    Gains and offsets are linear and are eliminated at each trial of the rest; the start is found by a scan over origin
-    and depth, so no guess of the origin is needed. Sensors are weighted by their own residuals.
+    Gains and offsets are linear and are eliminated at each trial of the rest. A scan over origin and depth finds the
+    start, so no guess of the origin is needed. Sensors are weighted by their own residuals.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def calibrate(
     origin : float, optional
         Start (or, where "origin" is not fitted, value) of the origin [m]; by default found by the scan, or 0.
     accept_misfit : bool, optional
-        Return a finger whose model is not that of the touches (`Misfit.wrong`) too, which is refused otherwise.
+        Return the finger even where its model cannot explain the touches (`Misfit.wrong`); otherwise this is an error.
 
     Returns
     -------
@@ -154,7 +154,7 @@ class Fit:
         self.spare = int(self.seen.sum()) - self.unknowns
         if self.spare < live.sum():
             seen = f"{self.seen.sum()} readings for {self.unknowns} parameters"
-            rule = "more readings than parameters are needed, by one a sensor at least: nothing else tells the misfit"
+            rule = "more readings than parameters are needed, by one a sensor at least: they alone show the misfit"
             raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
         self.stated = np.asarray(part.array.noise)
         self.noise = np.ones(int(live.sum()))
@@ -302,7 +302,7 @@ class Fit:
         return np.asarray(out)
 
     def dead(self) -> npt.NDArray[np.bool_]:
-        """Which sensors' gains cannot be told from zero, while their readings do not move beyond noise."""
+        """Which sensors' gains are zero within their errors, while their readings do not move beyond noise."""
         out = np.zeros(self.live.size, dtype=bool)
         if "gain" in self.names:
             first = self.forward.size

@@ -15,7 +15,7 @@ _SIGMA = 4.0
 """Standard errors by which a correlation has to differ from that of noise: by chance, one calibration in 15 000."""
 _LOST = 1 / 3
 """A misfit of a share s of the readings' own spread moves a position by about s depths, for readings change within a
-depth. At a third, three standard errors are a whole depth: no position is told from the next."""
+depth. At a third, three standard errors are a whole depth: positions are lost."""
 _SLIGHT = 0.1
 """Below a tenth of the readings' spread the positions are good to a tenth of a depth, whatever the model."""
 _STRETCH = 2.0
@@ -78,11 +78,11 @@ class Misfit:
             return f"the touches do not carry the same load (it varies by {100 * self.unequal:.0f} %): {size}"
         if self.wrong:
             stretched = f", and {self.stretched}" * bool(self.stretched)
-            return f"this is no elastic skin like the one drawn: {size}, they are no noise{stretched}"
+            return f"this is no elastic skin like the one drawn: {size}, and they are not noise{stretched}"
         if self.structured:
             return (
-                f"the model does not quite fit: {size}, and those of neighbouring touches go together "
-                f"(correlation {self.along:.2f}); the errors are widened for it"
+                f"the model does not quite fit: {size}, and those of neighbouring touches are correlated "
+                f"({self.along:.2f}); the standard errors allow for it"
             )
         return f"the model fits: {size}, and they look like noise"
 

@@ -23,7 +23,7 @@ _ERRORS = {
     "depth": "of the depth, a share or a length (5 %%)",
     "position": "of each position, a share of the depth or a length (2 %%)",
     "poisson": "of Poisson's ratio; needed to fit it",
-    "thickness": "of what lies beneath the deepest sensor, a share or a length; needed to fit it",
+    "thickness": "of the skin beneath the deepest sensor, a share or a length; needed to fit it",
     "offset": "of each offset, in readings; needed to fit it",
 }
 _NEEDED = {"poisson": "0.02", "thickness": '"10 %"', "offset": "10"}
@@ -35,7 +35,7 @@ _LABELLED = ("force_column", "angle_column")
 def add_blind(parser: argparse.ArgumentParser) -> None:
     """--blind and what goes with it."""
     group = parser.add_argument_group("without knowing the touches")
-    group.add_argument("--blind", action="store_true", help="from the readings alone")
+    group.add_argument("--blind", action="store_true", help="calibrate from the readings alone")
     for name, text in _ERRORS.items():
         group.add_argument(f"--{name}-error", metavar="X", help=f"standard deviation {text}")
     add_figure(group, "draw what was learnt")
@@ -62,7 +62,7 @@ def run_blind(options: argparse.Namespace) -> int:
 
     for name in _LABELLED:
         if getattr(options, name) is not None:
-            rule = "with --blind nothing is known of the touches"
+            rule = "with --blind forces and angles of the touches are unknown"
             raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it out")
     for name in ("choose", "accept_misfit"):
         if getattr(options, name):
@@ -137,7 +137,7 @@ def _errors(options: argparse.Namespace, file: io.FingerFile, fit: tuple[str, ..
         text, option = getattr(options, f"{name}_error"), f"--{name}-error"
         if text is None:
             if name in fit and name in _NEEDED:
-                rule = "how far the drawing can be off has to be said"
+                rule = "it has to be known how far the drawing can be off"
                 raise InvalidValueError(f"--fit {name} without {option}", rule, f"{option} {_NEEDED[name]}")
             continue
         share = re.fullmatch(r"\s*[-+.\deE]+\s*%?\s*", text)
@@ -205,8 +205,8 @@ def _show(out: TextIO, file: io.FingerFile, found: BlindCalibration) -> None:
     if max(ratio.position, ratio.angle if ratio.angle == ratio.angle else 1.0) > _WANTED:
         print(f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used", file=out)
     for text in found.unknown:
-        print(f"not to be known from touches: {text}", file=out)
-    show_health(out, file, found, "gain below half of the drawn one, as the median sensor's goes")
+        print(f"no touches determine {text}", file=out)
+    show_health(out, file, found, "gain below half of the drawn gain, relative to the median sensor")
     for doubt in found.doubts:
         print(doubt, file=out)
 

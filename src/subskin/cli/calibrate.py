@@ -31,18 +31,18 @@ _EXAMPLES = """\
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --position-error "0.1 mm"
 """
 _NOTES = """\
-Fits the finger to touches at known positions, one a row, and writes the finger file with the fitted numbers in it;
-comments stay. Rows that --every or --rows leaves out are held out, and scored. What can be fitted: gain, offset
-(each sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
+Fits the finger to touches at known positions, one in each row, and writes the finger file with the fitted numbers;
+comments stay. Rows that --every or --rows leaves out are held out, and scored. --fit takes: gain, offset (each
+sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
 
-With --choose, a half plane and a layer, of sensors of strain, stress and pressure, are each fitted and compared by the
+--choose fits a half plane and a layer, each with sensors of strain, stress and pressure. It compares them by the
 positions of touches held out: how far off, how far at worst, and how many are OK.
 
-Touches that are not those of the model end with an error, and no finger is written unless --accept-misfit is given.
+Touches that the model cannot explain end with an error, and no finger is written unless --accept-misfit is given.
 
-With --blind, nothing is known of the touches but the readings, which are tared; what is fitted is known from the
-drawing to within the errors given. What touches cannot tell, and how many would tell the rest, is said with the result.
+With --blind only the readings of the touches are known. They have to be tared. The drawing is known to within the
+errors given. The result says what touches cannot determine, and how many touches would determine the rest.
 """
 _REFUSED = "check the kind of sensor, the skin, the positions and the loads (--force-column); or --accept-misfit"
 
@@ -58,13 +58,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--position-column", metavar="NAME", default="position", help="column of positions [m] (position)"
     )
-    parser.add_argument("--force-column", metavar="NAME", help="column of loads [N/m]; without it all are alike")
+    parser.add_argument("--force-column", metavar="NAME", help="column of loads [N/m]; without it all loads are alike")
     parser.add_argument(
         "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
     )
     add_rows(parser, "fit to")
     parser.add_argument(
-        "--accept-misfit", action="store_true", help="write the finger even where its model is not that of the touches"
+        "--accept-misfit", action="store_true", help="write the finger even where its model cannot explain the touches"
     )
     add_choose(parser)
     add_blind(parser)
@@ -146,7 +146,7 @@ def _spare(file: io.FingerFile, found: Calibration) -> list[str]:
         return []
     left = "no spare reading" if spare <= 0 else f"{spare} spare reading"
     few = f"{live} live sensors leave a frame {left}, and at least 2 are wanted"
-    return [f"{few}: `locate` can hardly tell what is no single load"]
+    return [f"{few}: `locate` can hardly notice that a frame is no single load"]
 
 
 def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]) -> dict[str, Any]:

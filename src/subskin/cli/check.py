@@ -27,15 +27,15 @@ _EXAMPLES = """\
   subskin check finger.toml --radius "8 mm" --half-width "1 mm" --map error.png
 """
 _NOTES = """\
-First the blind spots: how often readings that the model does not describe (two touches, a wide roller, a pull, another
-skin, a faulty sensor, ...) are called OK, and how often the position is then wrong. A status objects with readings that
-are left over, so a finger with few sensors lets more pass.
+First the blind spots: how often readings outside the model (two touches, a wide roller, a pull, another skin, a faulty
+sensor, ...) are OK, and how often the position is then wrong. A status objects with the readings that are left over, so
+a finger with few sensors lets more pass.
 
 Then the half plane. The finger's own skin (kind = "layers" or "round") is compared with the half plane of the material
-around its sensors: what the sensors read, and what `locate` makes of it, over touches all along the row at angles of
--23, 0 and 23 degrees, free of noise. A finger.toml that describes a half plane is tried as a skin of the thickness and
-the radius given, and not compared where none is given; with a radius alone, the core takes half of it. The sensors of
-the map are of normal strain, one depth apart.
+around its sensors: the readings, and the errors of `locate`, over touches all along the row at angles of -23, 0 and 23
+degrees, free of noise. If finger.toml describes a half plane, give --thickness, --radius or both: it is then compared
+with that skin. With a radius alone the core has half of it. The sensors of the map are of normal strain, at a pitch of
+one depth.
 """
 _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
@@ -57,9 +57,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--snr", type=float, default=1000.0, metavar="N", help="largest reading of the touches over its noise (1000)"
     )
     parser.add_argument(
-        "--family", default="line", metavar="NAME", help="what is fitted where blind spots are looked for (line)"
+        "--family", default="line", metavar="NAME", help="family that is fitted for the blind spots (line)"
     )
-    parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches of each blind spot (1000)")
+    parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches for each blind spot (1000)")
     parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
     add_json(parser)
 
@@ -192,7 +192,7 @@ def _show(out: TextIO, options: argparse.Namespace, found: design.half_plane.Hal
     count = found.positions.size * found.angles.size
     show(out, f"errors of {count} touches, median and worst", [*heads, "no answer", "unexplained"], table)
     share = number(options.snr)
-    print(f"unexplained: so many are said to be at a noise of 1/{share} of a sensor's largest reading", file=out)
+    print(f"unexplained: number of touches at a noise of 1/{share} of a sensor's largest reading", file=out)
     depth = float(depths.mean())
     taken, true = (f"{1e3 * d:.3g} mm" for d in (found.depth, depth))
     if not np.isfinite(found.depth):
@@ -210,7 +210,7 @@ def _show(out: TextIO, options: argparse.Namespace, found: design.half_plane.Hal
 
 def _map_note(finger: Finger) -> str:
     """What the map is of, and what it is not."""
-    note = "for six sensors of normal strain, one depth apart; your own array's errors are those above"
+    note = "for six sensors of normal strain, at a pitch of one depth; your own array's errors are those above"
     return f"{note}; your stack of several materials is not on it" if finger.skin.single_material is None else note
 
 

@@ -44,7 +44,9 @@ def chosen(
     from ..calibration import choose
 
     if "gain" not in fit:
-        raise InvalidValueError("--choose without gain in --fit", "each kind of sensor has gains of its own")
+        raise InvalidValueError(
+            "--choose without gain in --fit", "each kind of sensor has gains of its own", "add gain to --fit"
+        )
     files = _candidates(file, fit)
     options: dict[str, Any] = {"search": file.search, **file.options}
     with progress_bar("candidates", len(files)) as advance:

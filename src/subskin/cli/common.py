@@ -163,7 +163,7 @@ def _value(text: str, unit: str, name: str, length: float | None) -> float:
 
 
 def positive(text: str, unit: str, name: str, fix: str = "", length: float | None = None) -> tuple[float, float]:
-    """A range, or one value, above 0; `length` as of `quantity_range`."""
+    """A range, or one value, above 0; `length` as in `quantity_range`."""
     low, high = quantity_range(text, unit, name, length)
     if not low > 0:
         raise InvalidValueError(f'{name} "{text}"', f"has to be > 0 [{unit}]", fix)

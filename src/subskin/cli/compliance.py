@@ -1,4 +1,4 @@
-"""`subskin compliance`: which modulus and thickness let a finger tell a particle on a flat."""
+"""`subskin compliance`: which modulus and thickness let a finger find a particle on a flat."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _EXAMPLES = """\
       --thickness "2 mm, 4 mm" --figure compliance.png
 """
 _NOTES = """\
-The finger is pressed on a flat with a particle at its middle and on the flat alone, through skins of many moduli. The
-particle is told where it changes the readings by five times their error, and its width follows from them although its
+The finger is pressed on a flat with a particle at its middle, and on the flat alone, through skins of many moduli. The
+particle is found where it changes the readings by five times their error, and where they give its width although its
 height, its position and the force are unknown. Errors are the sensors' noise and a share of the largest reading.
 """
 
@@ -31,25 +31,27 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
     parser.add_argument("--width", metavar="LENGTH", required=True, help="width of the particle")
-    parser.add_argument("--height", metavar="LENGTH", required=True, help="how far it stands out of the flat")
+    parser.add_argument("--height", metavar="LENGTH", required=True, help="how far the particle stands out of the flat")
     parser.add_argument(
         "--force", metavar="RANGE", required=True, help='force per length of contact, "40 N/m" or "10..100 N/m"'
     )
-    parser.add_argument(
-        "--flat", metavar="LENGTH", help="width of the flat; without end for a round finger, needed for others"
-    )
+    parser.add_argument("--flat", metavar="LENGTH", help="width of the flat (default: endless); needed for a flat skin")
     parser.add_argument("--young", metavar="RANGE", default="0.03..30 MPa", help="moduli to try (0.03..30 MPa)")
-    parser.add_argument("--moduli", type=int, metavar="N", default=16, help="how many of them (16)")
-    parser.add_argument("--thickness", metavar="LIST", help='thicknesses to try, "2 mm, 4 mm" (its own)')
+    parser.add_argument("--moduli", type=int, metavar="N", default=16, help="number of moduli (16)")
+    parser.add_argument("--thickness", metavar="LIST", help='thicknesses to try, "2 mm, 4 mm" (the finger\'s own)')
     parser.add_argument(
         "--accuracy",
         type=float,
         default=0.01,
         metavar="X",
-        help="error of a reading beside its noise, of the largest reading (0.01)",
+        help="error of a reading beside its noise, as a share of the largest reading (0.01)",
     )
     parser.add_argument(
-        "--wanted", type=float, default=0.5, metavar="X", help="wanted standard deviation of the width, of it (0.5)"
+        "--wanted",
+        type=float,
+        default=0.5,
+        metavar="X",
+        help="wanted standard deviation of the width, as a share of the width (0.5)",
     )
     add_figure(parser, "draw it, as the memo's Fig. 17")
     add_json(parser)
@@ -63,11 +65,13 @@ def run(options: argparse.Namespace) -> int:
     file = io.load(options.finger)
     finger = file.finger
     if not 1 <= options.moduli <= 1000:
-        raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000")
+        raise InvalidValueError(f"--moduli {options.moduli}", "has to be from 1 to 1000", "--moduli 16")
     forces = _spread(positive(options.force, "N/m", "--force", length=file.length), 3)
     young = _spread(positive(options.young, "Pa", "--young"), options.moduli)
     if options.figure is not None and young.size < 3:
-        raise InvalidValueError(f"--figure with {young.size} moduli", "three or more are needed to draw a change")
+        raise InvalidValueError(
+            f"--figure with {young.size} moduli", "three or more are needed to draw a change", "--moduli 16"
+        )
     thickness = None
     if options.thickness is not None:
         thickness = [quantity(part.strip(), "m", "--thickness") for part in options.thickness.split(",")]
@@ -117,7 +121,7 @@ def _show(out: TextIO, found: design.compliance.SkinCompliance) -> None:
             [number(young / 1e6, 3), *(_told(found, t, m, f) for f in range(found.force.size))]
             for m, young in enumerate(found.young)
         ]
-        title = f"a skin {number(1e3 * thickness, 3)} mm thick: how well the particle's width is told"
+        title = f"a skin {number(1e3 * thickness, 3)} mm thick: how well the particle's width is found"
         show(out, title, ["E [MPa]", *forces], rows)
     t, m = found.best
     rows = []

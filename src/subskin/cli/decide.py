@@ -1,4 +1,4 @@
-"""`subskin decide`: readings -> what kind of contact, how probable each is, or that they cannot tell."""
+"""`subskin decide`: readings -> how probable each kind of contact is, and the kind, or "cannot tell"."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact wedge --half-width "0.5 mm" | subskin decide finger.toml - --json
 """
 _NOTES = """\
-Without --kind: a line, a vertex (wedge), a flat and a round side (punch and hertz), alike likely beforehand; two
+Without --kind: a line, a vertex (wedge), a flat and a round side (punch and hertz), all equally likely beforehand; two
 touches (pair, 0.5 to 3 depths apart), a tenth as likely; none of these (none), a fifth as likely. A vertex is any
-contact that is narrower than a roller of half width 0.4 depth, a flat bar of 0.28 or a wedge of 0.49. A side is any
-wider contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Where no kind is as
-probable as --sure, the answer is "cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of
-these" cannot be told.
+contact narrower than a roller of half width 0.4 depth, a flat bar of 0.28 or a wedge of 0.49. A side is any wider
+contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Where no kind is as probable as
+--sure, the answer is "cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of these" cannot
+be found.
 """
 _KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
     **MEANING,
     "ok": "one kind is probable enough",
-    "ambiguous": "no kind is: the readings cannot tell",
+    "ambiguous": "no kind is: the readings do not decide",
     "unexplained": "no kind explains the readings",
 }
 
@@ -47,7 +47,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--kind",
         action="append",
         metavar="NAME=FAMILY[:WIDTH][*PRIOR]",
-        help="a kind to weigh: its family (as of fit), its half widths, how likely beforehand (1); repeat",
+        help="a kind to weigh: its family (as in fit), half widths, and prior (1); repeat",
     )
     parser.add_argument("--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)")
     add_frames(parser, "weigh", "table of probabilities", "draw the probabilities, frame by frame")

@@ -21,9 +21,8 @@ _EXAMPLES = """\
   subskin simulate design/finger_1.toml --help   # the fingers are files like any other
 """
 _NOTES = """\
-Searches skins, kinds of sensor, depths, pitches and counts for rows of sensors that do what goals.toml wants, on all
-cores. A search that was stopped goes on where it was when the same command is given again; what is finished lies in
-DIR/search.
+Searches skins, kinds of sensor, depths, pitches and counts for rows of sensors that meet goals.toml, on all cores.
+The same command goes on with a search that was stopped. Finished parts are in DIR/search.
 """
 
 
@@ -32,9 +31,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("goals", nargs="?", help="goals.toml")
     parser.add_argument("-o", "--out", metavar="DIR", default="design", help="folder of the result (design)")
-    parser.add_argument("--seed", type=int, metavar="N", help="of the touches, instead of that in the file")
-    parser.add_argument("--workers", type=int, metavar="N", help="rows worked on at a time (one a core)")
-    parser.add_argument("--no-report", action="store_true", help="fingers and table only")
+    parser.add_argument("--seed", type=int, metavar="N", help="seed of the touches (that of the file)")
+    parser.add_argument("--workers", type=int, metavar="N", help="rows computed at a time (one for each core)")
+    parser.add_argument("--no-report", action="store_true", help="write fingers and table only")
     parser.add_argument("--example", action="store_true", help="print an example of goals.toml and stop")
     add_json(parser)
 
@@ -47,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     if options.goals is None:
         raise InvalidValueError("no goals", "a goals.toml is needed", "subskin design --example > goals.toml")
     if options.workers is not None and options.workers < 1:
-        raise InvalidValueError(f"--workers {options.workers}", "has to be >= 1")
+        raise InvalidValueError(f"--workers {options.workers}", "has to be >= 1", "--workers 1")
     file = io.load_goals(options.goals)
     if options.seed is not None:
         file = replace(file, goals=replace(file.goals, effort=replace(file.goals.effort, seed=options.seed)))

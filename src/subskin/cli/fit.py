@@ -23,17 +23,16 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin fit finger.toml - --json
 """
 _NOTES = """\
-Four unknowns: position, force, angle and half width. As many readings are explained by any family; what more sensors
-say can speak against it. Below about a twentieth of the depth only the square of the width shows, and the interval
-begins at 0.
+A contact has four unknowns: position, force, angle and half width. Any family explains four readings; only more
+sensors can speak against it. Half widths below about a twentieth of the depth are lost: their interval begins at 0.
 """
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("--family", choices=tuple(families()), default="hertz", help="what presses (hertz)")
-    parser.add_argument("--width", metavar="RANGE", help='half widths to look at (default: "0..1.5" depths)')
+    parser.add_argument("--family", choices=tuple(families()), default="hertz", help="family of the contact (hertz)")
+    parser.add_argument("--width", metavar="RANGE", help='range of half widths (default: "0..1.5" depths)')
     add_frames(parser, "fit", "table of contacts", "draw the contacts along the skin, frame by frame")
 
 

@@ -37,8 +37,8 @@ def add_frames(parser: argparse.ArgumentParser, verb: str, what: str, figure: st
         nargs="?",
         const="",
         metavar="DRIFT",
-        help="the rows are a raw stream, with a column of times: take it through the units of [recording], undo "
-        "[relaxation], and take drift off; the fastest believed, reading/s ([tare], or 0.3 noise a second)",
+        help="the rows are a raw stream, with a column of times: convert the units of [recording], undo "
+        "[relaxation], and subtract drift; DRIFT is the fastest believed, reading/s ([tare], or 0.3 noise a second)",
     )
     add_figure(parser, figure)
     add_rows(parser, f"{verb} only")
@@ -46,7 +46,7 @@ def add_frames(parser: argparse.ArgumentParser, verb: str, what: str, figure: st
 
 
 def warn_of_depths(table: io.Table, fix: str) -> None:
-    """Say where presses went to several depths, and nothing says how hard each was."""
+    """Warn where presses have several approaches, and no force says how hard each was."""
     if "depth" in table.columns and len(table):
         depth = table.numbers("depth")
         warn_of_spread(table.name, depth, fix)
@@ -57,7 +57,7 @@ def warn_of_spread(name: str, depth: npt.NDArray[np.float64], fix: str) -> None:
     low, high = 1e3 * float(depth.min()), 1e3 * float(depth.max())
     if high - low > _ALIKE * high:
         what = f"presses of {low:.3g} to {high:.3g} mm, and no force"
-        rule = "presses without a force are all taken to be alike, and a deeper one is harder"
+        rule = "presses without a force are all taken to be alike, and a deeper press is harder"
         print(f"subskin: warning: {name}: {what}: {rule}. Fix: {fix}", file=sys.stderr)
 
 

@@ -23,9 +23,9 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - | subskin locate finger.toml - --json
 """
 _NOTES = """\
-Each row is a frame of raw readings. A missing reading (an empty cell) costs that sensor in that frame. Positions are
-on the axis of the calibration's touches: the finger's own y plus the origin in [calibration]. With --tare the rows
-are a stream that begins with the skin free: offsets are followed while nothing touches it, and taken off.
+Each row is a frame of raw readings. A missing reading (an empty cell) leaves its sensor out of that frame. Positions
+are on the axis of the calibration's touches: the finger's own y plus the origin in [calibration]. With --tare the rows
+are a stream that begins with the skin free: offsets are followed while nothing touches the skin, and subtracted.
 """
 
 
@@ -34,7 +34,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
     parser.add_argument(
-        "--outliers", type=int, default=0, metavar="N", help="1: try unexplained frames without each one reading (0)"
+        "--outliers",
+        type=int,
+        default=0,
+        metavar="N",
+        help="1: try unexplained frames without each reading in turn (0)",
     )
     parser.add_argument("--skip-used", action="store_true", help="locate the rows that --every or --rows does not name")
     add_frames(parser, "locate", "table of loads", "draw truth against estimate")

@@ -23,13 +23,13 @@ _COMMANDS = {
     "segment": "cut a raw recording into presses",
     "calibrate": "fit a finger to touches at known positions, or --blind to any touches",
     "locate": "find the load in each frame of readings",
-    "fit": "find a contact of one family, and its width, in each frame of readings",
-    "decide": "tell what kind of contact made each frame of readings",
+    "fit": "find a contact of one family, and its half width, in each frame of readings",
+    "decide": "say what kind of contact made each frame of readings",
     "pressure": "find the pressure along the surface in each frame of readings",
-    "check": "say how wrong the half plane is for a finger",
-    "compliance": "say how soft a skin should be to tell a particle on a flat",
+    "check": "say what a finger cannot object to, and how wrong the half plane is for it",
+    "compliance": "say how soft a skin should be to find a particle on a flat",
     "tolerances": "say what each tolerance of a finger costs in locating",
-    "design": "find the fingers that do what is wanted, with a report",
+    "design": "find the fingers that meet your goals, with a report",
     "figures": "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19",
 }
 """What each command does. Its module, of its name, has `add`, which says what it takes, and `run`."""
@@ -46,7 +46,7 @@ what touched, and how, from readings of a finger as drawn or as calibrated:
   subskin pressure  finger.toml readings.csv -o map.csv --figure map.png
 
 Files may hold units ("2 mm", "0.4 MPa"); results are in SI: m, N/m, rad, s.
-exit codes: 0 done; 1 a result that could not be reached; 2 bad input, nothing written; 130 stopped with Ctrl-C
+exit codes: 0 done; 1 no result; 2 bad input, nothing written; 130 stopped with Ctrl-C
 """
 
 

@@ -21,14 +21,14 @@ _EXAMPLES = """\
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin pressure finger.toml - --json
 """
 _NOTES = """\
-The pressure is >= 0 and smooth; how smooth follows from each frame by a rule, and the resolution says how wide a narrow
-load then looks. -o writes a row for each frame and each node along the surface, --totals a row for each frame. The
-figure is of the first frame that has a contact.
+The pressure is >= 0 and smooth. A rule finds from each frame how smooth. The resolution says how wide a narrow load
+then looks. -o writes a row for each frame and each node along the surface, --totals a row for each frame. The figure
+shows the first frame with a contact.
 """
 _HERE = {
     **MEANING,
     "ok": "a pressure explains the readings",
-    "ambiguous": "it reaches the edge of the search, or its angle may be any",
+    "ambiguous": "it reaches the edge of the search, or its angle is not determined",
     "unexplained": "no pressure >= 0 explains the readings",
 }
 _AT_ONCE = 1000  # frames: a map of each is held
@@ -42,7 +42,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--rule",
         choices=("evidence", "discrepancy", "gcv"),
         default="evidence",
-        help="by which the weight of smoothness is found (evidence)",
+        help="rule that finds the weight of smoothness (evidence)",
     )
     parser.add_argument(
         "--shear",
@@ -50,7 +50,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="in proportion to the pressure; none; or free, for sensors of two kinds or depths (proportional; none "
         "where the finger has friction = 0)",
     )
-    parser.add_argument("--totals", metavar="FILE", help="table of forces, a row a frame")
+    parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
     add_frames(parser, "map", "table of pressures", "draw the pressure of the first frame")
 
 

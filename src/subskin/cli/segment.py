@@ -19,8 +19,8 @@ _EXAMPLES = """\
 """
 _NOTES = """\
 The table [recording] of the finger file says how to read the recording. A press is a plateau of the indenter's
-depth; its reading is the mean over the first part of the plateau (rubber relaxes) less the mean just before the
-indenter leaves its rest. Where no depth is recorded, contact is found from the readings.
+approach. Its reading is the mean over the first part of the plateau (rubber relaxes) less the mean just before the
+indenter leaves its rest. Where no approach is recorded, presses are found from the readings.
 """
 
 

@@ -29,15 +29,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("finger", help="finger.toml")
     loads = parser.add_argument_group("loads", 'each a value or a range, "40 N/m" or "10..60 N/m"')
     loads.add_argument("--count", type=int, default=100, metavar="N", help="number of loads, or of presses (100)")
-    loads.add_argument("--position", metavar="RANGE", help="where they are (default: over the row of sensors)")
-    loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='how large they are ("40 N/m")')
-    loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='how they lean ("0 deg")')
+    loads.add_argument("--position", metavar="RANGE", help="positions of the loads (default: over the row of sensors)")
+    loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='forces of the loads ("40 N/m")')
+    loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='angles of the loads ("0 deg")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
     kinds = families()
     what = f"family of the contact: {', '.join(kinds)} (line)"
     loads.add_argument("--contact", choices=tuple(kinds), metavar="FAMILY", default="line", help=what)
     loads.add_argument("--half-width", metavar="LENGTH", help="half width of a contact of such a family")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (0)")
     parser.add_argument(
         "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
     )
@@ -49,7 +49,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     raw.add_argument(
         "--relaxation", type=float, default=0.2, metavar="SHARE", help="share of a load lost in time (0.2)"
     )
-    raw.add_argument("--stroke", metavar="LENGTH", default="4 mm", help='how far the indenter goes ("4 mm")')
+    raw.add_argument("--stroke", metavar="LENGTH", default="4 mm", help='approach of the indenter ("4 mm")')
     raw.add_argument("--hold", metavar="TIME", default="1.5 s", help='how long a press is held ("1.5 s")')
     raw.add_argument("--rate", metavar="RATE", default="50 Hz", help='frames a second ("50 Hz")')
     add_shared(parser, "table of readings, or of frames")
@@ -62,9 +62,9 @@ def run(options: argparse.Namespace) -> int:
     file = io.load(options.finger)
     n = len(file.finger.array)
     if options.count < 1 or options.count * n > _MOST:
-        raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}")
+        raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}", "--count 100")
     if options.seed < 0:
-        raise InvalidValueError(f"--seed {options.seed}", "has to be >= 0")
+        raise InvalidValueError(f"--seed {options.seed}", "has to be >= 0", "--seed 0")
     rng = np.random.default_rng(options.seed)
     file = _worn(options, file, rng)
     columns = _frames(options, file, rng) if options.recording else _loads(options, file, rng)
@@ -147,7 +147,11 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
         raise InvalidValueError("a range of --force or --angle", rule, "give one value")
     hold, rate = quantity(options.hold, "s", "--hold"), quantity(options.rate, "Hz", "--rate")
     if not 0 < rate * (hold + 2) * options.count * len(file.names) < _MOST:
-        raise InvalidValueError(f"{options.count} presses at {rate:g} Hz", "that is too long a recording")
+        raise InvalidValueError(
+            f"{options.count} presses at {rate:g} Hz",
+            "that is too long a recording",
+            "a smaller --count, --rate or --hold",
+        )
     raw = simulate_recording(
         file.finger,
         np.linspace(*_positions(options, file, origin), options.count),

@@ -30,10 +30,10 @@ _EXAMPLES = """\
   subskin tolerances finger.toml --force "20 N/m" --only position,gains --calibrate blind --figure tolerances.png
 """
 _NOTES = """\
-The finger as drawn locates readings of fingers that are off by one source each. An amount is a standard deviation, but
-for --width (how much wider the sensors are than drawn) and --resolution (the step of a reading); 0 leaves a source out,
-and what is not given is as usual: 2 % of the depth for positions and for each depth, 5 % for the depth of all and for
-gains, 10 % for Young's modulus, 0.02 for Poisson's ratio.
+The finger as drawn locates readings of fingers that are off by one source each. An amount is a standard deviation,
+except for --width (how much wider the sensors are than drawn) and --resolution (the step of a reading). An amount of 0
+leaves a source out. The defaults are 2 % of the depth for positions and for each depth, 5 % for the depth of all and
+for gains, 10 % for Young's modulus, 0.02 for Poisson's ratio.
 """
 _HELP = {
     "position": "each sensor's position along the row",
@@ -44,7 +44,7 @@ _HELP = {
     "gain": "gain of all sensors, a share",
     "gains": "each sensor's gain, a share",
     "offset": "each sensor's offset, in readings",
-    "width": "by how much sensors are wider than drawn",
+    "width": "how much wider sensors are than drawn",
     "thickness": "thickness of the skin",
     "radius": "radius of a round finger",
     "resolution": "step of the readings",
@@ -58,14 +58,18 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
-    parser.add_argument("--force", metavar="F", required=True, help='of the touches, "20 N/m"')
-    parser.add_argument("--friction", type=float, metavar="MU", help="of touches and search ([locate], or 1)")
-    parser.add_argument("--span", metavar="RANGE", help='what is touched, "-5..5 mm" or "12 mm" (the row)')
+    parser.add_argument("--force", metavar="F", required=True, help='force of the touches, "20 N/m"')
+    parser.add_argument("--friction", type=float, metavar="MU", help="friction of touches and search ([locate], or 1)")
+    parser.add_argument("--span", metavar="RANGE", help='span of the touches, "-5..5 mm" or "12 mm" (the row)')
     group = parser.add_argument_group("tolerances")
     for name, text in _HELP.items():
         group.add_argument(f"--{name}", metavar="X", help=text)
     group.add_argument("--only", metavar="LIST", help="these sources alone: position,gains")
-    parser.add_argument("--wanted-position", metavar="LENGTH", help="wanted rms error: say how tight each has to be")
+    parser.add_argument(
+        "--wanted-position",
+        metavar="LENGTH",
+        help="wanted rms error of the position: say how tight each tolerance has to be",
+    )
     parser.add_argument("--wanted-angle", metavar="ANGLE", help="wanted rms error of the angle")
     parser.add_argument(
         "--calibrate",
@@ -74,9 +78,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         const="known,blind",
         help="what self-calibration wins back: known, blind or both (both)",
     )
-    parser.add_argument("--fingers", type=int, default=3, metavar="N", help="calibrated for each source (3)")
-    parser.add_argument("--draws", type=int, default=200, metavar="N", help="fingers drawn for a source (200)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (0)")
+    parser.add_argument("--fingers", type=int, default=3, metavar="N", help="fingers calibrated for each source (3)")
+    parser.add_argument("--draws", type=int, default=200, metavar="N", help="random fingers for each source (200)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (0)")
     add_figure(parser, "draw it")
     add_json(parser)
 
@@ -112,7 +116,11 @@ def _wanted(options: argparse.Namespace, name: str, unit: str) -> float | None:
         return None
     value = quantity(text, unit, f"--wanted-{name}")
     if not value > 0:
-        raise InvalidValueError(f"--wanted-{name} {text}", f"has to be > 0 [{unit}]")
+        raise InvalidValueError(
+            f"--wanted-{name} {text}",
+            f"has to be > 0 [{unit}]",
+            f"--wanted-{name} " + ('"0.1 mm"' if unit == "m" else '"2 deg"'),
+        )
     return value
 
 
@@ -170,7 +178,7 @@ def _show(out: TextIO, budget: design.tolerance.ToleranceBudget, needed: tuple[d
         rows.append([_named(row.source), _amount(row.amount, row), *cells])
     title = f"rms errors, and at the worst touch what {100 * budget.quantile:g} % of the fingers stay within"
     show(out, title, columns, rows)
-    print("lost: share of touches that are not OK any more: ambiguous, or no load explains them", file=out)
+    print("lost: share of touches that are no longer OK: ambiguous, or no load explains them", file=out)
     if needed:
         rows = [[_named(n.source), *(_amount(a, n) for a in (n.amount, n.alone, n.shared))] for n in needed]
         show(out, "how tight each has to be", ["", "given", "by itself", "beside the others"], rows)

@@ -137,7 +137,11 @@ class Contact(Named, ABC):
             A batch whose class does not say how.
         """
         if self.shape:
-            raise InvalidValueError(f"a batch of {type(self).__name__}", "its class has to define `expand`")
+            raise InvalidValueError(
+                f"a batch of {type(self).__name__}",
+                "its class has to define `expand`",
+                "define expand, or give one contact at a time",
+            )
         return self
 
     @classmethod

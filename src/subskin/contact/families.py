@@ -56,7 +56,7 @@ def family_of(family: str | Family) -> Family:
     known = families()
     if isinstance(family, str):
         if family not in known:
-            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(known)}")
+            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(known)}", 'family="hertz"')
         return known[family]
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family
@@ -70,7 +70,7 @@ def contact_of(family: str | Family, half_width: npt.ArrayLike | None = None) ->
     Parameters
     ----------
     family : str or subclass of SpreadContact
-        As of `family_of`.
+        As in `family_of`.
     half_width : array_like, optional
         Half the width of the contacts [m]; a line has none.
 

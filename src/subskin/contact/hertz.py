@@ -54,7 +54,7 @@ class Hertz(SpreadContact, name="hertz"):
         """A rigid cylinder of `radius` R [m] on a skin of `material`, in plane strain.
 
         a = 2 sqrt(N R (1 - nu^2) / (pi E)) with N = P cos(angle). The memo's eq. (17) is twice this, the full
-        width (docs/errata.md). `parameters` are the subclass's own, the others as of `SpreadContact`.
+        width (docs/errata.md). `parameters` are the subclass's own, the others as in `SpreadContact`.
 
         Raises
         ------

@@ -21,7 +21,7 @@ _MANY_LOADS, _MANY_POINTS = 8, 4096
 class LineLoad(ProportionalContact, name="line"):
     """A load on a line of no width, F(z) = -1/z (Flamant 1892; memo eqs. 1 to 4).
 
-    Parameters as of `ProportionalContact`.
+    Parameters as in `ProportionalContact`.
 
     Examples
     --------

@@ -25,7 +25,7 @@ class PartialSlip(Hertz):
     The shear is mu times the Hertz pressure, less the same on the narrower stick zone, c = a sqrt(1 - |T|/(mu
     N)). Source: docs/theory.md; Johnson, Contact Mechanics (1985),
     section 7.2. It holds for a force that presses first and then drags, |tan(angle)| <= friction. Other
-    parameters as of `SpreadContact`.
+    parameters as in `SpreadContact`.
 
     Parameters
     ----------

@@ -69,7 +69,11 @@ class PressureProfile(Contact):
         qs = _check.real("shear", np.zeros_like(ps) if shear is None else shear, unit="Pa")
         shape = _check.broadcast(y=ys, pressure=ps, shear=qs)
         if not ys.ndim or ys.shape[-1] < 2 or shape[-1] != ys.shape[-1]:
-            raise GeometryError(f"y of shape {ys.shape}", "at least two nodes, one for each pressure, are needed")
+            raise GeometryError(
+                f"y of shape {ys.shape}",
+                "at least two nodes, one for each pressure, are needed",
+                "y=[-1e-3, 0, 1e-3], pressure=[0, 1e3, 0]",
+            )
         if not (np.diff(ys) > 0).all():
             fix = "np.sort, and a + b for a jump inside"
             raise GeometryError(f"y = {ys.tolist()}", "the nodes have to ascend", fix)

@@ -26,7 +26,7 @@ class FlatPunch(SpreadContact, name="punch"):
     F(z) = -1/s for a unit force, -2/(s (z + s)) for a unit moment, s = sqrt(z^2 - a^2). Source: memo eq.
     (14); docs/theory.md; Johnson, Contact Mechanics (1985), section
     2.8. The shear has the shape of the force's part alone: a moment tilts, it does not drag. Other
-    parameters and errors as of `SpreadContact`.
+    parameters and errors as in `SpreadContact`.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ class SpreadContact(ProportionalContact):
     Parameters
     ----------
     force, angle, position : array_like
-        Magnitude [N/m], angle [rad] and centre [m], as of `ProportionalContact`.
+        Magnitude [N/m], angle [rad] and centre [m], as in `ProportionalContact`.
     half_width : array_like
         Half the contact's width a [m], > 0, of a shape that broadcasts against theirs; required.
 

@@ -18,7 +18,7 @@ class Strip(SpreadContact, name="strip"):
     """Uniform pressure and shear over |y - position| <= half_width, F(z) = log((z - a) / (z + a)) / (2 a).
 
     Source: docs/theory.md; Johnson, Contact Mechanics (1985), section 2.5. For a pressure
-    that varies along the contact see `PressureProfile`. Parameters as of `SpreadContact`.
+    that varies along the contact see `PressureProfile`. Parameters as in `SpreadContact`.
 
     Examples
     --------

@@ -51,7 +51,7 @@ class Wedge(SpreadContact, name="wedge"):
         """A wedge of `vertex_angle` theta [rad] on a skin of `material`, in plane strain.
 
         a = N tan(theta/2) (1 - nu^2) / E with N = P cos(angle): the load that goes with the memo's eq. (15).
-        Other parameters as of `SpreadContact`.
+        Other parameters as in `SpreadContact`.
 
         Raises
         ------

@@ -136,6 +136,7 @@ def of_frames(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
         raise GeometryError(
             f"frictions of shape {values.shape}, frames of shape {shape}",
             "one friction serves all frames, or each frame has its own",
+            "friction=0.5",
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""What is known of the coefficient of friction: a density, made narrower by the slips and holds that were seen."""
+"""What is known of the coefficient of friction: a density, made narrower by slips and holds."""
 
 from __future__ import annotations
 
@@ -29,9 +29,8 @@ _LOST = 1e-12
 class Friction(Frozen):
     """The coefficient of friction mu as a density: constant in each cell of a grid, the cells' masses summing to 1.
 
-    Here there is one mu. Most surfaces have two, for they slide on at a little less than they held before. A slip gives
-    the lower one, so a grip made after it holds by the difference more than is stated. A range has to reach down to the
-    lower one.
+    Here there is one mu. Most surfaces have two: sliding takes a little less drag than starting to slide. A slip gives
+    the lower mu, so a grip by it holds by more than is stated. A range has to reach down to the lower mu.
 
     Parameters
     ----------
@@ -65,10 +64,12 @@ class Friction(Frozen):
                 "Friction.between(0.4, 0.8)",
             )
         if (np.diff(edges) < 0).any():
-            raise InvalidValueError(f"edges = {edges.tolist()}", "the edges of the cells have to ascend")
+            raise InvalidValueError(
+                f"edges = {edges.tolist()}", "the edges of the cells have to ascend", "np.sort(edges)"
+            )
         total = masses.sum(axis=-1, keepdims=True)
         if not (total > 0).all():
-            raise InvalidValueError("masses that are all 0", "some friction has to be possible")
+            raise InvalidValueError("masses that are all 0", "some friction has to be possible", "a mass > 0")
         _check.broadcast(edges=edges[..., 0], masses=masses[..., 0])
         object.__setattr__(self, "edges", edges)
         object.__setattr__(self, "masses", _check.read_only(masses / total))
@@ -87,7 +88,7 @@ class Friction(Frozen):
 
     @classmethod
     def between(cls, low: npt.ArrayLike, high: npt.ArrayLike, cells: int = _CELLS) -> Self:
-        """Anything from `low` to `high`, all as likely, on a grid of so many `cells`.
+        """Anything from `low` to `high`, all equally likely, on a grid of so many `cells`.
 
         Raises
         ------
@@ -194,7 +195,7 @@ class Friction(Frozen):
         )
 
     def updated(self, *, slips: Estimate | None = None, holds: Estimate | None = None) -> Friction:
-        """What is known after slips and holds that were seen.
+        """What is known after slips and holds.
 
         A slip at the estimated load says mu = |T|/N, a hold says mu >= |T|/N, both within the estimate's error and
         with nothing known before of N (Bayes; docs/slip.md). Each frame counts as a load of its own, tried without
@@ -252,6 +253,7 @@ class Friction(Frozen):
             raise GeometryError(
                 f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",
                 "the first axes of the estimates have to be the frictions'",
+                "one friction for all: Friction.between(0.4, 0.8)",
             )
         rows = int(np.prod(self.shape, dtype=np.intp))
         return Forces(*(v.reshape(rows, -1) for v in load)), (told & ~edge).reshape(rows, -1)

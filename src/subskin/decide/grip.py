@@ -30,13 +30,13 @@ def least_force(
     """The least normal force at which the probability of slip is no more than a bound.
 
     The normal force alone is changed: the tangential load is the one estimated, or what it is predicted to be, and the
-    errors of both are kept, as they are where a hand presses harder than it feels itself press. Their covariance does
-    not depend on how hard, readings being linear in the load. Source: docs/slip.md.
+    errors of both are kept. Their covariance does not depend on how hard, readings being linear in the load. Source:
+    docs/slip.md.
 
     Parameters
     ----------
     estimate : Estimate
-        The load felt, shape (...).
+        The load estimated, shape (...).
     friction : Friction or float
         What is known of the coefficient.
     probability : float, optional
@@ -50,7 +50,7 @@ def least_force(
     -------
     ndarray, shape (...)
         Normal force [N/m], to 1e-10 of itself. Infinite where friction may be 0 with more than this probability; NaN
-        where there is no load to hold, or one that cannot be told.
+        where there is no load to hold, or none was estimated.
 
     Raises
     ------
@@ -95,7 +95,9 @@ def least_force(
 
 def _fits(name: str, values: FloatArray, shape: tuple[int, ...]) -> None:
     if _check.broadcast(**{name: values, "estimate": np.empty(shape)}) != shape:
-        raise GeometryError(f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all")
+        raise GeometryError(
+            f"{name} of shape {values.shape}, frames of shape {shape}", "one for each, or one for all", f"{name}=0.0"
+        )
 
 
 def _falls_below(excess: Callable[..., FloatArray], scale: FloatArray) -> FloatArray:

@@ -33,7 +33,7 @@ _NAMES = {int(verdict): verdict.name for verdict in SlipVerdict}
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Slip(Frozen):
-    """How close to slipping each frame is; every field has the batch's shape (...). NaN where nothing can be told.
+    """How close to slipping each frame is; every field has the batch's shape (...). NaN where there is no answer.
 
     Attributes
     ----------

@@ -62,13 +62,13 @@ def stick_zone(
     Parameters
     ----------
     skin, indenter
-        As of `subskin.press`.
+        As in `subskin.press`.
     normal, tangential : array_like, shape (...)
         Normal and tangential force [N/m].
     friction : array_like, shape (...)
         Coefficient of friction [-], > 0.
     nodes, window, period, datum, tolerance, max_strain : optional
-        As of `subskin.press`.
+        As in `subskin.press`.
 
     Returns
     -------

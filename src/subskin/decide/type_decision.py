@@ -1,4 +1,4 @@
-"""Readings -> what kind of contact made them, with how probable each is, or that they cannot tell."""
+"""Readings -> how probable each kind of contact is, and the kind, or "cannot tell"."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _KINDS = (
 
 
 def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
-    """A line, a vertex (wedge), a flat and a round side, alike likely; less so two touches, and none of these.
+    """A line, a vertex (wedge), a flat and a round side, equally likely; two touches and none of these, less likely.
 
     The edges are stated in depths of the shallowest sensor of `finger`. A vertex is any contact that is narrower than
     a roller of half width 0.4, a flat bar of 0.28 or a wedge of 0.49: these have the same second moment of pressure. A
@@ -143,7 +143,7 @@ class TypeDecision(FrameTable):
 
     @property
     def status(self) -> npt.NDArray[np.int8]:
-        """`Status` of each frame; `AMBIGUOUS` where the readings cannot tell."""
+        """`Status` of each frame; `AMBIGUOUS` where no kind is probable enough."""
         status = self.table[..., columns.STATUS].astype(np.int8)
         unsure = (status == Status.OK) & (self.decision == UNDECIDED)
         return np.asarray(np.where(unsure, np.int8(Status.AMBIGUOUS), status))
@@ -202,12 +202,12 @@ def contact_type(
 ) -> TypeDecision:
     """What kind of contact pressed, from readings of shape (..., n), by Bayesian evidence.
 
-    For each kind the likelihood of the readings is averaged over all that is unknown of it: its position alike over
-    `search`, its half width alike over the kind's range, its angle alike within the friction cone, its force alike on
-    a logarithmic scale. Times the kind's prior this is its probability, up to what all share. The averages are prepared
-    on the first call and kept with the finger. "None of these" is near to one of the kinds but for a model error; it
-    can be told where readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay,
-    Information Theory, Inference, and Learning Algorithms (2003), chapter 28.
+    For each kind the likelihood of the readings is averaged over the unknowns: position, evenly over `search`; half
+    width, evenly over the kind's range; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
+    Times the kind's prior this is its probability, up to a common factor. The averages are prepared on the first call
+    and kept with the finger. "None of these" is near to one of the kinds but for a model error; it can be found where
+    readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay, Information Theory,
+    Inference, and Learning Algorithms (2003), chapter 28.
 
     Parameters
     ----------
@@ -250,7 +250,9 @@ def contact_type(
     if not sure < 1:
         raise InvalidValueError(f"sure = {sure}", "has to be in (0.5, 1)", "sure=0.95")
     if not isinstance(finger, Finger):
-        raise InvalidValueError(f"finger = {repr(finger)[:60]}", "a Finger comes first, then its readings")
+        raise InvalidValueError(
+            f"finger = {repr(finger)[:60]}", "a Finger comes first, then its readings", "contact_type(finger, readings)"
+        )
     if isinstance(kinds, Kind | str):
         raise InvalidValueError(f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))")
     chosen = usual_kinds(finger) if kinds is None else tuple(kinds)

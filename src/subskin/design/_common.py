@@ -14,7 +14,7 @@ from ..errors import InvalidValueError
 def whole(name: str, value: object, least: int = 1) -> int:
     """`value` as a whole number, or a message that says which are allowed."""
     if isinstance(value, bool) or not isinstance(value, Real) or value % 1 or value < least:
-        raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed")
+        raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed", f"{name}={least}")
     return int(value)  # type: ignore[call-overload, no-any-return]
 
 

@@ -28,7 +28,7 @@ class BlindSpot:
     Parameters
     ----------
     name, text, group : str
-        As of `design.outside.Outside`.
+        As in `design.outside.Outside`.
     ok : float
         Share of the touches called OK.
     wrong : float
@@ -38,7 +38,7 @@ class BlindSpot:
     force : float
         Share called OK whose normal force is off by more than 30 %.
     unexplained : float
-        Share called UNEXPLAINED; the rest is ambiguous, or no contact was felt.
+        Share called UNEXPLAINED; the rest is ambiguous, or no contact was noticed.
     """
 
     name: str
@@ -145,14 +145,14 @@ def blind_spots(
     count : int, optional
         Touches of each kind.
     rng : Generator or int, optional
-        Of all draws.
+        Random generator, or its seed.
     **options
-        As of `locator`: search, friction, half_width and so on. Friction is that of the touches if left out.
+        As in `locator`: search, friction, half_width and so on. Friction is that of the touches if left out.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `locator`; sensors at one position and no span.
+        As in `locator`; sensors at one position and no span.
     NotLinearError
         A transducer with no linear part.
 

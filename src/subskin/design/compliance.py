@@ -1,4 +1,4 @@
-"""How soft should the skin be? A particle on a flat, felt through skins of many moduli (memo section 7, Fig. 17)."""
+"""How soft should the skin be? A particle on a flat, read through skins of many moduli (memo section 7, Fig. 17)."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class SkinCompliance(Frozen):
     finger : Finger
     particle : ParticleOnFlat
     thickness, young, force : ndarray, shapes (t,), (m,), (f,)
-        Of the skin [m] and of the material in which the sensors lie [Pa], the others being stiffer in proportion; force
-        in N/m.
+        Thickness of the skin [m], modulus of the material in which the sensors lie [Pa], others stiffer in proportion;
+        force in N/m.
     half_width : ndarray
         Half width of all that touches [m].
     load_share : ndarray
@@ -114,7 +114,7 @@ def skin_compliance(
     """Which modulus and thickness let a finger see a particle on a flat, over a range of forces.
 
     The finger is pressed on the flat with the particle at its middle, and on the flat alone, by `press`. A particle is
-    told where it changes the readings by five times their error or more and its width follows from them to
+    found where it changes the readings by five times their error or more and its width follows from them to
     `width_wanted`: by the Fisher information, with the particle's height, its position and the force unknown as well.
     The error of a reading is the sensor's noise, and a share of the largest reading, for nothing is calibrated
     perfectly; without that share a soft skin loses nothing by touching the flat around the particle. Strains depend on
@@ -194,9 +194,13 @@ def skin_compliance(
 
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
-        raise InvalidValueError(f"{len(finger.array)} sensors", "width, height, position and force are four unknowns")
+        raise InvalidValueError(
+            f"{len(finger.array)} sensors",
+            "width, height, position and force are four unknowns",
+            "a finger with four sensors or more",
+        )
     if not (np.asarray(finger.array.noise) > 0).all():
-        raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
+        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
     if not all(t.linear for t in finger.array.transducers):
         raise NotLinearError(
             "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
@@ -305,7 +309,11 @@ class _Study:
             warnings.simplefilter("ignore", ValidityWarning)
             found = press(self.finger.skin, body, force=force, window=window, nodes=nodes)
         if found.status not in (PressStatus.OK, PressStatus.COARSE):
-            raise InvalidValueError(f"a press by {force:.6g} N/m", f"it did not settle: {found.reason}")
+            raise InvalidValueError(
+                f"a press by {force:.6g} N/m",
+                f"it did not settle: {found.reason}",
+                "another force or modulus, or more nodes",
+            )
         return found
 
 
@@ -342,7 +350,7 @@ def _recommended(
             f"{head} comes nearest, with {100 * worst[t, m]:.2g} %" if np.isfinite(worst[t, m]) else "none comes near"
         )
         return (t, m), (
-            f"no skin tried tells the particle's width to {100 * wanted:.0f} % at any of the forces; {near}; "
+            f"no skin tried finds the particle's width to {100 * wanted:.0f} % at any of the forces; {near}; "
             "sensors of less error, less deep or closer together would"
         )
     if usable[t, m] < forces.size:
@@ -356,7 +364,7 @@ def _recommended(
     low, high = moduli[serves[0]], moduli[serves[-1]]
     between = f"{low / 1e6:.3g} MPa" if low == high else f"{low / 1e6:.3g} to {high / 1e6:.3g} MPa"
     lines = [
-        f"{head}: at all of {span} the particle's width is told to {100 * worst[t, m]:.2g} % or better",
+        f"{head}: at all of {span} the particle's width is found to {100 * worst[t, m]:.2g} % or better",
         f"at this thickness {between} would do for {100 * wanted:.0f} %",
     ]
     for end, beside, force_at in (("softer", int(serves[0]) - 1, -1), ("stiffer", int(serves[-1]) + 1, 0)):
@@ -371,5 +379,5 @@ _WHY = {
     Regime.BLURRED: "its width is lost beside the flat around it",
     Regime.STRAINED: "the strains are beyond the theory",
     Regime.SATURATED: "a sensor reads beyond its range",
-    Regime.TOLD: "it is told",
+    Regime.TOLD: "it is found",
 }

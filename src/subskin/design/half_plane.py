@@ -155,7 +155,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
         )
     live = int(finger.array.live.sum())
     if live < 3:
-        raise InvalidValueError(f"{live} sensors that respond", "locate needs at least 3")
+        raise InvalidValueError(f"{live} sensors that respond", "locate needs at least 3", "more sensors")
     width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
     ratio = _check.scalar("snr", snr, above=0.0)
     finger = replace(finger, array=replace(finger.array, low=-np.inf, high=np.inf, resolution=0.0))

@@ -52,7 +52,7 @@ class Scene:
     count : int
         Number of touches.
     rng : numpy.random.Generator
-        Of all draws.
+        The random generator.
     """
 
     finger: Finger

@@ -20,7 +20,7 @@ __all__ = ["Touches"]
 class Touches:
     """Line loads of one strength, spread evenly over positions and over the angles of the friction cone.
 
-    The weakest force that has to be felt is the one to state: relative to the noise all others are felt better.
+    State the weakest force that has to be noticed: relative to the noise all others are located better.
 
     Parameters
     ----------

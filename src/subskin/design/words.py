@@ -221,8 +221,8 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     d, s = (int(i) for i in np.unravel_index(np.argmax(told), told.shape))
     if np.isfinite(told[d, s]) and own[d, s] > 1:
         reasons.append(
-            "The most information on average (D-optimality) would be had at depth "
-            f"{in_words(float(depths[d]), 'm')} and pitch {in_words(float(pitches[s]), 'm')}, which misses the goals: "
+            "The design with the most information on average (D-optimality) has depth "
+            f"{in_words(float(depths[d]), 'm')} and pitch {in_words(float(pitches[s]), 'm')}, and misses the goals: "
             f"{_worst(grid, (k, m, d, s, n))}."
         )
     return tuple(reasons)
@@ -248,9 +248,9 @@ def _other(study: DesignStudy, excess: FloatArray, which: tuple[int, int, int]) 
     plane = excess[k, m, :, :, n]
     d, s = (int(i) for i in np.unravel_index(np.argmin(plane), plane.shape))
     if not np.isfinite(plane[d, s]):
-        return "finds no room, or does not feel all touches"
+        return "has no room, or does not notice all touches"
     if plane[d, s] <= 1:
-        return "meets what the grid looks at, and was not looked at closely"
+        return "meets the goals on the grid, and was not looked at closely"
     return f"misses the goals on the grid: {_worst(study.grid, (k, m, d, s, n))}"
 
 
@@ -307,14 +307,14 @@ def legend_of(study: DesignStudy) -> str:
         parts = [f"goals: met, or {ratio}{'' if outcome is None else ' as made'}"]
     else:
         parts = [f"goals: met as made, met once it is calibrated, or {ratio} then"]
-    lost = "share of touches that are ambiguous or not felt"
+    lost = "share of touches that are ambiguous or not noticed"
     if outcome is not None:
-        lost = f"share of touches that are ambiguous, not felt or lost by a finger {_AFTER[outcome.method]}"
+        lost = f"share of touches that are ambiguous, not noticed or lost by a finger {_AFTER[outcome.method]}"
     parts += ["position, angle: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
     if outcome is not None:
         parts.append("as made: the same share before a calibration")
     if accuracy.feature is not None:
-        parts.append("two: distance from which two touches are told from one")
+        parts.append("two: distance at which two touches read as two")
     return "; ".join(parts) + "."
 
 

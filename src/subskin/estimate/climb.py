@@ -76,7 +76,7 @@ def eliminate_between(g11, g12, g22, b1, b2, mu, low, high):
 
 @compiled()
 def field_at(table, start, step, y, a):
-    """A_N and A_T of a line load at y and their slopes in y, into a (4, n); table (cells, 5, 2, n) as of `project`."""
+    """A_N and A_T of a line load at y and their slopes in y, into a (4, n); table (cells, 5, 2, n) as in `project`."""
     cells, _, _, n = table.shape
     position = (y - start) / step
     cell = min(max(int(position), 0), cells - 1)

@@ -86,7 +86,7 @@ class Rival(_Found):
     Parameters
     ----------
     table, layout
-        As of `Estimate`, whose `second` it is.
+        As in `Estimate`, whose `second` it is.
     """
 
     table: FloatArray
@@ -104,7 +104,7 @@ class Rival(_Found):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrameTable(Frozen, ABC):
-    """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as of `Estimate`."""
+    """Answers frame by frame: indexed as arrays are, and joined. `table` and `used` are as in `Estimate`."""
 
     table: FloatArray
     used: npt.NDArray[np.bool_]
@@ -124,7 +124,11 @@ class FrameTable(Frozen, ABC):
             No part, or parts of different layouts.
         """
         if len({part.table.shape[-1] for part in parts}) != 1:
-            raise GeometryError(f"{len(parts)} answers", "at least one is needed, all of one layout")
+            raise GeometryError(
+                f"{len(parts)} answers",
+                "at least one is needed, all of one layout",
+                "Estimate.join([found[:3], found[3:]])",
+            )
         return parts[0]._with(np.concatenate([p.table for p in parts]), np.concatenate([p.used for p in parts]))
 
     def __getitem__(self, index: object) -> Self:
@@ -207,7 +211,7 @@ class FrameTable(Frozen, ABC):
 class Estimate(_Found, FrameTable):
     """The contact found in each frame; every field has the batch's shape (...).
 
-    Frames that are not `OK` or `AMBIGUOUS` carry NaN for the contact: no number is given for nonsense.
+    Frames that are not `OK` or `AMBIGUOUS` have NaN for the contact.
 
     Parameters
     ----------
@@ -267,14 +271,14 @@ class Estimate(_Found, FrameTable):
 
     @property
     def half_width_interval(self) -> FloatArray:
-        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, for readings know its square."""
+        """95 % interval of the half width [m], shape (..., 2); lopsided near 0, where readings depend on its square."""
         if not self.layout.wide:
             return np.repeat(self.half_width[..., None], 2, axis=-1)
         return self.table[..., self.layout.interval : self.layout.interval + 2]
 
     @property
     def spare(self) -> npt.NDArray[np.intp]:
-        """Readings beyond the unknowns, shape (...); where 0 the residual says little, for most is explained."""
+        """Readings beyond the unknowns, shape (...); with 0 the residual says little."""
         return np.asarray(np.maximum(self.used.sum(axis=-1) - self.unknowns, 0))
 
     @property

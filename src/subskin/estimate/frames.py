@@ -45,7 +45,7 @@ class Framewise(ABC):
     outliers : int
         0, or 1: unexplained frames are tried again without each of their readings.
     ambiguity : float
-        Two omissions whose chi-squares differ by less than this are not told apart.
+        Two omissions whose chi-squares differ by less than this make the frame ambiguous.
     """
 
     def __init__(
@@ -91,7 +91,9 @@ class Framewise(ABC):
         raw = _check.readings(readings)
         n = self._sensors
         if raw.ndim == 0 or raw.shape[-1] != n:
-            raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors")
+            raise GeometryError(
+                f"readings of shape {raw.shape}", f"the last axis has to be the {n} sensors", f"shape (frames, {n})"
+            )
         if not self._linear:
             raw = self._linearised(raw)
         frames = np.ascontiguousarray(raw.reshape(-1, n))
@@ -238,7 +240,7 @@ def checked_friction(friction: float) -> float:
     values = _check.real("friction", friction, at_least=0.0, finite=False)
     mu = float(values) if not values.ndim else np.nan
     if np.isnan(mu):
-        raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed")
+        raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed", "friction=1.0")
     return mu
 
 

@@ -59,9 +59,9 @@ class Locator(Framewise):
     ambiguity : float, optional
         A rival whose chi-square is within this of the best one makes a frame AMBIGUOUS.
     outliers : {0, 1}, optional
-        With 1, frames that are UNEXPLAINED are tried again without each one reading. Where one omission explains the
-        frame, `used` shows which; where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS and
-        that one's load the rival, if it is the nearest. It takes two readings more than unknowns (docs/robust.md).
+        With 1, frames that are UNEXPLAINED are tried again without each reading in turn. Where one omission explains
+        the frame, `used` shows which. Where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS
+        and the load of the nearest is the rival. It takes two readings more than unknowns (docs/robust.md).
     beyond : Response, optional
         Readings under unit forces outside the search, by the distance along each stretch where a load may press; n
         sensors a stretch, one stretch after the other. Where a load there, or at an end of the search, comes within
@@ -88,14 +88,13 @@ class Locator(Framewise):
         beyond: Response | None = None,
     ) -> None:
         if response.sensors != len(array):
-            raise GeometryError(
-                f"a response of {response.sensors} sensors, an array of {len(array)}", "they have to match"
-            )
+            seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
+            raise GeometryError(seen, "they have to match", "array.select(...)")
         wide = response.widest > 0
         ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
-            raise InvalidValueError(f"half_width = {half_width!r}", rule)
+            raise InvalidValueError(f"half_width = {half_width!r}", rule, f"half_width=(0.0, {response.widest:.6g})")
         forces = _check.real("normal_force", normal_force or (0.0, np.inf), unit="N/m", at_least=0.0, finite=False)
         if forces.shape != (2,) or not forces[0] < forces[1]:
             rule = "two ascending normal forces, of 0 or more, are needed [N/m]"
@@ -105,7 +104,7 @@ class Locator(Framewise):
         self._beyond = beyond
         if beyond is not None and beyond.sensors % len(array):
             seen = f"beyond of {beyond.sensors} sensors, an array of {len(array)}"
-            raise GeometryError(seen, "a multiple of these is needed")
+            raise GeometryError(seen, "a multiple of these is needed", "beyond=None")
         self.half_width = (float(ends[0]), float(ends[1]))
         self.friction = checked_friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
@@ -210,12 +209,12 @@ def locator(
     family : {"line", "wedge", "hertz", "strip", "punch"} or class of contacts, optional
         What presses, the drag being in proportion to the pressure.
     search : (float, float), optional
-        Where contacts are looked for, y [m], and known to be; the default reaches 1.5 depths beyond the outermost
-        sensors, and a load further out that explains a frame as well makes it AMBIGUOUS.
+        Range of positions y [m]; contacts outside are taken to be impossible. The default reaches 1.5 depths beyond the
+        outermost sensors, and a load further out that explains a frame as well makes it AMBIGUOUS.
     half_width : (float, float), optional
         Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none.
     normal_force, friction, scan_step, false_alarm, ambiguity, outliers
-        As of `Locator`.
+        As in `Locator`.
 
     Raises
     ------
@@ -280,7 +279,7 @@ def locate(
     readings : array_like, shape (..., n)
         Raw readings, each in units of its gain; NaN marks a missing one.
     search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
-        As of `locator`.
+        As in `locator`.
 
     Returns
     -------
@@ -290,7 +289,7 @@ def locate(
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `locator`; a last axis that is not the number of sensors.
+        As in `locator`; a last axis that is not the number of sensors.
 
     Examples
     --------
@@ -325,15 +324,15 @@ def fit(
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
 
-    Global in position and width. Four unknowns: with four readings a pull and nonsense are UNEXPLAINED, but it takes
-    more sensors to speak against the family. A fit of line loads is `locate`.
+    The search is global in position and half width. There are four unknowns: with four readings a pull and nonsense are
+    UNEXPLAINED, but only more sensors can object to the family. A fit of line loads is `locate`.
 
     Parameters
     ----------
     finger, readings
-        As of `locate`.
+        As in `locate`.
     family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
-        As of `locator`.
+        As in `locator`.
 
     Returns
     -------
@@ -344,7 +343,7 @@ def fit(
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `locate`.
+        As in `locate`.
 
     Examples
     --------

@@ -67,8 +67,8 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, table,
 
     readings (f, n), raw; sensors (4, n): offset, 1/noise, low and high end of the range; basis (n, 2, padded) and edges
     (4, padded): the scan, at m positions for each of `squares` (widths,) of the half width, then at k beyond the
-    search, nodes of each stretch in `far` (stretches, cells, 5, 2, n), as of `outside`, then zeros up to `padded`
-    (`scan_geometry`); shapes (3, widths m): as of `between`, or (3, 0) where any normal force will do; table
+    search, nodes of each stretch in `far` (stretches, cells, 5, 2, n), as in `outside`, then zeros up to `padded`
+    (`scan_geometry`); shapes (3, widths m): as in `between`, or (3, 0) where any normal force will do; table
     (cells, 5, 2, n) or (cells, widths, 10 n): whitened responses; options: start and step of the table, start and step
     of the scan, mu, then the thresholds and ends of `Locator._prepare`, the last m, the share `near` and
     the nodes of `Stretches`.
@@ -341,7 +341,7 @@ def _widen(s, scan_start, scan_step, y, explained, row):
 
 @compiled(built_on=(_climb,))
 def _uncertainty(a, options, at, fit, row):
-    """Covariance of (position, N, T, half width), and the 95 % interval of the half width; a as of `project_wide`."""
+    """Covariance of (position, N, T, half width), and the 95 % interval of the half width; a as in `project_wide`."""
     n = a.shape[1] // 2
     mu, q, least, most = options[4], at[1], options[13], options[14]
     normal, tangential = fit[0], fit[1]

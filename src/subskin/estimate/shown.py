@@ -34,7 +34,7 @@ def in_words(title: str, status: Any, names: Mapping[int, str], quantities: list
     title : str
         What it is.
     status : ndarray of int, shape (...)
-        Of each frame.
+        Status of each frame.
     names : mapping of int to str
         What each status is called.
     quantities : list of Shown

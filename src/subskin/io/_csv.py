@@ -91,7 +91,9 @@ class CsvReader:
         try:
             return next(csv.reader(io.StringIO(text, newline="")), [])
         except csv.Error as error:
-            raise FileError(f"{self.name}, line {self.head_line}", f"it cannot be read as CSV ({error})") from None
+            raise FileError(
+                f"{self.name}, line {self.head_line}", f"it cannot be read as CSV ({error})", "save it again as CSV"
+            ) from None
 
     def _header(self) -> bytes:
         """The first line that is not blank; the line it stands on is `_line`."""
@@ -105,13 +107,15 @@ class CsvReader:
                 break
             if len(body) > _HEAD:
                 seen = f"{self.name}, line {self._line}: a line of more than {_HEAD // 1_000_000} MB"
-                raise FileError(seen, "the first line has to name the columns")
+                raise FileError(seen, "the first line has to name the columns", "write a header line above the numbers")
             more = self._more()
             at_end, data = not more, data + more
         self._line += len(data) - len(body)
         head, self._held = (body, b"") if end < 0 else (body[:end], body[end + 1 :])
         if not head:
-            raise FileError(f"{self.name} is empty", "a table with a header is needed")
+            raise FileError(
+                f"{self.name} is empty", "a table with a header is needed", "write a header line above the numbers"
+            )
         return head
 
     @staticmethod
@@ -218,7 +222,7 @@ class CsvReader:
         seen = f"{self.name}, line {line}: {count} cell{'s'[: count != 1]} where the header has {self._width}"
         if last and count < self._width:
             return FileError(seen, "the file ends in the middle of a line", "copy it again, or delete that line")
-        return FileError(seen, "every line needs as many cells as the header")
+        return FileError(seen, "every line needs as many cells as the header", "complete that line, or delete it")
 
     def _text(self, block: bytes, line: int) -> str:
         if b"\0" in block:

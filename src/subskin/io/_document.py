@@ -32,13 +32,15 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
     if len(names) != len(array):
         seen = f"sensors names {len(names)} columns"
         rule = f"one for each of the {len(array)} sensors of [sensors] is needed"
-        raise Misplaced(InvalidValueError(seen, rule), "recording", "sensors")
+        raise Misplaced(
+            InvalidValueError(seen, rule, "one name for each sensor, in the order of the row"), "recording", "sensors"
+        )
     given = document.locate
     options = {k: v for k in ("friction", "false_alarm", "ambiguity") if (v := getattr(given, k)) is not None}
     for key, value in options.items():
         if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
             rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
-            raise Misplaced(InvalidValueError(f"{key} = {value:g}", rule), "locate", key)
+            raise Misplaced(InvalidValueError(f"{key} = {value:g}", rule, f"leave out {key}"), "locate", key)
     relaxation, length = None, document.touch.length
     if document.relaxation is not None:
         from ..stream.relaxation import Relaxation
@@ -46,7 +48,9 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         with about("relaxation"):
             relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
     if length is not None and not length > 0:
-        raise Misplaced(InvalidValueError(f"length = {length:g} m", "has to be > 0"), "touch", "length")
+        raise Misplaced(
+            InvalidValueError(f"length = {length:g} m", "has to be > 0", 'length = "20 mm"'), "touch", "length"
+        )
     return {
         "finger": finger,
         "names": names,

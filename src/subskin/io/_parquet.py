@@ -135,7 +135,7 @@ class _Damage:
             said = (str(error).splitlines() or [""])[0][:80]
             if "crc" in said.lower() or "checksum" in said.lower():
                 raise FileError(self.name, "it is damaged: a page differs from its checksum", "copy it again") from None
-            raise FileError(self.name, f"it cannot be read as Parquet ({said})") from None
+            raise FileError(self.name, f"it cannot be read as Parquet ({said})", "write it again, or use CSV") from None
 
 
 class ParquetWriter:

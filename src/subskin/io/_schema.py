@@ -67,7 +67,7 @@ def _names(value: object, info: ValidationInfo) -> list[str]:
         raise InvalidValueError(f"{name} = {value!r}", "a list of names is needed", f'write {name} = ["s0", "s1"]')
     twice = next((item for item in value if value.count(item) > 1), None)
     if twice is not None:
-        raise InvalidValueError(f'{name} holds "{twice}" twice', "each name may stand once")
+        raise InvalidValueError(f'{name} holds "{twice}" twice', "each name may stand once", "leave one out")
     return list(value)
 
 

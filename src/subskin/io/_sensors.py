@@ -67,7 +67,7 @@ def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Tr
     if isinstance(kind, list):
         if len(kind) != count:
             seen, rule = (f"kind lists {len(kind)}", f"one kind, or one for each of the {count} sensors, is needed")
-            raise InvalidValueError(seen, rule)
+            raise InvalidValueError(seen, rule, 'kind = "normal_strain"')
         return tuple(one(name) for name in kind)
     return one(kind)
 

@@ -47,7 +47,9 @@ def opened(path: str | Path) -> Iterator[io.BufferedReader]:
         except FileNotFoundError:
             raise FileError(name, "there is no such file", "check the name and the folder") from None
         except (OSError, ValueError) as error:
-            raise FileError(name, f"it cannot be read ({_reason(error)})") from None
+            raise FileError(
+                name, f"it cannot be read ({_reason(error)})", "check the file and its permissions"
+            ) from None
         if start == b"PAR1" and not file.seekable():  # Parquet is read from its end
             held = stack.enter_context(tempfile.TemporaryFile())
             shutil.copyfileobj(file, held)
@@ -84,7 +86,9 @@ def read_bytes(path: str | Path) -> bytes:
         try:
             return file.read()
         except OSError as error:
-            raise FileError(str(path), f"it cannot be read ({_reason(error)})") from None
+            raise FileError(
+                str(path), f"it cannot be read ({_reason(error)})", "check the file and its permissions"
+            ) from None
 
 
 def check_target(path: str | Path) -> None:
@@ -104,7 +108,9 @@ def check_target(path: str | Path) -> None:
     except (OSError, ValueError) as error:
         if isinstance(error, FileError):
             raise
-        raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
+        raise FileError(
+            str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
+        ) from None
 
 
 def apart(inputs: Mapping[str, str], outputs: Mapping[str, str]) -> None:
@@ -165,13 +171,17 @@ def replacing(path: str | Path) -> Iterator[Path]:
         except BrokenPipeError:
             raise
         except OSError as error:
-            raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
+            raise FileError(
+                str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
+            ) from None
         return
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", suffix=".part", dir=target.parent)
         os.close(handle)
     except (OSError, ValueError) as error:
-        raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
+        raise FileError(
+            str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
+        ) from None
     part = Path(name)
     try:
         yield part
@@ -180,7 +190,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
             os.fsync(file.fileno())
         part.replace(target)
     except OSError as error:
-        raise FileError(str(path), f"it cannot be written ({_reason(error)})") from None
+        raise FileError(
+            str(path), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
+        ) from None
     finally:
         part.unlink(missing_ok=True)
 
@@ -189,7 +201,9 @@ def _behind(link: Path) -> Path:
     try:
         return link.resolve()
     except (OSError, RuntimeError) as error:  # RuntimeError: a loop of links, before Python 3.13
-        raise FileError(str(link), f"it cannot be written ({_reason(error)})") from None
+        raise FileError(
+            str(link), f"it cannot be written ({_reason(error)})", "check the folder, or name another file"
+        ) from None
 
 
 @contextlib.contextmanager
@@ -226,7 +240,7 @@ def to_standard_output(pieces: Iterable[bytes | str], end: str = "") -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise FileError("standard output", f"it cannot be written ({_reason(error)})") from None
+        raise FileError("standard output", f"it cannot be written ({_reason(error)})", "name a file with -o") from None
 
 
 def write_bytes(path: str | Path, data: bytes) -> None:

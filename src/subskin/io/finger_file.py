@@ -35,7 +35,7 @@ Given: TypeAlias = "npt.ArrayLike | Table | Path"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FingerFile:
-    r"""What a `finger.toml` says, and the verbs that go by all of it.
+    r"""What a `finger.toml` says, with methods that follow all of it.
 
     Two kinds of readings go in. `locate`, `fit` and `decide` take readings as `segment` gives them and a finger
     reads them: in SI. `run`, `tare` and `segment` take a raw recording: in the units of [recording], with drift.
@@ -59,7 +59,7 @@ class FingerFile:
     origin : float
         Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
     differences : bool
-        The readings that the finger knows are differences from the free skin, as `segment` cuts them out.
+        The finger reads differences from the free skin, as `segment` writes them.
     limits : (ndarray, ndarray)
         Range of the raw readings, (low, high), each of shape (n,) [reading]; a finger of differences has none itself.
     length : float or None
@@ -112,7 +112,7 @@ class FingerFile:
         return {"search": self.search, **self.options, **changes}
 
     def locator(self, **changes: Any) -> Locator:
-        """`Finger.locator` with the options of the file; `changes` take the place of some.
+        """`Finger.locator` with the options of the file; `changes` override some.
 
         Raises
         ------
@@ -129,12 +129,12 @@ class FingerFile:
         readings : array_like, shape (..., n), or Table or pathlib.Path
             In SI [reading]; of a table, the file's columns.
         **changes
-            In place of options of the file; as of `Finger.locator`.
+            Override options of the file; as in `Finger.locator`.
 
         Raises
         ------
         FileError, InvalidValueError, GeometryError
-            As of `locator`; a table without the file's columns; readings of another number of sensors.
+            As in `locator`; a table without the file's columns; readings of another number of sensors.
         """
         return self.finger.locate(self._readings(readings), **self._with(changes))
 
@@ -144,9 +144,9 @@ class FingerFile:
         Parameters
         ----------
         readings, **changes
-            As of `locate`.
+            As in `locate`.
         family : str or class of contacts, optional
-            As of `Finger.fit`.
+            As in `Finger.fit`.
         """
         return self.finger.fit(self._readings(readings), family, **self._with(changes))
 
@@ -156,9 +156,9 @@ class FingerFile:
         Parameters
         ----------
         readings
-            As of `locate`.
+            As in `locate`.
         **changes
-            In place of options of the file, and `kinds` and `sure`; as of `contact_type`.
+            Override options of the file, and set `kinds` and `sure`; as in `contact_type`.
         """
         from ..decide import contact_type
 
@@ -192,9 +192,9 @@ class FingerFile:
         Parameters
         ----------
         answer : callable, optional
-            What is made of readings: a locator, for one; without it the pipeline ends with readings that are tared.
+            A callable that takes readings, such as a locator; without it the pipeline ends with tared readings.
         drift : array_like, shape () or (n,), optional
-            In place of the file's [reading/s].
+            Overrides the file's drift [reading/s].
 
         Raises
         ------
@@ -236,12 +236,12 @@ class FingerFile:
         time : array_like, shape (m,)
             Time of each frame [s]; of a table, its column of times.
         answer, drift
-            As of `pipeline`; the `locator` of the file if left out.
+            As in `pipeline`; the `locator` of the file if left out.
 
         Raises
         ------
         FileError, InvalidValueError, GeometryError
-            As of `frames` and `pipeline`; a time that is missing, or goes back.
+            As in `frames` and `pipeline`; a time that is missing, or goes back.
         """
         frames = self._raw(recording, time)
         return self.pipeline(self.locator() if answer is None else answer, drift=drift)(*frames)
@@ -263,7 +263,7 @@ class FingerFile:
         recording : Table or pathlib.Path
             One row a frame.
         **changes : float
-            In place of `early` [-], `before` [s] and `hold` [s] of [recording].
+            Override `early` [-], `before` [s] and `hold` [s] of [recording].
 
         Raises
         ------
@@ -279,7 +279,7 @@ class FingerFile:
         if table is None:
             raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
         if not len(table):
-            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames")
+            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames", "record again")
         readings, time = self.frames(table)
         tracks = {
             name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale
@@ -310,7 +310,7 @@ class FingerFile:
     def with_finger(self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None) -> FingerFile:
         """The same file with another finger's numbers in it, and `facts` in its [calibration].
 
-        What does not change is left as it stands, comments are kept.
+        The rest of the text stays, comments too.
         """
         from ._toml_edit import edited
 

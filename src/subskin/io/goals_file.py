@@ -98,7 +98,7 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
     given = touch.force if isinstance(touch.force, list) else [touch.force, touch.force]
     with about("touch"):
         if touch.length is not None and not touch.length > 0:
-            raise InvalidValueError(f"length = {touch.length:g} m", "has to be > 0")
+            raise InvalidValueError(f"length = {touch.length:g} m", "has to be > 0", 'length = "20 mm"')
         forces = [line_load(value, touch.length, "force") for value in given]
     if len(forces) != 2:
         rule, fix = "one force or two are needed", 'force = ["20 N/m", "100 N/m"]'
@@ -114,7 +114,7 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
     longest = np.inf if room.longest_row is None else room.longest_row
     with about("touch"):
         if not touch.span > 0:
-            raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0")
+            raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0", 'span = "12 mm"')
         touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2), touch.length)
     with about("accuracy"):
         wanted = Accuracy(**accuracy.model_dump(), feature=touch.feature)

@@ -48,7 +48,11 @@ def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFil
         material = file.finger.skin.single_material
         if material is None or skin not in ("half_plane", "layers"):
             seen = f"a {skin} in place of {file.finger.skin}"
-            raise InvalidValueError(seen, "only a half plane and one layer of one material stand in for each other")
+            raise InvalidValueError(
+                seen,
+                "only a half plane and one layer of one material stand in for each other",
+                "save_finger with a new file",
+            )
         rubber = {"young": format_quantity(material.young, "Pa"), "poisson": rounded(material.poisson)}
         table = tomlkit.table()
         table.add("kind", skin)

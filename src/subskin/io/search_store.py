@@ -46,7 +46,9 @@ class FolderStore:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise FileError(str(folder), f"it cannot be made ({error.strerror or error})") from None
+            raise FileError(
+                str(folder), f"it cannot be made ({error.strerror or error})", "name another folder with -o"
+            ) from None
 
     def get(self, key: str) -> Mapping[str, FloatArray] | None:
         """The row called `key`, or None; a file that was damaged counts as none."""

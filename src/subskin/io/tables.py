@@ -163,7 +163,9 @@ class Table:
         """The first cell of a column that is no number."""
         row = next((i for i, cell in enumerate(cells) if number_of(cell) is None), None)
         if row is None:
-            return FileError(f'{self.name}: column "{column}"', "numbers are needed, not text")
+            return FileError(
+                f'{self.name}: column "{column}"', "numbers are needed, not text", "write the column again as numbers"
+            )
         shown = cells[row] if len(cells[row]) <= 57 else f"{cells[row][:57]}..."
         seen = f'{self.name}, {self.by} {part.lines[row]}: column "{column}" holds "{shown}"'
         return FileError(seen, "a number is needed", "correct the cell, or leave it empty if there is none")
@@ -197,18 +199,24 @@ class TableReader:
         self.rows = 0
         where = f"{self.name}, line {self._head}" if self.by == "line" else self.name
         if len(self.columns) > _MOST_COLUMNS:
-            raise FileError(f"{where}: {len(self.columns)} columns", f"at most {_MOST_COLUMNS} are handled")
+            raise FileError(
+                f"{where}: {len(self.columns)} columns", f"at most {_MOST_COLUMNS} are handled", "leave out columns"
+            )
         long = next((i for i, name in enumerate(self.columns) if len(name) > _LONGEST_NAME), None)
         if long is not None:
             seen = f"{where}: the name of column {long + 1} has {len(self.columns[long])} letters"
             raise FileError(seen, f"at most {_LONGEST_NAME} are handled", "shorten it")
         if len(set(self.columns)) < len(self.columns):
             twice = next(name for i, name in enumerate(self.columns) if name in self.columns[:i])
-            raise FileError(f'{where}: two columns are called "{twice}"', "each column needs a name of its own")
+            raise FileError(
+                f'{where}: two columns are called "{twice}"',
+                "each column needs a name of its own",
+                "rename one of them",
+            )
 
     @property
     def total(self) -> int | None:
-        """How many rows the table has: from its footer, or so far as can be told from those read; None for no idea."""
+        """How many rows the table has: from its footer, or estimated from the rows read; None where unknown."""
         if isinstance(self._source, ParquetReader):
             return self._source.rows
         if not self._size or not self._source.taken:
@@ -244,7 +252,9 @@ def reading(path: str | Path) -> Iterator[TableReader]:
     with opened(path) as file:
         size, start = told_size(file), file.peek(4)[:4]
         if not start:
-            raise FileError(f"{name} is empty", "a table with a header is needed")
+            raise FileError(
+                f"{name} is empty", "a table with a header is needed", "write a header line above the numbers"
+            )
         if Path(path).suffix.lower() in _PARQUET or start == b"PAR1":
             yield TableReader(ParquetReader(file, name), size)
         else:
@@ -300,9 +310,15 @@ class TableWriter:
         arrays = {name: np.asarray(values) for name, values in columns.items()}
         if len({len(a) for a in arrays.values()}) > 1:
             lengths = ", ".join(f"{name} {len(a)}" for name, a in arrays.items())
-            raise InvalidValueError(f"columns of lengths {lengths}", "they have to be equal")
+            raise InvalidValueError(
+                f"columns of lengths {lengths}", "they have to be equal", "one value for each row in every column"
+            )
         if self._names not in (None, list(arrays)):
-            raise InvalidValueError(f"columns {_some(list(arrays))}", f"the table has {_some(self._names or [])}")
+            raise InvalidValueError(
+                f"columns {_some(list(arrays))}",
+                f"the table has {_some(self._names or [])}",
+                "the same columns in every block",
+            )
         if self._parquet is not None:
             self._parquet.write(arrays)
         elif self._csv is not None:

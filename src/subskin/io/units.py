@@ -173,7 +173,7 @@ def line_load(value: object, length: float | None, name: str) -> float:
     Parameters
     ----------
     value, name
-        As of `quantity`; a bare number is in N/m.
+        As in `quantity`; a bare number is in N/m.
     length : float or None
         Length of the contact [m].
 

@@ -45,7 +45,7 @@ def eq15(K: ArrayLike, theta: ArrayLike, a: ArrayLike, y: ArrayLike) -> FloatArr
     """
     K, theta, a, y = given(K=K, theta=theta, a=a, y=y)
     if not ((theta > 0) & (theta < np.pi)).all():
-        raise InvalidValueError(f"theta = {theta}", "a vertex angle lies between 0 and pi [rad]")
+        raise InvalidValueError(f"theta = {theta}", "a vertex angle lies between 0 and pi [rad]", "np.deg2rad(90)")
     with np.errstate(divide="ignore"):
         ratio = np.maximum(a / np.abs(y), 1.0)
     return np.asarray(np.where(np.abs(y) < a, K / np.tan(theta / 2) * np.arccosh(ratio), 0.0))
@@ -105,7 +105,7 @@ def eq17_corrected(P: ArrayLike, R: ArrayLike, E: ArrayLike, nu: ArrayLike) -> F
     """
     P, R, E, nu = given(P=P, R=R, E=E, nu=nu)
     if not (P >= 0).all():
-        raise InvalidValueError(f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed")
+        raise InvalidValueError(f"P = {float(P.min()):.6g} N/m", "a cylinder touches only where it is pressed", "P > 0")
     return np.asarray(np.sqrt(4 * R * P * (1 - nu**2) / (np.pi * E)))
 
 

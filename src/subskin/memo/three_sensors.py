@@ -230,11 +230,11 @@ def three_sensor(
         if values.shape != (3,):
             raise GeometryError(f"{name} of shape {values.shape}", "three sensors are needed", "see Finger.locate")
     if np.unique(positions).size < 3:
-        raise GeometryError(f"y = {positions.tolist()}", "the three positions have to differ")
+        raise GeometryError(f"y = {positions.tolist()}", "the three positions have to differ", "y=[-1e-3, 0, 1e-3]")
     x = _check.scalar("depth", depth, unit="m", above=0.0)
     skin = Material(young, poisson)
     if plane not in ("strain", "stress"):
-        raise InvalidValueError(f"plane = {plane!r}", 'has to be "strain" or "stress"')
+        raise InvalidValueError(f"plane = {plane!r}", 'has to be "strain" or "stress"', 'plane="strain"')
     mu = _check.scalar("friction", friction, at_least=0.0)
     tol = _check.scalar("tolerance", tolerance, at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %")
 

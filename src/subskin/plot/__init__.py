@@ -90,10 +90,10 @@ def memo_figure(number: int) -> Figure:
     Parameters
     ----------
     number : int
-        Its number in the memo, one of `MEMO_FIGURES`: 2 and 3 (strain beneath a line load), 6 (three sensors,
-        four roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder),
-        14 (strain measured at discrete positions), 15 (response of the skin to waves),
-        16 (ridges), 17 (a particle felt through three skins), 18 (what two sensors confuse), 19 (what a third tells).
+        Its number in the memo, one of `MEMO_FIGURES`: 2 and 3 (strain beneath a line load), 6 (three sensors, four
+        roots), 9 (vertices), 11 (cylinder), 12 (drag in proportion to pressure), 13 (dragged cylinder), 14 (strain
+        measured at discrete positions), 15 (response of the skin to waves), 16 (ridges), 17 (a particle read through
+        three skins), 18 (what two sensors confuse), 19 (what a third sensor adds).
 
     Raises
     ------

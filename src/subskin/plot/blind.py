@@ -33,7 +33,7 @@ def blind_figure(found: BlindCalibration, names: Sequence[str] | None = None) ->
     found : BlindCalibration
         From `subskin.calibrate_blind`.
     names : sequence of str, optional
-        Of the sensors; their numbers by default.
+        Names of the sensors; their numbers by default.
 
     Raises
     ------
@@ -53,7 +53,9 @@ def blind_figure(found: BlindCalibration, names: Sequence[str] | None = None) ->
     sensors = len(found.health)
     called = [str(i) for i in range(sensors)] if names is None else list(names)
     if len(called) != sensors:
-        raise GeometryError(f"{len(called)} names", f"one for each of the {sensors} sensors is needed")
+        raise GeometryError(
+            f"{len(called)} names", f"one for each of the {sensors} sensors is needed", "a name for each sensor"
+        )
     figure = new_figure(DOUBLE, max(62.0, 20.0 + 4.6 * len(found.parameters)))
     left, right = figure.subplots(1, 2, width_ratios=[1.15, 1.0])
     _intervals(left, found, called)

@@ -1,4 +1,4 @@
-"""A particle on a flat felt through skins of different softness: the memo's Fig. 17, from solved contacts."""
+"""A particle on a flat read through skins of different softness: the memo's Fig. 17, from solved contacts."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _NODES = 1024
 
 @finished
 def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0) -> Figure:
-    """Three skins against the particle, and width, shares and what is told against the modulus.
+    """Three skins against the particle, and width, shares and regime against the modulus.
 
     Parameters
     ----------
@@ -65,7 +65,9 @@ def compliance_figure(found: SkinCompliance, thickness: int = 0, force: int = 0)
     ['a  E = 2 MPa', 'b  E = 0.2 MPa', 'c  E = 0.05 MPa']
     """
     if found.young.size < 3:
-        raise GeometryError(f"{found.young.size} moduli", "three or more are needed to draw a change")
+        raise GeometryError(
+            f"{found.young.size} moduli", "three or more are needed to draw a change", "young=np.geomspace(1e5, 1e6, 6)"
+        )
     figure = new_figure(DOUBLE, 140.0)
     grid = figure.add_gridspec(3, 3, height_ratios=[1.0, 0.8, 1.9])
     sketches = _row(figure, grid, 0)

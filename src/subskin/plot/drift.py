@@ -74,12 +74,15 @@ def drift_figure(
         raise GeometryError(
             f"readings of shape {data.shape}, time {clock.shape}, offsets {tared.offset.shape}",
             "a stream of at least a frame and what Tare made of it are needed",
+            "drift_figure(readings, time, tare(readings, time))",
         )
     if not 0 <= sensor < data.shape[1]:
-        raise InvalidValueError(f"sensor = {sensor}", f"the stream has sensors 0 to {data.shape[1] - 1}")
+        raise InvalidValueError(f"sensor = {sensor}", f"the stream has sensors 0 to {data.shape[1] - 1}", "sensor=0")
     true = None if truth is None else _check.real("truth", truth)
     if true is not None and true.shape != clock.shape:
-        raise GeometryError(f"truth of shape {true.shape}", f"one for each of the {clock.size} frames")
+        raise GeometryError(
+            f"truth of shape {true.shape}", f"one for each of the {clock.size} frames", "leave out truth"
+        )
     followed = tared.offset[:, sensor]
     figure = new_figure(DOUBLE, 84.0)
     panels = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))

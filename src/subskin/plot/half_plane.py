@@ -57,10 +57,14 @@ def half_plane_map_figure(values: Mapping[str, FloatArray], here: tuple[float, f
     heights, radii = (np.atleast_1d(np.asarray(values[name], dtype=float)) for name in ("thickness", "radius"))
     for name, sizes in (("thickness", heights), ("radius", radii)):
         if sizes.ndim != 1 or not (np.diff(sizes) > 0).all():
-            raise GeometryError(f"{name} = {sizes.tolist()}", "ascending values are needed")
+            raise GeometryError(f"{name} = {sizes.tolist()}", "ascending values are needed", "np.sort")
     for name, *_ in _PANELS:
         if values[name].shape != (radii.size, heights.size):
-            raise GeometryError(f"{name} of shape {values[name].shape}", f"({radii.size}, {heights.size}) is needed")
+            raise GeometryError(
+                f"{name} of shape {values[name].shape}",
+                f"({radii.size}, {heights.size}) is needed",
+                "a value for each radius and thickness",
+            )
     figure = new_figure(DOUBLE, _HEIGHT)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, (name, factor, title, form) in zip(panels.flat, _PANELS, strict=True):

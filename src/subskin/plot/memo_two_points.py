@@ -1,4 +1,4 @@
-"""The memo's figures on two points: what two sensors confuse (Fig. 18), what a third tells (Fig. 19)."""
+"""The memo's figures on two points: what two sensors confuse (Fig. 18), what a third sensor adds (Fig. 19)."""
 
 from __future__ import annotations
 

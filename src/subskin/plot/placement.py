@@ -29,7 +29,7 @@ _FLOOR = 0.01
 
 @finished
 def placement_figure(quality: PlacementQuality) -> Figure:
-    """Standard deviations of position and angle over those of the touch, hatched where it is not told for sure.
+    """Standard deviations of position and angle over those of the touch, hatched where it is not located for sure.
 
     Parameters
     ----------
@@ -101,10 +101,10 @@ def placement_study_figure(
     most: float = 0.01,
     within: float = 0.1,
 ) -> Figure:
-    """What pitch and number of sensors make of the position, and of the touches that are not told for sure.
+    """Error of the position, and share of touches not located for sure, over pitch and number of sensors.
 
-    Thick where a row is nearly as good as the best of its number among those that tell enough touches. Left out where
-    the position is not told to the length of the row.
+    Thick where a row is nearly as good as the best of its number among rows that locate enough touches. Left out where
+    the error of the position exceeds the length of the row.
 
     Parameters
     ----------
@@ -137,16 +137,22 @@ def placement_study_figure(
     'pitch / depth'
     """
     if measure not in _MEASURES:
-        raise InvalidValueError(f"measure {measure!r}", f"has to be one of {', '.join(_MEASURES)}")
+        raise InvalidValueError(f"measure {measure!r}", f"has to be one of {', '.join(_MEASURES)}", 'measure="wrong"')
     shape = study["wrong"].shape
     if not (0 <= kind < shape[0] and 0 <= depth < shape[1]):
-        raise InvalidValueError(f"kind {kind}, depth {depth}", f"the study has {shape[0]} and {shape[1]}")
+        raise InvalidValueError(
+            f"kind {kind}, depth {depth}", f"the study has {shape[0]} and {shape[1]}", "kind=0, depth=0"
+        )
     chosen = study.count[: len(_COLOURS)].tolist() if counts is None else [int(c) for c in counts]
     missing = [c for c in chosen if c not in study.count]
     if missing or not 0 < len(chosen) <= len(_COLOURS):
-        raise InvalidValueError(f"counts = {chosen}", f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn")
+        raise InvalidValueError(
+            f"counts = {chosen}",
+            f"up to {len(_COLOURS)} of {study.count.tolist()} can be drawn",
+            f"counts={study.count.tolist()[: len(_COLOURS)]}",
+        )
     if study.pitch.shape[1] < 2:
-        raise GeometryError("one pitch", "two or more are needed to draw a line")
+        raise GeometryError("one pitch", "two or more are needed to draw a line", "pitches=np.linspace(1e-3, 3e-3, 9)")
     figure = new_figure(DOUBLE, 78.0)
     left, right = figure.subplots(1, 2, sharex=True)
     order = np.argsort(study.pitch[depth])

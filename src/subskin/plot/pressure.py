@@ -56,10 +56,12 @@ def pressure_figure(found: PressureMap, *, truth: Contact | None = None, origin:
     if found.shape != ():
         raise GeometryError(f"maps of shape {found.shape}", "one frame is drawn", "pressure_map(finger, frames[0])")
     if truth is not None and truth.shape != ():
-        raise GeometryError(f"contacts of shape {truth.shape}", "one is compared with one frame")
+        raise GeometryError(f"contacts of shape {truth.shape}", "one is compared with one frame", "a single contact")
     if not np.isfinite(found.normal_force):
         status = Status(int(found.status)).name
-        raise InvalidValueError(f"a frame of status {status}", "there is no pressure in it to draw")
+        raise InvalidValueError(
+            f"a frame of status {status}", "there is no pressure in it to draw", "a frame with status OK"
+        )
     figure = new_figure(SINGLE, 88.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     _tractions(upper, found, truth, origin)

@@ -157,7 +157,9 @@ def density_figure(found: SensorDensity) -> Figure:
     'spatial frequency [1/mm]'
     """
     if found.attenuation.ndim > 1:
-        raise GeometryError(f"attenuations of shape {found.attenuation.shape}", "a row of them is drawn")
+        raise GeometryError(
+            f"attenuations of shape {found.attenuation.shape}", "a row of them is drawn", "attenuation=[10, 100, 1000]"
+        )
     wanted = np.atleast_1d(found.attenuation)
     pitch = found.pitch.reshape(wanted.size, 2)
     last = 1.25 * np.pi / float(np.nanmin(pitch))
@@ -228,7 +230,7 @@ def aliasing_figure(found: AliasingError, shift: int | None = None) -> Figure:
     worst = int(np.unravel_index(np.argmax(np.abs(found.error)), found.error.shape)[0])
     row = worst if shift is None else shift
     if not 0 <= row < found.shift.size:
-        raise GeometryError(f"shift = {shift!r}", f"there are 0 to {found.shift.size - 1}")
+        raise GeometryError(f"shift = {shift!r}", f"there are 0 to {found.shift.size - 1}", "shift=0")
     y, scale = MM * found.position, 100 / found.full_scale
     centre = 0.5 * (y[0] + y[-1])
     first = centre + MM * found.shift[row]

@@ -74,7 +74,9 @@ def _curves(axes: Axes, found: RidgeGain, equal: str) -> None:
     if np.ptp(along) == 0:
         along, label = found.half_width / found.depth, _WIDTH
     if np.ptp(along) == 0:
-        raise GeometryError("one pitch and one half width", "one of the two has to change along the row")
+        raise GeometryError(
+            "one pitch and one half width", "one of the two has to change along the row", "Ridges(pitches)"
+        )
     for name, (text, colour, dash) in _LINES.items():
         wide = 3.0 if name == "peak" else 1.2  # it shows where another line lies on it
         values = getattr(getattr(found, equal), name)
@@ -98,7 +100,9 @@ def _map(axes: Axes, found: RidgeGain, equal: str) -> None:
     pitch, width = found.pitch / found.depth, found.half_width / found.depth
     if np.ptp(pitch, axis=0).any() or np.ptp(width, axis=1).any():
         raise GeometryError(
-            "a table of gains with mixed axes", "half widths go along the first axis, pitches along the second"
+            "a table of gains with mixed axes",
+            "half widths go along the first axis, pitches along the second",
+            "Hertz(40.0, half_width=widths[:, None]), Ridges(pitches)",
         )
     gain = np.ma.masked_invalid(getattr(found, equal).peak)
     filled = axes.contourf(pitch, width, np.log(gain), levels=np.log(_LEVELS), cmap="PuOr", extend="both")
@@ -139,7 +143,9 @@ def pressed_ridges_figure(found: PressedRidges) -> Figure:
     """
     if found.pitch.ndim != 1 or found.pitch.size < 3 or not (found.amplitude > 0).all():
         raise GeometryError(
-            f"presses of shape {found.pitch.shape}", "a row of three or more, of ridges that have a height, is needed"
+            f"presses of shape {found.pitch.shape}",
+            "a row of three or more, of ridges that have a height, is needed",
+            "press_ridges(finger, pitch, heights, ...)",
         )
     order = np.argsort(found.filling)[::-1]
     along = (1 / found.filling)[order]

@@ -112,16 +112,24 @@ def finger_section(
     'depth x [mm]'
     """
     if component not in COMPONENTS:
-        raise InvalidValueError(f"component = {component!r}", f"has to be one of {', '.join(COMPONENTS)}")
+        raise InvalidValueError(
+            f"component = {component!r}",
+            f"has to be one of {', '.join(COMPONENTS)}",
+            f'component="{next(iter(COMPONENTS))}"',
+        )
     if estimate is not None and np.size(estimate.status) != 1:
-        raise GeometryError(f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed")
+        raise GeometryError(
+            f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed", "found[0]"
+        )
     known = contact is not None
     contact = _load_of(estimate) if contact is None else contact
     if contact.shape:
         raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     frame = None if readings is None else _check.real("readings", _check.readings(readings), finite=False)
     if frame is not None and frame.shape != (len(finger.array),):
-        raise GeometryError(f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors")
+        raise GeometryError(
+            f"readings of shape {frame.shape}", f"one for each of the {len(finger.array)} sensors", "readings[0]"
+        )
 
     forces = _resultants(contact)
     left, right, bottom = _window(finger, forces)

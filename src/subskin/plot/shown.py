@@ -58,12 +58,12 @@ def finger_figure(
     contact : Contact, optional
         What presses: its field is drawn too, as `finger_section` draws it.
     estimate, **options
-        As of `finger_section`.
+        As in `finger_section`.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        As of `finger_section`; options without contact and estimate.
+        As in `finger_section`; options without contact and estimate.
 
     Examples
     --------
@@ -138,7 +138,11 @@ def field_map(
     'mean pressure [kPa]'
     """
     if component not in COMPONENTS:
-        raise InvalidValueError(f"component = {component!r}", f"has to be one of {', '.join(COMPONENTS)}")
+        raise InvalidValueError(
+            f"component = {component!r}",
+            f"has to be one of {', '.join(COMPONENTS)}",
+            f'component="{next(iter(COMPONENTS))}"',
+        )
     if contact.shape:
         raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     left, right = _check.ends("span", span, "span=(-5e-3, 5e-3)") or _around(contact, skin)
@@ -188,7 +192,7 @@ def estimate_figure(
     found : Estimate, shape () or (m,)
         Of a frame, or of frames in the order of time.
     finger : Finger, optional
-        Of a single frame: the finger, which is drawn with it, and the field of the load that was found.
+        The finger of a single frame: it is drawn too, with the field of the load that was found.
     truth : array_like, shape (m,), optional
         True positions [m], against which those found are drawn.
     origin : float, optional

@@ -34,7 +34,7 @@ _KNOWN = 0.01
 
 @finished
 def side_angle_figure(noise: float = 1e-3) -> Figure:
-    """What the memo says of the angle on a side, what is right, and how well three ways tell it.
+    """What the memo says of the angle on a side, what is right, and how well three ways estimate it.
 
     Above, its Fig. 13: strain beneath a dragged cylinder at a depth of 0.4 half widths and the slope beneath its
     centre, by (20) and (21) as printed, and corrected. Below, that slope against depth, (21) and (22) in units of half

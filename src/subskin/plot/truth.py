@@ -134,7 +134,11 @@ def _frames(
         _check.real("std", np.nan_to_num(arrays["std"]), unit="m", at_least=0.0)
     if _check.broadcast(**arrays) != true.shape or not true.size:
         seen = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
-        raise GeometryError(f"shapes {seen}", "one estimate for each true position, and at least one, is needed")
+        raise GeometryError(
+            f"shapes {seen}",
+            "one estimate for each true position, and at least one, is needed",
+            "a true position for each frame",
+        )
     t, found, spread, kinds = (np.broadcast_to(a, true.shape).reshape(-1) for a in arrays.values())
     half = np.where(np.isfinite(spread), NORMAL_95 * spread, np.nan)
     return _Frames(t * MM, found * MM, half * MM, kinds.astype(np.int8))

@@ -20,7 +20,7 @@ _RIVAL = {"point": "one point", "wide": "one wide contact"}
 
 @finished
 def two_point_figure(found: TwoPointLimen) -> Figure:
-    """The least separation that is told over the position, and the share of touches told at each separation.
+    """The least separation that reads as two over the position, and the share of touches that do at each separation.
 
     Parameters
     ----------
@@ -115,7 +115,9 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
     'pitch of the sensors [depths]'
     """
     if study.count.size > len(_COLOURS):
-        raise GeometryError(f"{study.count.size} counts", f"up to {len(_COLOURS)} can be told apart")
+        raise GeometryError(
+            f"{study.count.size} counts", f"up to {len(_COLOURS)} can be drawn", "a study of fewer counts"
+        )
     m = study.noise.size // 2 if noise is None else noise
     relative = study.worst[:, depth] / study.depth[depth]
     figure = new_figure(DOUBLE, 76.0)

@@ -55,13 +55,15 @@ class Grid:
         """The same, checked one by one."""
         count = None if nodes is None else _check.scalar("nodes", nodes, at_least=16, at_most=_MOST_NODES)
         if count is not None and count != int(count):
-            raise InvalidValueError(f"nodes = {count:.6g}", "a whole number is needed")
+            raise InvalidValueError(f"nodes = {count:.6g}", "a whole number is needed", "nodes=1024")
         wide, repeat, rest = (
             None if value is None else _check.scalar(name, value, unit="m", above=0.0)
             for name, value in (("window", window), ("period", period), ("datum", datum))
         )
         if wide is not None and repeat is not None:
-            raise InvalidValueError(f"window = {window}, period = {period}", "one of the two can be given")
+            raise InvalidValueError(
+                f"window = {window}, period = {period}", "one of the two can be given", "leave out one of them"
+            )
         limit = _check.scalar("tolerance", tolerance, at_least=_LEAST_TOLERANCE, at_most=_MOST_TOLERANCE)
         return cls(None if count is None else int(count), wide, repeat, rest, limit)
 
@@ -72,7 +74,7 @@ def fresh(skin: Skin, indenter: Indenter, gap: Gap, load: Prescribed, grid: Grid
     if grid.period is not None:
         if np.isfinite(skin.period):
             seen = f"period = {grid.period:.6g} m on a {type(skin).__name__}"
-            raise GeometryError(seen, "only a flat skin goes on and on")
+            raise GeometryError(seen, "only a flat skin goes on and on", "leave out period")
         _upright(load, grid.period)
         indenter.check_period(grid.period)
         ends = (-grid.period / 2, grid.period / 2)
@@ -139,7 +141,11 @@ def _case(skin: Skin, gap: Gap, load: Prescribed, ends: tuple[float, float], cou
     """The problem on `count` nodes, in the middle of as many equal parts of the window."""
     wide = ends[1] - ends[0]
     if grid.datum is not None and grid.datum < wide:
-        raise GeometryError(f"datum = {grid.datum:.6g} m", f"the surface rests beyond the window, {wide:.6g} m wide")
+        raise GeometryError(
+            f"datum = {grid.datum:.6g} m",
+            f"the surface rests beyond the window, {wide:.6g} m wide",
+            "a larger datum, or a narrower window",
+        )
     step, y = _nodes(ends, count)
     height = gap(y)
     _touchable(y, height, load)
@@ -182,7 +188,11 @@ def _within(body: FloatArray, load: Prescribed) -> None:
 
 def _upright(load: Prescribed, period: float) -> None:
     if load.moment is not None or load.tilt:
-        raise GeometryError(f"period = {period:.6g} m with a moment or a tilt", "a body that repeats does not turn")
+        raise GeometryError(
+            f"period = {period:.6g} m with a moment or a tilt",
+            "a body that repeats does not turn",
+            "leave out moment and tilt",
+        )
 
 
 def _touches_beyond(skin: Skin, indenter: Indenter, case: Case, state: Balance) -> list[float]:

@@ -269,7 +269,7 @@ class ParticleOnFlat(Indenter):
         super().__post_init__()
         if not self.flat_half_width > self.half_width:
             seen = f"half_width = {self.half_width:.6g} m, flat_half_width = {self.flat_half_width:.6g} m"
-            raise GeometryError(seen, "the flat has to be wider than the particle on it")
+            raise GeometryError(seen, "the flat has to be wider than the particle on it", "a larger flat_half_width")
 
     def height(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
         ys = _positions(y)
@@ -324,7 +324,11 @@ class Profile(Indenter):
         height = _check.real("height_at", self.height_at, unit="m", fix=fix)
         if y.ndim != 1 or y.shape != height.shape or y.size < 2:
             seen = f"y of shape {y.shape}, height_at of shape {height.shape}"
-            raise GeometryError(seen, "a profile needs two points or more, a height for each position")
+            raise GeometryError(
+                seen,
+                "a profile needs two points or more, a height for each position",
+                "Profile([-1e-3, 0, 1e-3], [1e-4, 0, 1e-4])",
+            )
         if not (np.diff(y) > 0).all():
             at = int(np.argmin(np.diff(y)))
             seen = f"y[{at}] = {y[at]:.6g}, y[{at + 1}] = {y[at + 1]:.6g}"
@@ -347,12 +351,16 @@ class Profile(Indenter):
         0.0
         """
         if not callable(function):
-            raise InvalidValueError(f"function = {function!r}", "a function of the positions y is needed")
+            raise InvalidValueError(
+                f"function = {function!r}", "a function of the positions y is needed", "lambda y: y**2 / 16e-3"
+            )
         count = _check.scalar("points", points, at_least=2)
         y = np.linspace(_check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count))
         raw = _check.real("height", function(y), unit="m", fix="end the profile where the function does")
         if raw.shape != y.shape:
-            raise GeometryError(f"height of shape {raw.shape}", f"the function has to return shape {y.shape}")
+            raise GeometryError(
+                f"height of shape {raw.shape}", f"the function has to return shape {y.shape}", "np.vectorize(function)"
+            )
         lowest = float(raw.min())
         return cls(y, raw, _Lowered(function, lowest))
 

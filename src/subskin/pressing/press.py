@@ -174,7 +174,9 @@ class _Gap:
 
 def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:
     if not isinstance(after, ContactSolution):
-        raise InvalidValueError(f"after = {repr(after)[:60]}", "what an earlier press returned is needed")
+        raise InvalidValueError(
+            f"after = {repr(after)[:60]}", "what an earlier press returned is needed", "after=press(...)"
+        )
     case = after.case
     if after.skin != skin or after.position != at or not np.array_equal(gap(case.y), case.height):
         seen, rule = "after= of another skin, indenter or position", "the history of friction is that of one contact"
@@ -184,12 +186,16 @@ def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArr
 def _load(tilt: float, friction: float | None, **given: float | None) -> Prescribed:
     """What is prescribed, checked."""
     if (given["force"] is None) == (given["depth"] is None):
-        raise InvalidValueError(f"force = {given['force']}, depth = {given['depth']}", "one of the two has to be given")
+        raise InvalidValueError(
+            f"force = {given['force']}, depth = {given['depth']}",
+            "one of the two has to be given",
+            "force=40.0, or depth=0.1e-3",
+        )
     asked = {**given, "tilt": tilt or None}
     for one, other in (("moment", "tilt"), ("tangential", "slide")):
         if asked[one] is not None and asked[other] is not None:
             seen = f"{one} = {asked[one]}, {other} = {asked[other]}"
-            raise InvalidValueError(seen, "one of the two can be given")
+            raise InvalidValueError(seen, "one of the two can be given", "leave out one of them")
     values = {}
     for name, value in given.items():
         values[name] = None if value is None else _check.scalar(name, value, unit=_UNITS[name])

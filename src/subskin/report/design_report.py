@@ -33,13 +33,13 @@ from .document import Block, Bullets, Document, Heading, Listing, Paragraph, Pic
 __all__ = ["design_report"]
 
 _MAP = (
-    "Left: every depth and pitch of the grid for as many sensors as finger 1 has, by the largest ratio of what it does "
-    "to what was wanted; within the line all goals of the search are met, grey has no room, and the ring is finger 1, "
-    "which was refined beyond the grid. Right: the best of the grid for each count, of every kind and skin, and finger "
-    "1 (ring). The grid counts noise alone; tolerances and the distance of two touches are added afterwards."
+    "Left: every depth and pitch of the grid with as many sensors as finger 1. The colour is the largest ratio of "
+    "error to goal. Within the line all goals of the search are met; grey has no room. The ring is finger 1, refined "
+    "beyond the grid. Right: the best of the grid for each count, of every kind and skin, and finger 1 (ring). The "
+    "grid counts noise alone; tolerances and the distance of two touches are added afterwards."
 )
 _LIMITS = (
-    "Loads are lines across the finger, of the weakest force that was stated; wider contacts are told less well.",
+    "Loads are lines across the finger, of the weakest force stated; wider contacts are located less well.",
     "The skin is linearly elastic, and strains are small.",
     "Noise is independent from sensor to sensor. Errors are Cramér-Rao bounds for one frame, which locate reaches.",
     "Nothing here was tuned on a recording: calibrate the finger that was made before relying on it.",
@@ -210,13 +210,13 @@ def _unopposed(finger: DesignedFinger) -> list[Block]:
         Heading("What it cannot object to"),
         Paragraph(
             f"{found.sentence} A status objects with readings that are left over when the unknowns are found. The "
-            "table holds readings that the model does not describe, and what finger 1 makes of them."
+            "table has readings outside the model, and how finger 1 answers them."
         ),
         TextTable(
             ["readings from", "OK", "OK and wrong", "unexplained"],
             rows,
             f"Shares of {found.count} touches of each kind, by a fit of line loads. Wrong: the position is off by more "
-            "than 5 standard errors or 0.3 depths. The rest is ambiguous or not felt.",
+            "than 5 standard errors or 0.3 depths. The rest is ambiguous or not noticed.",
         ),
     ]
 
@@ -225,13 +225,13 @@ def _two_points(finger: DesignedFinger) -> list[Block]:
     return [
         Heading("Two touches, or one"),
         Paragraph(
-            "Two touches that share the weakest force, at any two angles in the cone; 95 % of such pairs, in 90 % of "
-            f"frames at 1 % of false alarms: {_from(finger.point)} told from a single line load, {_from(finger.wide)} "
-            "from a single wide contact."
+            "Two touches share the weakest force, at any two angles in the cone. 95 % of such pairs, in 90 % of frames "
+            f"at 1 % of false alarms, do not read like a single line load {_from(finger.point)}, and not like a single "
+            f"wide contact {_from(finger.wide)}."
         ),
         Picture(
             two_point_figure(finger.two_points),
-            "Least distance of two touches that finger 1 tells from one, and how surely.",
+            "Least distance at which two touches read as two with finger 1, and how surely.",
         ),
     ]
 

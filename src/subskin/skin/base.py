@@ -70,7 +70,7 @@ class Skin(Frozen, ABC):
         Parameters
         ----------
         x, y : array_like
-            As of `state`.
+            As in `state`.
 
         Examples
         --------
@@ -224,7 +224,7 @@ class Skin(Frozen, ABC):
         for name, value in given.items():
             if value is not None:
                 seen = f"{name} of a {type(self).__name__}"
-                raise InvalidValueError(seen, f"it has no single {name} that can be changed")
+                raise InvalidValueError(seen, f"it has no single {name} that can be changed", f"leave out {name}")
         return self
 
     def _one_each(self, materials: Materials) -> tuple[Material, ...]:

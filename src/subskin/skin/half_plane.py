@@ -46,7 +46,7 @@ class HalfPlane(Skin):
 
     Examples
     --------
-    A knife edge on rubber, felt 2 mm beneath: memo eq. (8).
+    A knife edge on rubber, 2 mm beneath: memo eq. (8).
 
     >>> import subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6, poisson=0.5))
@@ -62,7 +62,7 @@ class HalfPlane(Skin):
         if not isinstance(self.material, Material):
             raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
         if self.plane not in ("strain", "stress"):
-            raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"')
+            raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"', 'plane="strain"')
 
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102

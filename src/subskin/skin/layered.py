@@ -75,7 +75,7 @@ class Layer:
         value = _check.scalar("thickness", self.thickness, unit="m", above=0.0, fix=fix)
         object.__setattr__(self, "thickness", value)
         if self.bond not in ("bonded", "frictionless"):
-            raise InvalidValueError(f"bond = {self.bond!r}", 'has to be "bonded" or "frictionless"')
+            raise InvalidValueError(f"bond = {self.bond!r}", 'has to be "bonded" or "frictionless"', 'bond="bonded"')
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Layered(Skin):
 
     Examples
     --------
-    Six millimetres of rubber bonded to bone, felt 2 mm beneath a knife edge. On a half plane it would be -0.023873.
+    Six millimetres of rubber bonded to bone, 2 mm beneath a knife edge. On a half plane it would be -0.023873.
 
     >>> import subskin as ss
     >>> rubber = ss.Material(young=0.4e6, poisson=0.5)
@@ -131,7 +131,9 @@ class Layered(Skin):
             raise GeometryError(seen, rule, "leave out the thin one, or take the thick one at the bottom for base=")
         object.__setattr__(self, "layers", layers)
         if self.base is not None and not isinstance(self.base, Material):
-            raise InvalidValueError(f"base = {self.base!r}", "a Material is needed, or None for a rigid base")
+            raise InvalidValueError(
+                f"base = {self.base!r}", "a Material is needed, or None for a rigid base", "base=Material(young=2e6)"
+            )
 
     @property
     def stack(self) -> tuple[Layer, ...]:

@@ -55,7 +55,7 @@ class Round(Skin):
 
     Examples
     --------
-    A finger of 8 mm radius on a core of 4 mm, felt 2 mm beneath a knife edge. On a half plane it would be -0.023873.
+    A finger of 8 mm radius on a core of 4 mm, 2 mm beneath a knife edge. On a half plane it would be -0.023873.
 
     >>> import subskin as ss
     >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)
@@ -98,7 +98,11 @@ class Round(Skin):
     ) -> Self:
         outer = self.radius if radius is None else _check.scalar("radius", radius, unit="m", above=0.0)
         if thickness is not None and not 0 < thickness < outer:
-            raise GeometryError(f"thickness = {thickness:.6g} m", f"has to be > 0 and < the radius, {outer:.6g} m")
+            raise GeometryError(
+                f"thickness = {thickness:.6g} m",
+                f"has to be > 0 and < the radius, {outer:.6g} m",
+                "a smaller thickness",
+            )
         core = self.core_radius + (outer - self.radius) if thickness is None else outer - thickness
         return replace(self, material=self._one_each(materials)[0], radius=outer, core_radius=core)
 
@@ -144,7 +148,11 @@ class Round(Skin):
         centre = 0.5 * (low + high)
         half, turn = 0.5 * float(np.max(high - low, initial=0.0)), 2 * np.pi * self.radius
         if half > 0.25 * turn:
-            raise GeometryError(f"a contact {2 * half:.6g} m wide", f"it reaches round the finger, {turn:.6g} m about")
+            raise GeometryError(
+                f"a contact {2 * half:.6g} m wide",
+                f"it reaches round the finger, {turn:.6g} m about",
+                "a narrower contact",
+            )
         # whole turns only: a point on a contact's edge stays exactly there
         around = y - turn * np.round((y - centre) / turn)
         rho = 1 - np.minimum(x, self.thickness) / self.radius

@@ -58,7 +58,9 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
             )
         for name, stage in self.stages.items():
             if not callable(stage):
-                raise InvalidValueError(f'stage "{name}" = {stage!r}', "a Stage, or a call on readings, is needed")
+                raise InvalidValueError(
+                    f'stage "{name}" = {stage!r}', "a Stage, or a call on readings, is needed", "finger.locator()"
+                )
         object.__setattr__(self, "stages", dict(self.stages))
 
     def step(
@@ -66,7 +68,11 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Take the next frames of a stream through all stages; as `Stage.step`, by the names of the stages."""
         if state is not None and set(state) != set(self.stages):
-            raise InvalidValueError(f"a state of {', '.join(state)}", f"this pipeline has {', '.join(self.stages)}")
+            raise InvalidValueError(
+                f"a state of {', '.join(state)}",
+                f"this pipeline has {', '.join(self.stages)}",
+                "a state of this pipeline, or None to start",
+            )
         left: dict[str, Any] = {}
         out: dict[str, Any] = {}
         given: Any = readings

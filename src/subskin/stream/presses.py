@@ -123,7 +123,7 @@ def segment(
     at least `hold`, more than 10 % of the stroke above the lowest depth. Within 1 % of the lowest depth the skin is
     free; the last `before` seconds of that (or as many as there are) are the base that is taken off.
 
-    Without `press` the readings tell. Contact is where a sensor has moved from where it began, the way it goes under
+    Without `press` the readings decide. Contact is where a sensor has moved from where it began, the way it goes under
     its strongest press, by more than 15 % of the largest such move of any, for at least `hold`. The plateau begins
     where 90 % of the press's own peak is reached and ends where it falls for good below half of it. The base is the
     calmest stretch of `before` since the press before. So weaker presses are overlooked, and drift has to stay below
@@ -162,7 +162,9 @@ def segment(
     (1, 6000.0, 2.0)
     """
     if np.ndim(readings) != 2 or not np.size(readings):
-        raise GeometryError(f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column")
+        raise GeometryError(
+            f"readings of shape {np.shape(readings)}", "one frame a row, one sensor a column", "shape (frames, sensors)"
+        )
     data, seconds = in_order(readings, time)
     tracks = {
         name: _check.real(name, values, unit=unit)
@@ -171,7 +173,9 @@ def segment(
     }
     for name, values in tracks.items():
         if values.shape != data.shape[:1]:
-            raise GeometryError(f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames")
+            raise GeometryError(
+                f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames", f"shape ({len(data)},)"
+            )
     RecordingFormat(("",), early=early, before=before, hold=hold)  # checks the options
     z = tracks.get("press")
     found = _from_readings(data, seconds, before, hold) if z is None else _from_depth(z, seconds, before, hold)

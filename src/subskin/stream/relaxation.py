@@ -73,7 +73,9 @@ class Relaxation(Frozen):
         share = _check.real("share", np.atleast_1d(np.asarray(self.share, dtype=np.float64)), at_least=0.0)
         if time.ndim != 1 or share.ndim not in (1, 2) or len(share) != len(time):
             raise GeometryError(
-                f"share of shape {share.shape}, time of shape {time.shape}", "one of each a term is needed"
+                f"share of shape {share.shape}, time of shape {time.shape}",
+                "one of each a term is needed",
+                "share=[0.1], time=[1.5]",
             )
         _check.real("share in all", share.sum(axis=0), at_most=0.999, fix="a skin keeps some of its stress")
         object.__setattr__(self, "time", time)
@@ -120,14 +122,20 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         wide, rest = share[:, None] if share.ndim == 1 else share, self.relaxation.rest
         for name, size in (("share", wide.shape[1]), ("rest", np.asarray(rest).size)):
             if size not in (1, n):
-                raise GeometryError(f"{name} of {size} sensors", f"the readings have {n}")
+                raise GeometryError(
+                    f"{name} of {size} sensors", f"the readings have {n}", "one value, or one for each sensor"
+                )
         if state is None:
             rows = np.full((3 + constants.size, n), np.nan)
             rows[0] = np.nan if rest is None else rest
         else:
             rows = state.rows.copy()
         if rows.shape != (3 + constants.size, n):
-            raise GeometryError(f"a state of shape {rows.shape}", f"({3 + constants.size}, {n}) is needed")
+            raise GeometryError(
+                f"a state of shape {rows.shape}",
+                f"({3 + constants.size}, {n}) is needed",
+                "a state of this stage, or None to start",
+            )
         out = np.empty(data.shape)
         wide = np.ascontiguousarray(np.broadcast_to(wide, (constants.size, n)))
         relax(data.reshape(-1, n), clock, wide, constants, self.backwards, rows, out.reshape(-1, n))

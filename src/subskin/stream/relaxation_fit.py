@@ -90,7 +90,7 @@ def fit_relaxation(
     terms : {1, 2, 3}, optional
         Terms of the series.
     rest : array_like, optional
-        As of `Relaxation`.
+        As in `Relaxation`.
 
     Returns
     -------
@@ -120,7 +120,9 @@ def fit_relaxation(
     ends = _check.real("held", held, unit="s")
     if data.ndim != 2 or ends.ndim != 2 or ends.shape[1] != 2 or not len(ends):
         raise GeometryError(
-            f"readings of shape {data.shape}, held of shape {ends.shape}", "(m, n) and (k, 2) are needed"
+            f"readings of shape {data.shape}, held of shape {ends.shape}",
+            "(m, n) and (k, 2) are needed",
+            "readings of shape (frames, sensors), held=[(1.0, 3.0)]",
         )
     first = np.searchsorted(clock, ends[:, 0], side="left")
     stop = np.searchsorted(clock, ends[:, 1], side="right")

@@ -79,14 +79,14 @@ class Stage(Frozen, ABC, Generic[State, Out]):
         Parameters
         ----------
         readings, time : array_like
-            As of `step`.
+            As in `step`.
         progress : callable, optional
             Called with the number of frames after each part of a long recording.
 
         Returns
         -------
         Out
-            As of `step`, whose errors it raises.
+            As in `step`, whose errors it raises.
         """
         frames, clock = _check.readings(readings), None if time is None else np.asarray(time)
         if frames.ndim < 2:
@@ -129,12 +129,16 @@ def in_order(
     data = _check.real("readings", _check.readings(readings), finite=False)
     if data.ndim not in (1, 2) or not data.shape[-1] or sensors not in (None, data.shape[-1]):
         rule = f"frames of {'some' if sensors is None else f'the {sensors}'} sensors, (m, n), are needed"
-        raise GeometryError(f"readings of shape {data.shape}", rule)
+        raise GeometryError(f"readings of shape {data.shape}", rule, "readings[:, None] for a single sensor")
     if time is None:
-        raise InvalidValueError("time is missing", "a stream needs the time of each frame [s]")
+        raise InvalidValueError(
+            "time is missing", "a stream needs the time of each frame [s]", "time=np.arange(frames) / rate"
+        )
     clock = _check.real("time", time, unit="s")
     if clock.shape != data.shape[:-1]:
-        raise GeometryError(f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed")
+        raise GeometryError(
+            f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed", "a time for each frame"
+        )
     clock = clock.reshape(-1)
     before = np.concatenate([[last], clock[:-1]])
     back = np.flatnonzero(clock < before)

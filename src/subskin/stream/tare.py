@@ -186,7 +186,7 @@ class Tare(Stage[TareState, Tared]):
         for name, value in (("noise", noise), ("drift", drift), ("known", known)):
             if value.shape not in ((), (n,)):
                 rule = f"one value, or one for each of the {n} sensors, is needed"
-                raise GeometryError(f"{name} of shape {value.shape}", rule)
+                raise GeometryError(f"{name} of shape {value.shape}", rule, f"{name}=1e-4")
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
@@ -218,7 +218,7 @@ class Tare(Stage[TareState, Tared]):
         before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
             seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
-            raise GeometryError(seen, "they have to match")
+            raise GeometryError(seen, "they have to match", "a state of this finger, or None to start")
         rows, numbers = before.rows.copy(), before.numbers.copy()
         data, clock = in_order(readings, time, numbers[kernel.CLOCK], n)
         frames, first = data.reshape(-1, n), len(before.time)

@@ -67,7 +67,7 @@ class RowField(Frozen):
         array = finger.array.select(live)
         noise = np.asarray(array.noise)
         if not (noise > 0).all():
-            raise InvalidValueError("noise = 0", "what can be told depends on the noise of the sensors", "noise=1e-4")
+            raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
         field = tabulate(finger, search).select(live)
         values = np.ascontiguousarray(np.swapaxes(field.coefficients / noise[:, None], 2, 3))
         return cls(values, field.start, field.step, float(np.asarray(array.depth).min()))
@@ -215,7 +215,9 @@ def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.in
     needed = 2 if touches.friction == 0 else 3
     if numbers.min() < needed:
         raise InvalidValueError(
-            f"{int(numbers.min())} sensors", f"a touch has {needed} unknowns, and takes as many sensors that respond"
+            f"{int(numbers.min())} sensors",
+            f"a touch has {needed} unknowns, and takes as many sensors that respond",
+            "more sensors",
         )
     return numbers.astype(np.int_)
 

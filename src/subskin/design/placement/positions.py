@@ -34,7 +34,7 @@ class BestPositions:
     measure : str
         What they are best at.
     before, after : PlacementQuality
-        Of the finger as given, and of this one.
+        Quality of the finger as given, and of this finger.
     gain : float
         How many times smaller the measure has become; for `log_det`, by how much larger.
     tried : int
@@ -71,7 +71,7 @@ def best_positions(
     Parameters
     ----------
     finger : Finger
-        Of sensors alike, at their positions to begin with: the best equal row, from `best_row`.
+        With equal sensors, at their positions to begin with: the best equal row, from `best_row`.
     touches : Touches
         With a span, or the finger's own row is the span, whatever becomes of it.
     measure : str, optional
@@ -84,11 +84,11 @@ def best_positions(
     symmetric : bool, optional
         Whether the positions mirror each other about the middle of the span.
     rng : Generator or int, optional
-        Of the jitter.
+        Random generator of the jitter, or its seed.
     tries : int, optional
         Placements to look at, about.
     grid, margin, ambiguity
-        As of `placement_quality`; the search itself looks at this grid.
+        As in `placement_quality`; the search itself looks at this grid.
 
     Raises
     ------
@@ -106,7 +106,9 @@ def best_positions(
     (True, 4.6)
     """
     if measure not in PLACEMENT_MEASURES:
-        raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}")
+        raise InvalidValueError(
+            f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}", 'measure="position_worst"'
+        )
     array = _alike(finger)
     checked_counts([len(array)], touches)
     span = touches.span_on(finger)
@@ -166,12 +168,16 @@ def _alike(finger: Finger) -> SensorArray:
         values = np.asarray(getattr(array, name))
         if np.ptp(values) > 0:
             raise InvalidValueError(
-                f"{name} from {values.min():.6g} to {values.max():.6g}", "sensors that are alike are needed"
+                f"{name} from {values.min():.6g} to {values.max():.6g}",
+                "sensors that are alike are needed",
+                "one value for all sensors",
             )
     if len(set(array.transducers)) > 1:
-        raise InvalidValueError("several kinds of sensor", "sensors that are alike are needed")
+        raise InvalidValueError(
+            "several kinds of sensor", "sensors that are alike are needed", "transducer=NormalStrain()"
+        )
     if not float(np.asarray(array.noise)[0]) > 0:
-        raise InvalidValueError("noise = 0", "what can be told depends on it", "noise=1e-4")
+        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
     return array
 
 

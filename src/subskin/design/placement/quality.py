@@ -30,7 +30,7 @@ class PlacementQuality(Frozen):
     search : (float, float)
         Where loads are looked for [m]: the `search` with which `finger.locate` does what is foretold here.
     position, angle : ndarray, shapes (p,), (k,)
-        Of the touches [m, rad], from end to end.
+        Positions and angles of the touches [m, rad], from end to end.
     position_std, angle_std, force_std : ndarray
         Standard deviations that no unbiased estimate falls below (Cramer and Rao) [m, rad], and relative to the force
         [-]; infinite where the readings do not determine the load.
@@ -94,7 +94,8 @@ def placement_quality(
 
     Examples
     --------
-    Three sensors do not tell the position of a normal touch right above the middle one: the Jacobian is singular there.
+    Three sensors lose the position of a normal touch right above the middle sensor: the Jacobian is
+    singular there.
 
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))

@@ -64,7 +64,7 @@ def study_row(
     transducer : Transducer
         What each sensor measures; one with a linear part.
     depth : float
-        Of the sensors [m], > 0.
+        Depth of the sensors [m], > 0.
     pitches : array_like, shape (s,)
         Distances of neighbours [m], > 0.
     counts : array_like, shape (c,)
@@ -74,13 +74,13 @@ def study_row(
     noise : float
         Standard deviation of a reading [unit of the transducer], > 0.
     width : float, optional
-        Of each sensor [m].
+        Width of each sensor [m].
     rng : Generator or int, optional
-        Of the touches. Every design meets the same ones.
+        Random generator of the touches, or its seed. Every design meets the same touches.
     samples : int, optional
         Touches a design, at least.
     grid, margin, ambiguity
-        As of `placement_quality`.
+        As in `placement_quality`.
     progress : callable, optional
         Called after each design.
 
@@ -121,7 +121,7 @@ def study_row(
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     amount = int(_check.scalar("samples", samples, at_least=1))
     if steps.ndim != 1:
-        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed")
+        raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed", "pitches=[1e-3, 2e-3]")
     check_span(skin, touches)
     unit_positions, unit_angles = jittered(amount, np.random.default_rng(rng))
     angles = touches.cone * (2 * unit_angles - 1)

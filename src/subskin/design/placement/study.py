@@ -42,9 +42,9 @@ class PlacementStudy(Frozen):
     count : ndarray of int, shape (c,)
     touches : Touches
     noise : ndarray, shape (k,)
-        Of a reading of each kind [its unit].
+        Noise of a reading of each kind [its unit].
     width : float
-        Of a sensor [m].
+        Width of a sensor [m].
     values : dict of str to ndarray, shape (k, d, s, c)
         One of each `PLACEMENT_MEASURES`, described at `study_row`. Also by index, `study["ambiguous"]`.
     """
@@ -61,7 +61,9 @@ class PlacementStudy(Frozen):
 
     def __getitem__(self, measure: str) -> FloatArray:
         if measure not in self.values:
-            raise InvalidValueError(f"measure {measure!r}", f"there are {', '.join(self.values)}")
+            raise InvalidValueError(
+                f"measure {measure!r}", f"there are {', '.join(self.values)}", 'study["position_worst"]'
+            )
         return self.values[measure]
 
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
@@ -99,7 +101,7 @@ def placement_study(
     transducers : Transducer, or sequence of k of them
         Kinds of sensor.
     depths : array_like, shape (d,)
-        Of the sensors [m].
+        Depths of the sensors [m].
     pitches : array_like, shape (s,) or (d, s)
         Distances of neighbours [m]: the same at all depths, or a list for each.
     counts : array_like, shape (c,)
@@ -109,7 +111,7 @@ def placement_study(
     noise : array_like, shape () or (k,)
         Standard deviation of a reading of each kind [its unit].
     width, rng, samples, grid, margin, ambiguity
-        As of `study_row`.
+        As in `study_row`.
     workers : int, optional
         Threads; as many as there are cores if left out.
     progress : callable, optional
@@ -140,10 +142,11 @@ def placement_study(
         raise GeometryError(
             f"{len(kinds)} kinds, depths of shape {depth.shape}, pitches of shape {steps.shape}",
             "kinds, a list of depths, and pitches of shape (s,) or (depths, s) are needed",
+            "depths=[2e-3], pitches=[1e-3, 2e-3]",
         )
     sigma = _check.real("noise", noise, above=0.0)
     if sigma.shape not in ((), (1,), (len(kinds),)):
-        raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds")
+        raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds", "noise=1e-4")
     sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
     steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
     touched = np.random.default_rng(rng)

@@ -54,7 +54,7 @@ class RidgeGain(Frozen):
     sensor : int
         Index of the sensor whose kind this is about.
     pitch, half_width : ndarray
-        Of the ridges, and of the contact from end to end [m].
+        Pitch of the ridges, and half width of the contact [m].
     smooth : ndarray
         Largest size of a reading without ridges [its unit].
     load_ratio : ndarray
@@ -108,7 +108,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     Raises
     ------
     InvalidValueError, GeometryError
-        No such sensor, a contact that it does not feel; a contact or a pitch of a thousand depths; shapes that do not
+        No such sensor, a contact that it does not read; a contact or a pitch of a thousand depths; shapes that do not
         broadcast.
     NotLinearError
         A transducer that is not linear.
@@ -137,7 +137,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     if far > _FARTHEST * depth:
         raise GeometryError(
             f"a contact and half a pitch of {far:.6g} m together",
-            f"beyond {_FARTHEST:g} depths nothing is felt",
+            f"beyond {_FARTHEST:g} depths sensors read nothing",
             "lengths in metres, such as pitch=3e-3",
         )
     reach = min(far, 0.5 * finger.skin.period)
@@ -154,7 +154,9 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
         smooth, peak, ripple = largest(read, *ends, depth)
         if not smooth > 0:
             raise InvalidValueError(
-                f"a smooth contact that sensor {sensor} does not feel", "a gain needs something to compare with"
+                f"a smooth contact that sensor {sensor} does not read",
+                "a gain needs something to compare with",
+                "another sensor, or a transducer that reads the contact",
             )
         beneath, between = (float(np.abs(read(at)[1]).max()) for at in (crests, troughs))
         force = load.normal if load.normal.any() else load.tangential

@@ -1,4 +1,4 @@
-"""The pitch of ridges that a sensor feels most (memo section 6.1)."""
+"""The pitch of ridges that a sensor reads most (memo section 6.1)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RidgePitch(Frozen):
     Attributes
     ----------
     pitch : ndarray, shape (n,)
-        The best pitch [m]; infinite where a pressure without ridges is felt most.
+        The best pitch [m]; infinite where a pressure without ridges reads most.
     normal, tangential : ndarray, shape (n,)
         Size of the reading of a wave of pressure and of a wave of shear of that pitch [its unit / Pa].
     """

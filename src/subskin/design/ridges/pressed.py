@@ -57,7 +57,7 @@ class PressedRidges(Frozen):
     ----------
     finger : Finger
     pitch, amplitude, force : ndarray
-        Of the ridges [m, m], and the normal force [N/m].
+        Pitch and amplitude of the ridges [m, m], and the normal force [N/m].
     status : ndarray of int
         Values of `PressStatus`; anything but OK is to be looked at.
     closing : ndarray
@@ -131,7 +131,7 @@ def press_ridges(
     sensor : int, optional
         Index of the sensor whose kind this is about.
     nodes : int, optional
-        As of `press`.
+        As in `press`.
 
     Examples
     --------

@@ -81,6 +81,7 @@ class Ridges(Frozen):
             raise InvalidValueError(
                 f"shape = {self.shape!r}",
                 f"has to be one of {', '.join(get_args(ShapeName))}, or a function of the distance in pitches",
+                'shape="raised_cosine"',
             )
         if self.duty is not None and self.shape != "square":
             raise InvalidValueError(
@@ -91,7 +92,9 @@ class Ridges(Frozen):
         kinks = _check.real("kinks", self.kinks, at_least=-0.5, at_most=0.5).reshape(-1)
         if kinks.size and not own:
             raise InvalidValueError(
-                f"kinks = {self.kinks!r} with shape = {self.shape!r}", "the kinks of that shape are known"
+                f"kinks = {self.kinks!r} with shape = {self.shape!r}",
+                "the kinks of that shape are known",
+                "leave out kinks",
             )
         object.__setattr__(self, "kinks", tuple(kinks.tolist()))
         if own:
@@ -103,6 +106,7 @@ class Ridges(Frozen):
                 raise InvalidValueError(
                     f"shares from {share.min():.6g} to {share.max():.6g}, {top:.6g} at the crest",
                     "a ridge lets through from 0 to 1 of the pressure, and all of it at its crest, u = 0",
+                    "divide the shape by its value at u = 0",
                 )
             whole, halves = self._integral(1), self._integral(2)
             if abs(whole - halves) > _SMOOTH:
@@ -152,6 +156,7 @@ class Ridges(Frozen):
                 raise InvalidValueError(
                     f"shares of shape {values.shape} from distances of shape {u.shape}",
                     "the shape of a ridge has to be a function of an array",
+                    "np.vectorize(shape)",
                 )
             return values
         if self.shape in _KNOWN:

@@ -36,7 +36,9 @@ class EndlessRow:
         if not one.live[0]:
             raise InvalidValueError(f"sensor {sensor}", "it is dead, of gain 0", "name another")
         if contact is not None and contact.shape != ():
-            raise GeometryError(f"contacts of shape {contact.shape}", "a single one is needed")
+            raise GeometryError(
+                f"contacts of shape {contact.shape}", "a single one is needed", "give contacts one by one"
+            )
         return cls(Finger(finger.skin, replace(one, y=[0.0])), contact)
 
     @property

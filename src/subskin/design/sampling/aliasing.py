@@ -40,7 +40,7 @@ class AliasingError(Frozen):
         The skin, with the one sensor that the row repeats, at y = 0.
     contact : Contact
     pitch : float
-        Of the sensors [m].
+        Pitch of the sensors [m].
     position : ndarray, shape (m,)
         Positions along the skin [m].
     reading : ndarray, shape (m,)
@@ -130,7 +130,7 @@ def aliasing_error(
     step = _pitch(finger, pitch)
     if step < _DENSEST * row.depth:
         raise InvalidValueError(
-            f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find"
+            f"pitch = {step:.6g} m", f"sensors nearer than {_DENSEST:g} depths leave no error to find", "a larger pitch"
         )
     shifts = whole("shifts", shifts, 2)
     skin, around = row.finger.skin, 0

@@ -66,7 +66,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     array : SensorArray
         The row.
     speed : float
-        Of the thing along the skin [m/s], not 0.
+        Speed of the object along the skin [m/s], not 0.
     rate : float
         Frames per second [Hz], > 0.
     sensor : int, optional

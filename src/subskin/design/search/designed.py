@@ -50,9 +50,9 @@ class DesignedFinger:
     unopposed : BlindSpots or None
         What it cannot object to: of the first finger, and of all where a goal asks for it.
     two_points : TwoPointLimen
-        From which distance on two touches are told from one.
+        The distance from which on two touches read as two.
     wide : float
-        Distance at which 95 % of pairs of touches are told from one wide contact [m].
+        Distance at which 95 % of pairs of touches do not read like one wide contact [m].
     checks : tuple of Check
         What was wanted, and what it does: the finger that the goals say is judged.
     as_made, calibrated : tuple of Check
@@ -74,7 +74,7 @@ class DesignedFinger:
 
     @property
     def point(self) -> float:
-        """Distance at which 95 % of pairs of touches are told from one [m]."""
+        """Distance at which 95 % of pairs of touches read as two [m]."""
         return apart(self.two_points)
 
     @property

@@ -59,13 +59,15 @@ class SensorKind:
 
     def __post_init__(self) -> None:
         if not isinstance(self.transducer, Transducer):
-            raise InvalidValueError(f"transducer = {self.transducer!r}", "a Transducer is needed")
+            raise InvalidValueError(
+                f"transducer = {self.transducer!r}", "a Transducer is needed", "transducer=MeanPressure()"
+            )
         self.transducer.linearise(np.zeros(0))  # refuses what cannot be made linear
         object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
         for name in ("width", "resolution"):
             object.__setattr__(self, name, _check.scalar(name, getattr(self, name), at_least=0.0))
         if not self.largest > 0:
-            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0")
+            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0", "leave out largest")
 
     @property
     def error(self) -> float:
@@ -83,7 +85,7 @@ class SkinChoice:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What 95 % of the weakest touches should be told to, in one frame; None where it does not matter.
+    """The errors that 95 % of the weakest touches should keep, in one frame; None where an error does not matter.
 
     `rank_fingers` has an example.
 
@@ -94,11 +96,11 @@ class Accuracy:
     force : float, optional
         Standard error of the force, relative to it.
     unsure : float, optional
-        Largest share of touches that may be ambiguous, not felt, or lost to tolerances, in (0, 1].
+        Largest share of touches that may be ambiguous, not noticed, or lost to tolerances, in (0, 1].
     feature : float, optional
-        Distance at which two touches have to be told from one, 95 % of pairs [m].
+        Distance at which two touches have to read as two, 95 % of pairs [m].
     blind_spots : float, optional
-        Largest share of touches of one kind outside the model that may be OK and wrong, as of `blind_spots`, in (0, 1].
+        Largest share of touches of one kind outside the model that may be OK and wrong, as in `blind_spots`, in (0, 1].
     calibrated : {"known", "blind", "none"}, optional
         Which finger is judged: calibrated on touches at known positions, blind, or as it was made.
 
@@ -167,7 +169,9 @@ class Room:
             )
         shallow, deep = self.depth
         if not (0 < shallow <= deep < np.inf):
-            raise GeometryError(f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed")
+            raise GeometryError(
+                f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed", "depth=(1e-3, 4e-3)"
+            )
         object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
         if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
             raise GeometryError(
@@ -218,7 +222,7 @@ class Effort:
     touches : int, optional
         Touches by which each design is judged.
     seed : int, optional
-        Of the touches: the same seed gives the same numbers.
+        Seed of the touches: the same seed gives the same numbers.
     keep : int, optional
         How many fingers are returned at most.
 
@@ -246,9 +250,9 @@ class Goals:
     Parameters
     ----------
     touches : Touches
-        The weakest touch that has to be felt, the friction, and the span of skin that is touched, which is needed.
+        The weakest touch to notice, the friction, and the span of skin that is touched; the span is needed.
     strongest : float
-        The strongest force that has to be borne [N/m].
+        The strongest force to bear [N/m].
     accuracy : Accuracy
     sensors : tuple of SensorKind
     skins : tuple of SkinChoice
@@ -256,7 +260,7 @@ class Goals:
     largest_strain : float, optional
         Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
-        Tolerances of making the finger, as of `tolerance_budget`; those of `usual_tolerances` if left out. With {},
+        Tolerances of making the finger, as in `tolerance_budget`; those of `usual_tolerances` if left out. With {},
         only noise counts.
     effort : Effort, optional
     title : str, optional
@@ -284,6 +288,7 @@ class Goals:
             raise InvalidValueError(
                 f"strongest = {self.strongest!r} N/m",
                 f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
+                "swap the two forces",
             )
         room, deep = self.room, self.room.depth[1]
         longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
@@ -291,7 +296,7 @@ class Goals:
         if high - low > felt:  # most often one in the wrong unit
             raise GeometryError(
                 f"span = {high - low:.6g} m",
-                f"the longest row, {longest:.6g} m, feels {felt:.6g} m at most",
+                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
                 'a shorter span, with its unit: "12 mm"',
             )
         for name, amount in (self.tolerances or {}).items():
@@ -302,11 +307,13 @@ class Goals:
             choices = tuple(getattr(self, name))
             object.__setattr__(self, name, choices)
             if not choices:
-                raise InvalidValueError(f"{name} = ()", "one at least is needed")
+                raise InvalidValueError(f"{name} = ()", "one at least is needed", f"{name}=[...]")
             called = [choice.name for choice in choices]
             twice = [c for c in called if called.count(c) > 1]
             if twice:
-                raise InvalidValueError(f'two {name} called "{twice[0]}"', "names tell them apart in the report")
+                raise InvalidValueError(
+                    f'two {name} called "{twice[0]}"', "each needs a name of its own in the report", "another name"
+                )
 
     def finger(self, row: Row) -> Finger:
         """The finger of one `row`."""

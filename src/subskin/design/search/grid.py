@@ -77,7 +77,7 @@ class DesignGrid(Frozen):
         [m]
     counts : ndarray of int, shape (counts,)
     values : dict of ndarray
-        The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not felt; "strain":
+        The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not noticed; "strain":
         compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
         be read [m, rad, -]. NaN where a row has no room.
     criteria : tuple of Criterion
@@ -121,7 +121,7 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
         Criterion("position_95", "error of the position", "m", accuracy.position or np.inf),
         Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
-        Criterion("unsure", "touches ambiguous, not felt or lost", "", accuracy.unsure),
+        Criterion("unsure", "touches ambiguous, not noticed or lost", "", accuracy.unsure),
         Criterion("strain", "strain at the sensors, strongest force", "", goals.largest_strain),
     ]
     if any(np.isfinite(kind.largest) for kind in goals.sensors):

@@ -112,7 +112,7 @@ def _checks(grid: DesignGrid, design: DesignedFinger, left: ErrorsKept | None) -
         values["unsure"] = max(values["unsure"], left.lost)  # noise is in both
     checks = [Check(c, values[c.name]) for c in grid.criteria]
     if accuracy.feature is not None:
-        feature = Criterion("feature", "distance of two touches told from one", "m", accuracy.feature)
+        feature = Criterion("feature", "distance that two touches need", "m", accuracy.feature)
         checks.append(Check(feature, design.point))
     if accuracy.blind_spots is not None and design.unopposed is not None:
         outside = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)

@@ -38,7 +38,7 @@ def rank_fingers(
     Raises
     ------
     ConvergenceError
-        No design of the grid has room, or is felt at all.
+        No design of the grid has room, or notices the touches.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def rank_fingers(
                 "narrower sensors, fewer of them, or a longer row",
             )
         raise ConvergenceError(
-            "no row feels the touches", "at the weakest force noise hides them", "less noise or a larger force"
+            "no row notices the touches", "at the weakest force noise hides them", "less noise or a larger force"
         )
     stopped = Event()
     found: list[DesignedFinger] = []

@@ -127,7 +127,7 @@ class Aim(Frozen):
 
 
 def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], positions: int = 17) -> TwoPointLimen:
-    """Distances at which two touches of the weakest force are told from one, in 90 % of frames at 1 % of false alarms.
+    """Distances at which two touches of the weakest force read as two, in 90 % of frames at 1 % of false alarms.
 
     Angles are unknown; the touches have those of the middle and the ends of the cone.
     """
@@ -141,7 +141,7 @@ def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], posit
 
 
 def apart(found: TwoPointLimen) -> float:
-    """Distance at which 95 % of the pairs of touches are told from one [m]."""
+    """Distance at which 95 % of the pairs of touches read as two [m]."""
     return float(np.quantile(found.separation, 0.95, method="higher"))
 
 

@@ -52,7 +52,7 @@ class Study:
         self.friction, self.search = friction, search
         needed, live = 2 if friction == 0 else 3, int(finger.array.live.sum())
         if live < needed:
-            raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}")
+            raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}", "more sensors")
         self.locator = finger.locator(search=search, friction=friction)
         field = self.locator.response
         if position.min() < field.start or position.max() > field.stop:

@@ -46,7 +46,7 @@ class ToleranceBudget:
     together : Cost
         All sources at once, by drawing fingers and frames: what the total should be.
     recovered : tuple of Recovery
-        With self-calibration, one a source that it could remove, and all together at the end.
+        With self-calibration: one for each source that it could remove, and all together at the end.
     quantile : float
         What share of the fingers the worst errors hold for [-].
     draws : int
@@ -78,7 +78,7 @@ class ToleranceBudget:
         chosen = amounts if sources is None else sources
         for name in chosen:
             if name not in amounts:
-                raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}")
+                raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}", "one of these")
         square = sum(self._costs.linear(name, amounts[name]) ** 2 for name in chosen)
         position, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
         return float(position), float(angle), float(force)
@@ -113,7 +113,9 @@ class ToleranceBudget:
         named = [row.source for row in self.rows]
         for source in keep:
             if source not in named:
-                raise InvalidValueError(f"keep = {source!r}", f"there are {', '.join(named)}")
+                raise InvalidValueError(
+                    f"keep = {source!r}", f"there are {', '.join(named)}", "keep=" + repr(named[:1])
+                )
         kept, free = ([r for r in self.rows if (r.source in keep) is side] for side in (True, False))
         left = {}
         for name, value in wanted.items():
@@ -201,11 +203,11 @@ def tolerance_budget(
     quantile : float, optional
         What share of the fingers the worst errors hold for.
     rng : Generator or int, optional
-        Of all draws.
+        Random generator, or its seed.
     friction : float, optional
         Coefficient of friction of `locate`; that of the touches if left out.
     search : (float, float), optional
-        Where loads are looked for, y [m]; as of `Finger.locate`.
+        Where loads are looked for, y [m]; as in `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
         "known": calibrate each finger first by presses straight down, of known force at known positions. "blind": by
         touches like these of which only the tolerances are known. Each fits all that has a tolerance and can be fitted;
@@ -271,6 +273,8 @@ def _methods(
     named = (given,) if isinstance(given, str) else tuple(given)
     for name in named:
         if name not in METHODS:
-            raise InvalidValueError(f"self_calibration = {name!r}", f"there are {', '.join(METHODS)}")
+            raise InvalidValueError(
+                f"self_calibration = {name!r}", f"there are {', '.join(METHODS)}", 'self_calibration="known"'
+            )
     own = given if isinstance(given, Mapping) else {}
     return {name: tuple(own.get(name, usual)) for name in METHODS if name in named}

@@ -56,7 +56,7 @@ class Needed:
     Parameters
     ----------
     source, amount, unit
-        As of `Cost`: as given.
+        As in `Cost`: as given.
     alone : float
         Amount with which this source alone would use up the wanted accuracy; infinite where that is more than ten times
         what was given.

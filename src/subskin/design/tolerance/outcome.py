@@ -36,7 +36,7 @@ class ErrorsKept:
         Error that a share of the touches keeps, as a standard deviation over fingers: [m], [rad], relative to the
         force. Infinite where first order means nothing at too many touches.
     lost : float
-        Share of the frames, noise in them, that are not OK: ambiguous, not felt, or not explained.
+        Share of the frames, with noise, that are not OK: ambiguous, not noticed, or not explained.
     """
 
     position: float
@@ -56,7 +56,7 @@ class Outcome:
     calibrated : ErrorsKept
         Located by the same fingers after calibration.
     method : {"known", "blind"}
-        Of the calibration.
+        Kind of the calibration.
     amounts : mapping of str to float
         The tolerances, the noise among them.
     """
@@ -94,11 +94,11 @@ def tolerance_outcome(
     touches : Touches
         What presses: force, friction and span.
     tolerances : mapping of str to float, optional
-        As of `tolerance_budget`.
+        As in `tolerance_budget`.
     method : {"known", "blind"}, optional
         The calibration.
     share : float, optional
-        Of the touches, for which the errors hold [-].
+        Share of the touches for which the errors hold [-].
     positions, angles, draws : int, optional
         Touches, and fingers that are drawn.
     rng : int, optional
@@ -109,7 +109,7 @@ def tolerance_outcome(
     Raises
     ------
     InvalidValueError, GeometryError, NotLinearError
-        As of `tolerance_budget`.
+        As in `tolerance_budget`.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def tolerance_outcome(
     for name, count in {"positions": positions, "angles": angles, "draws": draws}.items():
         whole(name, count)
     if method not in METHODS:
-        raise InvalidValueError(f'method "{method}"', f"there are {', '.join(METHODS)}")
+        raise InvalidValueError(f'method "{method}"', f"there are {', '.join(METHODS)}", 'method="known"')
     part = _check.scalar("share", share, above=0.0, at_most=1.0)
     position, angle = touches.grid(positions, angles, finger)
     study = Study(finger, touches, position, angle, touches.friction, search)

@@ -89,7 +89,7 @@ def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -
         )
     for name in given:
         if name not in SOURCES:
-            raise InvalidValueError(f"tolerance of {name!r}", f"there are {', '.join(SOURCES)}")
+            raise InvalidValueError(f"tolerance of {name!r}", f"there are {', '.join(SOURCES)}", '{"depth": 0.05e-3}')
     amounts = {name: _check.scalar(name, given[name], at_least=0.0) for name in SOURCES if name in given}
     amounts = {name: amount for name, amount in amounts.items() if amount > 0}
     if not amounts:

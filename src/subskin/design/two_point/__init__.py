@@ -1,4 +1,4 @@
-"""Two points or one: what a row of sensors can tell apart (memo section 7, Figs. 18 and 19)."""
+"""Two points or one: when two touches read as two on a row of sensors (memo section 7, Figs. 18 and 19)."""
 
 from .limen import TwoPointLimen, two_point_limen
 from .metamers import Metamers, metamers

@@ -30,7 +30,7 @@ Look = Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray]
 
 
 class Pairs:
-    """Pairs of points over positions of the middle, shares of the lower one, and angles; as of `two_point_limen`.
+    """Pairs of points over positions of the middle, shares of the lower one, and angles; as in `two_point_limen`.
 
     With `wide` the one contact that they might be taken for is Hertz's, of free width, and not a point.
     """

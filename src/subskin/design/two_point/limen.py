@@ -1,4 +1,4 @@
-"""The least separation at which two points are told from one contact (memo section 7)."""
+"""The least separation at which two points do not read like one contact (memo section 7)."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class TwoPointLimen(Frozen):
         Between the readings of the two points and those of the one contact that comes nearest: root of the sum of
         squares, in standard deviations of the noise.
     separation : ndarray, shape (p, q, l)
-        Separation from which on two points are told [m], as is each larger one up to the last tried. Infinite where
+        Separation from which on two points read as two [m], as at each larger one up to the last tried. Infinite where
         that is not.
     """
 
@@ -111,9 +111,9 @@ class TwoPointLimen(Frozen):
         largest = f"{self.step[-1] * 1e3:.3g} mm"
         told = self.separation
         if np.isfinite(told).all():
-            text = f"told from {self.worst * 1e3:.3g} mm on at worst, {self.median * 1e3:.3g} mm at half of them"
+            text = f"read as two from {self.worst * 1e3:.3g} mm on at worst, {self.median * 1e3:.3g} mm at half of them"
         else:
-            text = f"not told within {largest} in {np.isinf(told).mean():.0%} of touches"
+            text = f"read as one within {largest} in {np.isinf(told).mean():.0%} of touches"
         return f"two points against {one}, angle {self.angle}: {text}"
 
 
@@ -131,7 +131,7 @@ def two_point_limen(
     angles: int = 3,
     largest: float | None = None,
 ) -> TwoPointLimen:
-    """How far apart two points have to be for the sensors to tell them from one contact.
+    """How far apart two points have to be not to read like one contact.
 
     The readings of two points, free of noise, are fitted with one contact: its forces are eliminated exactly, its
     position, and width, searched globally (`Locator`). What is left, D in standard deviations of the noise, is
@@ -144,7 +144,7 @@ def two_point_limen(
     Parameters
     ----------
     finger : Finger
-        With the noise of its sensors. Fewer sensors than the one contact has unknowns tell nothing.
+        With the noise of its sensors. With fewer sensors than the one contact has unknowns nothing reads as two.
     touches : Touches
         `force` is that of both points together [N/m], `span` the positions of their middle, `friction` the cone of
         angles where these are not normal.
@@ -186,12 +186,16 @@ def two_point_limen(
     >>> touches = ss.design.Touches(force=20.0)
     >>> for rival in ("point", "wide"):
     ...     print(ss.design.two_point_limen(finger, touches, against=rival).summary())
-    two points against one point, angle normal: told from 0.736 mm on at worst, 0.248 mm at half of them
-    two points against one wide contact, angle normal: told from 2.69 mm on at worst, 1.02 mm at half of them
+    two points against one point, angle normal: read as two from 0.736 mm on at worst, 0.248 mm at half of them
+    two points against one wide contact, angle normal: read as two from 2.69 mm on at worst, 1.02 mm at half of them
     """
     for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
         if value not in get_args(known):
-            raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(get_args(known))}")
+            raise InvalidValueError(
+                f"{name} = {value!r}",
+                f"has to be one of {', '.join(get_args(known))}",
+                f'{name}="{get_args(known)[0]}"',
+            )
     share = np.atleast_1d(_check.real("shares", shares, above=0.0))
     if share.ndim != 1 or not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")

@@ -24,7 +24,7 @@ _HALVINGS = 50
 
 @dataclass(frozen=True, eq=False)
 class Metamers(Frozen):
-    """Single points that two sensors cannot tell from several.
+    """Single points that read like several on two sensors.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def metamers(
         raise GeometryError("a touch without force", "one point or more has to press", "force=[10.0, 10.0]")
     lean = _check.scalar("angle", angle, unit="rad")
     if not abs(lean) < np.pi / 2:
-        raise GeometryError(f"angle = {lean:.6g}", "has to press, between -pi/2 and pi/2")
+        raise GeometryError(f"angle = {lean:.6g}", "has to press, between -pi/2 and pi/2", "angle=0.3")
     along = np.array([np.cos(lean), np.sin(lean)])
     table = tabulate(finger, search)
 

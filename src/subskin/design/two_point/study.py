@@ -96,7 +96,7 @@ def two_point_study(
     finger : Finger
         The skin; transducer, gain and width of the first sensor, and the middle of the row, are those of each row.
     touches : Touches
-        As of `two_point_limen`. Without a span each row is tried from its own first sensor to its last.
+        As in `two_point_limen`. Without a span each row is tried from its own first sensor to its last.
     count : array_like of int, shape (c,), optional
         Numbers of sensors, >= 2.
     pitch : array_like, shape (s,), optional
@@ -106,7 +106,7 @@ def two_point_study(
     noise : array_like, shape (m,), optional
         Noise as a share of the largest reading under one point of the whole force, square to the skin.
     against : {"point", "wide"}, optional
-        What two points are told from.
+        The rival of two points.
     progress : callable, optional
         Called after each row.
     **options
@@ -115,7 +115,7 @@ def two_point_study(
     Raises
     ------
     InvalidValueError, GeometryError, NotLinearError
-        As of `two_point_limen`; a count < 2.
+        As in `two_point_limen`; a count < 2.
 
     Examples
     --------

@@ -177,13 +177,13 @@ def weigh_frames(
 ):  # fmt: skip
     """Fill `out`, one row a frame; the columns are named in `columns.py`.
 
-    bases, edges, squares, tables, as of `project_frames`, and fines, nodes, rows, as of `_survey`: all kinds' one after
+    bases, edges, squares, tables, as in `project_frames`, and fines, nodes, rows, as in `_survey`: all kinds' one after
     the other, so that any number of kinds is one compilation. starts (kinds, 7): where each kind's begin; shapes
     (kinds, 4): number of squares, of the table's cells and widths, of the survey's widths. geometry (kinds + 1, 7):
     start and step of the table, the square of its widest, and the ends of y and q, the last for pairs. options: mu, the
     thresholds, the survey's steps to one of the scan's. slots (kinds + 2,): the kinds' numbers, the last but one that
     of two touches, the last that of none of these, -1 where it is not asked for. weights, spare (kinds + 1,): log of
-    the share in what is none of these, and readings beyond the unknowns. Then as of `weigh_pairs`.
+    the share in what is none of these, and readings beyond the unknowns. Then as in `weigh_pairs`.
     """
     frames, n = readings.shape
     kinds = geometry.shape[0] - 1

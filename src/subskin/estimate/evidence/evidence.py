@@ -49,7 +49,7 @@ class Evidence(Framewise):
     friction : float, optional
         |tan(angle)| is at most this [-].
     false_alarm : float, optional
-        As of `Locator`.
+        As in `Locator`.
 
     Raises
     ------
@@ -79,12 +79,16 @@ class Evidence(Framewise):
         self.kinds = tuple(kinds)
         names = [kind.name for kind in self.kinds]
         if not names or len(set(names)) < len(names):
-            raise InvalidValueError(f"kinds = {names}", "at least one, each of its own name, is needed")
+            raise InvalidValueError(
+                f"kinds = {names}",
+                "at least one, each of its own name, is needed",
+                'Kind("edge", "wedge", ...), Kind("can", "hertz", ...)',
+            )
         self._single = [i for i, kind in enumerate(self.kinds) if kind.family not in (PAIR, NONE)]
         pair, none = ([i for i, k in enumerate(self.kinds) if k.family == f] for f in (PAIR, NONE))
         if not self._single or len(pair) > 1 or len(none) > 1:
             rule = 'at least one kind of a family, and at most one "pair" and one "none", can be weighed'
-            raise InvalidValueError(f"families = {[k.family for k in self.kinds]}", rule)
+            raise InvalidValueError(f"families = {[k.family for k in self.kinds]}", rule, "leave the others out")
         self._places = np.array([*self._single, *(pair or [-1]), *(none or [-1])])
         array = finger.array
         y, depth = np.asarray(array.y), np.asarray(array.depth)
@@ -110,7 +114,7 @@ class Evidence(Framewise):
         Parameters
         ----------
         readings : array_like, shape (..., n)
-            As of `Locator`.
+            As in `Locator`.
         """
         return self._frames(readings)
 

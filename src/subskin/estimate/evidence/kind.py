@@ -59,7 +59,11 @@ class Kind:
         narrow = self.family == NONE or (not named and issubclass(family_of(self.family), LineLoad))
         ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1]:
-            raise InvalidValueError(f"half_width = {self.half_width!r}", "two half widths, ascending, are needed")
+            raise InvalidValueError(
+                f"half_width = {self.half_width!r}",
+                "two half widths, ascending, are needed",
+                "half_width=(0.1e-3, 1e-3)",
+            )
         seen = f"half_width = {self.half_width!r} of a {'line load' if narrow and not named else self.family}"
         if narrow and ends[1] > 0:
             raise InvalidValueError(seen, "it has none", "leave out half_width")
@@ -73,7 +77,7 @@ class Kind:
         Parameters
         ----------
         friction : float
-            As of `contact_type`.
+            As in `contact_type`.
 
         Examples
         --------

@@ -182,7 +182,7 @@ def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
     """Fill `out`, a row of `WIDTH` columns and the nodes' values for each frame of `readings` (frames, n).
 
     sensors (4, n): offset, 1 / noise, ends of the range. factors: tangents (T,), U^T (T, n, n), S^2 (T, n), squares of
-    V (T, rows, n), diagonal of C (rows,), V at the coarse nodes (T, coarse rows, n). fine, coarse: as of `settle`.
+    V (T, rows, n), diagonal of C (rows,), V at the coarse nodes (T, coarse rows, n). fine, coarse: as in `settle`.
     surface: y of the
     inner nodes; step, friction, blocks, elements in a coarse one; strips (2, M, n) and their products (M, 3).
     options: rule, no contact below, unexplained above.

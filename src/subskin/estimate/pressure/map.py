@@ -47,7 +47,7 @@ class PressureMap(FrameTable):
     Parameters
     ----------
     table, used
-        As of `Estimate`.
+        As in `Estimate`.
     mapper : PressureMapper
         What made it.
     """

@@ -59,8 +59,8 @@ class PressureMapper(Framewise):
         The weight: most probable; the one that leaves a chi-square of n; or generalised cross-validation. Each for the
         smoothest p without regard to its sign, and the largest such weight.
     least_force : float, optional
-        How far a line load's force is pulled down, in its standard deviations. Without it a wide and faint pressure,
-        of which the sensors feel nothing, is added for the sake of smoothness.
+        How far a line load's force is pulled down, in its standard deviations. Without it a wide and faint pressure, of
+        which the sensors read nothing, is added for the sake of smoothness.
     false_alarm : float, optional
         Probability with which an untouched skin, or a pressure >= 0, is called a contact, or unexplained.
 
@@ -74,7 +74,7 @@ class PressureMapper(Framewise):
     Raises
     ------
     InvalidValueError
-        An option out of range; shear "free" where the array cannot tell it from pressure; a sensor without noise.
+        An option out of range; shear "free" where the array cannot separate it from pressure; a sensor without noise.
     GeometryError
         More elements than can be solved for.
     NotLinearError
@@ -104,7 +104,9 @@ class PressureMapper(Framewise):
     ) -> None:
         for name, value, known in (("shear", shear, SHEARS), ("rule", rule, RULES)):
             if value not in known:
-                raise InvalidValueError(f"{name} = {value!r}", f"has to be one of {', '.join(known)}")
+                raise InvalidValueError(
+                    f"{name} = {value!r}", f"has to be one of {', '.join(known)}", f'{name}="{known[0]}"'
+                )
         self.finger, self.shear, self.rule = finger, shear, rule
         self.friction = _check.scalar("friction", friction, above=0.0)
         self.least_force = _check.scalar("least_force", least_force, at_least=0.0)
@@ -130,7 +132,7 @@ class PressureMapper(Framewise):
         Parameters
         ----------
         readings : array_like, shape (..., n)
-            As of `Locator`.
+            As in `Locator`.
 
         Returns
         -------
@@ -269,7 +271,7 @@ def pressure_map(
     readings : array_like, shape (..., n)
         Raw readings, each in units of its gain; NaN marks a missing one.
     search, step, shear, friction, rule, least_force, false_alarm
-        As of `PressureMapper`.
+        As in `PressureMapper`.
 
     Returns
     -------
@@ -279,7 +281,7 @@ def pressure_map(
     Raises
     ------
     InvalidValueError, GeometryError, NotLinearError
-        As of `PressureMapper`.
+        As in `PressureMapper`.
 
     Examples
     --------

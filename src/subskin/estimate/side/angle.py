@@ -126,7 +126,7 @@ def checked_width(
             raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
         return None, np.zeros(()), np.array(True)
     if half_width is None:
-        rule = "the slope tells the angle only where the half width is known"
+        rule = "the slope gives the angle only where the half width is known"
         fix = "half_width=1e-3, side_angle_from_gradients on a half plane, or finger.fit, which finds it"
         raise InvalidValueError(f"half_width = None of a {family.__name__}", rule, fix)
     width, spread, known = known_only(half_width=half_width, half_width_std=std)
@@ -150,11 +150,11 @@ def side_angle(
 ) -> SideAngle:
     """Angle of force on a contact whose position and width are known, from value and slope of the strain beneath it.
 
-    The memo's quick way (section 5) on a row of sensors, any skin and any transducer. It has to be told the centre: an
-    error of a hundredth of a depth turns the angle by some 3 degrees (`per_position`), and where the largest strain
-    lies will not do, for the slope is always 0 there. Find it with `finger.fit`, or by symmetry while nothing drags.
-    Where both are unknown `finger.fit` tells the angle as well as it can be told. A contact that sticks, its drag not
-    in proportion to the pressure, misleads both (docs/limits.md).
+    The memo's quick way (section 5) on a row of sensors, any skin and any transducer. It needs the centre: an error of
+    a hundredth of a depth turns the angle by some 3 degrees (`per_position`). The position of the largest strain will
+    not do, because the slope is always 0 there. Find the centre with `finger.fit`, or by symmetry while nothing drags.
+    Where centre and half width are unknown use `finger.fit`. A contact that sticks, its drag not in proportion to the
+    pressure, misleads both (docs/limits.md).
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def side_angle_from_gradients(
         On a half plane, its sensors at two depths, of one kind: `NormalStrain`, `NormalStress`, `MeanPressure` or
         `VolumeResistance`.
     readings, position, position_std, sensors, friction, most_std, false_alarm
-        As of `side_angle`; `sensors` of each row.
+        As in `side_angle`; `sensors` of each row.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def side_angle_from_gradients(
     Raises
     ------
     InvalidValueError, GeometryError
-        Another skin, another transducer, other than two depths, and as of `side_angle`.
+        Another skin, another transducer, other than two depths, and as in `side_angle`.
 
     Examples
     --------
@@ -90,7 +90,11 @@ def side_angle_from_gradients(
             f"sensors at {depths.size} depths", "two rows are needed, each at one depth", "SensorArray(depth=[...])"
         )
     if any(np.unique(np.asarray(array.y)[depth == d]).size < (depth == d).sum() for d in depths):
-        raise GeometryError("two sensors at one position", "each has to have its own in its row")
+        raise GeometryError(
+            "two sensors at one position",
+            "each has to have its own in its row",
+            "finger.array.select(...) without one of them",
+        )
     bounds = checked_bounds(friction, most_std)
     alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
     frames = Frames.of(finger, readings, position, position_std)

@@ -49,7 +49,11 @@ class Frames(NamedTuple):
         check_noise(array, "an angle's error comes from the sensors' noise", "SensorArray(..., noise=1e-4)")
         raw = _check.readings(readings)
         if raw.ndim == 0 or raw.shape[-1] != len(array):
-            raise GeometryError(f"readings of shape {raw.shape}", f"the last axis has to be the {len(array)} sensors")
+            raise GeometryError(
+                f"readings of shape {raw.shape}",
+                f"the last axis has to be the {len(array)} sensors",
+                f"shape (frames, {len(array)})",
+            )
         centre, spread, known = known_only(position=position, position_std=position_std)
         gain = np.where(array.live, np.asarray(array.gain), 1.0)
         with np.errstate(invalid="ignore"):
@@ -72,7 +76,7 @@ class Frames(NamedTuple):
         return np.where(self.usable, self.noise, 0.0)
 
     def beyond(self, columns: FloatArray, false_alarm: float) -> Mask:
-        """Frames of which `columns` (..., n, c), c >= 0, leave more than noise would; False where nothing can tell."""
+        """Frames of which `columns` (..., n, c), c >= 0, leave more than noise would; False where none can."""
         from scipy.special import chdtri
 
         scale = np.where(self.usable, 1 / self.noise, 0.0)
@@ -101,7 +105,9 @@ def count_of(sensors: int, available: int) -> int:
     if isinstance(sensors, bool) or int(sensors) != sensors or sensors < LEAST:
         raise InvalidValueError(f"sensors = {sensors!r}", f"a whole number >= {LEAST} is needed", "sensors=5")
     if available < LEAST:
-        raise GeometryError(f"{available} live sensors in a row", f"a slope takes {LEAST}")
+        raise GeometryError(
+            f"{available} live sensors in a row", f"a slope takes {LEAST}", "more live sensors, or finger.fit"
+        )
     return min(int(sensors), available)
 
 

@@ -167,7 +167,7 @@ def side_angle_from_slope(
     position_std, half_width_std : array_like, optional
         How well the centre and the half width are known [m]; both go into the angle's standard deviation.
     friction, most_std
-        As of `side_angle`.
+        As in `side_angle`.
 
     Returns
     -------
