@@ -130,6 +130,37 @@ def test_what_is_no_such_contact_is_unexplained(six):
     assert six.fit(lost, stick=MU).status == ss.Status.INCOMPLETE
 
 
+def test_where_another_drag_explains_as_much_it_is_ambiguous():
+    """Five sensors, the contact in their middle: another share of slip, or a drag the other way, reads the same."""
+    tip = finger(SKINS["half plane"], 5)
+    rng = np.random.default_rng(5)
+    share, y, a = rng.uniform(-1, 1, 400), rng.uniform(-0.1, 0.1, 400) * DEPTH, rng.uniform(0.8, 1.2, 400) * DEPTH
+    exact = tip.read(touch(share, y, a))
+    found = tip.fit(exact + np.asarray(tip.array.noise) * rng.normal(size=exact.shape), stick=MU)
+    assert (found.status != ss.Status.UNEXPLAINED).all()
+    wrong = np.abs(found.components[:, 1] - share * MU * N) > 0.3 * MU * N
+    assert (wrong & found.ok).sum() == 0
+    assert wrong.sum() >= 5  # it is no easy case
+    rival = found.second.components[:, 1]
+    assert (np.abs(rival - share * MU * N) < 0.3 * MU * N)[wrong].mean() > 0.8
+    assert found.ok.mean() > 0.5
+
+
+def test_what_neither_explains_is_not_called_nothing(six):
+    odd = 2.4 * np.asarray(six.array.noise) * np.array([1, -1, 1, -1, 1, -1])
+    assert six.fit(odd).status == six.fit(odd, stick=MU).status == ss.Status.UNEXPLAINED
+
+
+@pytest.mark.parametrize("stick", [MU, (0.3, 0.9)], ids=["known", "range"])
+def test_a_known_half_width_and_range_of_force_are_used(six, stick):
+    frame = six.read(touch(0.5))
+    found = six.fit(frame, stick=stick, half_width=(A, A), normal_force=(20.0, 40.0))
+    assert found.ok
+    assert [found.position, *found.components, found.half_width] == pytest.approx([AT, N, 0.5 * MU * N, A], rel=1e-5)
+    assert found.std[3] == 0
+    assert six.fit(frame, stick=stick, normal_force=(35.0, 50.0)).status == ss.Status.UNEXPLAINED
+
+
 def test_the_cone_of_the_search_binds_before_friction(six):
     found = six.fit(six.read(touch(0.8, mu=0.4)), stick=0.4, friction=0.3, false_alarm=1e-300)
     assert found.status == ss.Status.AMBIGUOUS

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import InvalidValueError
 from ..response import Response
@@ -22,9 +21,9 @@ _START = 0.9
 """Share of slip |T| / (mu N) that the global search takes all contacts to have."""
 _NODES, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(8))
 _NODES += 0.5
+_SHARES = np.array([-0.9, -0.3, 0.3, 0.9])
+"""Shares of slip that are climbed from: the readings may have one minimum more for another drag."""
 _MOST = 100.0
-_SEARCH = 9
-"""Arrays of the search between the frames and those of the climb."""
 
 
 class StickLocator(Locator):
@@ -59,20 +58,12 @@ class StickLocator(Locator):
         if self.friction == 0:
             rule = "a contact without drag has no zone that sticks"
             raise InvalidValueError("friction = 0 with stick", rule, "leave one of them out")
-
         self._searched = _slipping(response, _START)
 
     def _kernel(self) -> Any:
         from .stick import stick_frames
 
-        search = super()._kernel()
-
-        def both(frames: FloatArray, *arrays: Any) -> None:
-            searched, own, out = arrays[:_SEARCH], arrays[_SEARCH:-1], arrays[-1]
-            search(frames, *searched, out)
-            stick_frames(frames, searched[0], *own, out)
-
-        return both
+        return stick_frames
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
         *arrays, options = super()._prepare(pattern)
@@ -80,13 +71,14 @@ class StickLocator(Locator):
         scale = 1 / np.asarray(self.array.noise)[pattern]
         (least, most), (first, last) = self.normal_force, np.square(self.half_width)
         guess, spread = 0.5 * sum(self.stick), (self.stick[1] - self.stick[0]) / np.sqrt(12)
+        mus = np.unique([*self.stick, guess])
         low = np.array([options[2], least, -np.inf, first, self.stick[0]])
         high = np.array([options[12], most, np.inf, last, self.stick[1]])
         largest, ambiguity, apart, fine, nothing = options[[6, 7, 8, 17, 18]]
         own = [response.start, response.step, response.widest**2, self.friction, guess, 1 / spread if spread else 0.0]
         options[6] = np.inf  # what the search leaves unexplained, the climb may explain
         limits = np.array([*own, largest, ambiguity, apart, fine, nothing])
-        return *arrays, options, packed(response, scale), _NODES, _WEIGHTS, low, high, limits
+        return *arrays, options, packed(response, scale), _NODES, _WEIGHTS, _SHARES, mus, low, high, limits
 
 
 def _slipping(response: Response, slip: float) -> Response:
