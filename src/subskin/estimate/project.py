@@ -16,16 +16,14 @@ from .._compiled import compiled
 from . import climb as _climb
 from . import ends as _ends
 from . import scan as _scan
-from . import uncertainty as _uncertainty
 from .climb import climb, climb_wide, project_wide
 from .ends import NEAR, SINGLE, at_end, at_end_wide, outside
 from .layout import LINE, WIDE
 from .scan import FEW, MOST_CHI2, between, highest, peaks, scan
-from .uncertainty import uncertainty
 
 _MOST = 8
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
-_COVARIANCE = (LINE.covariance, WIDE.covariance)
+_COVARIANCE, _INTERVAL = (LINE.covariance, WIDE.covariance), WIDE.interval
 _RESIDUAL, _STATUS = (LINE.residual, WIDE.residual), (LINE.status, WIDE.status)
 _RIVAL, _RIVAL_CHI2 = (LINE.rival, WIDE.rival), (LINE.rival_chi2, WIDE.rival_chi2)
 _RIVAL_WIDTH, _HALF_WIDTH = WIDE.rival + WIDE.half_width, WIDE.half_width
@@ -61,7 +59,7 @@ def _left(w, table, start, step, y, normal, tangential):
     return chi2
 
 
-@compiled(built_on=(_climb, _scan, _ends, _uncertainty))
+@compiled(built_on=(_climb, _scan, _ends))
 def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes, table, options, out):
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 
@@ -97,7 +95,6 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
     fits = np.empty((count + 1, 14))
     fit = np.empty(14)
     scratch = np.empty((6, n))
-    columns = np.empty((4, n))
     a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + table.shape[1] + 3))
     for f in range(frames):
         row = out[f]
@@ -168,9 +165,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, nodes,
         row[0], row[1], row[2] = y, normal, tangential
         if table.ndim == 3:
             row[_HALF_WIDTH] = math.sqrt(at[best, 1])
-            wider = options[14] > options[13]
-            _derivatives(a[0], normal, tangential, mu > 0.0, columns[: 3 + wider])
-            uncertainty(columns[: 3 + wider], 0.0, wider, mu > 0.0, at[best, 1], options[13], options[14], row)
+            _uncertainty(a[0], options, at[best], fits[best], row)
             status = _OK if _within(options, at[best], fits[best]) else _AMBIGUOUS
             if at_end_wide(w, table, options, inner.reshape(rows, m), squares, explained - ambiguity, c, a, fit):
                 status = _AMBIGUOUS
@@ -332,12 +327,49 @@ def _widen(s, scan_start, scan_step, y, explained, row):
         row[c + 5] += extra * c2 * c2
 
 
-@compiled()
-def _derivatives(a, normal, tangential, drags, columns):
-    """Derivatives of the readings in position, N, T and, with a fourth row, the half width's square; a as of climb."""
-    n = columns.shape[1]
+@compiled(built_on=(_climb,))
+def _uncertainty(a, options, at, fit, row):
+    """Covariance of (position, N, T, half width), and the 95 % interval of the half width; a as of `project_wide`."""
+    n = a.shape[1] // 2
+    mu, q, least, most = options[4], at[1], options[13], options[14]
+    normal, tangential = fit[0], fit[1]
+    wide = most > least
+    size = 4 if wide else 3
+    columns = np.empty((size, n))
     for i in range(n):
         columns[0, i] = a[1, i] * normal + a[1, n + i] * tangential
-        columns[1, i], columns[2, i] = a[0, i], (a[0, n + i] if drags else 0.0)
-        if columns.shape[0] > 3:
+        columns[1, i], columns[2, i] = a[0, i], (a[0, n + i] if mu > 0.0 else 0.0)
+        if wide:
             columns[3, i] = a[2, i] * normal + a[2, n + i] * tangential
+    scale = np.empty(size)
+    for j in range(size):
+        total = 0.0
+        for i in range(n):
+            total += columns[j, i] * columns[j, i]
+        scale[j] = math.sqrt(total) if total > 0.0 else 1.0
+    information = np.zeros((size, size))
+    for j in range(size):
+        for k in range(size):
+            for i in range(n):
+                information[j, k] += columns[j, i] * columns[k, i] / (scale[j] * scale[k])
+        information[j, j] += 1e-14  # what the readings say nothing of is infinite within rounding, not an error
+    covariance = np.linalg.inv(information)
+    # how far (position, N, T, half width) move with the unknowns in their scales; drag that is not there does not
+    moves = np.zeros(4)
+    moves[0], moves[1], moves[2] = 1.0 / scale[0], 1.0 / scale[1], (1.0 / scale[2] if mu > 0.0 else 0.0)
+    half = math.sqrt(q)
+    row[_INTERVAL] = row[_INTERVAL + 1] = half
+    if wide:
+        spread = 1.959964 * math.sqrt(covariance[3, 3]) / scale[3]
+        row[_INTERVAL] = math.sqrt(max(q - spread, least))
+        row[_INTERVAL + 1] = math.sqrt(min(q + spread, most))
+        # near no width the readings know its square alone: the interval says how much that is
+        straight = 0.5 / half if half > 0.0 else math.inf
+        about = 0.5 * (math.sqrt(q + spread) - math.sqrt(max(q - spread, 0.0))) / spread
+        moves[3] = min(straight, about) / scale[3]
+    k = _COVARIANCE[1]
+    for i in range(4):
+        for j in range(i, 4):
+            known = i >= size or j >= size
+            row[k] = 0.0 if known else moves[i] * covariance[i, j] * moves[j]
+            k += 1

@@ -14,11 +14,9 @@ import numpy as np
 from .._compiled import compiled
 from . import project as _project
 from . import stick_model as _stick_model
-from . import uncertainty as _uncertainty
 from .layout import WIDE
-from .project import project_frames
+from .project import _uncertainty, project_frames
 from .stick_model import modelled
-from .uncertainty import uncertainty
 
 _STEPS = 60
 _GAIN = 1e-7
@@ -129,7 +127,29 @@ def _same(p, other, apart, mu):
     return near and abs(p[2] / p[1] - other[2] / other[1]) <= _APART * mu
 
 
-@compiled(built_on=(_project, _stick_model, _uncertainty))
+@compiled()
+def _derivatives(columns, prior, guessed, a):
+    """Derivatives of the readings in (y, N, T, q) into `a`, where `project_wide` has them of a unit normal force.
+
+    A friction that is guessed is an error that all readings share, m of it a standard deviation: noise of covariance
+    1 + m m^T, which (1 - b m m^T) whitens.
+    """
+    n = columns.shape[1]
+    square = 0.0
+    for i in range(n):
+        square += (columns[4, i] / prior) ** 2 if guessed else 0.0
+    share = (1.0 - 1.0 / math.sqrt(1.0 + square)) / (square * prior * prior) if square > 0.0 else 0.0
+    for k in range(4):
+        along = 0.0
+        for i in range(n):
+            along += columns[k, i] * columns[4, i]
+        for i in range(n):
+            columns[k, i] -= share * along * columns[4, i]
+    for i in range(n):
+        a[1, i], a[0, i], a[0, n + i], a[2, i] = columns[0, i], columns[1, i], columns[2, i], columns[3, i]
+
+
+@compiled(built_on=(_project, _stick_model))
 def stick_frames(
     readings, sensors, basis, edges, shapes, squares, far, far_nodes, searched, search,
     table, nodes, weights, shares, mus, low, high, options, out,
@@ -151,7 +171,7 @@ def stick_frames(
     columns, told, p = np.empty((5, n)), np.empty((5, n)), np.empty(5)
     best, second, found = np.ones(5), np.ones(5), np.empty((2, 4))
     wide, guessed = low[3] < high[3], low[4] < high[4]
-    size = 3 + wide + guessed
+    a, unit = np.zeros((6, 2 * n)), np.array([1.0, 0.0])
     bottom, top = low.copy(), high.copy()
     for f in range(frames):
         row = out[f]
@@ -204,9 +224,8 @@ def stick_frames(
             row[_RIVAL_CHI2], row[_STATUS] = math.inf, lacking
             continue
         row[0], row[1], row[2], row[_HALF_WIDTH] = best[0], normal, tangential, math.sqrt(best[3])
-        if not wide:
-            told[3] = told[4]
-        uncertainty(told[:size], prior, wide, True, best[3], low[3], high[3], row)
+        _derivatives(told, prior, guessed, a)
+        _uncertainty(a, search, best[2:4], unit, row)
         inside = low[0] < best[0] < high[0] and abs(tangential) < cone * normal * (1.0 - 1e-9)
         inside &= not wide or (best[3] < high[3] and not 0.0 < best[3] <= low[3])
         inside &= low[1] <= 0.0 or normal > low[1]
