@@ -198,7 +198,7 @@ def stick_frames(
             p[4] = guess
             bottom[1] = max(low[1], 1e-9 * (abs(p[1]) + abs(p[2])))
             p[1] = max(p[1], bottom[1])
-            if k > 1:  # the same place, another share of slip: with some, another drag may explain as much
+            if k > 1:  # the same contact with another share of slip: another drag may explain as much
                 p[4] = mus[(k - 2) // shares.size]
                 p[2] = min(max(shares[(k - 2) % shares.size] * p[4], -cone), cone) * p[1]
             here = _climb(
