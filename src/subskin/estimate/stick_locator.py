@@ -82,7 +82,7 @@ class StickLocator(Locator):
 
 
 def _slipping(response: Response, slip: float) -> Response:
-    """The response with the shear of contacts that slip by a set share |T| / (mu N): the mean of G', as in `stick_model`."""
+    """The response with the shear of contacts that slip by a set share |T| / (mu N): the mean of G' (`stick_model`)."""
     chebyshev = np.polynomial.chebyshev
     widths = len(response.coefficients)
     shares = 0.5 * (1 + np.cos(np.pi * (np.arange(widths) + 0.5) / widths))
