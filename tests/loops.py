@@ -25,9 +25,9 @@ def a_kind_of_each() -> None:
     ss.decide.contact_type(tip, frame)
 
 
-def wide() -> None:
+def wide() -> None:  # and the plain fit, which this one calls
     tip = finger()
-    tip.fit(tip.read(ss.Hertz(force=[30.0, 20.0], half_width=1.5e-3)), "hertz")
+    tip.fit(tip.read(ss.Hertz(force=[30.0, 20.0], half_width=1.5e-3)), stick=0.6)
 
 
 def line() -> None:

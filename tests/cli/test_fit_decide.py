@@ -60,6 +60,18 @@ class TestFit:
         statuses = [line.split(",")[10] for line in lines[1:]]
         assert statuses == ["ok", "ok", "ok", "no_contact"]  # a narrow wedge reads like a narrower roller
 
+    def test_a_contact_that_sticks_in_its_middle(self, subskin, table):
+        frame = FINGER.read(ss.PartialSlip(40.0, 0.2, 0.4e-3, half_width=1.6e-3, friction=0.5))
+        write_table("stuck.csv", {f"s{i}": frame[i : i + 1] for i in range(6)})
+        for text, stick in (("0.5", 0.5), ("0.3..0.7", (0.3, 0.7))):
+            assert subskin("fit", "finger.toml", "stuck.csv", "--stick", text, "-o", "f.csv").code == 0
+            angle, std = columns("f.csv", "angle", "angle_std")
+            found = FINGER.fit(frame, stick=stick)
+            np.testing.assert_allclose([angle[0], std[0]], [found.angle, found.std[2]], rtol=1e-6)
+        ran = subskin("fit", "finger.toml", "stuck.csv", "--stick", "-1")
+        assert ran.code != 0
+        assert "stick" in ran.err
+
     def test_family_and_width(self, subskin, table):
         ran = subskin("fit", "finger.toml", "r.csv", "--family", "wedge", "--width", "0.1..1 mm", "--json")
         data = json.loads(ran.out)

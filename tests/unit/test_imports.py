@@ -105,8 +105,8 @@ def test_imports_run_one_way(path):
         ("contact/line.py", "from .. import finger"),
         ("material.py", "def f():\n    from .contact.base import Contact"),
         ("array.py", "import subskin.finger"),
-        ("finger.py", "from .estimate.locate import Locator"),
-        ("finger.py", "def read():\n    from .estimate.locate import Locator"),
+        ("finger.py", "from .estimate.search import Locator"),
+        ("finger.py", "def read():\n    from .estimate.search import Locator"),
         ("estimate/locate.py", "from ..plot import style"),
         ("io/files.py", "from ..cli.main import main"),
     ],
@@ -118,7 +118,7 @@ def test_the_walk_sees_an_arrow_that_runs_back(path, source):
 @pytest.mark.parametrize(
     ("path", "source"),
     [
-        ("finger.py", "if TYPE_CHECKING:\n    from .estimate.locate import Locator"),
+        ("finger.py", "if TYPE_CHECKING:\n    from .estimate.search import Locator"),
         ("contact/line.py", "from .base import Contact\nfrom .. import _check\nfrom ..material import Material"),
     ],
 )

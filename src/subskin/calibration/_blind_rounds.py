@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from ..errors import ConvergenceError
 from ..estimate.estimate import Estimate, Status
-from ..estimate.locate import Locator
+from ..estimate.search import Locator
 from ..finger import Finger
 from ..response import tabulate
 from ._blind_fit import Settled, settle

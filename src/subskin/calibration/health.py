@@ -13,7 +13,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import ConvergenceError
 from ..estimate.estimate import Status
-from ..estimate.locate import Locator
+from ..estimate.search import Locator
 from ..finger import Finger
 from ..response import tabulate
 from .calibration import Health, checked_readings, weak

@@ -20,11 +20,13 @@ _HERE = {
 _EXAMPLES = """\
   subskin fit finger.toml readings.csv --family hertz -o fitted.csv
   subskin fit finger.toml readings.csv --family wedge --width "0.1..1 mm" --figure contacts.png
+  subskin fit finger.toml readings.csv --stick 0.4..0.8
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin fit finger.toml - --json
 """
 _NOTES = """\
 A contact has four unknowns: position, force, angle and half width. Any family explains four readings; only more
 sensors can speak against it. Half widths below about a twentieth of the depth are lost: their interval begins at 0.
+A contact that holds sticks in its middle: without --stick its drag is found too small.
 """
 
 
@@ -33,6 +35,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("--family", choices=tuple(families()), default="hertz", help="family of the contact (hertz)")
     parser.add_argument("--width", metavar="RANGE", help='range of half widths (default: "0..1.5" depths)')
+    stick = "the coefficient of friction by which a hertz contact sticks in its middle, or a range of it"
+    parser.add_argument("--stick", metavar="MU", help=f"{stick} (default: it slides)")
     add_frames(parser, "fit", "table of contacts", "draw the contacts along the skin, frame by frame")
 
 
@@ -42,10 +46,12 @@ def run(options: argparse.Namespace) -> int:
     from .answers import Kept, answers_of, estimate_columns, show_first, show_statuses
 
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
+    stick = None if options.stick is None else quantity_range(options.stick, "", "--stick")
     kept, drawn, spare, origin = Kept(None if options.json else ()), [], False, 0.0
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
-        for answers in answers_of(options, lambda file: file.locator(family=options.family, half_width=width)):
+        chosen = {"family": options.family, "half_width": width, "stick": stick}
+        for answers in answers_of(options, lambda file: file.locator(**chosen)):
             columns = estimate_columns(answers, width=True)
             kept.add(columns, answers.found.status)
             spare, origin = spare or bool(answers.found.spare.any()), answers.file.origin

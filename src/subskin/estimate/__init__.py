@@ -2,8 +2,9 @@
 
 from .estimate import Estimate, Rival, Status
 from .layout import Layout
-from .locate import Locator, fit, locate, locator
+from .locate import fit, locate, locator
 from .pressure import PressureMap, PressureMapper, pressure_map
+from .search import Locator
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
 
 __all__ = [

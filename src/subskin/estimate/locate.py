@@ -8,182 +8,20 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from ..array import SensorArray
-from ..contact import LineLoad
+from ..contact import Hertz, LineLoad
 from ..contact.families import Family, family_of
-from ..errors import GeometryError, InvalidValueError
+from ..errors import InvalidValueError
 from ..finger import Finger
 from ..prepared import prepared
 from ..response import Response, tabulate
-from .beyond import beyond, stretches
+from .beyond import beyond
 from .estimate import Estimate
-from .frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
-from .layout import LINE, WIDE
+from .search import Locator
+from .stick_locator import StickLocator, checked_stick
 
-__all__ = ["Locator", "fit", "locate", "locator"]
+__all__ = ["fit", "locate", "locator"]
 
-_SCAN_WIDTHS = 12
-_WHOLE = 32
-"""Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
-_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers"
-
-
-class Locator(Framewise):
-    """Finds the contact in frames of readings; prepared once, then called on a frame or on millions.
-
-    Variable projection: readings are linear in the normal and tangential force, which are eliminated exactly at each
-    trial position (and half width), within compression and the friction cone; what remains is a search over position,
-    and over the square of the half width, on which readings depend smoothly down to no width at all (memo section 3;
-    docs/locating.md, docs/fitting.md). It is global: a grid of both, then the best maxima are refined; the second of
-    them is the rival.
-
-    Parameters
-    ----------
-    response : Response
-        Readings under unit forces, from a closed form or a table; its ends bound the search.
-    array : SensorArray
-        Offset, noise and range of each sensor (its gain is in the response; gain 0 marks a dead sensor).
-    half_width : (float, float), optional
-        Least and largest half width [m] where the response has one; all of the response's if left out.
-    normal_force : (float, float), optional
-        Least and largest normal force [N/m] that can have pressed; any if left out. An answer at an end of it is
-        AMBIGUOUS.
-    friction : float, optional
-        Coefficient of friction mu: loads lean at most by atan(mu). 0: loads are normal, and the angle is not fitted.
-        `inf`: any pressing load.
-    scan_step : float, optional
-        Step of the search [m]; the default is a thirty-second of the least depth, a sixteenth with widths.
-    false_alarm : float, optional
-        Probability with which an untouched skin, or a load that the model explains, is called a contact, or
-        unexplained.
-    ambiguity : float, optional
-        A rival whose chi-square is within this of the best one makes a frame AMBIGUOUS.
-    outliers : {0, 1}, optional
-        With 1, frames that are UNEXPLAINED are tried again without each reading in turn. Where one omission explains
-        the frame, `used` shows which. Where another comes within `ambiguity` of its chi-square, the frame is AMBIGUOUS
-        and the load of the nearest is the rival. It takes two readings more than unknowns (docs/robust.md).
-    beyond : Response, optional
-        Readings under unit forces outside the search, by the distance along each stretch where a load may press; n
-        sensors a stretch, one stretch after the other. Where a load there, or at an end of the search, comes within
-        `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        A sensor without noise, a table whose sensors do not match the array's, an option out of range.
-    """
-
-    def __init__(
-        self,
-        response: Response,
-        array: SensorArray,
-        *,
-        half_width: tuple[float, float] | None = None,
-        normal_force: tuple[float, float] | None = None,
-        friction: float = 1.0,
-        scan_step: float | None = None,
-        false_alarm: float = 1e-6,
-        ambiguity: float = 13.8,
-        outliers: int = 0,
-        beyond: Response | None = None,
-    ) -> None:
-        if response.sensors != len(array):
-            seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
-            raise GeometryError(seen, "they have to match", "array.select(...)")
-        wide = response.widest > 0
-        ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
-        if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
-            rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
-            raise InvalidValueError(f"half_width = {half_width!r}", rule, f"half_width=(0.0, {response.widest:.6g})")
-        forces = _check.real("normal_force", normal_force or (0.0, np.inf), unit="N/m", at_least=0.0, finite=False)
-        if forces.shape != (2,) or not forces[0] < forces[1]:
-            rule = "two ascending normal forces, of 0 or more, are needed [N/m]"
-            raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "normal_force=(1.0, 100.0)")
-        self.response = response
-        self.normal_force = (float(forces[0]), float(forces[1]))
-        self._beyond = beyond
-        if beyond is not None and beyond.sensors % len(array):
-            seen = f"beyond of {beyond.sensors} sensors, an array of {len(array)}"
-            raise GeometryError(seen, "a multiple of these is needed", "beyond=None")
-        self.half_width = (float(ends[0]), float(ends[1]))
-        self.friction = checked_friction(friction)
-        self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
-        self.layout = WIDE if wide else LINE
-        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-        layout = self.layout
-        super().__init__(
-            array, needed=self.unknowns, columns=layout.columns, status=layout.status, layout=layout,
-            outliers=outliers, ambiguity=self._ambiguity,
-        )  # fmt: skip
-        self._shallowest = float(np.asarray(array.depth).min())
-        step = self._shallowest / (16 if wide else 32)
-        if scan_step is not None:
-            step = _check.scalar("scan_step", scan_step, unit="m", above=0.0)
-        count = max(int(np.ceil((response.stop - response.start) / step - 1e-9)) + 1, 3)
-        self._scan = np.linspace(response.start, response.stop, count)
-        self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
-        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-
-    def __call__(self, readings: npt.ArrayLike) -> Estimate:
-        """The contact in each frame.
-
-        Parameters
-        ----------
-        readings : array_like, shape (..., n)
-            Raw readings, offset included, in units of each gain. NaN marks a missing one; it, and a saturated one, are
-            left out of its frame.
-
-        Returns
-        -------
-        Estimate
-            Fields of shape (...).
-
-        Raises
-        ------
-        GeometryError
-            A last axis that is not the number of sensors.
-        """
-        table, used = self._frames(readings)
-        return Estimate(table, used, self.friction, self.unknowns, self.layout)
-
-    def _kernel(self) -> Any:
-        from .project import project_frames
-
-        return project_frames
-
-    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], ...]:
-        """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
-        from scipy.special import chdtri
-
-        array, response = self.array.select(pattern), self.response.select(pattern)
-        scale = 1 / np.asarray(array.noise)
-        fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
-        far = stretches(self._beyond, pattern, scale, self.friction)
-        basis, edges, shapes = scan_geometry(
-            np.concatenate([fields * scale[:, None], far.fields]), self.friction, _WHOLE
-        )
-        shapes = np.ascontiguousarray(shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0])
-        wide = self.layout.wide
-        # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
-        largest = float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm))
-        table = packed(response, scale)
-        options = np.array(
-            [
-                *(response.start, response.step, self._scan[0], self._scan[1] - self._scan[0], self.friction),
-                2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
-                largest,  # more than this left: unexplained
-                self._ambiguity,
-                (0.1 if wide else 0.02) * self._shallowest,  # two maxima nearer than this are one contact
-                0.1 * self._shallowest,  # a profile wider than this may be ambiguous
-                *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
-                *self.normal_force,
-                len(array)
-                * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # of a unit force, by the table
-                float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
-                *(far.start, far.step, self._scan.size, far.near, *far.nodes),
-            ]
-        )
-        return sensor_rows(array), basis, edges, shapes, self._squares, far.tables, table, options
+_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick"
 
 
 def locator(
@@ -198,6 +36,7 @@ def locator(
     false_alarm: float = 1e-6,
     ambiguity: float = 13.8,
     outliers: int = 0,
+    stick: float | tuple[float, float] | None = None,
     **_unknown: Never,
 ) -> Locator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
@@ -215,6 +54,9 @@ def locator(
         Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none.
     normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As in `Locator`.
+    stick : float or (float, float), optional
+        Of "hertz" alone: the contact sticks in its middle by this coefficient of friction mu [-], known or a range, as
+        in `StickLocator`. `friction` bounds the search; this one shapes the drag.
 
     Raises
     ------
@@ -234,6 +76,10 @@ def locator(
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
     forces = _check.ends("normal_force", normal_force, "normal_force=(1.0, 100.0)")
+    held = None if stick is None else checked_stick(stick)
+    if held is not None and kind is not Hertz:
+        fix = "leave it out: a flat sticks all over until it slides, and a line has no width"
+        raise InvalidValueError(f"stick = {stick!r} of a {kind.__name__}", 'only "hertz" knows its zone of stick', fix)
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
@@ -249,9 +95,12 @@ def locator(
             return Locator(table, finger.array, **more)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
         response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))
-        return Locator(response, finger.array, half_width=(low, high), **more)
+        more["half_width"] = (low, high)
+        if held is not None:
+            return StickLocator(response, finger.array, held, **more)
+        return Locator(response, finger.array, **more)
 
-    return prepared(finger).get(("locator", kind, ends, widths, forces, *values.values()), make)
+    return prepared(finger).get(("locator", kind, ends, widths, forces, held, *values.values()), make)
 
 
 def locate(
@@ -301,10 +150,10 @@ def locate(
     ('OK', 0.8)
     """
     if _unknown:
-        _check.no_options(_unknown, _OPTIONS.replace("half_width, ", ""))
-    return _quick(finger, "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers)(
-        readings
-    )
+        _check.no_options(_unknown, _OPTIONS.replace("half_width, ", "").replace(", stick", ""))
+    return _quick(
+        finger, "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, None
+    )(readings)
 
 
 def fit(
@@ -320,6 +169,7 @@ def fit(
     false_alarm: float = 1e-6,
     ambiguity: float = 13.8,
     outliers: int = 0,
+    stick: float | tuple[float, float] | None = None,
     **_unknown: Never,
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
@@ -331,7 +181,7 @@ def fit(
     ----------
     finger, readings
         As in `locate`.
-    family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
+    family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick
         As in `locator`.
 
     Returns
@@ -357,7 +207,7 @@ def fit(
     """
     _check.no_options(_unknown, _OPTIONS)
     return _quick(
-        finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
+        finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick
     )(readings)
 
 

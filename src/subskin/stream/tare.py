@@ -16,7 +16,7 @@ from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.estimate import Status
 from ..estimate.frames import check_noise
-from ..estimate.locate import Locator
+from ..estimate.search import Locator
 from ..finger import Finger
 from ..response import tabulate
 from . import _tare_kernel as kernel
