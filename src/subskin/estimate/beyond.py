@@ -50,8 +50,8 @@ def beyond(finger: Finger, table: Response) -> Response | None:
         return None
 
     def both(distance: FloatArray) -> FloatArray:
-        sides = (finger.receptive_field(y.min() - distance), finger.receptive_field(y.max() + distance))
-        return np.concatenate(sides, axis=-2)
+        sides = finger.receptive_field(np.stack([y.min() - distance, y.max() + distance]))
+        return np.concatenate(list(sides), axis=-2)
 
     return Response.from_function(both, near, far, step=0.5 * deepest, tolerance=_ERROR)
 
