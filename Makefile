@@ -9,6 +9,9 @@ ifndef LANES
 endif
 .DEFAULT_GOAL := help
 
+# Each program that a test starts would else compile every module that it imports: pip leaves that to Python (below).
+unexport PYTHONDONTWRITEBYTECODE
+
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin

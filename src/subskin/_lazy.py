@@ -44,6 +44,8 @@ def attach(package: str, path: str) -> tuple[Callable[[str], object], Callable[[
 
 def _hint(package: str, path: str, name: str) -> str:
     """In which room of the package the name is public; nothing is imported for it."""
+    if name.startswith("_"):  # public nowhere, and asked for by each tool that looks into modules
+        return ""
     folder = Path(path).parent
     files = [file for file in folder.rglob("*.py*") if file.suffix in {".py", ".pyi"}]
     rooms = {file: file.relative_to(folder).with_suffix("").parts for file in files}

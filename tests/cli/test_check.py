@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,6 +10,10 @@ import pytest
 import subskin as ss
 from subskin.design import half_plane_error
 from subskin.io.finger_file import load
+
+from .. import _commands
+
+FEW = ("--touches", "20")  # of each blind spot, where a test is about the half plane
 
 SENSORS = """
 [sensors]
@@ -48,6 +53,20 @@ def check(subskin, tmp_path, monkeypatch):
     return lambda name, *options: subskin("check", f"{name}.toml", *options)
 
 
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """What `check` says of each skin, which is worked out once."""
+    folder = tmp_path_factory.mktemp("plain")
+
+    @cache
+    def ran(name):
+        file = folder / f"{name}.toml"
+        file.write_text(SKINS[name] + SENSORS)
+        return _commands.subskin("check", file, *FEW)
+
+    return ran
+
+
 def told(text):
     """The errors of place, force and angle that the table shows, row by row."""
     rows = re.findall(r"^ (half plane as drawn|half plane, calibrated|its own skin) +(.*)$", text, re.M)
@@ -62,8 +81,8 @@ def told(text):
         ("round", "a radius of 8 mm (0.4 MPa, nu 0.5) on a rigid core of 4 mm, read as a half plane"),
     ],
 )
-def test_every_kind_of_skin(check, name, said):
-    ran = check(name)
+def test_every_kind_of_skin(check, plain, name, said):
+    ran = plain(name)
     assert (ran.code, ran.err) == (0, "")
     assert said in ran.out
     found = half_plane_error(load(f"{name}.toml").finger)
@@ -84,7 +103,7 @@ def test_every_kind_of_skin(check, name, said):
 
 
 def test_json(check):
-    ran = check("round", "--json", "--half-width", "0.2 mm", "--snr", 50)
+    ran = check("round", "--json", "--half-width", "0.2 mm", "--snr", 50, *FEW)
     assert (ran.code, ran.err) == (0, "")
     data = json.loads(ran.out)
     finger = load("round.toml").finger
@@ -103,31 +122,31 @@ def test_json(check):
 class TestWhatIf:
     """A file with a half plane in it, tried as another skin."""
 
-    def test_a_thickness(self, check):
-        assert check("flat", "--thickness", "6 mm").out == check("layer").out
+    def test_a_thickness(self, check, plain):
+        assert check("flat", "--thickness", "6 mm", *FEW).out == plain("layer").out
 
-    def test_a_radius_and_a_thickness(self, check):
-        assert check("flat", "--radius", "8 mm", "--thickness", "4 mm").out == check("round").out
+    def test_a_radius_and_a_thickness(self, check, plain):
+        assert check("flat", "--radius", "8 mm", "--thickness", "4 mm", *FEW).out == plain("round").out
 
-    def test_a_radius_alone_leaves_half_of_it_to_the_core_and_says_so(self, check):
-        ran = check("flat", "--radius", "8 mm")
-        assert ran.out == check("round").out
+    def test_a_radius_alone_leaves_half_of_it_to_the_core_and_says_so(self, check, plain):
+        ran = check("flat", "--radius", "8 mm", *FEW)
+        assert ran.out == plain("round").out
         assert "on a rigid core of 4 mm" in ran.out
 
     def test_thick_enough(self, check):
-        ran = check("flat", "--thickness", "1 m")
+        ran = check("flat", "--thickness", "1 m", *FEW)
         assert (ran.code, "-> the half plane will do" in ran.out) == (0, True)
         position, angle = re.search(r"up to ([\d.]+) mm and turns them by ([\d.]+) deg", ran.out).groups()
         assert 0 < float(position) < 0.04
         assert 0 < float(angle) < 1.2
 
     def test_touches_too_wide_for_any_line_load(self, check):
-        ran = check("layer", "--half-width", "4 mm")
+        ran = check("layer", "--half-width", "4 mm", *FEW)
         assert (ran.code, "-> the touches are too wide for either" in ran.out) == (0, True)
         assert "no answer for" in ran.out
 
     def test_nothing_to_compare(self, check):
-        ran = check("flat")
+        ran = check("flat", *FEW)
         assert (ran.code, ran.err) == (0, "")
         assert "half plane" not in ran.out
         ran = check("flat", "--map", "error.png")
@@ -147,7 +166,7 @@ def test_the_map(check, tmp_path, monkeypatch, kind):
         return whole((1.5, 3.0), (4.0, np.inf), count=3, **options)
 
     monkeypatch.setattr("subskin.design.half_plane_map", small)
-    ran = check("round", "--map", f"error.{kind}", "--half-width", "0.5 mm")
+    ran = check("round", "--map", f"error.{kind}", "--half-width", "0.5 mm", *FEW)
     assert (ran.code, ran.err) == (0, "")
     assert ran.out.endswith(f"-> error.{kind}\n")
     start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[kind]
@@ -161,7 +180,7 @@ def test_the_map_rings_this_finger_and_no_stack_of_another_kind(check, monkeypat
     monkeypatch.setattr("subskin.plot.half_plane_map_figure", lambda values, here: rings.append(here))
     monkeypatch.setattr("subskin.plot.save", lambda figure, path: None)
     for name in ("layer", "round", "stack"):
-        assert check(name, "--map", "error.png").code == 0
+        assert check(name, "--map", "error.png", *FEW).code == 0
     np.testing.assert_allclose(rings[:2], [(3.0, np.inf), (2.0, 4.0)])
     assert rings[2] is None
 
@@ -220,7 +239,7 @@ def test_blind_spots(check, tmp_path):
     text = check("few", "--snr", 100, "--touches", 200).out
     cells = [100 * getattr(found["wide_roller"], name) for name in ("ok", "wrong", "far", "force", "unexplained")]
     assert re.search("a wide roller, half width 0.8 to 2 depths +" + " +".join(f"{c:.1f}" for c in cells), text)
-    ran = check("few", "--family", "hertz", "--json")
+    ran = check("few", "--family", "hertz", "--json", *FEW)
     assert "wide_roller" not in {row["name"] for row in json.loads(ran.out)["blind_spots"]["rows"]}
 
 

@@ -49,7 +49,7 @@ keep = 1
 """
 
 
-QUICK = re.sub(r"\nfeature.*", "", GOALS).replace('position = "0.02 mm"', "none = true")
+QUICK = re.sub(r"\nfeature.*", "", GOALS).replace('position = "0.02 mm"', "none = true").replace("[4, 5]", "[5, 5]")
 """Nothing that takes long to look at closely."""
 
 

@@ -61,12 +61,13 @@ def test_everything_at_once_is_recovered_within_its_standard_errors():
 def test_standard_errors_are_the_scatter_over_repeats():
     truth = true_finger(noise=2e-4, y=[-9e-3, -3e-3, 3e-3, 9e-3], depth=5.3e-3, width=0.0)
     start = ss.Finger(SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
-    runs = [ss.calibrate(start, touch(truth, seed=s), PLACES, origin=16e-3) for s in range(60)]
+    repeats = 30
+    runs = [ss.calibrate(start, touch(truth, seed=s), PLACES, origin=16e-3) for s in range(repeats)]
     values = np.array([[p.value for p in r.parameters] for r in runs])
     claimed = np.array([[p.std for p in r.parameters] for r in runs])
-    np.testing.assert_allclose(values.std(0, ddof=1), claimed.mean(0), rtol=0.35)
+    np.testing.assert_allclose(values.std(0, ddof=1), claimed.mean(0), rtol=0.4)  # 3 standard errors of a scatter
     bias = (values.mean(0) - [ORIGIN, 5.3e-3, *truth.array.gain, *truth.array.offset]) / values.std(0)
-    assert np.abs(bias).max() < 4.5 / np.sqrt(60)
+    assert np.abs(bias).max() < 4.5 / np.sqrt(repeats)
 
 
 def test_known_forces_and_angles_are_used():

@@ -99,7 +99,12 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
     "density": lambda: density_figure(ss.design.sensor_density(FINGER, [10, 1000])),
     "aliasing error": lambda: aliasing_figure(ss.design.aliasing_error(FINGER, ss.Hertz(40.0, 0.3, half_width=1e-3))),
 }
-every_figure = pytest.mark.parametrize("name", FIGURES)
+
+
+@pytest.fixture(scope="module", params=FIGURES)
+def name(request):
+    """One figure after the other through all tests, so that one process makes it once."""
+    return request.param
 
 
 @cache
@@ -133,12 +138,10 @@ def words(figure):
     return [(text, text.get_window_extent(renderer)) for text in texts]
 
 
-@every_figure
 def test_width_is_that_of_a_column_or_a_page(name):
     assert round(drawn(name).get_figwidth() * 25.4, 6) in (84.0, 174.0)
 
 
-@every_figure
 def test_every_axis_says_what_it_is(name):
     figure = drawn(name)
     for axes in figure.axes:
@@ -149,7 +152,6 @@ def test_every_axis_says_what_it_is(name):
         assert axes.get_ylabel() or any(other.get_ylabel() for other in beside)
 
 
-@every_figure
 def test_no_text_leaves_the_page_or_covers_another(name):
     figure = drawn(name)
     page, texts = figure.bbox, words(figure)
@@ -164,7 +166,6 @@ def test_no_text_leaves_the_page_or_covers_another(name):
         assert min(overlap) < 2.0, (one, two)
 
 
-@every_figure
 def test_no_legend_covers_data(name):
     figure = drawn(name)
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
@@ -177,20 +178,19 @@ def test_no_legend_covers_data(name):
             assert not (inside and any(inside)), line
 
 
-@every_figure
 def test_type_is_not_too_small(name):
     sizes = [text.get_fontsize() for text, _ in words(drawn(name))]
     assert 6.0 <= min(sizes)
     assert max(sizes) == 8.0
 
 
-@pytest.mark.parametrize("name", ["memo 6", "section", "touches"])
-def test_files_are_the_same_each_time(tmp_path, name):
+@pytest.mark.parametrize("kind", ["memo 6", "section", "touches"])
+def test_files_are_the_same_each_time(tmp_path, kind):
     kinds = ["svg", "png", "pdf"]
-    figure = FIGURES[name]()
+    figure = FIGURES[kind]()
     first = save(figure, tmp_path / "first", kinds)
     with mpl.rc_context({"font.size": 20.0, "axes.grid": True, "lines.linewidth": 5.0, "svg.hashsalt": "other"}):
-        again = save(FIGURES[name](), tmp_path / "second", kinds), save(figure, tmp_path / "third", kinds)
+        again = save(FIGURES[kind](), tmp_path / "second", kinds), save(figure, tmp_path / "third", kinds)
     for file, second, third in zip(first, *again):
         assert file.read_bytes() == second.read_bytes()
         assert file.read_bytes() == third.read_bytes()
@@ -263,7 +263,6 @@ def test_what_cannot_be_written_is_said_and_the_old_file_stays(tmp_path, monkeyp
     assert sorted(p.name for p in tmp_path.iterdir()) == ["figure.svg", "file"]
 
 
-@every_figure
 def test_the_users_settings_stay_as_they_are_and_do_not_show(name):
     figure, untouched = made(name)
     assert untouched

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -85,9 +86,16 @@ def numbers(found, name="result"):
     return {key: value for part, inner in parts for key, value in numbers(inner, f"{name}.{part}").items()}
 
 
-def same(tool, skin=LAYER, array=ROW):
+@cache
+def fingers(skin):
+    """On the skin and on its stranger: tools share what each prepares."""
+    return ss.Finger(skin, ROW), ss.Finger(Mine(skin), ROW)
+
+
+def same(tool, skin=LAYER, array=None):
     """The tool's result on a skin and on the stranger that answers like it are the same to the last bit."""
-    known, own = (numbers(tool(ss.Finger(s, array))) for s in (skin, Mine(skin)))
+    pair = fingers(skin) if array is None else (ss.Finger(skin, array), ss.Finger(Mine(skin), array))
+    known, own = (numbers(tool(finger)) for finger in pair)
     assert known.keys() == own.keys()
     compared = 0
     for name, value in known.items():

@@ -167,10 +167,10 @@ def test_press_is_what_elements_find(name):
     """The contact of `ss.press` beside that of elements: depth, and strains at every sensor."""
     skin, radius = SKINS[name], 5 * A
     ours = ss.press(skin, ss.pressing.Cylinder(radius), force=40.0, position=F, max_strain=np.inf)
-    elements = body(name, 4)
+    elements = body(name, 3)
     found = elements.press(lambda y: (y - F) ** 2 / (2 * radius) + skin.surface_drop(y), 40.0, (F - A, F + A))
-    assert found.depth == pytest.approx(float(ours.depth), rel=4e-3)
+    assert found.depth == pytest.approx(float(ours.depth), rel=7e-3)
     x, y = elements.best(DEPTHS, PLACES)
     expected = strains(skin, ours.contact, x, y)
     error = np.abs(found.solution.strain(x, y) - expected).max(axis=0)
-    assert (error < 8e-3 * np.abs(expected).max(axis=0)).all()
+    assert (error < 14e-3 * np.abs(expected).max(axis=0)).all()

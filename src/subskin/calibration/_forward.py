@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -18,6 +18,9 @@ from ..finger import Finger
 __all__ = ["TERMS", "Forward", "checked_names", "slices"]
 
 TERMS = ("origin", "depth", "depths", "position", "poisson", "width", "thickness")
+_BLOCK = 4096
+"""Touches at a time."""
+
 _ABOVE_BASE = 0.999
 """Deepest that a trial puts a sensor, of the skin's thickness where that is not fitted."""
 
@@ -164,6 +167,14 @@ class Forward:
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read, shape (m, n): touches at `positions` (m,) with loads (N, T) (m, 2)."""
         return self.apply(p).measure(LineLoad.of_components(load, positions), linear=True)
+
+    def from_origins(
+        self, p: FloatArray, origins: Sequence[float], positions: FloatArray, load: FloatArray
+    ) -> Iterator[FloatArray]:
+        """What unit gains would read with each of the origins: the touches move together, and the finger stays."""
+        step = max(1, _BLOCK // positions.size)
+        for i in range(0, len(origins), step):
+            yield from self.unit(p, positions - np.asarray(origins[i : i + step])[:, None], load)
 
     def readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Readings with the finger's own gains and offsets, shape (m, n)."""

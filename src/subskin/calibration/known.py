@@ -24,9 +24,7 @@ _LINEAR = ("gain", "offset")
 _ROUNDS = 4  # of re-weighting sensors by their residuals
 _DEAD_SIGMA = 4.0
 _MOVES = 10.0
-"""Noises from the lowest to the highest reading beyond which a sensor works, whatever its gain comes out as.
-
-Noise alone spans 8 in ten thousand touches."""
+"""Noises from lowest to highest reading (noise alone: 8 in ten thousand touches) beyond which a sensor works."""
 _HEIGHTS = (1.3, 2.0, 5.0, 20.0)
 """Thicknesses tried, in depths: a base near the sensors and one far below may both be local minima."""
 
@@ -163,9 +161,8 @@ class Fit:
         """What unit gains would read."""
         return self.forward.unit(p, self.positions - self.forward.origin(p, self.origin), self.load)
 
-    def linear(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Unit-gain model, gains and offsets that fit best for the other parameters `p`."""
-        unit = self.unit_readings(p)
+    def linear(self, unit: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gains and offsets that fit best to what unit gains would read."""
         array = self.forward.finger.array
         gain, offset = np.array(array.gain), np.array(array.offset)
         m = self.seen
@@ -181,10 +178,11 @@ class Fit:
             gain = (u * np.where(m, self.data - offset, 0.0)).sum(axis=0) / _divisor((u * u).sum(axis=0))
         elif fit_offset:
             offset = (d - gain * u).sum(axis=0) / count
-        return unit, gain, offset
+        return gain, offset
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        unit, gain, offset = self.linear(p)
+    def residual(self, p: FloatArray, unit: FloatArray | None = None) -> FloatArray:
+        unit = self.unit_readings(p) if unit is None else unit
+        gain, offset = self.linear(unit)
         return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
 
     def without(self, rows: npt.NDArray[np.intp]) -> Fit:
@@ -207,7 +205,8 @@ class Fit:
                 if not found.success:
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x
-            unit, gain, offset = self.linear(p)
+            unit = self.unit_readings(p)
+            gain, offset = self.linear(unit)
             rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
             noise = np.sqrt((rest**2).sum(axis=0) / degrees)
@@ -240,13 +239,17 @@ class Fit:
         depths = (0.6, 1.0, 1.6) if self.forward.depth else (1.0,)
         if not self.forward.size:
             return [self.forward.start(self.origin)]
-        return [
-            min(
-                (self.forward.start(o, d, h) for o in origins for d in depths),
-                key=lambda p: float((self.residual(p) ** 2).sum()),
-            )
-            for h in (_HEIGHTS if "thickness" in self.names else (1.0,))
-        ]
+        best = []
+        for h in _HEIGHTS if "thickness" in self.names else (1.0,):
+            costs = np.array([self._costs(self.forward.start(self.origin, d, h), origins) for d in depths]).T
+            o, d = divmod(int(np.argmin(np.nan_to_num(costs, nan=np.inf))), len(depths))
+            best.append(self.forward.start(origins[o], depths[d], h))
+        return best
+
+    def _costs(self, p: FloatArray, origins: list[float]) -> list[float]:
+        """What each origin leaves, squared and summed."""
+        units = self.forward.from_origins(p, origins, self.positions, self.load)
+        return [float((self.residual(p, unit) ** 2).sum()) for unit in units]
 
     def _covariance(self) -> FloatArray:
         """Inverse Fisher information of all parameters: those of the forward model, then gains, then offsets."""

@@ -109,7 +109,8 @@ class PressureProfile(Contact):
                     one, two = stretch.transform(values[..., part])
                     f += one.sum(axis=-1)
                     df += two.sum(axis=-1)
-        return Transforms(p, dp, q, dq, self._shear_field(z, q, dq))
+        h = self._shear_field(z, q, dq) if self.node_shear.any() else np.zeros(shape)
+        return Transforms(p, dp, q, dq, h)
 
     def _shear_field(self, z: ComplexArray, q: ComplexArray, dq: ComplexArray) -> FloatArray:
         h = shear_field(z, q, dq)

@@ -100,7 +100,8 @@ class Pairs:
         """Readings of the live sensors under unit points at `position` and `angle`, broadcast to (..., n)."""
         start = self._table.start
         inside = start + (position - start) % self._period if np.isfinite(self._period) else position
-        field = self._table(inside)[..., self._live, :]
+        at, which = np.unique(inside, return_inverse=True)  # pairs of all shares and angles lie at the same positions
+        field = self._table(at)[:, self._live][which.reshape(inside.shape)]
         return np.asarray(np.cos(angle)[..., None] * field[..., 0] + np.sin(angle)[..., None] * field[..., 1])
 
 
