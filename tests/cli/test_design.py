@@ -102,7 +102,7 @@ class Page(HTMLParser):
 
 def test_fingers_table_and_report(searched):
     folder, done, _ = searched
-    assert "Not met: distance of two touches" in done.out
+    assert "Not met: distance that two touches need" in done.out
     page = Page((folder / "one" / "report.html").read_text())
     text = " ".join(page.words)
     assert page.open == []

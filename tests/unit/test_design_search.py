@@ -344,7 +344,7 @@ def test_a_feature_counts_against_the_goals(study, grid, store):
     check = next(c for c in finger.checks if c.criterion.name == "feature")
     assert check.value == finger.point
     assert not finger.meets
-    assert "distance of two touches" in reasons_of(found, finger.row)[0]
+    assert "distance that two touches need" in reasons_of(found, finger.row)[0]
 
 
 def test_reasons_are_about_what_was_tried(study):
