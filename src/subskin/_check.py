@@ -13,7 +13,6 @@ from .errors import GeometryError, InvalidValueError, UnknownOptionError, Validi
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
-FloatOrArray: TypeAlias = float | FloatArray
 
 
 def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
