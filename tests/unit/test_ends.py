@@ -83,6 +83,22 @@ def test_no_end_of_the_search_comes_near_an_answer_that_is_ok():
     assert (found.status[near] == AMBIGUOUS).all()
 
 
+@pytest.mark.parametrize(("thickness", "kind"), [(1.25, ss.NormalStrain), (4.0, ss.transducer.ShearStrain)])
+def test_in_a_layer_where_readings_turn_quickly_with_the_distance(thickness, kind):
+    """Loads far beside the row by an independent sum, wherever chi-square has its tops there."""
+    skin = ss.Layered(ss.Layer(ss.Material(1.0), thickness))
+    tip = ss.Finger(skin, ss.SensorArray.line(4, PITCH, 1.0, noise=1e-3, transducer=kind()))
+    rng, half = np.random.default_rng(0), 1.5 * PITCH
+    y = rng.choice([-1, 1], 2000) * (half + rng.uniform(1.4, 5.0, 2000))
+    readings = tip.read(ss.LineLoad(10 ** rng.uniform(0, 3, 2000), rng.uniform(-0.75, 0.75, 2000), y), rng)
+    found, w = tip.locate(readings), readings / 1e-3
+    far = np.linspace(1.5, 8.0, 160)
+    top = np.max([explained(tip.receptive_field(s * (half + d)) / 1e-3, w, 1.0) for s in (-1, 1) for d in far], axis=0)
+    sure = found.status == OK
+    assert sure.sum() > 10
+    assert ((w**2).sum(axis=1) - found.residual - top)[sure].min() > 13.8
+
+
 def test_nor_with_any_half_width():
     tip, rng, ends = FINGERS[6, 1e-2], np.random.default_rng(3), (-2.2, 2.2)
     readings = tip.read(loads(tip, 150, -0.8, 0.3, rng), rng)

@@ -18,11 +18,13 @@ from .frames import packed, scan_geometry
 
 __all__ = ["Stretches", "beyond", "stretches"]
 
-_FARTHEST, _NODES = 8.0, 11
-"""Depths beside the row up to which a load is thought of where no search is stated, and positions to start from."""
+_FARTHEST = 8.0
+"""Depths beside the row up to which a load is thought of where no search is stated."""
+_FEWEST, _MOST = 11, 44
+"""Positions to start from: as many as it takes for one to lie near any load, as thin layers need more."""
 _ERROR = 1e-6
 _DIRECTIONS, _BETWEEN = 9, 8
-_MARGIN = 0.95
+_MARGIN, _NEAR = 0.95, 0.95
 
 
 class Stretches(NamedTuple):
@@ -63,10 +65,13 @@ def stretches(far: Response | None, pattern: npt.NDArray[np.bool_], scale: Float
         return Stretches(np.empty((0, n, 2)), np.empty(0), np.empty((0, 1, 5, 2, n)), 0.0, 1.0, 1.0)
     each = np.flatnonzero(pattern)
     parts = [far.select(each + k) for k in range(0, far.sensors, len(pattern))]
-    nodes = np.geomspace(far.start, far.stop, _NODES)
-    between = np.geomspace(far.start, far.stop, _BETWEEN * (_NODES - 1) + 1)
-    fields = [part(nodes) * scale[:, None] for part in parts]
-    near = min(_nearest(at, part(between) * scale[:, None], friction) for at, part in zip(fields, parts, strict=True))
+    count, near = _FEWEST, 0.0
+    while near < _NEAR and count <= _MOST:
+        nodes, between = (np.geomspace(far.start, far.stop, k) for k in (count, _BETWEEN * (count - 1) + 1))
+        fields = [part(nodes) * scale[:, None] for part in parts]
+        seen = zip(fields, (part(between) * scale[:, None] for part in parts), strict=True)
+        near = min(_nearest(at, there, friction) for at, there in seen)
+        count *= 2
     tables = np.stack([packed(part, scale) for part in parts])
     return Stretches(np.concatenate(fields), nodes, tables, far.start, far.step, _MARGIN * near)
 

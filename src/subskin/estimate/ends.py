@@ -25,16 +25,15 @@ def outside(w, tables, options, single, least, scratch, fit):
     nodes = options[23:]
     k, mu, low, high = nodes.size, options[4], options[15], options[16]
     for j in range(tables.shape[0]):
-        best = 0
-        for p in range(1, k):
-            best = p if single[j * k + p] > single[j * k + best] else best
-        if single[j * k + best] < options[22] * least:
-            continue
-        first, last = nodes[max(best - 1, 0)], nodes[min(best + 1, k - 1)]
-        start, step = options[19], options[20]
-        climb_between(w, tables[j], start, step, mu, low, high, nodes[best], first, last, 1e-2, scratch, fit)
-        if fit[2] > least:
-            return True
+        s = single[j * k : (j + 1) * k]
+        for p in range(k):
+            before, after = max(p - 1, 0), min(p + 1, k - 1)
+            if s[p] < options[22] * least or s[before] > s[p] or s[after] > s[p]:
+                continue
+            start, step, first, last = options[19], options[20], nodes[before], nodes[after]
+            climb_between(w, tables[j], start, step, mu, low, high, nodes[p], first, last, 1e-2, scratch, fit)
+            if fit[2] > least:
+                return True
     return False
 
 
