@@ -114,8 +114,8 @@ def show(title: str, columns: list[str], rows: list[list[str]], target: Path | N
         )
 
 
-def arguments(about: str | None, **options: int | Path) -> argparse.Namespace:
-    """`--json FILE` and the whole numbers and folders of a benchmark, with their defaults."""
+def arguments(about: str | None, **options: int | str | Path) -> argparse.Namespace:
+    """`--json FILE` and the whole numbers, words and folders of a benchmark, with their defaults."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--json", type=Path, help="append the tables to this file")
     for name, default in options.items():

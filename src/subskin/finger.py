@@ -20,6 +20,7 @@ from .array import SensorArray
 from .contact import Contact, LineLoad
 from .errors import GeometryError, InvalidValueError
 from .skin.base import Skin
+from .spread import Spread
 from .tensor import State
 from .transducer import Transducer
 
@@ -73,11 +74,17 @@ class Finger(Frozen):
         The medium, e.g. `HalfPlane`.
     array : SensorArray
         The sensors.
+    spread : Spread, optional
+        How much larger than those of independent noise the standard errors are of what estimators find, along the row.
+        `calibrate` measures it on touches held out; without it they are those of independent noise.
+    trusted : bool, optional
+        Whether the model is that of the skin. No frame of a finger that is not trusted is OK.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        A skin that is no Skin, an array that is no SensorArray; a sensor that lies beneath the skin.
+        A skin that is no Skin, an array that is no SensorArray; a spread that is no Spread; a sensor that lies beneath
+        the skin.
 
     Warns
     -----
@@ -98,6 +105,8 @@ class Finger(Frozen):
 
     skin: Skin
     array: SensorArray
+    spread: Spread | None = None
+    trusted: bool = True
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
@@ -113,6 +122,9 @@ class Finger(Frozen):
                 "a SensorArray is needed",
                 "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)",
             )
+        if not isinstance(self.spread, Spread | None):
+            rule = "a Spread is needed, or none"
+            raise InvalidValueError(f"spread = {self.spread!r}", rule, "Spread([0.0], straight=[1.0], leaning=[1.0])")
         deepest = float(np.asarray(self.array.depth).max())
         self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):

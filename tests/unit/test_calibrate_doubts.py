@@ -151,12 +151,17 @@ class TestErrorsThatHold:
         at, sensor = np.tile(np.linspace(-3, 3, 50), 4), np.repeat(np.arange(4), 50)
         jacobian = np.stack([np.ones(200), at, np.cos(at)], axis=-1)
         white = Residuals(rng.normal(0, 1, 200), sensor, at, np.ones(200))
-        assert correlated(white, jacobian) is None
-        truth = Correlated(0.3, 1.0, 0.0, 0.5)
+        for noise_like in (True, False):
+            assert correlated(white, jacobian, noise_like=noise_like) is None
+        few = np.arange(0, 200, 20)  # of which three numbers were fitted, and that are larger than the noise
+        assert correlated(white[few], jacobian[few], noise_like=True) is None
+        few = np.arange(0, 200, 15)
+        assert correlated(white[few], jacobian[few], noise_like=False) is not None
+        truth = Correlated(0.3, np.array([0.0, 1.0, 0.0, 0.0]), np.zeros(4))  # over half a depth
         root = np.linalg.cholesky(truth.misfit(white, white) + 0.09 * np.eye(200))
-        found = correlated(replace(white, value=root @ rng.normal(0, 1, 200)), jacobian)
-        assert found.length == 0.5
-        assert found.own == pytest.approx(1.0, rel=0.5)
+        found = correlated(replace(white, value=root @ rng.normal(0, 1, 200)), jacobian, noise_like=True)
+        assert found.own.argmax() == 1
+        assert np.linalg.norm(found.own) == pytest.approx(1.0, rel=0.5)
         assert found.noise == pytest.approx(0.3, rel=0.2)
         expected = jacobian.T @ (root @ root.T) @ jacobian
         np.testing.assert_allclose(scatter(truth, white, jacobian), expected, atol=1e-9)

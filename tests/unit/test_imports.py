@@ -29,6 +29,7 @@ ORDER = (
     "skin",
     "transducer",
     "array",
+    "spread",
     "finger",
     "prepared",
     "response",

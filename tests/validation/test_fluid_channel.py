@@ -39,3 +39,17 @@ def test_it_is_refused(touches, kind, pitch, which):
         ss.calibrate(
             ss.Finger(ss.HalfPlane(ss.Material(0.4e6)), array), readings[used], positions[used], fit=FIT, **known
         )
+
+
+@pytest.mark.parametrize("kind", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
+@pytest.mark.filterwarnings("ignore::subskin.errors.ValidityWarning")
+def test_accepted_all_the_same_no_frame_is_ok(touches, kind):
+    positions, readings, _, depth = touches
+    used = np.isclose(depth, 2.5)
+    array = ss.SensorArray.line(2, pitch=80e-3, depth=5e-3, transducer=kind, noise=0.01)
+    finger = ss.Finger(ss.HalfPlane(ss.Material(0.4e6)), array)
+    found = ss.calibrate(finger, readings[used], positions[used], fit=FIT, accept_misfit=True)
+    assert "no elastic skin" in found.misfit.verdict
+    assert not found.finger.trusted
+    for friction in (0.0, 1.0):
+        assert not found.finger.locate(readings[used], friction=friction).ok.any()

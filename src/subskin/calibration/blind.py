@@ -138,7 +138,7 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
     for name in names[:-1]:
         fields[name][live] = np.asarray(getattr(part, name))
     change = fields["gain"][live] / np.asarray(whole.gain)[live]
-    found = Finger(fitted.skin, replace(whole, **fields))
+    found = replace(finger, skin=fitted.skin, array=replace(whole, **fields))
     touches = rounds.locate(found, np.asarray(data))
     fields["noise"][live] *= factor
     health = [Health.DEAD] * len(whole)

@@ -103,15 +103,15 @@ class Calibration(Frozen):
     ----------
     finger : Finger
         The finger with the fitted values; its noise is the residuals' standard deviation, and no less than it was
-        before; dead sensors have gain 0.
+        before; dead sensors have gain 0. Where residuals are no noise it has a `spread`, measured on touches held out.
     origin : float
         Where the finger's y = 0 lies on the motor's axis [m]: y = position - origin.
     parameters : tuple of Parameter
-        Every fitted number with its standard error. Errors assume residuals that are independent from touch to touch;
-        where the model, not noise, limits the fit they are too small.
+        Every fitted number with its standard error.
     covariance : ndarray, shape (k, k)
-        Covariance of the k parameters, in the units of each: the inverse Fisher information. A parameter of which the
-        touches say nothing has an infinite variance.
+        Covariance of the k parameters, in the units of each: the inverse Fisher information, larger where
+        residuals of neighbouring touches are correlated. A parameter of which the touches say nothing has an infinite
+        variance.
     health : tuple of Health
         State of each sensor.
     score : Score
@@ -122,6 +122,9 @@ class Calibration(Frozen):
         What is left unexplained, and whether it is noise.
     force, angle : ndarray, shape (m,)
         Load of each touch [N/m], [rad].
+    held_out : (int, int)
+        Positions of touches held out, each twice, by which the finger's `spread` was measured: those that are OK, of
+        straight and of leaning loads; 0 where they were too few, or residuals are noise.
     """
 
     finger: Finger
@@ -134,6 +137,7 @@ class Calibration(Frozen):
     misfit: Misfit
     force: FloatArray
     angle: FloatArray
+    held_out: tuple[int, int] = (0, 0)
 
     @property
     def r2(self) -> float:
@@ -180,6 +184,9 @@ class Calibration(Frozen):
                 f"too few touches to check the fit: {self.spare} spare readings for {len(self.parameters)} fitted "
                 f"numbers and {live} sensors; R^2 and standard errors say little"
             )
+        made = any(p.name == "gain" for p in self.parameters)
+        if made and self.finger.spread is not None and not any(self.held_out):
+            said.append("too few touches to hold some out: how far positions are off is not measured")
         said += [f"{_called(p)} is at the end of its range ({p.value:.4g} {p.unit}".rstrip() + ")" for p in self.ends]
         said += [
             f"{_called(p)} is not determined: its standard error is {_share(p)}"

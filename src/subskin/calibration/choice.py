@@ -14,6 +14,7 @@ from ..estimate.estimate import Status
 from ..finger import Finger
 from .calibration import Calibration
 from .known import fitted
+from .spread import checked, measured
 
 __all__ = ["Choice", "Trial", "choose"]
 
@@ -162,14 +163,19 @@ def _trial(
         found = whole.result()
         if found.misfit.wrong:
             return Trial(name, found, *nothing, found.misfit.verdict)
+        sizes, touches_out = measured(whole)
+        found = checked(found, whole, sizes, touches_out)
+        leaning = int(options.get("friction", 1.0) > 0)
         order = np.argsort(whole.positions, kind="stable")
         error, std = np.full((2, len(order)), np.nan)
         for block in np.array_split(order, _BLOCKS):
-            part = whole.without(block).result()
-            at = part.finger.locator(**options)(whole.given[block])
+            part = whole.without(block)
+            part.uncertainty.process = whole.uncertainty.process
+            truth = whole.positions[block] - part.forward.origin(part.p, part.origin)
+            at = part.finger_found().locator(**options)(whole.given[block])
             sure = at.status == Status.OK
-            error[block[sure]] = (at.position - (whole.positions[block] - part.origin))[sure]
-            std[block[sure]] = at.std[sure, 0]
+            error[block[sure]] = (at.position - truth)[sure]
+            std[block[sure]] = (sizes[leaning] * part.uncertainty.of_positions(truth)[leaning] * at.std[..., 0])[sure]
     except ConvergenceError as wrong:
         return Trial(name, None, *nothing, str(wrong))
     ok = np.isfinite(error)

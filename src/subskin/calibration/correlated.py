@@ -12,34 +12,40 @@ from .._frozen import Frozen
 
 __all__ = ["Correlated", "Residuals", "correlated", "scatter"]
 
-_LENGTHS = np.array([0.25, 0.5, 1.0, 2.0])
+LENGTHS = np.array([0.25, 0.5, 1.0, 2.0])
 """Lengths tried over which the misfit changes, in depths: a field changes within one, and so does its error."""
-_SIZES = np.array([0.0, 0.3, 1.0, 3.0, 10.0, 30.0])
+_SIZES = np.array([0.0, 0.3, 3.0, 30.0, 300.0, 3000.0])
 """Variances tried of the misfit, of that of the noise."""
 _WORTH = 8.0
 """Gain in log likelihood that three more numbers have to bring; of white residuals, in one of a thousand."""
+_TELLING = 4.0
+"""Spare residuals for each fitted number from which misfit shows: fewer can be white by what the fit took up."""
 _MOST = 200
 """Residuals from which the process is estimated, at most; and ten times as many to carry it into the errors."""
 
 
-@dataclass(frozen=True)
-class Correlated:
-    """Covariance of residuals, in units of their own: noise^2 [the same] + own^2 k + shared^2 w w' k, k over `length`.
+@dataclass(frozen=True, eq=False)
+class Correlated(Frozen):
+    """Covariance of residuals: noise^2 [the same] + the sum over `LENGTHS` of (own^2 [same sensor] + shared^2 w w') k.
 
-    `own` is a misfit that each sensor has for itself, `shared` the same function of the touch's position relative to
-    the sensor for all of them, as a field of the wrong shape gives it, times the weights w.
+    k = exp(-(x - x')^2 / (2 length^2)). `own` is a misfit that each sensor has for itself, `shared` the same function
+    of the touch's position relative to the sensor for all of them, as a field of the wrong shape gives it, times the
+    weights w; both have one value for each length, shape (4,).
     """
 
     noise: float
-    own: float
-    shared: float
-    length: float
+    own: FloatArray
+    shared: FloatArray
 
     def misfit(self, a: Residuals, b: Residuals) -> FloatArray:
         """Covariance of the misfit, without the noise, of residuals `a` with `b`, shape (len(a), len(b))."""
-        near = np.exp(-0.5 * ((a.at[:, None] - b.at) / self.length) ** 2)
-        same = a.sensor[:, None] == b.sensor
-        return np.asarray(near * (self.own**2 * same + self.shared**2 * a.weight[:, None] * b.weight))
+        square = (a.at[:, None] - b.at) ** 2
+        same, weight = a.sensor[:, None] == b.sensor, a.weight[:, None] * b.weight
+        out = np.zeros(square.shape)
+        for length, own, shared in zip(LENGTHS, self.own, self.shared, strict=True):
+            if own or shared:
+                out += np.exp(-0.5 * square / length**2) * (own**2 * same + shared**2 * weight)
+        return out
 
 
 @dataclass(frozen=True)
@@ -60,8 +66,11 @@ class Residuals(Frozen):
         return np.asarray(order[:: max(-(-len(order) // most), 1)])
 
 
-def correlated(residuals: Residuals, jacobian: FloatArray) -> Correlated | None:
-    """The process that explains the residuals of a fit with this `jacobian` (k, p) best; None where they are white.
+def correlated(residuals: Residuals, jacobian: FloatArray, *, noise_like: bool) -> Correlated | None:
+    """The process of the residuals of a fit with this `jacobian` (k, p); None where they are white.
+
+    They are white where no process explains them much better. Where they are few and larger than noise (`noise_like`
+    False) the touches cannot say so, and they are misfit. Lengths and sizes are averaged, each with its likelihood.
 
     By restricted maximum likelihood, which allows for what the fitted parameters have taken away: Patterson and
     Thompson, Biometrika 58, 545 (1971). The process for a model's misfit: Kennedy and O'Hagan, J. R. Stat. Soc. B 63,
@@ -73,25 +82,27 @@ def correlated(residuals: Residuals, jacobian: FloatArray) -> Correlated | None:
     q, r = np.linalg.qr(j[:, size > 0] / size[size > 0])
     q = q[:, np.abs(np.diag(r)) > 1e-8]
     free = len(rows) - q.shape[1]
-    if free < 2 * len(_LENGTHS):
+    if free < 2 * len(LENGTHS):
         return None
     # what is left of the residuals in the directions that no parameter takes: white there if they are
     across = np.linalg.qr(q, mode="complete")[0][:, q.shape[1] :]
     left = across.T @ part.value
-    white = _likelihood(np.eye(free), left)[0]
-    best, found = white + _WORTH, None
-    for length in _LENGTHS:
+    sizes = np.array([(own, shared) for own in _SIZES for shared in _SIZES])
+    likelihood, scale = np.empty((2, len(LENGTHS), len(sizes)))
+    for at, unit in enumerate(np.eye(len(LENGTHS))):
         kernels = [
-            across.T @ Correlated(0.0, *shares, float(length)).misfit(part, part) @ across
-            for shares in ((1.0, 0.0), (0.0, 1.0))
+            across.T @ Correlated(0.0, *shares).misfit(part, part) @ across
+            for shares in ((unit, 0 * unit), (0 * unit, unit))
         ]
-        for own in _SIZES:
-            for shared in _SIZES:
-                likelihood, scale = _likelihood(np.eye(free) + own * kernels[0] + shared * kernels[1], left)
-                if likelihood > best:
-                    sizes = [float(np.sqrt(scale * share)) for share in (1.0, own, shared)]
-                    best, found = likelihood, Correlated(sizes[0], sizes[1], sizes[2], float(length))
-    return found
+        for i, (own, shared) in enumerate(sizes):
+            covariance = np.eye(free) + own * kernels[0] + shared * kernels[1]
+            likelihood[at, i], scale[at, i] = _likelihood(covariance, left)
+    if (noise_like or free >= _TELLING * q.shape[1]) and likelihood.max() < likelihood[0, 0] + _WORTH:
+        return None
+    share = np.exp(likelihood - likelihood.max())
+    share *= scale / share.sum()
+    own, shared = np.sqrt(np.einsum("ls,sk->kl", share, sizes))
+    return Correlated(float(np.sqrt(share.sum())), own, shared)
 
 
 def scatter(process: Correlated, residuals: Residuals, jacobian: FloatArray) -> FloatArray:
@@ -105,7 +116,9 @@ def scatter(process: Correlated, residuals: Residuals, jacobian: FloatArray) -> 
 
 def _likelihood(covariance: FloatArray, left: FloatArray) -> tuple[float, float]:
     """Log likelihood up to a constant, at the best scale of the covariance, and that scale."""
+    from scipy.linalg import solve_triangular
+
     root = np.linalg.cholesky(covariance)
-    solved = np.linalg.solve(root, left)
+    solved = solve_triangular(root, left, lower=True, check_finite=False)
     scale = float(solved @ solved) / left.size
     return -float(np.log(np.diag(root)).sum()) - 0.5 * left.size * np.log(max(scale, 1e-300)), scale

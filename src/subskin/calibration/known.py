@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ from ..errors import ConvergenceError
 from ..finger import Finger
 from ._forward import TERMS, Forward, checked_names
 from .calibration import Calibration, Health, Parameter, checked_touches, score, weak
-from .correlated import Residuals, correlated, scatter
 from .misfit import Misfit, misfit_of, stretched
+from .spread import checked, measured
+from .uncertainty import Uncertainty
 
 __all__ = ["calibrate"]
 
@@ -64,6 +66,7 @@ def calibrate(
         Start (or, where "origin" is not fitted, value) of the origin [m]; by default found by the scan, or 0.
     accept_misfit : bool, optional
         Return the finger even where its model cannot explain the touches (`Misfit.wrong`); otherwise this is an error.
+        The finger is not `trusted`: none of its answers is OK.
 
     Returns
     -------
@@ -89,11 +92,12 @@ def calibrate(
     >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
     (9.0, 5.4)
     """
-    found = fitted(finger, readings, positions, fit=fit, force=force, angle=angle, origin=origin).result()
+    solution = fitted(finger, readings, positions, fit=fit, force=force, angle=angle, origin=origin)
+    found = solution.result()
     if found.misfit.wrong and not accept_misfit:
         fix = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
         raise ConvergenceError("a model that is not that of the touches", found.misfit.verdict, fix)
-    return found
+    return checked(found, solution, *measured(solution))
 
 
 def fitted(
@@ -157,9 +161,9 @@ class Fit:
         self.stated = np.asarray(part.array.noise)
         self.noise = np.ones(int(live.sum()))
 
-    def unit_readings(self, p: FloatArray) -> FloatArray:
-        """What unit gains would read."""
-        return self.forward.unit(p, self.positions - self.forward.origin(p, self.origin), self.load)
+    def unit_readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """What unit gains would read of touches at `positions` (m,) on the motor's axis, with `load` (m, 2)."""
+        return self.forward.unit(p, positions - self.forward.origin(p, self.origin), load)
 
     def linear(self, unit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gains and offsets that fit best to what unit gains would read."""
@@ -181,7 +185,7 @@ class Fit:
         return gain, offset
 
     def residual(self, p: FloatArray, unit: FloatArray | None = None) -> FloatArray:
-        unit = self.unit_readings(p) if unit is None else unit
+        unit = self.unit_readings(p, self.positions, self.load) if unit is None else unit
         gain, offset = self.linear(unit)
         return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
 
@@ -205,7 +209,7 @@ class Fit:
                 if not found.success:
                     raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
                 p = found.x
-            unit = self.unit_readings(p)
+            unit = self.unit_readings(p, self.positions, self.load)
             gain, offset = self.linear(unit)
             rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
             degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
@@ -217,7 +221,6 @@ class Fit:
                 noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
             )
         self.p, self.unit, self.gain, self.offset = p, unit, gain, offset
-        self.covariance = self._covariance()
         return self
 
     def _least(self, p: FloatArray, tolerance: float) -> Any:
@@ -251,55 +254,37 @@ class Fit:
         units = self.forward.from_origins(p, origins, self.positions, self.load)
         return [float((self.residual(p, unit) ** 2).sum()) for unit in units]
 
-    def _covariance(self) -> FloatArray:
-        """Inverse Fisher information of all parameters: those of the forward model, then gains, then offsets."""
+    def jacobian(self, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """Change of readings with all parameters, in noises, (m, n, p): forward model, then gains, then offsets."""
         columns = []
         lower, upper = self.forward.bounds()
         for k, h in enumerate(1e-4 * self.forward.scale()):
             ends = [self.p.copy(), self.p.copy()]
             ends[0][k] = min(self.p[k] + h, upper[k])
             ends[1][k] = max(self.p[k] - h, lower[k])
-            change = self.unit_readings(ends[0]) - self.unit_readings(ends[1])
+            change = self.unit_readings(ends[0], positions, load) - self.unit_readings(ends[1], positions, load)
             columns.append(self.gain * change / (ends[0][k] - ends[1][k]))
-        for name, values in (("gain", self.unit), ("offset", np.ones_like(self.unit))):
+        unit = self.unit_readings(self.p, positions, load)
+        for name, values in (("gain", unit), ("offset", np.ones_like(unit))):
             if name in self.names:
                 columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
-        jacobian = np.stack([(c / self.noise)[self.seen] for c in columns], axis=-1)
-        size = np.linalg.norm(jacobian, axis=0)
-        size[size == 0] = 1.0
-        values, vectors = np.linalg.eigh((jacobian / size).T @ (jacobian / size))
-        known = values > 1e-13 * values[-1]
-        covariance = (vectors[:, known] / values[known]) @ vectors[:, known].T
-        # what the readings say nothing of has an infinite variance, not none
-        blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
-        covariance = self._with_misfit(covariance, jacobian / size)
-        covariance[blind, blind] = np.inf
-        return np.asarray(covariance / np.outer(size, size))
+        return np.stack([c / self.noise for c in columns], axis=-1)
 
-    def _with_misfit(self, covariance: FloatArray, jacobian: FloatArray) -> FloatArray:
-        """The covariance (p, p) where residuals are not white but go together over neighbouring touches."""
-        array = self.forward.apply(self.p).array
-        rest = ((self.data - self.gain * self.unit - self.offset) / self.noise)[self.seen]
-        touch, sensor = np.nonzero(self.seen)
-        moved = self.positions - self.forward.origin(self.p, self.origin)
-        at = (moved[touch] - np.asarray(array.y)[sensor]) / float(np.mean(np.asarray(array.depth)))
-        weight = self.gain / self.noise
-        weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
-        residuals = Residuals(rest, sensor, at, weight[sensor])
-        process = correlated(residuals, jacobian)
-        if process is None:
-            return covariance
-        return np.asarray(covariance @ scatter(process, residuals, jacobian) @ covariance)
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """How far all of it is off."""
+        return Uncertainty(self)
 
     def _reported_covariance(self) -> FloatArray:
         """The covariance of what is reported: infinite variances stay, and reach what rests on them."""
         own = self.forward.expansion(self.p)
-        more = len(self.covariance) - self.forward.size
-        turn = np.zeros((len(own) + more, len(self.covariance)))
+        covariance = self.uncertainty.covariance
+        more = len(covariance) - self.forward.size
+        turn = np.zeros((len(own) + more, len(covariance)))
         turn[: len(own), : self.forward.size] = own
         turn[len(own) :, self.forward.size :] = np.eye(more)
-        blind = np.isinf(np.diag(self.covariance))
-        out = turn @ np.where(np.isinf(self.covariance), 0.0, self.covariance) @ turn.T
+        blind = np.isinf(np.diag(covariance))
+        out = turn @ np.where(np.isinf(covariance), 0.0, covariance) @ turn.T
         reached = np.flatnonzero((turn[:, blind] != 0).any(axis=1))
         out[reached, reached] = np.inf
         return np.asarray(out)
@@ -309,7 +294,7 @@ class Fit:
         out = np.zeros(self.live.size, dtype=bool)
         if "gain" in self.names:
             first = self.forward.size
-            std = np.sqrt(np.diag(self.covariance))[first : first + self.noise.size]
+            std = np.sqrt(np.diag(self.uncertainty.covariance))[first : first + self.noise.size]
             out[self.live] = (np.abs(self.gain) < _DEAD_SIGMA * std) & ~self._moves()
         return out
 
@@ -343,16 +328,10 @@ class Fit:
             alike=bool((self.load == self.load[0]).all()) and "gain" in self.names,
         )
 
-    def result(self) -> Calibration:
+    def finger_found(self) -> Finger:
+        """The finger with the fitted values; gains of dead sensors are 0."""
         index = np.flatnonzero(self.live)
-        parameters = self.forward.parameters(self.p, index)
-        for name, values in (("gain", self.gain), ("offset", self.offset)):
-            if name in self.names:
-                parameters += [(name, int(i), float(v), "") for i, v in zip(index, values, strict=True)]
-        covariance = self._reported_covariance()
-        std = np.sqrt(np.diag(covariance))
-        fitted = self.forward.apply(self.p)
-        whole = self.finger.array
+        fitted, whole = self.forward.apply(self.p), self.finger.array
         fields: dict[str, Any] = {
             name: np.array(getattr(whole, name)) for name in ("y", "depth", "width", "gain", "offset", "noise")
         }
@@ -361,9 +340,20 @@ class Fit:
         fields["gain"][:] = 0.0
         fields["gain"][index], fields["offset"][index] = self.gain, self.offset
         fields["noise"][index] = self.noise
-        finger = Finger(fitted.skin, replace(whole, **fields))
+        return Finger(fitted.skin, replace(whole, **fields))
+
+    def result(self) -> Calibration:
+        index = np.flatnonzero(self.live)
+        parameters = self.forward.parameters(self.p, index)
+        for name, values in (("gain", self.gain), ("offset", self.offset)):
+            if name in self.names:
+                parameters += [(name, int(i), float(v), "") for i, v in zip(index, values, strict=True)]
+        covariance = self._reported_covariance()
+        std = np.sqrt(np.diag(covariance))
+        finger = self.finger_found()
+        live = finger.array.select(self.live)
         health = [Health.DEAD] * self.live.size
-        for i, feeble in zip(index, weak(self.gain, fitted.array.transducers), strict=True):
+        for i, feeble in zip(index, weak(self.gain, live.transducers), strict=True):
             health[i] = Health.WEAK if feeble else Health.OK
         ends = self._at_end()
         data = np.full((len(self.data), self.live.size), np.nan)
@@ -371,7 +361,7 @@ class Fit:
         model = np.full_like(data, np.nan)
         model[:, self.live] = self.gain * self.unit + self.offset
         fit = score(data, model, self.live)
-        depth = float(np.mean(np.asarray(fitted.array.depth)))
+        depth = float(np.mean(np.asarray(live.depth)))
         return Calibration(
             finger=finger,
             origin=self.forward.origin(self.p, self.origin),

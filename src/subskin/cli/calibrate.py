@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ..calibration import Calibration, Score
+    from ..finger import Finger
 
 _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --every 2
@@ -158,6 +159,8 @@ def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warne
         ],
         "doubts": list(warned),
         "misfit": dataclasses.asdict(found.misfit) | {"wrong": found.misfit.wrong, "verdict": found.misfit.verdict},
+        "spread": _spread_as_json(found.finger),
+        "spread_held_out": list(found.held_out),
         "spare": found.spare,
         "touches": found.score.touches,
         "r2": found.r2,
@@ -170,6 +173,11 @@ def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warne
             for i, (name, state) in enumerate(zip(file.names, found.health, strict=True))
         },
     }
+
+
+def _spread_as_json(finger: Finger) -> dict[str, list[float]] | None:
+    """`Finger.spread` by name."""
+    return None if finger.spread is None else {k: v.tolist() for k, v in vars(finger.spread).items()}
 
 
 def _noise(found: Calibration) -> npt.NDArray[np.float64]:
@@ -195,4 +203,9 @@ def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | N
     if score is not None:
         print(f"R^2 {score.r2:.5f} on the {score.touches} held out", file=out)
     print(found.misfit.verdict, file=out)
+    for load, held in zip(("straight", "leaning"), found.held_out, strict=True):
+        if found.finger.spread is not None and held:
+            ratio = getattr(found.finger.spread, load)
+            times = f"{ratio.min():.2g} to {ratio.max():.2g} times those of noise along the row"
+            print(f"standard errors of {load} loads are {times}, by {held} positions of touches held out", file=out)
     show_health(out, file, found, "below half of the median gain")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +14,15 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
-from ..errors import GeometryError, InvalidValueError
+from ..errors import GeometryError, InvalidValueError, ValidityWarning
 from ..prepared import Prepared
 from ..response import Response
 from .estimate import Status
 from .layout import Layout
+
+if TYPE_CHECKING:
+    from ..finger import Finger
+    from ..spread import Spread
 
 __all__ = ["Framewise", "check_noise", "checked_friction", "packed", "patterns", "scan_geometry", "sensor_rows"]
 
@@ -77,6 +82,16 @@ class Framewise(ABC):
         self._sensors = len(array)
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
+        self._allowed: tuple[Spread | None, float, bool] | None = None
+
+    def allow_for(self, finger: Finger, friction: float) -> Self:
+        """The same estimator, its standard errors widened by the finger's spread; none is OK of one without trust."""
+        if not finger.trusted:
+            said = "the finger's model is not that of its touches, and was accepted: no frame of it is OK"
+            warnings.warn(said, ValidityWarning, stacklevel=3)
+        usual = finger.trusted and finger.spread is None
+        self._allowed = None if usual else (finger.spread, friction, finger.trusted)
+        return self
 
     @abstractmethod
     def _kernel(self) -> Any:
@@ -204,9 +219,9 @@ class Framewise(ABC):
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
         if pattern is self._all and self._arrays:  # the shortest way for a frame by itself
-            self._compiled(frames, *self._arrays, out)
-            return
-        arrays = self._prepared.get(pattern.tobytes(), lambda: self._prepare(pattern))
+            arrays = self._arrays
+        else:
+            arrays = self._prepared.get(pattern.tobytes(), lambda: self._prepare(pattern))
         if pattern is self._all:
             self._arrays = arrays
         if self._compiled is None:
@@ -216,6 +231,21 @@ class Framewise(ABC):
             if not is_cached(self._compiled):
                 _log.warning("subskin: compiling the estimator, once after installation; this takes some seconds")
         self._compiled(frames, *arrays, out)
+        if self._allowed is not None:
+            self._allow(out, *self._allowed)
+
+    def _allow(self, out: FloatArray, spread: Spread | None, friction: float, trusted: bool) -> None:
+        """What the finger's misfit does to packed results (f, columns): covariances and intervals, and what is OK."""
+        if spread is not None and self._layout is not None:
+            at = self._layout
+            ratio = spread.at(out[:, :1], friction)
+            out[:, at.covariance : at.interval] *= ratio**2
+            if at.wide:  # readings know the square of the half width
+                interval, best = out[:, at.interval : at.residual], out[:, at.half_width, None] ** 2
+                interval[:] = np.sqrt(np.maximum(best + ratio * (interval**2 - best), 0.0))
+        if not trusted:
+            status = out[:, self._status]
+            status[status == Status.OK] = Status.AMBIGUOUS
 
 
 def patterns(

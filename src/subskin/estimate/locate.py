@@ -92,13 +92,13 @@ def locator(
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
-            return Locator(table, finger.array, **more)
+            return Locator(table, finger.array, **more).allow_for(finger, friction)
         low, high = widths or (0.0, 1.5 * float(np.asarray(finger.array.depth).min()))
         response = Response.of(finger, kind, (table.start, table.stop), max(high, 1e-3 * table.step))
         more["half_width"] = (low, high)
         if held is not None:
-            return StickLocator(response, finger.array, held, **more)
-        return Locator(response, finger.array, **more)
+            return StickLocator(response, finger.array, held, **more).allow_for(finger, friction)
+        return Locator(response, finger.array, **more).allow_for(finger, friction)
 
     return prepared(finger).get(("locator", kind, ends, widths, forces, held, *values.values()), make)
 

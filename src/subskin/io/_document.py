@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidValueError
 from ..finger import Finger
+from ..spread import Spread
 from ._recording import build_drift, build_recording
 from ._sensors import build_array
 from ._skin import Misplaced, about, build_skin
+from .units import format_quantity
 
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["said"]
+__all__ = ["model_facts", "said"]
 
 
 def said(document: _schema.FingerDocument) -> dict[str, Any]:
@@ -26,8 +28,10 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
     """
     recording, told = document.recording, document.calibration
     skin, array = build_skin(document.skin), build_array(document)
+    with about("calibration"):
+        spread = None if told.spread is None else Spread(**told.spread.model_dump())
     with about("sensors"):
-        finger = Finger(skin, array)
+        finger = Finger(skin, array, spread, not told.accepted_misfit)
     names = tuple(f"s{i}" for i in range(len(array))) if recording is None else tuple(recording.sensors)
     if len(names) != len(array):
         seen = f"sensors names {len(names)} columns"
@@ -64,3 +68,13 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         "differences": told.differences,
         "length": length,
     }
+
+
+def model_facts(finger: Finger) -> dict[str, Any]:
+    """What [calibration] says of how far the finger's model is that of the skin; nothing where all is usual."""
+    facts: dict[str, Any] = {} if finger.trusted else {"accepted_misfit": True}
+    if finger.spread is not None:
+        y, of = finger.spread.y, finger.spread
+        ratios = {name: getattr(of, name).round(3).tolist() for name in ("straight", "leaning")}
+        facts["spread"] = {"y": [format_quantity(float(v), "m") for v in y], **ratios}
+    return facts

@@ -75,6 +75,7 @@ Length = Annotated[float, one("m")]
 Pressure = Annotated[float, one("Pa")]
 Time = Annotated[float, one("s")]
 Number = Annotated[float, one("")]
+Above0 = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Lengths = Annotated[float | list[float], one_or_each("m")]
 UnitText = Annotated[str, PlainValidator(_unit_text)]
 Names = Annotated[list[str], PlainValidator(_names)]
@@ -185,6 +186,14 @@ class ContactTable(StrictTable):
     length: Length | None = None
 
 
+class SpreadTable(StrictTable):
+    """[calibration.spread]: how far positions are off along the row, over what independent noise would make of them."""
+
+    y: Annotated[list[Length], Field(min_length=1)]
+    straight: list[Above0]
+    leaning: list[Above0]
+
+
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
@@ -195,6 +204,8 @@ class CalibrationTable(StrictTable):
     touches: StrictInt = 0
     blind: StrictBool = False
     misfit: Number | None = None
+    spread: SpreadTable | None = None
+    accepted_misfit: StrictBool = False
     r2: Number | None = None
     r2_held_out: Number | None = None
     dead: list[StrictStr] = []

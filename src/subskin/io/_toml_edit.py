@@ -41,7 +41,7 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
         del document["calibration"]
     table = tomlkit.table()
     table.add("origin", format_quantity(origin, "m"))
-    for name, value in facts.items():
+    for name, value in sorted(facts.items(), key=lambda fact: isinstance(fact[1], Mapping)):  # tables come last
         if isinstance(value, Mapping):
             inner = tomlkit.table()
             for key, item in value.items():

@@ -16,7 +16,7 @@ from .._shown import html_table, lines, span
 from ..errors import FileError, InvalidValueError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
-from ._document import said
+from ._document import model_facts, said
 from ._skin import Misplaced
 from ._toml_errors import misplaced, read_text, validated
 from .files import write_bytes
@@ -314,7 +314,7 @@ class FingerFile:
         """
         from ._toml_edit import edited
 
-        told = ({"differences": True} if self.differences else {}) | dict(facts or {})
+        told = ({"differences": True} if self.differences else {}) | model_facts(finger) | dict(facts or {})
         written = parse_finger(self.text, self.name).finger
         text = edited(self.text, written, finger, origin, told)
         return replace(parse_finger(text, "the file as changed"), search=self.search, name=self.name)

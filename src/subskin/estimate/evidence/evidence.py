@@ -97,6 +97,7 @@ class Evidence(Framewise):
         self.friction = checked_friction(friction)
         needed = 4 if self.friction > 0 else 3
         super().__init__(array, needed=needed, columns=KIND + EACH * len(names), status=STATUS)
+        self.allow_for(finger, self.friction)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._shallowest = float(depth.min())
         table = tabulate(finger, search)

@@ -116,6 +116,7 @@ class PressureMapper(Framewise):
         self._blocks = 2 if shear == "free" else 1
         columns = WIDTH + 2 * self._blocks * len(self.y)
         super().__init__(finger.array, needed=3 if shear == "none" else 4, columns=columns, status=STATUS)
+        self.allow_for(finger, self.friction)
         normal, tangential = self._columns_of(finger.array.live)
         self.shear_seen = shear_seen(normal, tangential, self._surface.step)
         if shear == "free" and not self.shear_seen >= _LEAST_SEEN:

@@ -1,0 +1,122 @@
+"""How far the numbers of a fit are off, and the positions that its finger finds."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from .correlated import Correlated, Residuals, correlated, scatter
+
+__all__ = ["Uncertainty"]
+
+_CHANCE = 1e-3
+"""With which noise alone leaves larger residuals."""
+_MOST = 2000
+"""Residuals from which errors of positions are worked out, at most."""
+_STEP = 1e-3
+"""Of a depth, by which a load is moved to see the readings change."""
+
+
+class Uncertainty:
+    """Covariance of what was fitted: of the residuals' noise, or of a process where they are more than that.
+
+    Residuals are noise unless a process explains them much better. Where they are few and larger than the stated noise,
+    they are what the model misses, and a field's misfit is smooth: a process even where too few touches show it.
+
+    `fit` is a `known.Fit` that is solved; it makes this, so its file is not imported here.
+    """
+
+    def __init__(self, fit: Any) -> None:
+        self._fit = fit
+        self._array = fit.forward.apply(fit.p).array
+        jacobian = fit.jacobian(fit.positions, fit.load)[fit.seen]
+        self._size = np.linalg.norm(jacobian, axis=0)
+        self._size[self._size == 0] = 1.0
+        self._jacobian = jacobian / self._size
+        values, vectors = np.linalg.eigh(self._jacobian.T @ self._jacobian)
+        known = values > 1e-13 * values[-1]
+        # what the readings say nothing of has an infinite variance, not none
+        self._blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
+        self._inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+
+    @cached_property
+    def _residuals(self) -> Residuals:
+        fit = self._fit
+        touch, sensor = np.nonzero(fit.seen)
+        rest = ((fit.data - fit.gain * fit.unit - fit.offset) / fit.noise)[fit.seen]
+        moved = fit.positions - fit.forward.origin(fit.p, fit.origin)
+        return self._of_model(rest, moved[touch], sensor)
+
+    def _of_model(self, value: FloatArray, y: FloatArray, sensor: npt.NDArray[np.intp]) -> Residuals:
+        """Residuals `value` (k,) of the sensors `sensor` (k,) at touches at `y` (k,) along the finger."""
+        at = (y - np.asarray(self._array.y)[sensor]) / float(np.mean(np.asarray(self._array.depth)))
+        weight = self._fit.gain / self._fit.noise
+        weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
+        return Residuals(value, sensor, at, weight[sensor])
+
+    @cached_property
+    def noise_like(self) -> bool:
+        """Whether the residuals are no larger than the noise that was stated; True where none was."""
+        from scipy.special import chdtri
+
+        fit = self._fit
+        stated = np.where(fit.stated > 0, fit.stated, np.inf)
+        rest = ((fit.data - fit.gain * fit.unit - fit.offset) / stated)[fit.seen]
+        return bool(rest @ rest <= chdtri(fit.spare, _CHANCE))
+
+    @cached_property
+    def process(self) -> Correlated | None:
+        """How residuals go together over neighbouring touches; None where they are noise."""
+        return correlated(self._residuals, self._jacobian, noise_like=self.noise_like)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of all parameters, (p, p): those of the forward model, then gains, then offsets."""
+        covariance = self._inverse
+        if self.process is not None:
+            covariance = covariance @ scatter(self.process, self._residuals, self._jacobian) @ covariance
+        covariance = np.array(covariance)
+        covariance[self._blind, self._blind] = np.inf
+        return np.asarray(covariance / np.outer(self._size, self._size))
+
+    def of_positions(self, y: FloatArray) -> FloatArray:
+        """Standard errors of positions at `y` (k,) [m] over those of independent noise, (2, k): straight, leaning.
+
+        Of loads as large as those of the touches, whose misfit is no larger and no smaller.
+
+        A position's error is linear in the misfit of the new touch and in that of the touches of the fit, which have
+        moved the parameters. Both are of one process: in a gap of the calibration they do not go together.
+        """
+        fit, process = self._fit, self.process
+        if process is None:
+            return np.ones((2, len(y)))
+        rows = self._residuals.thinned(_MOST)
+        old, n = self._residuals[rows], fit.noise.size
+        # parameters change by this of each residual of the fit
+        gained = self._inverse @ self._jacobian[rows].T * (len(self._jacobian) / len(rows))
+        among = process.misfit(old, old)
+        step = _STEP * float(np.mean(np.asarray(fit.finger.array.depth)))
+        force = float(np.median(np.hypot(*fit.load.T)))
+        normal, tangential = (np.tile(load, (len(y), 1)) for load in ([force, 0.0], [0.0, force]))
+        origin, scale = fit.forward.origin(fit.p, fit.origin), fit.gain / fit.noise
+        new = fit.jacobian(y + origin, normal) / self._size
+        down, along = (fit.forward.unit(fit.p, y, load) * scale for load in (normal, tangential))
+        moved = [fit.forward.unit(fit.p, y + h, normal) * scale for h in (step, -step)]
+        out = np.empty((2, len(y)))
+        for k, at in enumerate(y):
+            here = self._of_model(np.zeros(n), np.full(n, at), np.arange(n))
+            between, own = process.misfit(here, old), process.misfit(here, here)
+            columns = [(moved[0][k] - moved[1][k]) / (2 * step), down[k], along[k]]
+            for i, count in enumerate((2, 3)):
+                unknown = np.stack(columns[:count], axis=-1)
+                unknown = unknown / np.maximum(np.linalg.norm(unknown, axis=0), 1e-300)
+                to_position = np.linalg.pinv(unknown)[0]
+                of_fit = -(to_position @ new[k]) @ gained
+                square = process.noise**2 * (to_position @ to_position + of_fit @ of_fit)
+                square += to_position @ own @ to_position + 2 * to_position @ between @ of_fit + of_fit @ among @ of_fit
+                out[i, k] = np.sqrt(max(square, 0.0) / (to_position @ to_position))
+        return out
