@@ -61,7 +61,7 @@ class Spread(Frozen):
         position : array_like, shape (...)
             Along the row [m].
         friction : float, optional
-            As of `Finger.locate`: 0 for loads that press straight down.
+            As in `Finger.locate` [-]: 0 for loads that press straight down.
 
         Returns
         -------
