@@ -21,7 +21,18 @@ from . import tensor as tensor
 from . import transducer as transducer
 from .array import SensorArray
 from .calibration import calibrate, calibrate_blind
-from .contact import Contact, FlatPunch, Hertz, LineLoad, PartialSlip, PressureProfile, Strip, Wedge
+from .contact import (
+    Contact,
+    FlatPunch,
+    Hertz,
+    LineLoad,
+    LocalContact,
+    PartialSlip,
+    PointLoad,
+    PressureProfile,
+    Strip,
+    Wedge,
+)
 from .design.blind_spots import blind_spots
 from .errors import SubskinError
 from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
@@ -31,7 +42,7 @@ from .loads import Load
 from .material import Material
 from .pressing import press
 from .response import tabulate
-from .skin import HalfPlane, Layer, Layered, Round, Skin
+from .skin import HalfPlane, HalfSpace, Layer, Layered, Round, Skin
 from .stream import Pipeline, Relaxation, Tare
 from .transducer import (
     EnergyDensity,
@@ -54,12 +65,14 @@ __all__ = [
     "Finger",
     "FlatPunch",
     "HalfPlane",
+    "HalfSpace",
     "Hertz",
     "LateralStrain",
     "Layer",
     "Layered",
     "LineLoad",
     "Load",
+    "LocalContact",
     "Material",
     "MaxCompressiveStrain",
     "MeanPressure",
@@ -67,6 +80,7 @@ __all__ = [
     "NormalStress",
     "PartialSlip",
     "Pipeline",
+    "PointLoad",
     "PressureProfile",
     "Relaxation",
     "Round",

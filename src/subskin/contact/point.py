@@ -1,0 +1,68 @@
+"""The point load: Boussinesq's and Cerruti's, and a point torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._check import ComplexArray, FloatArray
+from .axial import AxialContact
+
+__all__ = ["PointLoad"]
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class PointLoad(AxialContact, name="point"):
+    """A force on a point, V_m = (-w)^m / (2 pi R), w = (y + i z) / (R + x) (Boussinesq 1885, Cerruti 1882).
+
+    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), sections 3.2 and 3.6. Parameters as of
+    `ShapedContact`.
+
+    Examples
+    --------
+    >>> touch = PointLoad(force=1.5, angle=0.3, azimuth=0.8, position=(1e-3, -2e-3))
+    >>> touch.components.round(4).tolist()
+    [1.433, 0.3088, 0.318]
+    >>> PointLoad(components=(1.0, 0.0, 0.2), moment=1e-3).azimuth.round(4).tolist()
+    1.5708
+    """
+
+    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
+        return point_family(order, x, zeta)
+
+    def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
+        return point_core(x, zeta)
+
+    def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        return np.ones_like(k)
+
+    def unit_radial_pressure(self, r: FloatArray) -> FloatArray:  # noqa: D102
+        return np.where(r == 0, np.inf, 0.0)
+
+    def unit_radial_slope(self, r: FloatArray) -> FloatArray:  # noqa: D102
+        return np.where(r == 0, -np.inf, 0.0)
+
+
+def point_family(order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
+    """`ShapedContact.unit_family` of a point load."""
+    big = np.hypot(x, np.abs(zeta))
+    w = -zeta / (big + x)
+    m = np.arange(4).reshape(-1, *(1,) * w.ndim)
+    if order == -1:
+        factor = -1 / big
+    elif order == 0:
+        factor = (x + m * big) / big**3
+    elif order == 1:
+        factor = -((m**2 - 1) * big**2 + 3 * m * x * big + 3 * x**2) / big**5
+    else:
+        cubic = m * (m**2 - 4) * big**3 + (6 * m**2 - 9) * x * big**2 + 15 * m * x**2 * big + 15 * x**3
+        factor = cubic / big**7
+    return np.asarray(w**m * factor / (2 * np.pi))
+
+
+def point_core(x: FloatArray, zeta: ComplexArray) -> ComplexArray:
+    """W_0 + x W_0'/2 of a point load, 3 x r^2 / (4 pi R^5): on the axis both parts cancel."""
+    square = zeta.real**2 + zeta.imag**2
+    big = np.hypot(x, np.sqrt(square))
+    return np.asarray(0.75 / np.pi * x * square / big**5, dtype=np.complex128)

@@ -1,0 +1,246 @@
+"""Local contacts of one shape: pressure and drag are the same function of (y, z), times N, Ty and Tz."""
+
+from __future__ import annotations
+
+import copy
+from abc import abstractmethod
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+from ..errors import GeometryError, InvalidValueError
+from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
+
+__all__ = ["ShapedContact"]
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class ShapedContact(LocalContact):
+    """A local contact of one shape f(y, z), whose integral is 1: pressure N f, drag (Ty, Tz) f.
+
+    A moment M about the inward normal adds the drag -(M/2) i (d/dy + i d/dz) f, q_y + i q_z (docs/local_contacts.md).
+    A subclass gives `unit_pressure` and `unit_spectrum`, and where it has a closed form `unit_family`.
+
+    Parameters
+    ----------
+    force : array_like, optional
+        Magnitude of the resultant [N], >= 0.
+    angle : array_like, optional
+        Its angle from the inward normal [rad], in [0, pi]; beyond pi/2 it pulls.
+    azimuth : array_like, optional
+        Direction of the drag, from +y towards +z [rad].
+    position : array_like, shape (..., 2), optional
+        Centre of the contact (y, z) [m].
+    components : array_like, shape (..., 3), optional
+        (N, Ty, Tz) [N], instead of force, angle and azimuth; kept exactly.
+    moment : array_like, optional
+        Moment about the inward normal [N m], positive from +y to +z.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range; both forms of a force, or neither; shapes that do not broadcast.
+    """
+
+    RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1}
+    """Axes that a parameter has for itself, behind those of the batch: 0 if it is not listed."""
+
+    components: FloatArray = None  # type: ignore[assignment]
+    position: FloatArray = None  # type: ignore[assignment]
+    moment: FloatArray = None  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        force: npt.ArrayLike | None = None,
+        angle: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        position: npt.ArrayLike = (0.0, 0.0),
+        *,
+        components: npt.ArrayLike | None = None,
+        moment: npt.ArrayLike = 0.0,
+        **lengths: npt.ArrayLike,
+    ) -> None:
+        self._set("components", _components(force, angle, azimuth, components))
+        self._set("position", _row("position", position, 2, "m", "(y, z)"))
+        self._set("moment", _check.real("moment", moment, unit="N m"))
+        for name, value in lengths.items():
+            self._set(name, value)
+        parameters = self._parameters()
+        shape = _check.broadcast(**{n: np.empty(a.shape[: a.ndim - self._rank(n)]) for n, a in parameters.items()})
+        for name, value in parameters.items():
+            own = value.shape[value.ndim - self._rank(name) :]
+            self._set(name, np.broadcast_to(value, shape + own))
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+    @classmethod
+    def _rank(cls, name: str) -> int:
+        return cls.RANKS.get(name, 0)
+
+    def _parameters(self) -> dict[str, FloatArray]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @abstractmethod
+    def unit_pressure(self, y: FloatArray, z: FloatArray) -> FloatArray:
+        """The shape f [1/m^2] at `y`, `z` [m] about its centre."""
+
+    @abstractmethod
+    def unit_spectrum(self, ky: FloatArray, kz: FloatArray) -> ComplexArray | FloatArray:
+        """Fourier transform of the shape at (`ky`, `kz`) [1/m]; 1 at 0."""
+
+    def unit_slope(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The derivatives of the shape along y and z [1/m^3], by which a moment drags.
+
+        Raises
+        ------
+        InvalidValueError
+            A shape that does not say them.
+        """
+        seen = f"the drag of a moment on a {type(self).__name__}"
+        raise InvalidValueError(seen, "its class has to define `unit_slope`", "moment=0")
+
+    def pressure(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        return _times(self.normal_force, self.unit_pressure(*self._from_centre(y, z)))
+
+    def shear(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        away = self._from_centre(y, z)
+        drag = _times(self.tangential_force, self.unit_pressure(*away)[..., None])
+        if not self.moment.any():
+            return drag
+        by_y, by_z = self.unit_slope(*away)
+        return _check.read_only(drag + _times(0.5 * self.moment[..., None], np.stack([by_z, -by_y], axis=-1)))
+
+    def spectrum(self, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:  # noqa: D102
+        ky, kz = np.asarray(ky, dtype=np.float64), np.asarray(kz, dtype=np.float64)
+        centre, load = self.position, self.components
+        unit = self.unit_spectrum(ky, kz) * np.exp(-1j * (ky * centre[..., 0] + kz * centre[..., 1]))
+        turn = 0.5j * self.moment
+        n, ty, tz = (load[..., i] for i in range(3))
+        return LocalSpectrum(n * unit, (ty + turn * kz) * unit, (tz - turn * ky) * unit)
+
+    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
+        """The family of the shape at the points x, y + i z = `zeta` about its centre, or a derivative of it along x.
+
+        Parameters
+        ----------
+        order : int
+            Derivatives along x: 0 for W_m, 1 and 2 for W_m' and W_m''; -1 for -V_m, whose derivative is W_m.
+        x, zeta : ndarray
+            Points [m], x >= 0, of shapes that broadcast.
+
+        Returns
+        -------
+        ndarray, shape (4, ...)
+            For m = 0 ... 3; of order -1 the last may be left out.
+        """
+        raise NotImplementedError
+
+    def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:
+        """W_0 + x W_0'/2 of `unit_family`, `w` and `dw`; a subclass replaces it where these cancel."""
+        return np.asarray(w[0] + 0.5 * x * dw[0])
+
+    def transforms(self, x: FloatArray, y: FloatArray, z: FloatArray) -> LocalTransforms:
+        """As `local_transforms_of`."""
+        zeta = self._zeta(y, z)
+        w, dw = self.unit_family(0, x, zeta), self.unit_family(1, x, zeta)
+        n, tau = self._load
+        q, dq, sq = tau * w, tau * dw, tau * self.unit_core(x, zeta, w, dw)
+        r, dr = np.conj(tau) * w, np.conj(tau) * dw
+        if self.moment.any():
+            turn = 0.5j * self.moment
+            ddw = self.unit_family(2, x, zeta)
+            q, dq, r, dr = q + turn * _up(dw), dq + turn * _up(ddw), r + turn * _down(dw), dr + turn * _down(ddw)
+            sq = sq + turn * (dw[1] + 0.5 * x * ddw[1])
+        return LocalTransforms(n * w, n * dw, q, dq, r, dr, sq)
+
+    def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
+        """As `local_potentials_of`."""
+        zeta = self._zeta(y, z)
+        v = -self.unit_family(-1, x, zeta)[:3]
+        n, tau = self._load
+        q, r = tau * v, np.conj(tau) * v
+        if self.moment.any():
+            turn, w = 0.5j * self.moment, self.unit_family(0, x, zeta)
+            q, r = q - turn * _up(w)[:3], r - turn * _down(w)[:3]
+        return Potentials(n * v, q, r)
+
+    @property
+    def _load(self) -> tuple[FloatArray, ComplexArray]:
+        """N, and Ty + i Tz."""
+        return self.components[..., 0], self.components[..., 1] + 1j * self.components[..., 2]
+
+    def _zeta(self, y: FloatArray, z: FloatArray) -> ComplexArray:
+        away = np.empty(np.broadcast_shapes(y.shape, z.shape, self.shape), dtype=np.complex128)
+        away.real, away.imag = y - self.position[..., 0], z - self.position[..., 1]
+        return away
+
+    def _from_centre(self, y: npt.ArrayLike, z: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        ys, zs = _check.real("y", y, unit="m"), _check.real("z", z, unit="m")
+        away = self._zeta(ys, zs)
+        return away.real, away.imag
+
+    @property
+    def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        return self.position, self.position
+
+    def expand(self, axes: int = 1) -> Self:  # noqa: D102
+        wide = copy.copy(self)
+        for name, value in self._parameters().items():
+            at = value.ndim - self._rank(name)
+            wide._set(name, value.reshape(value.shape[:at] + (1,) * axes + value.shape[at:]))
+        return wide
+
+
+def _up(w: ComplexArray) -> ComplexArray:
+    """W_{m+1} beside W_m; of the last, which no field needs, nothing."""
+    return np.concatenate([w[1:4], np.zeros_like(w[:1])])
+
+
+def _down(w: ComplexArray) -> ComplexArray:
+    """W_{m-1} beside W_m, with W_{-1} = -W_1*."""
+    return np.concatenate([-np.conj(w[1:2]), w[:3]])
+
+
+def _times(force: FloatArray, unit: FloatArray) -> FloatArray:
+    """A force times a unit traction: no force makes nothing, even of an infinite one."""
+    with np.errstate(invalid="ignore"):
+        return _check.read_only(np.where(force == 0, 0.0, force * unit))
+
+
+def _row(name: str, value: npt.ArrayLike, count: int, unit: str, what: str) -> FloatArray:
+    """An array whose last axis has `count` numbers."""
+    array = _check.real(name, value, unit=unit)
+    if array.shape[-1:] != (count,):
+        raise GeometryError(f"{name} of shape {array.shape}", f"(..., {count}) is needed, {what} [{unit}]")
+    return array
+
+
+def _components(
+    force: npt.ArrayLike | None,
+    angle: npt.ArrayLike | None,
+    azimuth: npt.ArrayLike | None,
+    components: npt.ArrayLike | None,
+) -> FloatArray:
+    """(N, Ty, Tz) from either form."""
+    if components is not None:
+        if any(value is not None for value in (force, angle, azimuth)):
+            raise InvalidValueError("components and force, angle or azimuth", "they say the same: one form is needed")
+        return _row("components", components, 3, "N", "(N, Ty, Tz)")
+    if force is None:
+        fix = "force=1.5, angle=0.3, azimuth=0.8, or components=(1.4, 0.3, 0.3)"
+        raise InvalidValueError("no force", "a magnitude, or its components, is needed", fix)
+    p = _check.real("force", force, unit="N", at_least=0.0, fix="turn the angle instead")
+    fix = "angles are in radians, from the inward normal: np.deg2rad(30); the azimuth says to which side"
+    alpha = _check.real("angle", 0.0 if angle is None else angle, unit="rad", at_least=0.0, at_most=np.pi, fix=fix)
+    theta = _check.real("azimuth", 0.0 if azimuth is None else azimuth, unit="rad")
+    out = np.empty((*_check.broadcast(force=p, angle=alpha, azimuth=theta), 3))
+    across = alpha == 0.5 * np.pi
+    out[..., 0] = p * np.where(across, 0.0, np.cos(alpha))
+    drag = p * np.where(alpha == np.pi, 0.0, np.sin(alpha))
+    out[..., 1], out[..., 2] = drag * np.cos(theta), drag * np.sin(theta)
+    return out
