@@ -72,9 +72,9 @@ class _Tensor(Frozen):
         """The three principal values, largest (most tensile) first, shape (..., 3)."""
         if not self.is_plane:
             matrices = self.matrix
-            known = np.isfinite(matrices).all(axis=(-2, -1))[..., None]
-            values = np.linalg.eigvalsh(np.where(known[..., None], matrices, 0.0))[..., ::-1]
-            return np.where(known, values, np.nan)
+            known = np.asarray(np.isfinite(matrices).all(axis=(-2, -1), keepdims=True))
+            values = np.linalg.eigvalsh(np.where(known, matrices, 0.0))[..., ::-1]
+            return np.where(known[..., 0], values, np.nan)
         centre, radius = 0.5 * (self.xx + self.yy), np.hypot(0.5 * (self.xx - self.yy), self.xy)
         values = np.stack([centre + radius, centre - radius, np.broadcast_to(self.zz, centre.shape)], axis=-1)
         return np.sort(values, axis=-1)[..., ::-1]

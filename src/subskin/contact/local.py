@@ -41,7 +41,8 @@ class LocalTransforms(NamedTuple):
     """The families W_m, m = 0 ... 3, of the pressure (`p`), of the drag q_y + i q_z (`q`) and of its conjugate (`r`).
 
     Each has the shape (4, ...); `dp`, `dq` and `dr` are their derivatives along x. `sq` is W_0 + x W_0'/2 of the drag:
-    beneath a narrow contact its two parts cancel, so each contact says how to find it without that loss.
+    beneath a narrow contact its two parts cancel, so each contact says how to find it without that loss. A moment M on
+    a shape has a drag whose families need no derivative: `t` is (i M / 2) W_m' of the shape, m = 1, 2, shape (2, ...).
     """
 
     p: ComplexArray
@@ -51,14 +52,19 @@ class LocalTransforms(NamedTuple):
     r: ComplexArray
     dr: ComplexArray
     sq: ComplexArray
+    t: ComplexArray
 
 
 class Potentials(NamedTuple):
-    """V_m, m = 0 ... 2, of the pressure, of the drag and of its conjugate, each of the shape (3, ...)."""
+    """V_m, m = 0 ... 2, of the pressure, of the drag and of its conjugate, each of the shape (3, ...).
+
+    `t` is (i M / 2) W_1 of the shape on which a moment M acts, shape (...).
+    """
 
     p: ComplexArray
     q: ComplexArray
     r: ComplexArray
+    t: ComplexArray
 
 
 class LocalSpectrum(NamedTuple):
@@ -252,7 +258,7 @@ class LocalSum(LocalContact):
 
     @property
     def moment(self) -> FloatArray:
-        """Moment about the inward normal at `position` [N m]: the parts' own, and what their drags have by their arms."""
+        """Moment about the inward normal at `position` [N m]: the parts' own, and that of their drags."""
         total, at = np.zeros(self.shape), self.position
         for part in self.parts:
             arm, drag = part.position - at, part.tangential_force

@@ -53,11 +53,8 @@ def point_family(order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
         factor = -1 / big
     elif order == 0:
         factor = (x + m * big) / big**3
-    elif order == 1:
-        factor = -((m**2 - 1) * big**2 + 3 * m * x * big + 3 * x**2) / big**5
     else:
-        cubic = m * (m**2 - 4) * big**3 + (6 * m**2 - 9) * x * big**2 + 15 * m * x**2 * big + 15 * x**3
-        factor = cubic / big**7
+        factor = -((m**2 - 1) * big**2 + 3 * m * x * big + 3 * x**2) / big**5
     return np.asarray(w**m * factor / (2 * np.pi))
 
 

@@ -104,12 +104,16 @@ class ShapedContact(LocalContact):
         seen = f"the drag of a moment on a {type(self).__name__}"
         raise InvalidValueError(seen, "its class has to define `unit_slope`", "moment=0")
 
+    def unit_drag(self, y: FloatArray, z: FloatArray) -> FloatArray:
+        """The shape of the drag [1/m^2]; that of the pressure, if nothing else is said."""
+        return self.unit_pressure(y, z)
+
     def pressure(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         return _times(self.normal_force, self.unit_pressure(*self._from_centre(y, z)))
 
     def shear(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         away = self._from_centre(y, z)
-        drag = _times(self.tangential_force, self.unit_pressure(*away)[..., None])
+        drag = _times(self.tangential_force, self.unit_drag(*away)[..., None])
         if not self.moment.any():
             return drag
         by_y, by_z = self.unit_slope(*away)
@@ -129,45 +133,45 @@ class ShapedContact(LocalContact):
         Parameters
         ----------
         order : int
-            Derivatives along x: 0 for W_m, 1 and 2 for W_m' and W_m''; -1 for -V_m, whose derivative is W_m.
+            Derivatives along x: 0 for W_m, 1 for W_m'; -1 for -V_m, whose derivative is W_m.
         x, zeta : ndarray
             Points [m], x >= 0, of shapes that broadcast.
 
         Returns
         -------
         ndarray, shape (4, ...)
-            For m = 0 ... 3; of order -1 the last may be left out.
+            For m = 0 ... 3 [1/m^(2 + order)]; of order -1 the last may be left out.
         """
         raise NotImplementedError
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:
-        """W_0 + x W_0'/2 of `unit_family`, `w` and `dw`; a subclass replaces it where these cancel."""
+        """W_0 + x W_0'/2 of `drag_family`, `w` and `dw` [1/m^2]; a subclass replaces it where these cancel."""
         return np.asarray(w[0] + 0.5 * x * dw[0])
+
+    def drag_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:
+        """`unit_family` of the drag; None where it is that of the pressure."""
+        return None
 
     def transforms(self, x: FloatArray, y: FloatArray, z: FloatArray) -> LocalTransforms:
         """As `local_transforms_of`."""
-        zeta = self._zeta(y, z)
-        w, dw = self.unit_family(0, x, zeta), self.unit_family(1, x, zeta)
-        n, tau = self._load
-        q, dq, sq = tau * w, tau * dw, tau * self.unit_core(x, zeta, w, dw)
-        r, dr = np.conj(tau) * w, np.conj(tau) * dw
-        if self.moment.any():
-            turn = 0.5j * self.moment
-            ddw = self.unit_family(2, x, zeta)
-            q, dq, r, dr = q + turn * _up(dw), dq + turn * _up(ddw), r + turn * _down(dw), dr + turn * _down(ddw)
-            sq = sq + turn * (dw[1] + 0.5 * x * ddw[1])
-        return LocalTransforms(n * w, n * dw, q, dq, r, dr, sq)
+        zeta, (n, tau) = self._zeta(y, z), self._load
+        own, down = self.unit_family(0, x, zeta), self.unit_family(1, x, zeta)
+        w, dw = own, down
+        drag = self.drag_family(0, x, zeta)
+        if drag is not None:
+            w, dw = drag, np.asarray(self.drag_family(1, x, zeta))
+        sq = tau * self.unit_core(x, zeta, w, dw) if tau.any() else np.zeros_like(w[0])
+        back, turn = np.conj(tau), 0.5j * self.moment
+        return LocalTransforms(n * own, n * down, tau * w, tau * dw, back * w, back * dw, sq, turn * down[1:3])
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
         """As `local_potentials_of`."""
-        zeta = self._zeta(y, z)
-        v = -self.unit_family(-1, x, zeta)[:3]
-        n, tau = self._load
-        q, r = tau * v, np.conj(tau) * v
-        if self.moment.any():
-            turn, w = 0.5j * self.moment, self.unit_family(0, x, zeta)
-            q, r = q - turn * _up(w)[:3], r - turn * _down(w)[:3]
-        return Potentials(n * v, q, r)
+        zeta, (n, tau) = self._zeta(y, z), self._load
+        own, drag = self.unit_family(-1, x, zeta), self.drag_family(-1, x, zeta)
+        v = -(own if drag is None else drag)[:3]
+        turn = 0.5j * self.moment
+        t = turn * self.unit_family(0, x, zeta)[1] if turn.any() else np.zeros_like(v[0])
+        return Potentials(-n * own[:3], tau * v, np.conj(tau) * v, t)
 
     @property
     def _load(self) -> tuple[FloatArray, ComplexArray]:
@@ -194,16 +198,6 @@ class ShapedContact(LocalContact):
             at = value.ndim - self._rank(name)
             wide._set(name, value.reshape(value.shape[:at] + (1,) * axes + value.shape[at:]))
         return wide
-
-
-def _up(w: ComplexArray) -> ComplexArray:
-    """W_{m+1} beside W_m; of the last, which no field needs, nothing."""
-    return np.concatenate([w[1:4], np.zeros_like(w[:1])])
-
-
-def _down(w: ComplexArray) -> ComplexArray:
-    """W_{m-1} beside W_m, with W_{-1} = -W_1*."""
-    return np.concatenate([-np.conj(w[1:2]), w[:3]])
 
 
 def _times(force: FloatArray, unit: FloatArray) -> FloatArray:

@@ -59,16 +59,16 @@ def fields_of(contact: LocalContact, nu: float, x: FloatArray, y: FloatArray, z:
 
     def fields(x: FloatArray, y: FloatArray, z: FloatArray) -> Fields:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # singular points are blanked by the caller
-            p, dp, q, dq, r, dr, sq = local_transforms_of(contact, x, y, z)
+            p, dp, q, dq, r, dr, sq, t = local_transforms_of(contact, x, y, z)
             inside = x > 0
             p1, p2, p0, q1, r1, r2, r3 = (
                 np.where(inside, x * d, 0.0) for d in (dp[1], dp[2], dp[0], dq[1], dr[1], dr[2], dr[3])
             )
-            shear = -p1 - np.where(inside, sq, q[0]) + 0.5 * r2
-            difference = (1 - 2 * nu) * p[2] + p2 + (2 - nu) * q[1] + nu * r[3] + 0.5 * (q1 - r3)
-        return Fields(p[0].real, p0.real, r[1].real, r1.real, shear, difference)
+            shear = -p1 - np.where(inside, sq, q[0]) + 0.5 * r2 - t[0]
+            difference = (1 - 2 * nu) * p[2] + p2 + (2 - nu) * q[1] + nu * r[3] + 0.5 * (q1 - r3) + 2 * t[1]
+        return Fields(p[0].real.copy(), np.asarray(p0.real), r[1].real.copy(), np.asarray(r1.real), shear, difference)
 
-    return Fields(*_in_blocks(fields, contact, x, y, z))
+    return Fields(*_in_blocks(fields, contact, x, y, z))  # type: ignore[arg-type]
 
 
 def displacements_of(
@@ -79,11 +79,11 @@ def displacements_of(
 
     def moved(x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, ComplexArray]:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            v, vq, vr = local_potentials_of(contact, x, y, z)
-            p, _, q, _, r, _, _ = local_transforms_of(contact, x, y, z)
+            v, vq, vr, t = local_potentials_of(contact, x, y, z)
+            p, _, q, _, r, *_ = local_transforms_of(contact, x, y, z)
             p0, p1, q0, r1, r2 = (np.where(x > 0, x * w, 0.0) for w in (p[0], p[1], q[0], r[1], r[2]))
             down = 2 * (1 - nu) * v[0].real + p0.real - r1.real - (1 - 2 * nu) * vr[1].real
-            along = (1 - 2 * nu) * v[1] - p1 + (2 - nu) * vq[0] + nu * vr[2] - 0.5 * (q0 - r2)
+            along = (1 - 2 * nu) * v[1] - p1 + (2 - nu) * vq[0] + nu * vr[2] - 0.5 * (q0 - r2) - 2 * t
         return soft * down, soft * along
 
     down, along = _in_blocks(moved, contact, x, y, z)
