@@ -15,7 +15,7 @@ from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError, InvalidValueError
 from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 
-__all__ = ["ShapedContact"]
+__all__ = ["ShapedContact", "row_of"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -65,7 +65,7 @@ class ShapedContact(LocalContact):
         **lengths: npt.ArrayLike,
     ) -> None:
         self._set("components", _components(force, angle, azimuth, components))
-        self._set("position", _row("position", position, 2, "m", "(y, z)"))
+        self._set("position", row_of("position", position, 2, "m", "(y, z)"))
         self._set("moment", _check.real("moment", moment, unit="N m"))
         for name, value in lengths.items():
             self._set(name, value)
@@ -206,7 +206,7 @@ def _times(force: FloatArray, unit: FloatArray) -> FloatArray:
         return _check.read_only(np.where(force == 0, 0.0, force * unit))
 
 
-def _row(name: str, value: npt.ArrayLike, count: int, unit: str, what: str) -> FloatArray:
+def row_of(name: str, value: npt.ArrayLike, count: int, unit: str, what: str) -> FloatArray:
     """An array whose last axis has `count` numbers."""
     array = _check.real(name, value, unit=unit)
     if array.shape[-1:] != (count,):
@@ -224,7 +224,7 @@ def _components(
     if components is not None:
         if any(value is not None for value in (force, angle, azimuth)):
             raise InvalidValueError("components and force, angle or azimuth", "they say the same: one form is needed")
-        return _row("components", components, 3, "N", "(N, Ty, Tz)")
+        return row_of("components", components, 3, "N", "(N, Ty, Tz)")
     if force is None:
         fix = "force=1.5, angle=0.3, azimuth=0.8, or components=(1.4, 0.3, 0.3)"
         raise InvalidValueError("no force", "a magnitude, or its components, is needed", fix)
