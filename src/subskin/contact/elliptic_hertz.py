@@ -169,7 +169,10 @@ def _near_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray, b
 
 
 def _tangents(x: FloatArray, zeta: ComplexArray, a: FloatArray, b: FloatArray) -> ComplexArray:
-    """Directions, complex, in which the point lies on the end of the projection, shape (n, 4): Z^2 = c^2."""
+    """Directions, complex, in which the point lies on the end of the projection, Z^2 = c^2: one each half turn, (n, 2).
+
+    With w = e^{i phi} it is of the fourth degree; its roots are pairs w, -1/w*, a half turn apart.
+    """
     back, gap = np.conj(zeta), (a - b) * (a + b)
     lead, last = back**2 - gap, zeta**2 - gap
     tiny = 1e-12 * (a * a + b * b)
@@ -179,14 +182,18 @@ def _tangents(x: FloatArray, zeta: ComplexArray, a: FloatArray, b: FloatArray) -
     companion[..., 0, :] = -np.stack(terms, axis=-1) / lead[..., None]
     companion[..., [1, 2, 3], [0, 1, 2]] = 1.0
     roots = np.linalg.eigvals(companion)
-    return np.asarray(-1j * np.log(np.where(roots == 0, 1e-300, roots)))
+    turns = -1j * np.log(np.where(roots == 0, 1e-300, roots))
+    turns = np.take_along_axis(turns, np.argsort(np.mod(turns.real, np.pi), axis=1), axis=1)
+    ahead = np.mod(turns.real, np.pi)
+    twins = ahead[:, 1] - ahead[:, 0] + ahead[:, 3] - ahead[:, 2] < 0.5 * np.pi
+    return np.where(twins[:, None], turns[:, [0, 2]], turns[:, [1, 3]])
 
 
 def _far_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray, b: FloatArray) -> ComplexArray:
     """The sum over point loads."""
     total = np.zeros((), dtype=np.complex128)
     for at, share in _nodes(a, b):
-        total = total + share * point_family(order, x, zeta - at)[: 3 if order == -1 else 4]
+        total = total + share * point_family(order, x, zeta - at)
     return np.asarray(total)
 
 

@@ -117,7 +117,12 @@ class LocalContact(Named, ABC):
     @property
     @abstractmethod
     def moment(self) -> FloatArray:
-        """Moment of the drag about the inward normal at `position` [N m], shape (...), positive from +y to +z."""
+        """Moment about the inward normal at `position` [N m], shape (...), positive from +y to +z."""
+
+    @property
+    def torque(self) -> FloatArray:
+        """Moment of all the drag about the inward normal at `position` [N m], shape (...): with what its slopes add."""
+        return self.moment
 
     @property
     @abstractmethod
@@ -262,7 +267,7 @@ class LocalSum(LocalContact):
         total, at = np.zeros(self.shape), self.position
         for part in self.parts:
             arm, drag = part.position - at, part.tangential_force
-            total = total + part.moment + arm[..., 0] * drag[..., 1] - arm[..., 1] * drag[..., 0]
+            total = total + part.torque + arm[..., 0] * drag[..., 1] - arm[..., 1] * drag[..., 0]
         return _check.read_only(total)
 
     @property

@@ -126,6 +126,12 @@ class Patch(ShapedContact, name="patch"):
         return share * (s[..., 0] + s[..., 2] * z), share * (s[..., 1] + s[..., 2] * y)
 
     @property
+    def torque(self) -> FloatArray:  # noqa: D102
+        arms = self.slopes[..., :2] * self.half_widths**2 / 3
+        ty, tz = self.components[..., 1], self.components[..., 2]
+        return np.asarray(self.moment + tz * arms[..., 0] - ty * arms[..., 1])
+
+    @property
     def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
         return self.position - self.half_widths, self.position + self.half_widths
 
@@ -174,7 +180,7 @@ def _far_family(
     """The sum over point loads: far away the corners cancel."""
     zeta, total = y + 1j * z, np.zeros((), dtype=np.complex128)
     for at_y, at_z, share in _nodes(a, b, *slopes):
-        total = total + share * point_family(order, x, zeta - (at_y + 1j * at_z))[: 3 if order == -1 else 4]
+        total = total + share * point_family(order, x, zeta - (at_y + 1j * at_z))
     return np.asarray(total)
 
 

@@ -46,16 +46,23 @@ class PointLoad(AxialContact, name="point"):
 
 def point_family(order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
     """`ShapedContact.unit_family` of a point load."""
-    big = np.hypot(x, np.abs(zeta))
+    big = np.sqrt(x * x + zeta.real**2 + zeta.imag**2)
     w = -zeta / (big + x)
-    m = np.arange(4).reshape(-1, *(1,) * w.ndim)
     if order == -1:
-        factor = -1 / big
+        factors = [-1 / big] * 3
     elif order == 0:
-        factor = (x + m * big) / big**3
+        share = 1 / (big * big * big)
+        factors = [(x + m * big) * share for m in range(4)]
     else:
-        factor = -((m**2 - 1) * big**2 + 3 * m * x * big + 3 * x**2) / big**5
-    return np.asarray(w**m * factor / (2 * np.pi))
+        square = big * big
+        share = -1 / (square * square * big)
+        factors = [((m * m - 1) * square + 3 * m * x * big + 3 * x * x) * share for m in range(4)]
+    out = np.empty((len(factors), *np.broadcast_shapes(w.shape)), dtype=np.complex128)
+    power: ComplexArray | float = 1 / (2 * np.pi)
+    for m, factor in enumerate(factors):
+        np.multiply(power, factor, out=out[m])
+        power = power * w
+    return out
 
 
 def point_core(x: FloatArray, zeta: ComplexArray) -> ComplexArray:
