@@ -57,10 +57,10 @@ def point_family(order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
         square = big * big
         share = -1 / (square * square * big)
         factors = [((m * m - 1) * square + 3 * m * x * big + 3 * x * x) * share for m in range(4)]
-    out = np.empty((len(factors), *np.broadcast_shapes(w.shape)), dtype=np.complex128)
+    out = np.empty((len(factors), *w.shape), dtype=np.complex128)
     power: ComplexArray | float = 1 / (2 * np.pi)
     for m, factor in enumerate(factors):
-        np.multiply(power, factor, out=out[m])
+        out[m, ...] = power * factor
         power = power * w
     return out
 
