@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._check import FloatArray
+from ..errors import InvalidValueError
 from .local import RadialTerm
 from .shaped import ShapedContact
 
@@ -28,7 +29,7 @@ class AxialContact(ShapedContact):
 
     def unit_radial_slope(self, r: FloatArray) -> FloatArray:
         """df/dr [1/m^3] at the distance `r` [m], by which a moment drags."""
-        raise NotImplementedError
+        raise InvalidValueError(f"the drag of a moment on a {type(self).__name__}", "its class has to say how it falls")
 
     def unit_pressure(self, y: FloatArray, z: FloatArray) -> FloatArray:  # noqa: D102
         return self.unit_radial_pressure(np.hypot(y, z))

@@ -13,7 +13,7 @@ from .._check import ComplexArray, FloatArray
 from .directions import mean_over_directions
 from .functions import hertz_spectrum
 from .patch import widths_of
-from .point import point_core, point_family
+from .kernels import point_core, point_family
 from .shaped import ShapedContact
 
 __all__ = ["EllipticHertz"]

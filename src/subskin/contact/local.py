@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
-from typing import NamedTuple, Self
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from .._registry import Named
 from ..errors import InvalidValueError
+from .area import area_families
 
 __all__ = [
     "LocalContact",
@@ -101,8 +102,30 @@ class LocalContact(Named, ABC):
 
     Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a field. One
     that has a closed form in a half space gives it as two methods, `transforms` and `potentials`; without them the
-    traction is integrated.
+    traction is integrated (`OUTLINE` says where it is smooth).
+
+    Examples
+    --------
+    A contact of one's own: a pressure that rises like a hill on a square, without drag.
+
+    >>> import numpy as np, subskin as ss
+    >>> class Hill(ss.LocalContact):
+    ...     components, moment, position = np.array([1.0, 0.0, 0.0]), np.array(0.0), np.zeros(2)  # N, N m, m
+    ...     support = (np.full(2, -1e-3), np.full(2, 1e-3))  # m
+    ...     def pressure(self, y, z):
+    ...         y, z = np.asarray(y) / 1e-3, np.asarray(z) / 1e-3
+    ...         return 9e6 / 16 * np.maximum(1 - y**2, 0) * np.maximum(1 - z**2, 0)
+    ...     def shear(self, y, z):
+    ...         return np.zeros((*np.broadcast_shapes(np.shape(y), np.shape(z)), 2))
+    ...     def spectrum(self, ky, kz):
+    ...         raise NotImplementedError  # a half space needs none
+    >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
+    >>> round(float(skin.stress(Hill(), x=1e-3, y=0.0, z=0.0).xx))
+    -251234
     """
+
+    OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "rectangle"
+    """Where the traction is smooth: in all of `support`, or in the ellipse that fills it."""
 
     @property
     @abstractmethod
@@ -223,14 +246,24 @@ def local_transforms_of(contact: LocalContact, x: FloatArray, y: FloatArray, z: 
     >>> round(float(local_transforms_of(ss.PointLoad(force=1.0), x, zero, zero).p[0].real * 2 * np.pi), 12)
     1.0
     """
-    closed: LocalTransforms = contact.transforms(x, y, z)  # type: ignore[attr-defined]
-    return closed
+    if hasattr(contact, "transforms"):
+        closed: LocalTransforms | None = contact.transforms(x, y, z)
+        if closed is not None:
+            return closed
+    (p, a, b), (dp, da, db) = area_families(contact, (0, 1), x, y, z)
+    q, dq = a + 1j * b, da + 1j * db
+    none = np.zeros((2, *p.shape[1:]), dtype=np.complex128)
+    return LocalTransforms(p, dp, q, dq, a - 1j * b, da - 1j * db, np.asarray(q[0] + 0.5 * x * dq[0]), none)
 
 
 def local_potentials_of(contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
     """V_m of a contact at points, for displacements; parameters as of `local_transforms_of`."""
-    closed: Potentials = contact.potentials(x, y, z)  # type: ignore[attr-defined]
-    return closed
+    if hasattr(contact, "potentials"):
+        closed: Potentials | None = contact.potentials(x, y, z)
+        if closed is not None:
+            return closed
+    p, a, b = -area_families(contact, (-1,), x, y, z)[0]
+    return Potentials(p, a + 1j * b, a - 1j * b, np.zeros_like(p[0]))
 
 
 @dataclass(frozen=True, eq=False)

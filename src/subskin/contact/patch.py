@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from .corners import Corner
-from .point import point_core, point_family
+from .kernels import point_core, point_family
 from .profile import spherical_j1
 from .shaped import ShapedContact, row_of
 

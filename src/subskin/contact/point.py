@@ -8,6 +8,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 from .axial import AxialContact
+from .kernels import point_core, point_family
 
 __all__ = ["PointLoad"]
 
@@ -42,31 +43,3 @@ class PointLoad(AxialContact, name="point"):
 
     def unit_radial_slope(self, r: FloatArray) -> FloatArray:  # noqa: D102
         return np.where(r == 0, -np.inf, 0.0)
-
-
-def point_family(order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
-    """`ShapedContact.unit_family` of a point load."""
-    big = np.sqrt(x * x + zeta.real**2 + zeta.imag**2)
-    w = -zeta / (big + x)
-    if order == -1:
-        factors = [-1 / big] * 3
-    elif order == 0:
-        share = 1 / (big * big * big)
-        factors = [(x + m * big) * share for m in range(4)]
-    else:
-        square = big * big
-        share = -1 / (square * square * big)
-        factors = [((m * m - 1) * square + 3 * m * x * big + 3 * x * x) * share for m in range(4)]
-    out = np.empty((len(factors), *w.shape), dtype=np.complex128)
-    power: ComplexArray | float = 1 / (2 * np.pi)
-    for m, factor in enumerate(factors):
-        out[m, ...] = power * factor
-        power = power * w
-    return out
-
-
-def point_core(x: FloatArray, zeta: ComplexArray) -> ComplexArray:
-    """W_0 + x W_0'/2 of a point load, 3 x r^2 / (4 pi R^5): on the axis both parts cancel."""
-    square = zeta.real**2 + zeta.imag**2
-    big = np.hypot(x, np.sqrt(square))
-    return np.asarray(0.75 / np.pi * x * square / big**5, dtype=np.complex128)

@@ -16,7 +16,7 @@ from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
 from .corners import Corner
 from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
-from .point import point_core, point_family
+from .kernels import point_core, point_family
 from .profile import spherical_j1
 
 __all__ = ["PressureGrid"]

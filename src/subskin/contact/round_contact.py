@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
+from ..errors import InvalidValueError
 from .axial import AxialContact
 
 __all__ = ["RoundContact"]
@@ -35,6 +37,8 @@ class RoundContact(AxialContact):
         A value out of range; shapes that do not broadcast.
     """
 
+    OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "ellipse"
+
     half_width: FloatArray = None  # type: ignore[assignment]
 
     def __init__(
@@ -59,17 +63,17 @@ class RoundContact(AxialContact):
     def disc_pressure(self, r: FloatArray) -> FloatArray:
         """The shape at the distance `r` from the centre, the radius and the load being 1."""
 
-    @abstractmethod
     def disc_slope(self, r: FloatArray) -> FloatArray:
-        """df/dr of `disc_pressure`."""
+        """df/dr of `disc_pressure`, by which a moment drags."""
+        raise InvalidValueError(f"the drag of a moment on a {type(self).__name__}", "its class has to say `disc_slope`")
 
     @abstractmethod
     def disc_spectrum(self, k: FloatArray) -> FloatArray:
         """Hankel transform of the shape of radius 1 at `k` >= 0; 1 at 0."""
 
-    def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
+    def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:
         """`ShapedContact.unit_family` for a radius of 1."""
-        raise NotImplementedError
+        return None
 
     def unit_radial_pressure(self, r: FloatArray) -> FloatArray:  # noqa: D102
         return np.asarray(self.disc_pressure(r / self.half_width) / self.half_width**2)
@@ -80,9 +84,10 @@ class RoundContact(AxialContact):
     def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         return self.disc_spectrum(np.asarray(k * self.half_width))
 
-    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
+    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:  # noqa: D102
         a = self.half_width
-        return np.asarray(self.disc_family(order, np.asarray(x / a), zeta / a) / a ** (2 + order))
+        found = self.disc_family(order, np.asarray(x / a), zeta / a)
+        return None if found is None else np.asarray(found / a ** (2 + order))
 
     @property
     def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102

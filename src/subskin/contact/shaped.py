@@ -127,7 +127,7 @@ class ShapedContact(LocalContact):
         n, ty, tz = (load[..., i] for i in range(3))
         return LocalSpectrum(n * unit, (ty + turn * kz) * unit, (tz - turn * ky) * unit)
 
-    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
+    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:
         """The family of the shape at the points x, y + i z = `zeta` about its centre, or a derivative of it along x.
 
         Parameters
@@ -139,10 +139,10 @@ class ShapedContact(LocalContact):
 
         Returns
         -------
-        ndarray, shape (4, ...)
-            For m = 0 ... 3 [1/m^(2 + order)]; of order -1 the last may be left out.
+        ndarray, shape (4, ...), or None
+            For m = 0 ... 3 [1/m^(2 + order)], of order -1 for m = 0 ... 2; None without a closed form.
         """
-        raise NotImplementedError
+        return None
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:
         """W_0 + x W_0'/2 of `drag_family`, `w` and `dw` [1/m^2]; a subclass replaces it where these cancel."""
@@ -152,26 +152,27 @@ class ShapedContact(LocalContact):
         """`unit_family` of the drag; None where it is that of the pressure."""
         return None
 
-    def transforms(self, x: FloatArray, y: FloatArray, z: FloatArray) -> LocalTransforms:
-        """As `local_transforms_of`."""
+    def transforms(self, x: FloatArray, y: FloatArray, z: FloatArray) -> LocalTransforms | None:
+        """As `local_transforms_of`; None without a closed form."""
         zeta, (n, tau) = self._zeta(y, z), self._load
         own, down = self.unit_family(0, x, zeta), self.unit_family(1, x, zeta)
-        w, dw = own, down
-        drag = self.drag_family(0, x, zeta)
-        if drag is not None:
-            w, dw = drag, np.asarray(self.drag_family(1, x, zeta))
+        if own is None or down is None:
+            return None
+        w, dw = self.drag_family(0, x, zeta), self.drag_family(1, x, zeta)
+        w, dw = own if w is None else w, down if dw is None else dw
         sq = tau * self.unit_core(x, zeta, w, dw) if tau.any() else np.zeros_like(w[0])
         back, turn = np.conj(tau), 0.5j * self.moment
         return LocalTransforms(n * own, n * down, tau * w, tau * dw, back * w, back * dw, sq, turn * down[1:3])
 
-    def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
-        """As `local_potentials_of`."""
+    def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials | None:
+        """As `local_potentials_of`; None without a closed form."""
         zeta, (n, tau) = self._zeta(y, z), self._load
-        own, drag = self.unit_family(-1, x, zeta), self.drag_family(-1, x, zeta)
-        v = -(own if drag is None else drag)[:3]
-        turn = 0.5j * self.moment
-        t = turn * self.unit_family(0, x, zeta)[1] if turn.any() else np.zeros_like(v[0])
-        return Potentials(-n * own[:3], tau * v, np.conj(tau) * v, t)
+        own, w = self.unit_family(-1, x, zeta), self.unit_family(0, x, zeta)
+        if own is None or w is None:
+            return None
+        drag = self.drag_family(-1, x, zeta)
+        v = -(own if drag is None else drag)
+        return Potentials(-n * own, tau * v, np.conj(tau) * v, 0.5j * self.moment * w[1])
 
     @property
     def _load(self) -> tuple[FloatArray, ComplexArray]:
