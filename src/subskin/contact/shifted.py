@@ -33,8 +33,11 @@ class Source(NamedTuple):
         return np.asarray(self.r / np.where(total == 0, 1.0, total))
 
     def member(self, n: int, m: int) -> ComplexArray:
-        """C(n, m): the n-th integral over the depth of the m-th member of a point load's family; n = -1 ... 3."""
+        """C(n, m): the n-th integral over the depth of the m-th member of a point load's family; n = -2 ... 3."""
         depth, far = self.depth, self.distance
+        if n == -2:
+            up = (m * m - 1) * far * far + 3 * m * depth * far + 3 * depth * depth
+            return np.asarray(self.power(m) * up / (far * far * far * far * far))
         if n == -1:
             return np.asarray(self.power(m) * (depth + m * far) / (far * far * far))
         if n == 0:
