@@ -22,14 +22,21 @@ from . import transducer as transducer
 from .array import SensorArray
 from .calibration import calibrate, calibrate_blind
 from .contact import (
+    Cone,
     Contact,
+    EllipticHertz,
     FlatPunch,
+    FromProjections,
     Hertz,
     LineLoad,
     LocalContact,
     PartialSlip,
+    Patch,
     PointLoad,
+    PressureGrid,
     PressureProfile,
+    RoundHertz,
+    RoundPunch,
     Strip,
     Wedge,
 )
@@ -59,11 +66,14 @@ from .transducer import (
 __version__: str
 
 __all__ = [
+    "Cone",
     "Contact",
+    "EllipticHertz",
     "EnergyDensity",
     "Estimate",
     "Finger",
     "FlatPunch",
+    "FromProjections",
     "HalfPlane",
     "HalfSpace",
     "Hertz",
@@ -79,11 +89,15 @@ __all__ = [
     "NormalStrain",
     "NormalStress",
     "PartialSlip",
+    "Patch",
     "Pipeline",
     "PointLoad",
+    "PressureGrid",
     "PressureProfile",
     "Relaxation",
     "Round",
+    "RoundHertz",
+    "RoundPunch",
     "SensorArray",
     "ShearStrain",
     "Skin",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,8 @@ from .kernels import point_family, point_radial
 
 __all__ = ["area_families"]
 
-# Close to a contact in polar coordinates about the point: along each ray, and over the directions between those in which
-# the outline is not smooth, a stretch is mapped to the whole line as in `quadrature`; here to about 1e-11.
+# Close to a contact in polar coordinates about the point: along each ray, and over the directions between those in
+# which the outline is not smooth, a stretch is mapped to the whole line as in `quadrature`; here to about 1e-11.
 _STEP = 0.36
 _ALONG, _AROUND = _STEP * np.arange(-84, 85), _STEP * np.arange(-72, 73)
 _BLOCK = 1 << 16
@@ -28,19 +28,19 @@ class Traction(Protocol):
     """What is asked of a `LocalContact`."""
 
     @property
-    def OUTLINE(self) -> str: ...  # noqa: D102, N802
+    def OUTLINE(self) -> str: ...
     @property
-    def shape(self) -> tuple[int, ...]: ...  # noqa: D102
+    def shape(self) -> tuple[int, ...]: ...
     @property
-    def support(self) -> tuple[FloatArray, FloatArray]: ...  # noqa: D102
-    def pressure(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray: ...  # noqa: D102
-    def shear(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray: ...  # noqa: D102
+    def support(self) -> tuple[FloatArray, FloatArray]: ...
+    def pressure(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray: ...
+    def shear(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray: ...
 
 
 def area_families(
     contact: Traction, orders: tuple[int, ...], x: FloatArray, y: FloatArray, z: FloatArray
 ) -> list[ComplexArray]:
-    """W_m, or a derivative along x, of pressure, q_y and q_z: for each order (3, 4, ...); of order -1, -V_m, (3, 3, ...).
+    """W_m, or a derivative along x, of pressure, q_y and q_z: for each order (3, 4, ...), of order -1 (3, 3, ...).
 
     To about 1e-10 of the largest traction; 1e-6 where that grows like a root at the outline. It has to be smooth within
     the outline of the contact (`LocalContact.OUTLINE`); a kink costs digits.
@@ -59,8 +59,9 @@ def area_families(
     low, high = (np.broadcast_to(end, (*shape, 2)) for end in contact.support)
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     round_ = contact.OUTLINE == "ellipse"
-    beyond = np.maximum(np.abs(y - middle[..., 0]) - half[..., 0], 0.0), np.maximum(
-        np.abs(z - middle[..., 1]) - half[..., 1], 0.0
+    beyond = (
+        np.maximum(np.abs(y - middle[..., 0]) - half[..., 0], 0.0),
+        np.maximum(np.abs(z - middle[..., 1]) - half[..., 1], 0.0),
     )
     far = np.sqrt(x * x + beyond[0] ** 2 + beyond[1] ** 2) > _FAR * half.max(axis=-1)
     if far.all():
@@ -162,10 +163,10 @@ def _near_families(
     return out
 
 
-def _mapped(v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _mapped(v: npt.NDArray[np.floating[Any]]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shares of a stretch from its start and from its end, and their weights."""
-    share, rest = 1 / (1 + np.exp(-v)), 1 / (1 + np.exp(v))
-    return share, rest, _STEP * share * rest
+    share, rest = np.asarray(1 / (1 + np.exp(-v))), np.asarray(1 / (1 + np.exp(v)))
+    return share, rest, np.asarray(_STEP * share * rest)
 
 
 def _traction(contact: Traction, y: FloatArray, z: FloatArray) -> FloatArray:

@@ -60,7 +60,8 @@ class Corner:
         """
         y, z = self.y, self.z
         out = [(one + by_y * y + by_z * z + by_yz * y * z) * f for f in self.one(order)]
-        for slope, family in ((-(by_y + by_yz * z), self.along), (-(by_z + by_yz * y), self.across), (by_yz, self.both)):
+        along, across = -(by_y + by_yz * z), -(by_z + by_yz * y)
+        for slope, family in ((along, self.along), (across, self.across), (by_yz, self.both)):
             if np.any(slope):
                 out = [total + slope * f for total, f in zip(out, family(order), strict=True)]
         return np.stack(out)

@@ -8,7 +8,8 @@ Z = y cos phi + z sin phi + i x,
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -74,10 +75,6 @@ def mean_over_directions(
     return out
 
 
-class _Nodes(Protocol):
-    def __call__(self, at: npt.NDArray[np.intp], /) -> tuple[FloatArray, FloatArray]: ...
-
-
 def _add(
     out: ComplexArray,
     order: int,
@@ -85,7 +82,7 @@ def _add(
     zeta: ComplexArray,
     cauchy: Projection,
     chosen: npt.NDArray[np.intp],
-    nodes: _Nodes,
+    nodes: Callable[[npt.NDArray[np.intp]], tuple[Any, Any]],
 ) -> None:
     """Fill the columns `chosen`: half a turn, for the other half mirrors it."""
     if not chosen.size:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,8 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from .directions import mean_over_directions
 from .functions import hertz_spectrum
-from .patch import widths_of
 from .kernels import point_core, point_family
+from .patch import widths_of
 from .shaped import ShapedContact
 
 __all__ = ["EllipticHertz"]
@@ -157,13 +157,15 @@ def _near_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray, b
             rest = -2 * np.where(near, 0.0, ratio) ** 3 * series
             if order == -1:
                 closed = (1 - (depth / c) ** 2) * log - 2 * depth / c
-                return np.where(near, size * closed, size * (-2 * ratio - (depth / c) ** 2 * rest + rest))
+                away = -2 * ratio - (depth / c) ** 2 * rest + rest
+                return np.asarray(size * np.where(near, closed, away))
             if order == 0:
-                return np.where(near, -size * (2 * depth * log / c**2 + 4 / c), -2 * size * depth / c**2 * rest)
+                closed = 2 * depth * log / c**2 + 4 / c
+                return np.asarray(-size * np.where(near, closed, 2 * depth / c**2 * rest))
             closed = log + 2 * depth * c / (depth * depth - c * c)
             # 2 Z c / (Z^2 - c^2) - 2 c/Z = 2 (c/Z)^3 / (1 - (c/Z)^2)
-            wide_away = rest + 2 * np.where(near, 0.0, ratio) ** 3 / (1 - square)
-            return -2 * size / c**2 * np.where(near, closed, wide_away)
+            away = rest + 2 * np.where(near, 0.0, ratio) ** 3 / (1 - square)
+            return np.asarray(-2 * size / c**2 * np.where(near, closed, away))
 
     return mean_over_directions(order, x, zeta, cauchy, _tangents(x, zeta, a, b))
 
@@ -197,9 +199,9 @@ def _far_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray, b:
     return np.asarray(total)
 
 
-def _nodes(a: FloatArray, b: FloatArray) -> list[tuple[ComplexArray, float]]:
+def _nodes(a: FloatArray, b: FloatArray) -> list[tuple[Any, float]]:
     """Points of the ellipse, and the share of the load on each."""
-    rows = []
+    rows: list[tuple[Any, float]] = []
     for node, weight in zip(_S, _W, strict=True):
         s = 0.5 * (1 + node)
         rho = np.sqrt((1 - s) * (1 + s))

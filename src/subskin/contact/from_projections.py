@@ -36,10 +36,10 @@ _RAYS = np.array([0.137, 0.446, 0.731, 0.952])
 class FromProjections(ShapedContact):
     """The local contact whose projections are the pressures of long contacts: W_m is the mean of their plane fields.
 
-    The projection on a direction is what is left when the pressure is summed across it: of a uniform disc a semi-ellipse
-    (`Hertz`), of a round punch a `Strip`, of a cone a triangle, of a polygon under uniform pressure straight lines
-    (`PressureProfile`). Source: docs/local_contacts.md, Radon 1917. Where many kinks make it slow, a `PressureGrid` may
-    serve. Parameters force, angle, azimuth, position, components and moment as of `ShapedContact`.
+    The projection on a direction is the pressure summed across it: of a uniform disc a semi-ellipse (`Hertz`), of a
+    round punch a `Strip`, of a cone a triangle, of a polygon under uniform pressure straight lines (`PressureProfile`).
+    Source: docs/local_contacts.md, Radon 1917. Where many kinks make it slow, a `PressureGrid` may serve. Parameters
+    force, angle, azimuth, position, components and moment as of `ShapedContact`.
 
     Parameters
     ----------
@@ -96,9 +96,9 @@ class FromProjections(ShapedContact):
     def _parameters(self) -> dict[str, FloatArray]:
         return {name: value for name, value in super()._parameters().items() if name != "profile"}
 
-    def _at(self, phi: FloatArray) -> Contact:
+    def _at(self, phi: npt.NDArray[np.floating[Any]]) -> Contact:
         """The profile on directions."""
-        return self.profile if isinstance(self.profile, Contact) else self.profile(phi)
+        return self.profile if isinstance(self.profile, Contact) else self.profile(np.asarray(phi))
 
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
         x, zeta = np.broadcast_arrays(x, zeta)
@@ -187,7 +187,7 @@ class FromProjections(ShapedContact):
         steepest = np.abs(along) + np.abs(breaks).max() + 1e-300
         for k in range(breaks.shape[-1]):
 
-            def off(at: FloatArray, k: int = k) -> FloatArray:
+            def off(at: npt.NDArray[np.floating[Any]], k: int = k) -> FloatArray:
                 return np.asarray((along * np.exp(1j * at)).real - np.asarray(self._at(at).breaks)[..., k])
 
             seen = off(phi)

@@ -15,8 +15,8 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import GeometryError
 from .corners import Corner
-from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 from .kernels import point_core, point_family
+from .local import LocalContact, LocalSpectrum, LocalTransforms, Potentials
 from .profile import spherical_j1
 
 __all__ = ["PressureGrid"]
@@ -101,14 +101,14 @@ class PressureGrid(LocalContact):
             for nodes, middle, power in zip((self.nodes_y, self.nodes_z), self._middle, (power_y, power_z), strict=True)
         ]
         values = np.concatenate([self.node_pressure[..., None], self.node_shear], axis=-1)
-        return np.einsum("i,j,...ijc->...c", *weights, values)
+        return np.asarray(np.einsum("i,j,...ijc->...c", *weights, values))
 
     @property
     def _middle(self) -> tuple[float, float]:
         return 0.5 * float(self.nodes_y[0] + self.nodes_y[-1]), 0.5 * float(self.nodes_z[0] + self.nodes_z[-1])
 
     @cached_property
-    def components(self) -> FloatArray:  # type: ignore[override]
+    def components(self) -> FloatArray:
         """Resultant (N, Ty, Tz) [N], shape (..., 3)."""
         return _check.read_only(self._integrated(0, 0))
 
@@ -185,9 +185,7 @@ class PressureGrid(LocalContact):
             kept[count] = at_y.reshape(-1), at_z.reshape(-1), loads.reshape(*loads.shape[:-2], -1)
         return kept[count]
 
-    def _sum(
-        self, x: FloatArray, y: FloatArray, z: FloatArray, near: Kernel, far: Kernel
-    ) -> ComplexArray:
+    def _sum(self, x: FloatArray, y: FloatArray, z: FloatArray, near: Kernel, far: Kernel) -> ComplexArray:
         """The sum over corners where that is exact and over point loads elsewhere, of p, q_y and q_z: (3, m, ...)."""
         shape = np.broadcast_shapes(self.shape, x.shape)
         at = [np.broadcast_to(a, shape).reshape(-1, 1) for a in (x, y, z)]

@@ -55,9 +55,7 @@ class RoundContact(AxialContact):
     ) -> None:
         fix = "give half of the contact's width in metres; one of no width is a PointLoad"
         a = _check.real("half_width", half_width, unit="m", above=0.0, fix=fix)
-        super().__init__(
-            force, angle, azimuth, position, components=components, moment=moment, half_width=a, **lengths
-        )
+        super().__init__(force, angle, azimuth, position, components=components, moment=moment, half_width=a, **lengths)
 
     @abstractmethod
     def disc_pressure(self, r: FloatArray) -> FloatArray:

@@ -63,16 +63,14 @@ class RoundHertz(RoundContact, name="round_hertz"):
         moment: npt.ArrayLike = 0.0,
     ) -> None:
         c = _check.real("stick", stick, unit="m", at_least=0.0)
-        super().__init__(
-            force, angle, azimuth, position, half_width, components=components, moment=moment, stick=c
-        )
+        super().__init__(force, angle, azimuth, position, half_width, components=components, moment=moment, stick=c)
         if (self.stick > self.half_width).any():
             seen = f"stick = {float(self.stick.max()):.6g} m, half_width = {float(self.half_width.min()):.6g} m"
             raise InvalidValueError(seen, "the zone that sticks lies within the contact", "stick <= half_width")
 
     @property
     def _share(self) -> FloatArray:
-        """c / a."""
+        """The ratio c / a."""
         return np.asarray(self.stick / self.half_width)
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
@@ -87,7 +85,7 @@ class RoundHertz(RoundContact, name="round_hertz"):
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
         core = super().unit_core(x, zeta, w, dw)
         a = self.half_width
-        near, far, depth, r, low = _split(np.asarray(x / a), zeta / a, self._share)
+        _, far, depth, r, low = _split(np.asarray(x / a), zeta / a, self._share)
         if far.any():
             size = np.broadcast_to(a, far.shape)[far]
             core[far] = punches_core(depth[far], np.abs(r[far]), low[far], 2) / size**2
@@ -99,7 +97,7 @@ class RoundHertz(RoundContact, name="round_hertz"):
     def unit_drag_spectrum(self, k: FloatArray) -> FloatArray:
         """Hankel transform of the drag of unit resultant at `k` [1/m]; 1 at 0."""
         outer, c = k * self.half_width, self._share
-        thin = c > 0.9  # then as the mean of punches: nothing cancels
+        thin = np.asarray(c > 0.99)  # then as the mean of punches: nothing cancels
         cube = np.where(thin, 0.0, c**3)
         closed = (hertz_spectrum(outer) - cube * hertz_spectrum(c * outer)) / (1 - cube)
         if not thin.any():
@@ -108,7 +106,7 @@ class RoundHertz(RoundContact, name="round_hertz"):
         at = 0.5 * (1 + c[..., None]) + 0.5 * (1 - c[..., None]) * t
         share = w * at**2
         mean = (share * np.sinc(outer[..., None] * at / np.pi)).sum(axis=-1) / share.sum(axis=-1)
-        return np.where(thin, mean, closed)
+        return np.asarray(np.where(thin, mean, closed))
 
     def spectrum(self, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:  # noqa: D102
         p, qy, qz = super().spectrum(ky, kz)

@@ -1,8 +1,8 @@
 """Families of axisymmetric shapes by a shift of their source into the complex (docs/local_contacts.md).
 
 A point load's family, taken at the depth x - i t, has the flat punch of radius t as its imaginary part; any shape that
-is the same in all directions is a sum of punches, f = integral of punch_t g(t) dt. Lengths are in units of the contact's
-radius.
+is the same in all directions is a sum of punches, f = integral of punch_t g(t) dt. Lengths are in units of the
+contact's radius.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Source(NamedTuple):
 
     @property
     def ratio(self) -> ComplexArray:
-        """t = r / (R + Z), 0 on the axis."""
+        """The ratio t = r / (R + Z), 0 on the axis."""
         total = self.distance + self.depth
         return np.asarray(self.r / np.where(total == 0, 1.0, total))
 
@@ -87,7 +87,7 @@ def axial_family(order: int, zeta: ComplexArray, r: FloatArray, row: Row) -> Com
 def punches_over(order: int, x: FloatArray, zeta: ComplexArray, low: FloatArray, power: int) -> ComplexArray:
     """The family of punches of all radii t from `low` to 1, weighed as t^power, of unit load: at points beyond."""
     r = np.abs(zeta)
-    total, weight = np.zeros(()), np.zeros(())
+    total, weight = np.zeros((), dtype=np.complex128), np.zeros(())
     for t, w in zip(_T, _W, strict=True):
         at = 0.5 * (1 + low) + 0.5 * (1 - low) * t
         source, share = source_at(x, r, at), w * at**power

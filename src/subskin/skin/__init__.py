@@ -10,10 +10,5 @@ from .round import Round
 
 __all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Round", "Skin"]
 
-KINDS: Mapping[str, type[Skin]] = {
-    "half_plane": HalfPlane,
-    "half_space": HalfSpace,
-    "layers": Layered,
-    "round": Round,
-}
+KINDS: Mapping[str, type[Skin]] = {"half_plane": HalfPlane, "half_space": HalfSpace, "layers": Layered, "round": Round}
 """Names of the skins in a file."""

@@ -100,7 +100,9 @@ def blank_local(
     bad = (x == 0) & contact.singular(y, z)
     if bad.any():
         at = tuple(float(np.broadcast_to(a, bad.shape)[bad][0]) for a in (y, z))
-        message = f"the stress is infinite on the surface at y = {at[0]:.6g} m, z = {at[1]:.6g} m; NaN is returned there"
+        message = (
+            f"the stress is infinite on the surface at (y, z) = ({at[0]:.6g}, {at[1]:.6g}) m; NaN is returned there"
+        )
         warnings.warn(message, SingularPointWarning, stacklevel=4)
         for component in components:
             component[np.broadcast_to(bad, component.shape)] = np.nan
