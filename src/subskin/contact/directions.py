@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["mean_over_directions"]
+__all__ = ["at_the_surface", "mean_over_directions"]
 
 _GENTLE = ((0.6, 32), (0.3, 64))
 """Directions that half a turn needs where the nearest singularity is so far from the real directions."""
@@ -35,6 +35,15 @@ class Projection(Protocol):
     def __call__(self, phi: FloatArray, depth: ComplexArray, chosen: npt.NDArray[np.intp], /) -> ComplexArray:
         """The transform."""
         ...
+
+
+def at_the_surface(family: Callable[[FloatArray], ComplexArray], room: FloatArray) -> ComplexArray:
+    """A family's slope along x at x = 0 from depths that are small beside the `room` [m] in which it is smooth.
+
+    There the mean over directions runs over poles.
+    """
+    step = 5e-4 * room
+    return np.asarray(sum(share * family(k * step) for k, share in ((1, 4.0), (2, -6.0), (3, 4.0), (4, -1.0))))
 
 
 def mean_over_directions(

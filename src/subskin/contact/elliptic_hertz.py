@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from .directions import mean_over_directions
+from .directions import at_the_surface, mean_over_directions
 from .functions import hertz_spectrum
 from .kernels import point_core, point_family
 from .patch import widths_of
@@ -167,13 +167,21 @@ def _near_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray, b
             away = rest + 2 * np.where(near, 0.0, ratio) ** 3 / (1 - square)
             return np.asarray(-2 * size / c**2 * np.where(near, closed, away))
 
-    return mean_over_directions(order, x, zeta, cauchy, _tangents(x, zeta, a, b))
+    out = mean_over_directions(order, x, zeta, cauchy, _tangents(x, zeta, a, b))
+    outside = np.hypot(zeta.real / a, zeta.imag / b) - 1
+    on = (x == 0) & (outside > 0)
+    if order == 1 and on.any():
+        at, long, wide = zeta[on], a[on], b[on]
+        room = np.minimum(long, wide) * np.minimum(outside[on], 1.0)
+        out[:, on] = at_the_surface(lambda depth: _near_family(order, depth, at, long, wide), room)
+    return out
 
 
 def _tangents(x: FloatArray, zeta: ComplexArray, a: FloatArray, b: FloatArray) -> ComplexArray:
-    """Directions, complex, in which the point lies on the end of the projection, Z^2 = c^2: one each half turn, (n, 2).
+    """Directions, complex, in which the field of the projections is singular, one each half turn, shape (n, 3).
 
-    With w = e^{i phi} it is of the fourth degree; its roots are pairs w, -1/w*, a half turn apart.
+    The point lies on the end of the projection there, Z^2 = c^2: with w = e^{i phi} of the fourth degree, its roots
+    are pairs w, -1/w*, a half turn apart. Or the projection has no width, c = 0.
     """
     back, gap = np.conj(zeta), (a - b) * (a + b)
     lead, last = back**2 - gap, zeta**2 - gap
@@ -188,7 +196,10 @@ def _tangents(x: FloatArray, zeta: ComplexArray, a: FloatArray, b: FloatArray) -
     turns = np.take_along_axis(turns, np.argsort(np.mod(turns.real, np.pi), axis=1), axis=1)
     ahead = np.mod(turns.real, np.pi)
     twins = ahead[:, 1] - ahead[:, 0] + ahead[:, 3] - ahead[:, 2] < 0.5 * np.pi
-    return np.where(twins[:, None], turns[:, [0, 2]], turns[:, [1, 3]])
+    ends = np.where(twins[:, None], turns[:, [0, 2]], turns[:, [1, 3]])
+    thin = np.minimum(a, b) / np.maximum(a, b)
+    none = np.where(a > b, 0.5 * np.pi, 0.0) + 1j * np.arctanh(np.minimum(thin, 1 - 1e-15))
+    return np.concatenate([ends, none[:, None]], axis=1)
 
 
 def _far_family(order: int, x: FloatArray, zeta: ComplexArray, a: FloatArray, b: FloatArray) -> ComplexArray:

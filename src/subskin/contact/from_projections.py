@@ -13,10 +13,10 @@ import numpy.typing as npt
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
 from .base import Contact, transforms_of
-from .directions import mean_over_directions
+from .directions import at_the_surface, mean_over_directions
 from .local import RadialTerm
 from .shaped import ShapedContact
-from .shifted import axial_family, source_at
+from .shifted import Source, axial_family, source_at
 
 __all__ = ["FromProjections"]
 
@@ -27,6 +27,7 @@ _V = 0.27 * np.arange(-140, 141)
 _SHARE, _REST = 1 / (1 + np.exp(-_V)), 1 / (1 + np.exp(_V))
 _WEIGHT = 0.27 * _SHARE * _REST
 _CIRCLE = np.exp(2j * np.pi * np.arange(32) / 32)
+_BLOCK = 1 << 14
 _SAMPLES = 256
 _MOST = 4  # directions that are looked at for each end or kink of a profile
 _RAYS = np.array([0.137, 0.446, 0.731, 0.952])
@@ -123,32 +124,37 @@ class FromProjections(ShapedContact):
         if far.any():
             depth, away = x[far], r[far]
             total = np.zeros(depth.shape)
-            for t, share in self._sources():
+            for t, share in self._sources(depth.size):
                 source = source_at(depth, away, t)
                 # W_0 + x W_0'/2 of a shifted source; no two terms cancel
                 up = away**2 * (source.depth + 0.5 * depth) - 1j * t * source.depth**2
-                total += share * (up / source.distance**5).real
+                total += (share * (up / source.distance**5).real).sum(axis=0)
             core[far] = total / (2 * np.pi)
         return core
 
-    def _sources(self) -> list[tuple[float, float]]:
-        """Depths of the shifted sources, and their shares: the profile itself, P(t) dt."""
+    def _sources(self, count: int) -> list[tuple[FloatArray, FloatArray]]:
+        """Depths of the shifted sources, and their shares, P(t) dt: columns, in blocks that suit `count` points."""
         profile: Any = self.profile
         rows = []
-        breaks = np.unique(np.abs(np.asarray(profile.breaks)))
-        for low, high in pairwise(np.unique(np.append(breaks, 0.0))):
+        breaks = np.unique(np.append(np.abs(np.asarray(profile.breaks)), 0.0))
+        for low, high in pairwise(breaks):
             t = np.where(_SHARE < 0.5, low + (high - low) * _SHARE, high - (high - low) * _REST)
             t = np.clip(t, np.nextafter(low, high), np.nextafter(high, low))
             share = 2 * (high - low) * _WEIGHT * profile.pressure(t) / profile.normal_force
-            rows += list(zip(t.tolist(), np.where(np.isfinite(share), share, 0.0).tolist(), strict=True))
-        return rows
+            rows.append(np.stack([t, np.where(np.isfinite(share), share, 0.0)]))
+        each, step = np.concatenate(rows, axis=1)[..., None], max(1, _BLOCK // max(1, count))
+        return [(each[0, k : k + step], each[1, k : k + step]) for k in range(0, each.shape[1], step)]
 
     def _shifted(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:
         """Beyond the disc of the one profile: the sum over sources at the depths x - i t, weighed as it is."""
         r, total = np.abs(zeta), np.zeros((), dtype=np.complex128)
-        for t, share in self._sources():
+        for t, share in self._sources(x.size):
             source = source_at(x, r, t)
-            total = total + share * axial_family(order, zeta, r, lambda n, m: source.member(n, m).real)  # noqa: B023
+
+            def row(n: int, m: int, source: Source = source, share: FloatArray = share) -> FloatArray:
+                return np.asarray((share * source.member(n, m).real).sum(axis=0))
+
+            total = total + axial_family(order, zeta, r, row)
         return np.asarray(total)
 
     def _mean(self, order: int, flat: FloatArray, away: ComplexArray) -> ComplexArray:
@@ -166,6 +172,17 @@ class FromProjections(ShapedContact):
                     total += transforms_of(contact, depth + room * turn).dp / turn
                 return np.asarray(total / (_CIRCLE.size * room * contact.normal_force))
 
+        on = flat == 0
+        if order == 1 and on.any():
+            out = np.empty((4, flat.size), dtype=np.complex128)
+            room = 1e-2 * np.abs(np.stack(self._box())).max() + np.zeros(int(on.sum()))
+            if isinstance(self.profile, Contact):
+                rings = np.unique(np.abs(np.asarray(self.profile.breaks)))
+                room = np.abs(np.abs(away[on])[:, None] - rings).min(axis=1)
+            out[:, on] = at_the_surface(lambda depth: self._mean(order, depth, away[on]), room)
+            if not on.all():
+                out[:, ~on] = self._mean(order, flat[~on], away[~on])
+            return out
         turns = self._round_turns(flat, away) if isinstance(self.profile, Contact) else self._turns(flat, away)
         return mean_over_directions(order, flat, away, cauchy, turns)
 

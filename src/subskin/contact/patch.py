@@ -25,7 +25,8 @@ _T, _W = np.polynomial.legendre.leggauss(8)
 class Patch(ShapedContact, name="patch"):
     """A rectangle |y'| <= a_y, |z'| <= a_z about `position`, its traction in proportion to a bilinear function.
 
-    That is 1 + s_y y' + s_z z' + s_yz y' z', with s = `slopes`. Source: docs/local_contacts.md; Love 1929. On the edges the stress is infinite under drag, and the pressure jumps.
+    That is 1 + s_y y' + s_z z' + s_yz y' z', with s = `slopes`. Source: docs/local_contacts.md; Love 1929. On the edges
+    the stress is infinite under drag, and the pressure jumps.
     Parameters force, angle, azimuth, position, components and moment as of `ShapedContact`.
 
     Parameters
