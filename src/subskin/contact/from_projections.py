@@ -105,14 +105,14 @@ class FromProjections(ShapedContact):
         x, zeta = np.broadcast_arrays(x, zeta)
         flat, away = x.reshape(-1), zeta.reshape(-1)
         if not isinstance(self.profile, Contact):
-            return self._mean(order, flat, away).reshape(-1, *x.shape)
+            return self._mean(order, flat, away).reshape(3 if order == -1 else 4, *x.shape)
         rim = float(np.abs(np.stack(self.profile.support)).max())
         outside = (np.abs(away) > rim) | (flat > 2 * rim)
         out = np.empty((3 if order == -1 else 4, flat.size), dtype=np.complex128)
         for chosen, family in ((outside, self._shifted), (~outside, self._mean)):
             if chosen.any():
                 out[:, chosen] = family(order, flat[chosen], away[chosen])
-        return out.reshape(-1, *x.shape)
+        return out.reshape(len(out), *x.shape)
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:  # noqa: D102
         core = super().unit_core(x, zeta, w, dw)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
 from .axial import AxialContact
@@ -43,3 +44,7 @@ class PointLoad(AxialContact, name="point"):
 
     def unit_radial_slope(self, r: FloatArray) -> FloatArray:  # noqa: D102
         return np.where(r == 0, -np.inf, 0.0)
+
+    def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
+        """Where it acts."""
+        return np.asarray(self._zeta(y, z) == 0)

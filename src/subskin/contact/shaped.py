@@ -161,8 +161,9 @@ class ShapedContact(LocalContact):
         w, dw = self.drag_family(0, x, zeta), self.drag_family(1, x, zeta)
         w, dw = own if w is None else w, down if dw is None else dw
         sq = tau * self.unit_core(x, zeta, w, dw) if tau.any() else np.zeros_like(w[0])
-        back, turn = np.conj(tau), 0.5j * self.moment
-        return LocalTransforms(n * own, n * down, tau * w, tau * dw, back * w, back * dw, sq, turn * down[1:3])
+        back = np.conj(tau)
+        turned = self._turned_by_moment(down[1:3])
+        return LocalTransforms(n * own, n * down, tau * w, tau * dw, back * w, back * dw, sq, turned)
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials | None:
         """As `local_potentials_of`; None without a closed form."""
@@ -172,7 +173,11 @@ class ShapedContact(LocalContact):
             return None
         drag = self.drag_family(-1, x, zeta)
         v = -(own if drag is None else drag)
-        return Potentials(-n * own, tau * v, np.conj(tau) * v, 0.5j * self.moment * w[1])
+        return Potentials(-n * own, tau * v, np.conj(tau) * v, self._turned_by_moment(w[1]))
+
+    def _turned_by_moment(self, family: ComplexArray) -> ComplexArray:
+        """A moment times i/2 of a family; no moment makes nothing, even of an infinite one."""
+        return np.where(self.moment == 0, 0.0, 0.5j * self.moment * family)
 
     @property
     def _load(self) -> tuple[FloatArray, ComplexArray]:

@@ -8,7 +8,7 @@ contact's radius.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -19,45 +19,50 @@ __all__ = ["Source", "axial_family", "punch_core", "punches_over", "source_at"]
 _T, _W = np.polynomial.legendre.leggauss(10)
 
 
-class Source(NamedTuple):
+class Source:
     """A point seen from a source at the depth Z = x - i t: R = sqrt(r^2 + Z^2), Re R >= 0 >= Im R."""
 
-    r: FloatArray
-    depth: ComplexArray
-    distance: ComplexArray
+    def __init__(self, r: FloatArray, depth: ComplexArray, distance: ComplexArray) -> None:
+        self.r, self.depth, self.distance = r, depth, distance
+        total = distance + depth
+        ratio = np.asarray(r / np.where(total == 0, 1.0, total))  # 0 on the axis
+        # by products: its small imaginary part keeps its accuracy
+        self.powers = [np.ones_like(ratio), ratio]
+        for _ in range(4):
+            self.powers.append(np.asarray(self.powers[-1] * ratio))
+        self._kept: dict[tuple[int, int], ComplexArray] = {}
 
-    @property
-    def ratio(self) -> ComplexArray:
-        """The ratio t = r / (R + Z), 0 on the axis."""
-        total = self.distance + self.depth
-        return np.asarray(self.r / np.where(total == 0, 1.0, total))
+    @cached_property
+    def _log(self) -> ComplexArray:
+        return np.asarray(np.log(self.distance + self.depth))
+
+    @cached_property
+    def _inverse(self) -> ComplexArray:
+        return np.asarray(1 / self.distance)
 
     def member(self, n: int, m: int) -> ComplexArray:
         """C(n, m): the n-th integral over the depth of the m-th member of a point load's family; n = -2 ... 3."""
-        depth, far = self.depth, self.distance
-        if n == -2:
-            up = (m * m - 1) * far * far + 3 * m * depth * far + 3 * depth * depth
-            return np.asarray(self.power(m) * up / (far * far * far * far * far))
-        if n == -1:
-            return np.asarray(self.power(m) * (depth + m * far) / (far * far * far))
-        if n == 0:
-            return np.asarray(self.power(m) / far)
-        if n == 1:
-            return np.asarray(-np.log(far + depth) if m == 0 else self.power(m) / m)
-        if m > 0:
-            return np.asarray(self.r / (2 * m) * (self.member(n - 1, m - 1) + self.member(n - 1, m + 1)))
-        log = np.log(far + depth)
-        if n == 2:
-            return np.asarray(depth * log - far)
-        return np.asarray(-(0.5 * depth * depth - 0.25 * self.r**2) * log + 0.75 * depth * far)
+        if (n, m) not in self._kept:
+            self._kept[n, m] = np.asarray(self._member(n, m))
+        return self._kept[n, m]
 
-    def power(self, m: int) -> ComplexArray:
-        """The ratio to the power m, by products: its small imaginary part keeps its accuracy."""
-        t = self.ratio
-        out = np.ones_like(t)
-        for _ in range(m):
-            out = out * t
-        return out
+    def _member(self, n: int, m: int) -> ComplexArray:
+        depth, far = self.depth, self.distance
+        if n == 0:
+            return self.powers[m] * self._inverse
+        if n == 1:
+            return -self._log if m == 0 else self.powers[m] / m
+        if n > 1 and m > 0:
+            return self.r / (2 * m) * (self.member(n - 1, m - 1) + self.member(n - 1, m + 1))
+        if n == 2:
+            return depth * self._log - far
+        if n == 3:
+            return -(0.5 * depth * depth - 0.25 * self.r**2) * self._log + 0.75 * depth * far
+        cube = self._inverse * self._inverse * self._inverse
+        if n == -1:
+            return self.powers[m] * (depth + m * far) * cube
+        up = (m * m - 1) * far * far + 3 * m * depth * far + 3 * depth * depth
+        return self.powers[m] * up * cube * self._inverse * self._inverse
 
 
 def source_at(x: FloatArray, r: FloatArray, t: FloatArray | float) -> Source:

@@ -103,6 +103,7 @@ def blank_local(
         message = (
             f"the stress is infinite on the surface at (y, z) = ({at[0]:.6g}, {at[1]:.6g}) m; NaN is returned there"
         )
-        warnings.warn(message, SingularPointWarning, stacklevel=4)
+        warnings.warn(message, SingularPointWarning, stacklevel=5)
         for component in components:
-            component[np.broadcast_to(bad, component.shape)] = np.nan
+            nan = complex(np.nan, np.nan) if np.iscomplexobj(component) else np.nan
+            component[np.broadcast_to(bad, component.shape)] = nan

@@ -66,7 +66,8 @@ def fields_of(contact: LocalContact, nu: float, x: FloatArray, y: FloatArray, z:
             )
             shear = -p1 - np.where(inside, sq, q[0]) + 0.5 * r2 - t[0]
             difference = (1 - 2 * nu) * p[2] + p2 + (2 - nu) * q[1] + nu * r[3] + 0.5 * (q1 - r3) + 2 * t[1]
-        return Fields(p[0].real.copy(), np.asarray(p0.real), r[1].real.copy(), np.asarray(r1.real), shear, difference)
+        parts = p[0].real, p0.real, r[1].real, r1.real, shear, difference
+        return Fields(*(np.array(part) for part in parts))
 
     return Fields(*_in_blocks(fields, contact, x, y, z))  # type: ignore[arg-type]
 
