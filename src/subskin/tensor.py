@@ -142,7 +142,7 @@ class Displacements(Frozen):
     >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
     >>> moved = skin.displacement(ss.PointLoad(force=1.0), x=2e-3, y=[0.0, 1e-3], z=0.0)
     >>> (1e6 * moved.x).round(2).tolist(), (1e6 * moved.y).round(2).tolist()
-    ([596.83, 480.39], [0.0, 106.75])
+    ([596.83, 480.44], [0.0, 106.76])
     """
 
     x: FloatArray
@@ -181,7 +181,7 @@ class State(Frozen):
 
 
 class Deferred(State):
-    """A state whose parts are worked out when they are asked for, by functions of no argument.
+    """A state whose `stress`, `strain` and `displacement` are worked out when asked for, by functions of no argument.
 
     Examples
     --------
@@ -234,7 +234,7 @@ class Wave(State):
     stress, strain : Stress, Strain
         Per Pa of traction [-], [1/Pa].
     ux, uy : ndarray
-        Displacement along the depth and along the surface [m/Pa].
+        Displacement along the depth and along the surface [m/Pa]; `displacement` is None.
     """
 
     ux: FloatArray

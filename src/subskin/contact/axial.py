@@ -17,7 +17,16 @@ __all__ = ["AxialContact"]
 
 @dataclass(frozen=True, eq=False, init=False)
 class AxialContact(ShapedContact):
-    """A contact whose shape f(r) depends on the distance from its centre alone. Parameters as of `ShapedContact`."""
+    """A contact whose shape f(r) depends on the distance from its centre alone.
+
+    One on a disc is a `RoundContact`. Parameters as of `ShapedContact`.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> isinstance(ss.PointLoad(force=1.0), ss.contact.AxialContact)
+    True
+    """
 
     @abstractmethod
     def unit_radial_pressure(self, r: FloatArray) -> FloatArray:
@@ -28,7 +37,13 @@ class AxialContact(ShapedContact):
         """Hankel transform, 2 pi times the integral of f(r) J_0(k r) r dr, at `k` >= 0 [1/m]; 1 at 0."""
 
     def unit_radial_slope(self, r: FloatArray) -> FloatArray:
-        """df/dr [1/m^3] at the distance `r` [m], by which a moment drags."""
+        """The slope df/dr [1/m^3] at the distance `r` [m], by which a moment drags.
+
+        Raises
+        ------
+        InvalidValueError
+            A shape that does not say it.
+        """
         raise InvalidValueError(f"the drag of a moment on a {type(self).__name__}", "its class has to say how it falls")
 
     def unit_pressure(self, y: FloatArray, z: FloatArray) -> FloatArray:  # noqa: D102

@@ -27,7 +27,7 @@ class Cone(RoundContact, name="cone"):
     --------
     >>> tip = Cone(force=1.0, half_width=1e-3)
     >>> tip.pressure([0.5e-3, 1e-3], 0.0).round(1).tolist()
-    [419201.1, 0.0]
+    [419200.7, 0.0]
     """
 
     def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray:  # noqa: D102
@@ -66,6 +66,6 @@ class Cone(RoundContact, name="cone"):
             return np.where(r <= 1, -1 / (np.pi * r * np.sqrt(np.maximum((1 - r) * (1 + r), 0.0))), 0.0)
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """The tip, where the pressure grows like a logarithm; and where it is turned, the rim."""
+        """As `LocalContact.singular`: the tip, for the pressure has no end there; and where it is turned, the rim."""
         r = np.abs(self._zeta(y, z))
         return np.asarray((r == 0) | ((self.moment != 0) & (r == self.half_width)))

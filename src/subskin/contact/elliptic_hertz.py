@@ -133,7 +133,7 @@ class EllipticHertz(ShapedContact, name="elliptic_hertz"):
         return self.position - reach, self.position + reach
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """The rim, where it is turned: the drag is infinite there."""
+        """As `LocalContact.singular`: the rim, where it is turned: the drag is infinite there."""
         away = self._zeta(y, z)
         return np.asarray((self.moment != 0) & (self._turned(away.real, away.imag)[2] == 0))
 

@@ -16,7 +16,7 @@ from .base import Contact, transforms_of
 from .directions import at_the_surface, mean_over_directions
 from .local import RadialTerm
 from .shaped import ShapedContact
-from .shifted import Source, axial_family, source_at
+from .shifted import ShiftedSource, axial_family, source_at
 
 __all__ = ["FromProjections"]
 
@@ -151,7 +151,7 @@ class FromProjections(ShapedContact):
         for t, share in self._sources(x.size):
             source = source_at(x, r, t)
 
-            def row(n: int, m: int, source: Source = source, share: FloatArray = share) -> FloatArray:
+            def row(n: int, m: int, source: ShiftedSource = source, share: FloatArray = share) -> FloatArray:
                 return np.asarray((share * source.member(n, m).real).sum(axis=0))
 
             total = total + axial_family(order, zeta, r, row)

@@ -57,7 +57,7 @@ class LocalTransforms(NamedTuple):
 
 
 class Potentials(NamedTuple):
-    """V_m, m = 0 ... 2, of the pressure, of the drag and of its conjugate, each of the shape (3, ...).
+    """V_m, m = 0 ... 2, of the pressure (`p`), the drag (`q`) and its conjugate (`r`), each of the shape (3, ...).
 
     `t` is (i M / 2) W_1 of the shape on which a moment M acts, shape (...).
     """
@@ -121,7 +121,7 @@ class LocalContact(Named, ABC):
     ...         raise NotImplementedError  # a half space needs none
     >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
     >>> round(float(skin.stress(Hill(), x=1e-3, y=0.0, z=0.0).xx))
-    -251234
+    -245245
     """
 
     OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "rectangle"
@@ -200,7 +200,7 @@ class LocalContact(Named, ABC):
         return np.arctan2(self.components[..., 2], self.components[..., 1])
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """Whether the stress is infinite on the surface at `y`, `z` [m]."""
+        """Whether the stress is infinite on the surface at `y`, `z` [m], of shapes that broadcast."""
         return np.zeros(np.broadcast_shapes(self.shape, y.shape, z.shape), dtype=bool)
 
     def expand(self, axes: int = 1) -> Self:
@@ -257,7 +257,15 @@ def local_transforms_of(contact: LocalContact, x: FloatArray, y: FloatArray, z: 
 
 
 def local_potentials_of(contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
-    """V_m of a contact at points, for displacements; parameters as of `local_transforms_of`."""
+    """V_m of a contact at points, for displacements; parameters as of `local_transforms_of`: `x`, `y`, `z` [m].
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> x, zero = np.array(2.0), np.array(0.0)
+    >>> round(float(local_potentials_of(ss.PointLoad(force=1.0), x, zero, zero).p[0].real * 2 * np.pi), 12)
+    0.5
+    """
     if hasattr(contact, "potentials"):
         closed: Potentials | None = contact.potentials(x, y, z)
         if closed is not None:
@@ -331,7 +339,7 @@ class LocalSum(LocalContact):
         return reduce(lambda one, two: LocalTransforms(*map(np.add, one, two)), each)
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
-        """As `local_potentials_of`."""
+        """As `local_potentials_of`, at `x`, `y`, `z`."""
         each = (local_potentials_of(part, x, y, z) for part in self.parts)
         return reduce(lambda one, two: Potentials(*map(np.add, one, two)), each)
 

@@ -121,7 +121,7 @@ class Patch(ShapedContact, name="patch"):
         return np.where(inside, 1 + s[..., 0] * y + s[..., 1] * z + s[..., 2] * y * z, 0.0) / (4 * a * b)
 
     def unit_slope(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The derivatives of the shape within the patch [1/m^3]; those on its edges, without end, are left out."""
+        """As `ShapedContact.unit_slope`, within the patch; those on its edges, which are infinite, are left out."""
         a, b, s = self.half_widths[..., 0], self.half_widths[..., 1], self.slopes
         share = np.where((np.abs(y) <= a) & (np.abs(z) <= b), 1 / (4 * a * b), 0.0)
         return share * (s[..., 0] + s[..., 2] * z), share * (s[..., 1] + s[..., 2] * y)
@@ -137,7 +137,7 @@ class Patch(ShapedContact, name="patch"):
         return self.position - self.half_widths, self.position + self.half_widths
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """The edges, where the traction jumps."""
+        """As `LocalContact.singular`: the edges, where the traction jumps."""
         low, high = self.support
         on_y = ((y == low[..., 0]) | (y == high[..., 0])) & (low[..., 1] <= z) & (z <= high[..., 1])
         on_z = ((z == low[..., 1]) | (z == high[..., 1])) & (low[..., 0] <= y) & (y <= high[..., 0])

@@ -46,5 +46,5 @@ class PointLoad(AxialContact, name="point"):
         return np.where(r == 0, -np.inf, 0.0)
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """Where it acts."""
+        """As `LocalContact.singular`: where it acts."""
         return np.asarray(self._zeta(y, z) == 0)

@@ -253,12 +253,12 @@ class PressureGrid(LocalContact):
         return LocalTransforms(p, dp, q, dq, a - 1j * b, da - 1j * db, sq, np.zeros((2, *sq.shape), dtype=complex))
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
-        """As `local_potentials_of`."""
+        """As `local_potentials_of`, at `x`, `y`, `z`."""
         p, a, b = -self._families(-1, x, y, z)
         return Potentials(p, a + 1j * b, a - 1j * b, np.zeros_like(p[0]))
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """The border, where it does not vanish."""
+        """As `LocalContact.singular`: the border, where it does not vanish."""
         low, high = self.support
         on_y = ((y == low[..., 0]) | (y == high[..., 0])) & (low[..., 1] <= z) & (z <= high[..., 1])
         on_z = ((z == low[..., 1]) | (z == high[..., 1])) & (low[..., 0] <= y) & (y <= high[..., 0])

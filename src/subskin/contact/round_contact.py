@@ -35,6 +35,21 @@ class RoundContact(AxialContact):
     ------
     InvalidValueError, GeometryError
         A value out of range; shapes that do not broadcast.
+
+    Examples
+    --------
+    A contact of one's own: a pressure that fades out smoothly at the rim.
+
+    >>> import numpy as np, subskin as ss
+    >>> from scipy.special import spherical_jn
+    >>> class Soft(ss.contact.RoundContact):
+    ...     def disc_pressure(self, r):
+    ...         return 2.5 / np.pi * np.maximum(1 - r**2, 0) ** 1.5
+    ...     def disc_spectrum(self, k):
+    ...         return 15 * spherical_jn(2, k) / np.maximum(k, 1e-6) ** 2
+    >>> touch = Soft(force=1.0, half_width=1e-3)
+    >>> round(float(ss.HalfSpace(ss.Material(young=0.4e6)).stress(touch, x=1e-3, y=0.0, z=0.0).xx))
+    -283451
     """
 
     OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "ellipse"
@@ -62,7 +77,13 @@ class RoundContact(AxialContact):
         """The shape at the distance `r` from the centre, the radius and the load being 1."""
 
     def disc_slope(self, r: FloatArray) -> FloatArray:
-        """df/dr of `disc_pressure`, by which a moment drags."""
+        """The slope df/dr of `disc_pressure`, by which a moment drags.
+
+        Raises
+        ------
+        InvalidValueError
+            A shape that does not say it.
+        """
         raise InvalidValueError(f"the drag of a moment on a {type(self).__name__}", "its class has to say `disc_slope`")
 
     @abstractmethod

@@ -50,5 +50,5 @@ class RoundPunch(RoundContact, name="round_punch"):
             return np.where(r <= 1, r / (2 * np.pi * np.maximum((1 - r) * (1 + r), 0.0) ** 1.5), 0.0)
 
     def singular(self, y: FloatArray, z: FloatArray) -> npt.NDArray[np.bool_]:
-        """The rim: the stress grows like 1/sqrt(distance)."""
+        """As `LocalContact.singular`: the rim: the stress grows like 1/sqrt(distance)."""
         return np.asarray(np.abs(self._zeta(y, z)) == self.half_width)

@@ -44,6 +44,21 @@ class ShapedContact(LocalContact):
     ------
     InvalidValueError, GeometryError
         A value out of range; both forms of a force, or neither; shapes that do not broadcast.
+
+    Examples
+    --------
+    A shape of one's own: a hill that falls off like Gauss's bell, on a square wide enough for it.
+
+    >>> import numpy as np, subskin as ss
+    >>> class Bell(ss.contact.ShapedContact):
+    ...     support = (np.full(2, -4e-3), np.full(2, 4e-3))
+    ...     def unit_pressure(self, y, z):
+    ...         return np.exp(-(y**2 + z**2) / 1e-6) / (np.pi * 1e-6)
+    ...     def unit_spectrum(self, ky, kz):
+    ...         return np.exp(-(ky**2 + kz**2) * 1e-6 / 4)
+    >>> touch = Bell(force=1.0, angle=0.3)
+    >>> round(float(ss.HalfSpace(ss.Material(young=0.4e6)).stress(touch, x=3e-3, y=0.0, z=0.0).xx))
+    -40338
     """
 
     RANKS: ClassVar[dict[str, int]] = {"components": 1, "position": 1}
@@ -94,7 +109,7 @@ class ShapedContact(LocalContact):
         """Fourier transform of the shape at (`ky`, `kz`) [1/m]; 1 at 0."""
 
     def unit_slope(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The derivatives of the shape along y and z [1/m^3], by which a moment drags.
+        """The derivatives of the shape along y and z [1/m^3] at `y`, `z` [m], by which a moment drags.
 
         Raises
         ------
@@ -105,7 +120,7 @@ class ShapedContact(LocalContact):
         raise InvalidValueError(seen, "its class has to define `unit_slope`", "moment=0")
 
     def unit_drag(self, y: FloatArray, z: FloatArray) -> FloatArray:
-        """The shape of the drag [1/m^2]; that of the pressure, if nothing else is said."""
+        """The shape of the drag [1/m^2] at `y`, `z` [m]; that of the pressure, if nothing else is said."""
         return self.unit_pressure(y, z)
 
     def pressure(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
@@ -145,7 +160,7 @@ class ShapedContact(LocalContact):
         return None
 
     def unit_core(self, x: FloatArray, zeta: ComplexArray, w: ComplexArray, dw: ComplexArray) -> ComplexArray:
-        """W_0 + x W_0'/2 of `drag_family`, `w` and `dw` [1/m^2]; a subclass replaces it where these cancel."""
+        """W_0 + x W_0'/2 of `drag_family`, `w` and `dw` at `x`, `zeta` [1/m^2]; replaced where they cancel."""
         return np.asarray(w[0] + 0.5 * x * dw[0])
 
     def drag_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:
@@ -166,7 +181,7 @@ class ShapedContact(LocalContact):
         return LocalTransforms(n * own, n * down, tau * w, tau * dw, back * w, back * dw, sq, turned)
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials | None:
-        """As `local_potentials_of`; None without a closed form."""
+        """As `local_potentials_of`, at `x`, `y`, `z`; None without a closed form."""
         zeta, (n, tau) = self._zeta(y, z), self._load
         own, w = self.unit_family(-1, x, zeta), self.unit_family(0, x, zeta)
         if own is None or w is None:

@@ -14,12 +14,12 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["Source", "axial_family", "punch_core", "punches_over", "source_at"]
+__all__ = ["ShiftedSource", "axial_family", "punch_core", "punches_over", "source_at"]
 
 _T, _W = np.polynomial.legendre.leggauss(10)
 
 
-class Source:
+class ShiftedSource:
     """A point seen from a source at the depth Z = x - i t: R = sqrt(r^2 + Z^2), Re R >= 0 >= Im R."""
 
     def __init__(self, r: FloatArray, depth: ComplexArray, distance: ComplexArray) -> None:
@@ -65,7 +65,7 @@ class Source:
         return self.powers[m] * up * cube * self._inverse * self._inverse
 
 
-def source_at(x: FloatArray, r: FloatArray, t: FloatArray | float) -> Source:
+def source_at(x: FloatArray, r: FloatArray, t: FloatArray | float) -> ShiftedSource:
     """The point (x, r) seen from a source at the depth x - i t."""
     x, r, t = np.broadcast_arrays(x, r, t)
     depth, far = np.empty(x.shape, dtype=np.complex128), np.empty(x.shape, dtype=np.complex128)
@@ -75,7 +75,7 @@ def source_at(x: FloatArray, r: FloatArray, t: FloatArray | float) -> Source:
     large = np.sqrt(0.5 * (size + np.abs(real)))
     small = t * x / np.where(large > 0, large, 1.0)
     far.real, far.imag = np.where(real >= 0, large, small), -np.where(real >= 0, small, large)
-    return Source(r, depth, far)
+    return ShiftedSource(r, depth, far)
 
 
 Row = Callable[[int, int], FloatArray]

@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..contact.base import Contact
-from ..contact.local import LocalContact
+from ..contact import Contact, LocalContact
 from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 
 __all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "long_only", "points", "wave_points"]

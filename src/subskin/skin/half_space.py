@@ -10,8 +10,7 @@ from typing import Self
 import numpy.typing as npt
 
 from .._check import FloatArray
-from ..contact.base import Contact
-from ..contact.local import LocalContact
+from ..contact import Contact, LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, State, Wave
