@@ -51,7 +51,7 @@ class ShiftedSource:
         if n == 0:
             return self.powers[m] * self._inverse
         if n == 1:
-            return -self._log if m == 0 else self.powers[m] / m
+            return -self._log if m == 0 else np.asarray(self.powers[m] / m, dtype=np.complex128)
         if n > 1 and m > 0:
             return self.r / (2 * m) * (self.member(n - 1, m - 1) + self.member(n - 1, m + 1))
         if n == 2:
