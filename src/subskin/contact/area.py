@@ -50,7 +50,7 @@ def area_families(
     contact : Traction
         Its traction, `support` and outline are asked for.
     orders : tuple of int
-        As of `ShapedContact.unit_family`.
+        As in `ShapedContact.unit_family`.
     x, y, z : ndarray
         Points [m], of shapes that broadcast against the batch.
     """

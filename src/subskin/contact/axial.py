@@ -19,7 +19,7 @@ __all__ = ["AxialContact"]
 class AxialContact(ShapedContact):
     """A contact whose shape f(r) depends on the distance from its centre alone.
 
-    One on a disc is a `RoundContact`. Parameters as of `ShapedContact`.
+    One on a disc is a `RoundContact`. Parameters as in `ShapedContact`.
 
     Examples
     --------

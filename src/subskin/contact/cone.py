@@ -20,7 +20,7 @@ _FAR = 2.0
 class Cone(RoundContact, name="cone"):
     """A blunt rigid cone on the skin: pressure N / (pi a^2) arccosh(a / r).
 
-    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), section 5.2. Parameters as of `RoundContact`; the
+    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), section 5.2. Parameters as in `RoundContact`; the
     tip is at `position`.
 
     Examples

@@ -54,7 +54,7 @@ def mean_over_directions(
     Parameters
     ----------
     order : int
-        As of `unit_family`; `cauchy` gives F, F' and F'' for -1, 0 and 1.
+        As in `unit_family`; `cauchy` gives F, F' and F'' for -1, 0 and 1.
     x, zeta : ndarray, shape (n,)
         Points [m].
     cauchy : callable

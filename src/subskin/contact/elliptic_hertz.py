@@ -28,7 +28,7 @@ class EllipticHertz(ShapedContact, name="elliptic_hertz"):
     """An ellipsoid on the skin: pressure 3 N / (2 pi a b) sqrt(1 - (y/a)^2 - (z/b)^2) (Hertz 1881).
 
     A moment drags as the derivative of the shape does. Source: docs/local_contacts.md; Johnson, Contact Mechanics
-    (1985), section 4.2. Parameters force, angle, azimuth, position, components and moment as of `ShapedContact`.
+    (1985), section 4.2. Parameters force, angle, azimuth, position, components and moment as in `ShapedContact`.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class FromProjections(ShapedContact):
     The projection on a direction is the pressure summed across it: of a uniform disc a semi-ellipse (`Hertz`), of a
     round punch a `Strip`, of a cone a triangle, of a polygon under uniform pressure straight lines (`PressureProfile`).
     Source: docs/local_contacts.md, Radon 1917. Where many kinks make it slow, a `PressureGrid` may serve. Parameters
-    force, angle, azimuth, position, components and moment as of `ShapedContact`.
+    force, angle, azimuth, position, components and moment as in `ShapedContact`.
 
     Parameters
     ----------

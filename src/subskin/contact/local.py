@@ -257,7 +257,7 @@ def local_transforms_of(contact: LocalContact, x: FloatArray, y: FloatArray, z: 
 
 
 def local_potentials_of(contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials:
-    """V_m of a contact at points, for displacements; parameters as of `local_transforms_of`: `x`, `y`, `z` [m].
+    """V_m of a contact at points, for displacements; parameters as in `local_transforms_of`: `x`, `y`, `z` [m].
 
     Examples
     --------

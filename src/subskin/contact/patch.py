@@ -27,7 +27,7 @@ class Patch(ShapedContact, name="patch"):
 
     That is 1 + s_y y' + s_z z' + s_yz y' z', with s = `slopes`. Source: docs/local_contacts.md; Love 1929. On the edges
     the stress is infinite under drag, and the pressure jumps.
-    Parameters force, angle, azimuth, position, components and moment as of `ShapedContact`.
+    Parameters force, angle, azimuth, position, components and moment as in `ShapedContact`.
 
     Parameters
     ----------

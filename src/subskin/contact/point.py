@@ -18,7 +18,7 @@ __all__ = ["PointLoad"]
 class PointLoad(AxialContact, name="point"):
     """A force on a point, V_m = (-w)^m / (2 pi R), w = (y + i z) / (R + x) (Boussinesq 1885, Cerruti 1882).
 
-    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), sections 3.2 and 3.6. Parameters as of
+    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), sections 3.2 and 3.6. Parameters as in
     `ShapedContact`.
 
     Examples

@@ -27,7 +27,7 @@ class RoundContact(AxialContact):
     Parameters
     ----------
     force, angle, azimuth, position, components, moment : array_like
-        As of `ShapedContact` [N], [rad], [rad], [m], [N], [N m].
+        As in `ShapedContact` [N], [rad], [rad], [m], [N], [N m].
     half_width : array_like
         Radius a of the disc [m], > 0, of a shape that broadcasts against theirs; required.
 

@@ -26,7 +26,7 @@ class RoundHertz(RoundContact, name="round_hertz"):
     beyond, f = (f_a - (c/a)^3 f_c) / (1 - (c/a)^3), f_r being Hertz's shape of radius r: |T| = mu N (1 - (c/a)^3)
     (Cattaneo 1938, Mindlin 1949; exact at nu = 1/2). A moment is that of a disc that sticks and is turned (Reissner and
     Sagoci 1944). Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), sections 3.4, 3.9 and 7.2. Other
-    parameters as of `RoundContact`.
+    parameters as in `RoundContact`.
 
     Parameters
     ----------

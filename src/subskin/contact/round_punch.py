@@ -18,7 +18,7 @@ __all__ = ["RoundPunch"]
 class RoundPunch(RoundContact, name="round_punch"):
     """A rigid flat disc on the skin: pressure N / (2 pi a sqrt(a^2 - r^2)).
 
-    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), section 3.4. Parameters as of `RoundContact`. A
+    Source: docs/local_contacts.md; Johnson, Contact Mechanics (1985), section 3.4. Parameters as in `RoundContact`. A
     moment drags as the derivative of the shape does, as with all contacts; a disc that sticks and is turned is a
     `RoundHertz` with `moment=`.
 
