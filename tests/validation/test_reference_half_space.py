@@ -21,7 +21,7 @@ EXACT = 1e-12  # far away and on the axis, of the largest component at the point
 TOLERANCE = 1e-10  # elsewhere
 
 CASES = {
-    ("12_point_forces_3d", "point"): lambda **load: ss.PointLoad(**load),
+    ("12_point_forces_3d", "point"): ss.PointLoad,
     ("13_rectangular_patch", "uniform"): lambda **load: ss.Patch(half_widths=(1.0, 0.75), **load),
     ("13_rectangular_patch", "bilinear"): lambda components: ss.Patch(
         components=3 * components, half_widths=(1.0, 0.75), slopes=(0.375, -0.625, 0.25)
