@@ -37,6 +37,7 @@ SKINS: dict[str, ss.Skin] = {
     "round-0.5": ss.Round(SOFT, 8 * A, 4 * A),
     "round-0.3": ss.Round(PLAIN, 8 * A, 1.5 * A),
     "thin round": ss.Round(SOFT, 8 * A, 7 * A),
+    "half space": ss.HalfSpace(PLAIN),
 }
 
 
@@ -69,6 +70,72 @@ CONTACTS: dict[str, Callable[..., ss.Contact]] = {
         + ss.Hertz(0.25 * np.asarray(p), -0.5 * side, a * side, half_width=0.5 * a)
     ),
 }
+
+LOAD = np.array([1.0, 0.375, -0.25])  # N
+MIRROR = np.array([1.0, 1.0, -1.0])
+
+
+def _turned(components: np.ndarray, turn: float) -> np.ndarray:
+    """(N, Ty, Tz) after a turn about the inward normal [rad], from +y to +z."""
+    drag = (components[1] + 1j * components[2]) * np.exp(1j * turn)
+    return np.array([components[0], drag.real, drag.imag])
+
+
+def _local(kind: Callable[..., ss.LocalContact], **lengths: float) -> Callable[..., ss.LocalContact]:
+    """A round contact beside the origin: `side` -1 mirrors it in z = 0, `turn` turns it about the origin [rad]."""
+
+    def build(side: int = 1, turn: float = 0.0, a: float = A, p: float = 1.0) -> ss.LocalContact:
+        at = 0.3 * a * (1 - 0.5j * side) * np.exp(1j * turn)
+        sizes = {name: a * value for name, value in lengths.items() if name != "moment"}
+        moment = side * p * a * lengths.get("moment", 0.0)
+        components = p * _turned(LOAD * MIRROR if side < 0 else LOAD, turn)
+        return kind(components=components, position=(at.real, at.imag), moment=moment, **sizes)
+
+    return build
+
+
+def _ellipse(side: int = 1, turn: float = 0.0, a: float = A, p: float = 1.0) -> ss.EllipticHertz:
+    components = p * _turned(LOAD * MIRROR if side < 0 else LOAD, turn)
+    return ss.EllipticHertz(
+        components=components, half_widths=(a, 0.4 * a), turn=0.5 * side + turn, moment=0.1 * side * a * p
+    )
+
+
+def _patch(side: int = 1, a: float = A, p: float = 1.0) -> ss.Patch:
+    slopes = np.array([0.3, -0.2 * side, 0.4 * side / a]) / a
+    components = p * LOAD * MIRROR if side < 0 else p * LOAD
+    return ss.Patch(components=components, position=(0.2 * a, -0.1 * a * side), half_widths=(a, 0.6 * a), slopes=slopes)
+
+
+def _grid(side: int = 1, a: float = A, p: float = 1.0) -> ss.PressureGrid:
+    y, z = a * np.array([-1.0, -0.2, 0.3, 1.1]), a * np.array([-0.9, 0.1, 0.8])
+    pressure = p / a**2 * np.array([[0.0, 0.0, 0.0], [0.2, 0.9, 0.1], [0.4, 0.5, 0.3], [0.0, 0.1, 0.0]])
+    shear = np.stack([0.3 * pressure[::-1], side * (0.1 * pressure - 0.2 * pressure[:, ::-1])], axis=-1)
+    if side < 0:
+        z, pressure, shear = -z[::-1], pressure[:, ::-1], shear[:, ::-1]
+    return ss.PressureGrid(y, z, pressure, shear)
+
+
+LOCAL: dict[str, Callable[..., ss.LocalContact]] = {
+    "point": _local(ss.PointLoad),
+    "point torque": _local(ss.PointLoad, moment=0.3),
+    "round hertz": _local(ss.RoundHertz, half_width=1.0),
+    "slip": _local(ss.RoundHertz, half_width=1.0, stick=0.6),
+    "almost sticks": _local(ss.RoundHertz, half_width=1.0, stick=1 - 1e-6),
+    "twisted": _local(ss.RoundHertz, half_width=1.0, moment=0.3),
+    "round punch": _local(ss.RoundPunch, half_width=1.0),
+    "cone": _local(ss.Cone, half_width=1.0, moment=0.1),
+    "ellipse": _ellipse,
+    "patch": _patch,
+    "grid": _grid,
+    "projections": _local(
+        lambda half_width, **more: ss.FromProjections(ss.Strip(1.0, half_width=half_width), **more), half_width=1.0
+    ),
+    "local sum": lambda side=1, turn=0.0, a=A, p=1.0: (
+        LOCAL["cone"](side, turn, a, p) + LOCAL["point"](side, turn, 0.5 * a, 0.3 * p)
+    ),
+}
+"""Local contacts: a new one is one line here, and every law of tests/verification/test_local_contacts.py meets it."""
 
 TRANSDUCERS: dict[str, ss.Transducer] = {
     **{name: kind() for name, kind in kinds().items()},  # those that are found by name, a new one too

@@ -21,7 +21,25 @@ from . import tensor as tensor
 from . import transducer as transducer
 from .array import SensorArray
 from .calibration import calibrate, calibrate_blind
-from .contact import Contact, FlatPunch, Hertz, LineLoad, PartialSlip, PressureProfile, Strip, Wedge
+from .contact import (
+    Cone,
+    Contact,
+    EllipticHertz,
+    FlatPunch,
+    FromProjections,
+    Hertz,
+    LineLoad,
+    LocalContact,
+    PartialSlip,
+    Patch,
+    PointLoad,
+    PressureGrid,
+    PressureProfile,
+    RoundHertz,
+    RoundPunch,
+    Strip,
+    Wedge,
+)
 from .design.blind_spots import blind_spots
 from .errors import SubskinError
 from .estimate import Estimate, Status, fit, locate, locator, pressure_map, side_angle
@@ -31,7 +49,7 @@ from .loads import Load
 from .material import Material
 from .pressing import press
 from .response import tabulate
-from .skin import HalfPlane, Layer, Layered, Round, Skin
+from .skin import HalfPlane, HalfSpace, Layer, Layered, Round, Skin
 from .stream import Pipeline, Relaxation, Tare
 from .transducer import (
     EnergyDensity,
@@ -48,28 +66,38 @@ from .transducer import (
 __version__: str
 
 __all__ = [
+    "Cone",
     "Contact",
+    "EllipticHertz",
     "EnergyDensity",
     "Estimate",
     "Finger",
     "FlatPunch",
+    "FromProjections",
     "HalfPlane",
+    "HalfSpace",
     "Hertz",
     "LateralStrain",
     "Layer",
     "Layered",
     "LineLoad",
     "Load",
+    "LocalContact",
     "Material",
     "MaxCompressiveStrain",
     "MeanPressure",
     "NormalStrain",
     "NormalStress",
     "PartialSlip",
+    "Patch",
     "Pipeline",
+    "PointLoad",
+    "PressureGrid",
     "PressureProfile",
     "Relaxation",
     "Round",
+    "RoundHertz",
+    "RoundPunch",
     "SensorArray",
     "ShearStrain",
     "Skin",

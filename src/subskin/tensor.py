@@ -3,25 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import Any, Self
 
 import numpy as np
 
 from ._check import FloatArray
 from ._frozen import Frozen
 
-__all__ = ["Deferred", "State", "Strain", "Stress", "SurfaceGradient", "Wave"]
+__all__ = ["Deferred", "Displacements", "State", "Strain", "Stress", "SurfaceGradient", "Wave"]
+
+_ZERO = np.zeros(())
 
 
-@dataclass(frozen=True, eq=False)
+class _OutOfPlane:
+    """A shear across the plane: zeros, until a tensor that has one holds its own."""
+
+    def __get__(self, tensor: _Tensor | None, kind: type) -> Self | FloatArray:
+        return self if tensor is None else np.broadcast_to(_ZERO, tensor.shape)
+
+
+@dataclass(frozen=True, eq=False, init=False)
 class _Tensor(Frozen):
-    """A symmetric tensor of a plane problem: x is depth, y runs along the surface, z out of the plane."""
+    """A symmetric tensor: x is depth, y runs along the surface and z across it. In a plane xz and yz are zeros."""
 
     xx: FloatArray
     yy: FloatArray
     zz: FloatArray
     xy: FloatArray
+    xz: FloatArray = _OutOfPlane()  # type: ignore[assignment]
+    yz: FloatArray = _OutOfPlane()  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        xx: FloatArray,
+        yy: FloatArray,
+        zz: FloatArray,
+        xy: FloatArray,
+        xz: FloatArray | None = None,
+        yz: FloatArray | None = None,
+    ) -> None:
+        held = self.__dict__
+        held["xx"], held["yy"], held["zz"], held["xy"] = xx, yy, zz, xy
+        if xz is not None:
+            held["xz"] = xz
+        if yz is not None:
+            held["yz"] = yz
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -29,8 +57,24 @@ class _Tensor(Frozen):
         return self.xx.shape
 
     @property
+    def is_plane(self) -> bool:
+        """Whether it is one of a plane, without shear across it."""
+        return "xz" not in self.__dict__ and "yz" not in self.__dict__
+
+    @property
+    def matrix(self) -> FloatArray:
+        """All components as symmetric matrices in the order x, y, z, shape (..., 3, 3)."""
+        rows = [[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]]
+        return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
+
+    @property
     def principal(self) -> FloatArray:
         """The three principal values, largest (most tensile) first, shape (..., 3)."""
+        if not self.is_plane:
+            matrices = self.matrix
+            known = np.asarray(np.isfinite(matrices).all(axis=(-2, -1), keepdims=True))
+            values = np.linalg.eigvalsh(np.where(known, matrices, 0.0))[..., ::-1]
+            return np.where(known[..., 0], values, np.nan)
         centre, radius = 0.5 * (self.xx + self.yy), np.hypot(0.5 * (self.xx - self.yy), self.xy)
         values = np.stack([centre + radius, centre - radius, np.broadcast_to(self.zz, centre.shape)], axis=-1)
         return np.sort(values, axis=-1)[..., ::-1]
@@ -41,9 +85,11 @@ class _Tensor(Frozen):
         return self.xx + self.yy + self.zz
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Stress(_Tensor):
-    """Stress [Pa], positive in tension: `xx`, `yy`, `zz` and `xy`, the shear stress tau_xy, arrays of one shape.
+    """Stress [Pa], positive in tension: `xx`, `yy`, `zz` and the shears `xy`, `xz`, `yz`, arrays of one shape.
+
+    In a plane `xz` and `yz` need not be given, and read as zeros.
 
     Examples
     --------
@@ -61,9 +107,11 @@ class Stress(_Tensor):
         return -self.trace / 3
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Strain(_Tensor):
-    """Strain [-], positive in extension: `xx`, `yy`, `zz` and `xy`, half the engineering shear `gamma_xy`.
+    """Strain [-], positive in extension: `xx`, `yy`, `zz` and `xy`, `xz`, `yz`, half the engineering shears.
+
+    In a plane `xz` and `yz` need not be given, and read as zeros.
 
     Examples
     --------
@@ -85,11 +133,35 @@ class Strain(_Tensor):
 
 
 @dataclass(frozen=True, eq=False)
+class Displacements(Frozen):
+    """How far points move [m]: `x` into the skin, `y` and `z` along its surface, arrays of one shape.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
+    >>> moved = skin.displacement(ss.PointLoad(force=1.0), x=2e-3, y=[0.0, 1e-3], z=0.0)
+    >>> (1e6 * moved.x).round(2).tolist(), (1e6 * moved.y).round(2).tolist()
+    ([596.83, 480.44], [0.0, 106.76])
+    """
+
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of each component."""
+        return self.x.shape
+
+
+@dataclass(frozen=True, eq=False)
 class State(Frozen):
-    """Stress and strain at the same points: `stress` [Pa] and `strain` [-]."""
+    """Stress and strain at the same points: `stress` [Pa] and `strain` [-]; `displacement` [m] where it is known."""
 
     stress: Stress
     strain: Strain
+    displacement: Displacements | None = field(default=None, kw_only=True)
 
     @property
     def energy_density(self) -> FloatArray:
@@ -104,11 +176,12 @@ class State(Frozen):
         0.5
         """
         s, e = self.stress, self.strain
-        return 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
+        energy = 0.5 * (s.xx * e.xx + s.yy * e.yy + s.zz * e.zz) + s.xy * e.xy
+        return energy if s.is_plane or e.is_plane else energy + s.xz * e.xz + s.yz * e.yz
 
 
 class Deferred(State):
-    """A state whose `stress` and `strain` are worked out when they are asked for, by functions of no argument.
+    """A state whose `stress`, `strain` and `displacement` are worked out when asked for, by functions of no argument.
 
     Examples
     --------
@@ -118,12 +191,17 @@ class Deferred(State):
     (3,)
     """
 
-    def __init__(self, stress: Callable[[], Stress], strain: Callable[[], Strain]) -> None:
-        self.__dict__.update(_stress=stress, _strain=strain)
+    def __init__(
+        self,
+        stress: Callable[[], Stress],
+        strain: Callable[[], Strain],
+        displacement: Callable[[], Displacements] | None = None,
+    ) -> None:
+        self.__dict__.update(_stress=stress, _strain=strain, _displacement=displacement)
 
-    def __reduce__(self) -> tuple[type[State], tuple[Stress, Strain]]:
+    def __reduce__(self) -> tuple[Any, ...]:
         """It travels as what it has to say: functions stay behind."""
-        return State, (self.stress, self.strain)
+        return partial(State, displacement=self.displacement), (self.stress, self.strain)
 
     @cached_property
     def stress(self) -> Stress:
@@ -136,6 +214,12 @@ class Deferred(State):
         """Strain [-]."""
         made: Strain = self.__dict__["_strain"]()
         return made
+
+    @cached_property
+    def displacement(self) -> Displacements | None:
+        """Displacement [m]; None where the skin knows none."""
+        found: Callable[[], Displacements] | None = self.__dict__["_displacement"]
+        return None if found is None else found()
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +234,7 @@ class Wave(State):
     stress, strain : Stress, Strain
         Per Pa of traction [-], [1/Pa].
     ux, uy : ndarray
-        Displacement along the depth and along the surface [m/Pa].
+        Displacement along the depth and along the surface [m/Pa]; `displacement` is None.
     """
 
     ux: FloatArray

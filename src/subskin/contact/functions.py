@@ -11,7 +11,7 @@ import numpy as np
 
 from .._check import ComplexArray, FloatArray
 
-__all__ = ["FAR", "far_shear_field", "gap", "jinc", "log_ratio", "root", "shear_field"]
+__all__ = ["FAR", "far_shear_field", "gap", "hertz_spectrum", "jinc", "log_ratio", "root", "shear_field"]
 
 FAR = 40.0
 """Beyond this many half widths from its centre a contact's `hq` comes from its moments."""
@@ -68,6 +68,14 @@ def jinc(x: FloatArray) -> FloatArray:
     from scipy.special import j1
 
     return np.where(x > 0, 2 * j1(x) / np.where(x > 0, x, 1.0), 1.0)
+
+
+def hertz_spectrum(x: FloatArray) -> FloatArray:
+    """3 (sin x - x cos x) / x^3, the spectrum of a half ellipsoid; 1 at 0."""
+    small, square = np.abs(x) < 0.1, x * x
+    far = np.where(small, 1.0, x)
+    series = 1 - square / 10 * (1 - square / 28 * (1 - square / 54 * (1 - square / 88)))
+    return np.where(small, series, 3 * (np.sin(far) - far * np.cos(far)) / far**3)
 
 
 def shear_field(z: ComplexArray, f: ComplexArray, df: ComplexArray) -> FloatArray:

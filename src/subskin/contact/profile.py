@@ -15,7 +15,7 @@ from ..errors import GeometryError
 from .base import Contact, Spectrum, Transforms
 from .functions import FAR, far_shear_field, gap, log_ratio, shear_field
 
-__all__ = ["PressureProfile"]
+__all__ = ["PressureProfile", "spherical_j1"]
 
 _FAR_ELEMENT = 10.0
 """Beyond this many half lengths from a stretch its formulas cancel, and their series converges in seven terms."""
@@ -139,7 +139,7 @@ class PressureProfile(Contact):
             part = slice(first, first + step + 1)
             start, end = self.nodes[..., part][..., :-1], self.nodes[..., part][..., 1:]
             h = 0.5 * (end - start)
-            even, odd = np.sinc(wave * h / np.pi), _spherical_j1(wave * h)
+            even, odd = np.sinc(wave * h / np.pi), spherical_j1(wave * h)
             shift = h * np.exp(-0.5j * wave * (start + end))
             for values, total in ((self.node_pressure, p), (self.node_shear, q)):
                 if values.any():
@@ -182,7 +182,7 @@ class PressureProfile(Contact):
         return wide
 
 
-def _spherical_j1(x: FloatArray) -> FloatArray:
+def spherical_j1(x: FloatArray) -> FloatArray:
     """(sin x - x cos x) / x^2, the spectrum of a straight line through 0."""
     small = np.abs(x) < 0.1
     far, square = np.where(small, 1.0, x), x * x

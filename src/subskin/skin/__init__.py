@@ -4,10 +4,11 @@ from collections.abc import Mapping
 
 from .base import Skin
 from .half_plane import HalfPlane
+from .half_space import HalfSpace
 from .layered import Layer, Layered
 from .round import Round
 
-__all__ = ["KINDS", "HalfPlane", "Layer", "Layered", "Round", "Skin"]
+__all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Round", "Skin"]
 
-KINDS: Mapping[str, type[Skin]] = {"half_plane": HalfPlane, "layers": Layered, "round": Round}
+KINDS: Mapping[str, type[Skin]] = {"half_plane": HalfPlane, "half_space": HalfSpace, "layers": Layered, "round": Round}
 """Names of the skins in a file."""

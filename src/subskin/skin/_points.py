@@ -9,14 +9,16 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..contact.base import Contact
-from ..errors import GeometryError, SingularPointWarning
+from ..contact import Contact, LocalContact
+from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 
-__all__ = ["blank_singular", "complex_points", "points", "wave_points"]
+__all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "long_only", "points", "wave_points"]
 
 
-def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tuple[FloatArray, FloatArray]:
-    """Points of a skin, broadcast against each other.
+def points(
+    x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf, z: npt.ArrayLike | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Points of a skin, broadcast against each other, and against z where a field is the same at every z.
 
     Raises
     ------
@@ -29,8 +31,35 @@ def points(x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf) -> tup
     if (xs > thickness * (1 + 1e-12)).any():
         seen = f"x = {float(xs.max()):.6g} m"
         raise GeometryError(seen, f"the skin is only {thickness:.6g} m thick", "a smaller depth")
+    if z is not None:
+        return local_points(xs, ys, z)[:2]
     shape = _check.broadcast(x=xs, y=ys)
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
+
+
+def local_points(
+    x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None, thickness: float = np.inf
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points of a skin on an area, broadcast against each other; z is 0 where it is not given. Raises as `points`."""
+    xs, ys = points(x, y, thickness)
+    zs = _check.real("z", 0.0 if z is None else z, unit="m")
+    shape = _check.broadcast(**{"x and y": xs}, z=zs)
+    return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape), np.broadcast_to(zs, shape)
+
+
+def long_only(contact: Contact | LocalContact, skin: object) -> Contact:
+    """A contact that does not change along z, as a skin needs it which is solved in a plane.
+
+    Raises
+    ------
+    InvalidValueError
+        A local contact.
+    """
+    if isinstance(contact, LocalContact):
+        seen = f"a {type(contact).__name__} on a {type(skin).__name__}"
+        rule = "it acts on an area, and this skin is solved in a plane, for contacts that do not change along z"
+        raise InvalidValueError(seen, rule, "HalfSpace(material) for it, or a long contact such as LineLoad")
+    return contact
 
 
 def wave_points(k: npt.ArrayLike, x: npt.ArrayLike, thickness: float = np.inf) -> tuple[FloatArray, FloatArray]:
@@ -61,3 +90,19 @@ def blank_singular(contact: Contact, x: FloatArray, y: FloatArray, *components: 
             warnings.warn(message, SingularPointWarning, stacklevel=5)
             for component in components:
                 component[bad] = np.nan
+
+
+def blank_local(
+    contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray, *components: FloatArray | ComplexArray
+) -> None:
+    """NaN, and a warning, where the stress of a local contact is infinite."""
+    bad = (x == 0) & contact.singular(y, z)
+    if bad.any():
+        at = tuple(float(np.broadcast_to(a, bad.shape)[bad][0]) for a in (y, z))
+        message = (
+            f"the stress is infinite on the surface at (y, z) = ({at[0]:.6g}, {at[1]:.6g}) m; NaN is returned there"
+        )
+        warnings.warn(message, SingularPointWarning, stacklevel=5)
+        for component in components:
+            nan = complex(np.nan, np.nan) if np.iscomplexobj(component) else np.nan
+            component[np.broadcast_to(bad, component.shape)] = nan

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +15,10 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Drawing
 from ..contact.base import Contact
+from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import State, Strain, Stress, Wave
+from ..tensor import Displacements, State, Strain, Stress, Wave
 
 __all__ = ["Materials", "Skin"]
 
@@ -41,20 +42,26 @@ class Skin(Frozen, ABC):
         """The materials from the surface down; that of a half plane beneath the layers is the last."""
 
     @abstractmethod
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:
-        """Stress [Pa] and strain [-] beneath `contact`; at an interface those of the layer above it.
+    def state(
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> State:
+        """Stress [Pa], strain [-] and displacement [m] beneath `contact`; at an interface those of the layer above it.
 
         Parameters
         ----------
-        contact : Contact
-            What presses; a batch of any shape, which broadcasts against the points.
-        x, y : array_like
-            Depth, from 0 to the `thickness` [m], and position along the surface [m], of shapes that broadcast.
+        contact : Contact or LocalContact
+            What presses; a batch of any shape, which broadcasts against the points. A skin that is solved in a plane
+            (`HalfPlane`, `Round`) takes long contacts only.
+        x, y, z : array_like
+            Depth, from 0 to the `thickness` [m], and position along the surface and across it [m], of shapes that
+            broadcast. Left out, z is 0. Under a long contact the state is the same at every z.
 
         Raises
         ------
         GeometryError
             A point outside the skin, a contact that reaches round a finger, or shapes that do not broadcast.
+        InvalidValueError
+            A local contact on a skin that is solved in a plane.
 
         Warns
         -----
@@ -62,14 +69,16 @@ class Skin(Frozen, ABC):
             A point of the surface where the stress is infinite; every component in the plane is NaN there.
         """
 
-    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:
+    def at(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Callable[[Contact | LocalContact], State]:
         """The `state` at fixed points as a function of the contact, for many contacts one after the other.
 
         What depends on the points alone is worked out once, where the skin knows how.
 
         Parameters
         ----------
-        x, y : array_like
+        x, y, z : array_like
             As in `state`.
 
         Examples
@@ -79,15 +88,38 @@ class Skin(Frozen, ABC):
         >>> felt(ss.LineLoad(force=40.0)).strain.xx.round(6).tolist()
         [-0.023873, -0.011459]
         """
-        return lambda contact: self.state(contact, x, y)
+        return lambda contact: self.state(*_known(contact, x, y, z))
 
-    def stress(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Stress:
+    def stress(
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Stress:
         """Stress [Pa] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""
-        return self.state(contact, x, y).stress
+        return self.state(*_known(contact, x, y, z)).stress
 
-    def strain(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> Strain:
+    def strain(
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Strain:
         """Strain [-] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""
-        return self.state(contact, x, y).strain
+        return self.state(*_known(contact, x, y, z)).strain
+
+    def displacement(
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Displacements:
+        """Displacement [m] beneath `contact`; see `state` for parameters, shapes and warnings.
+
+        It is finite on the surface wherever the pressure is not that of a point.
+
+        Raises
+        ------
+        InvalidValueError
+            A skin that knows no displacement under such a contact: that of a long contact has no end in a half plane.
+        """
+        found = self.state(*_known(contact, x, y, z)).displacement
+        if found is None:
+            seen = f"the displacement under a {type(contact).__name__} in {self}"
+            rule = "under a contact without end it is known only up to a constant, which grows with its length"
+            raise InvalidValueError(seen, rule, "a local contact on a HalfSpace, or strain and stress")
+        return found
 
     @abstractmethod
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:
@@ -281,3 +313,8 @@ class Skin(Frozen, ABC):
         """How far the undeformed surface lies beneath its tangent at y = 0 [m], at `y` [m]; 0 for a flat skin."""
         ys, c = _check.real("y", y, unit="m"), self.curvature
         return np.asarray(2 / c * np.sin(0.5 * c * ys) ** 2) if c else np.zeros_like(ys)
+
+
+def _known(contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None) -> Any:
+    """What `state` is given: no z where there is none, for a skin of one's own may know none."""
+    return (contact, x, y) if z is None else (contact, x, y, z)

@@ -13,10 +13,11 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only, read_only
 from ..contact.base import Contact, transforms_of
+from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, State, Strain, Stress, SurfaceGradient, Wave
-from ._points import blank_singular, complex_points, points, wave_points
+from ._points import blank_singular, complex_points, long_only, points, wave_points
 from .base import Materials, Skin
 
 __all__ = ["HalfPlane"]
@@ -77,14 +78,19 @@ class HalfPlane(Skin):
     def __str__(self) -> str:
         return f"a half plane ({self.material})" + (", plane stress" if self.plane == "stress" else "")
 
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
-        return self.at(x, y)(contact)
+    def state(  # noqa: D102
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> State:
+        return self.at(x, y, z)(contact)
 
-    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
-        xs, ys = points(x, y)
+    def at(  # noqa: D102
+        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Callable[[Contact | LocalContact], State]:
+        xs, ys = points(x, y, z=z)
         z, surface = complex_points(xs, ys), not (xs > 0).all()
 
-        def state(contact: Contact) -> State:
+        def state(contact: Contact | LocalContact) -> State:
+            contact = long_only(contact, self)
             fields = _in_blocks(contact, z, surface)
             return Deferred(partial(self._stress, *fields), partial(self._strain, *fields))
 

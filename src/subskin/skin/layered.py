@@ -13,12 +13,13 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
+from ..contact.local import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 from ..tensor import State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
-from ._points import points, wave_points
+from ._points import long_only, points, wave_points
 from ._synthesis import Answer, hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
@@ -178,11 +179,15 @@ class Layered(Skin):
     def _total(self) -> float:
         return float(self.modes.tops[-1])
 
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
-        return self.at(x, y)(contact)
+    def state(  # noqa: D102
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> State:
+        return self.at(x, y, z)(contact)
 
-    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
-        xs, ys = points(x, y, self.thickness)
+    def at(  # noqa: D102
+        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Callable[[Contact | LocalContact], State]:
+        xs, ys = points(x, y, self.thickness, z=z)
         first, top = self.stack[0].material, self.stack[0].thickness
         upper = xs <= top
         flat = HalfPlane(first).at(xs, ys)
@@ -194,7 +199,8 @@ class Layered(Skin):
             k, weights = panels(_DECAY / length, far)
             return k, weights, remembered(lambda depths: self._response(k, depths))
 
-        def state(contact: Contact) -> State:
+        def state(contact: Contact | LocalContact) -> State:
+            contact = long_only(contact, self)
             shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), first)

@@ -13,12 +13,13 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..contact.base import Contact
+from ..contact.local import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
 from ..tensor import State, Wave
 from ._around import DEEPEST, periodic_transforms
 from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
-from ._points import blank_singular, complex_points, points, wave_points
+from ._points import blank_singular, complex_points, long_only, points, wave_points
 from ._ring_modes import Ring
 from ._synthesis import hooke, remembered, synthesise
 from .base import Materials, Skin
@@ -119,11 +120,15 @@ class Round(Skin):
         """The harmonics that the core sends back: what is left out is less than exp(-42) of them."""
         return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
 
-    def state(self, contact: Contact, x: npt.ArrayLike, y: npt.ArrayLike) -> State:  # noqa: D102
-        return self.at(x, y)(contact)
+    def state(  # noqa: D102
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> State:
+        return self.at(x, y, z)(contact)
 
-    def at(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Callable[[Contact], State]:  # noqa: D102
-        xs, ys = points(x, y, self.thickness)
+    def at(  # noqa: D102
+        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Callable[[Contact | LocalContact], State]:
+        xs, ys = points(x, y, self.thickness, z=z)
         n = self.harmonics
         weights = np.where(n == 0, 0.5, 1.0) / self.radius
 
@@ -133,7 +138,8 @@ class Round(Skin):
             answer[:, :, 2] /= 2 * self.material.shear
             return answer
 
-        def state(contact: Contact) -> State:
+        def state(contact: Contact | LocalContact) -> State:
+            contact = long_only(contact, self)
             shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), self.material)

@@ -1,0 +1,114 @@
+"""What the local contacts on a disc have in common."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import ComplexArray, FloatArray
+from ..errors import InvalidValueError
+from .axial import AxialContact
+
+__all__ = ["RoundContact"]
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class RoundContact(AxialContact):
+    """A contact on a disc, the same in all directions.
+
+    A subclass gives its functions for a disc of radius 1: `disc_pressure`, `disc_slope`, `disc_spectrum`, and where it
+    has a closed form `disc_family` and `disc_core`.
+
+    Parameters
+    ----------
+    force, angle, azimuth, position, components, moment : array_like
+        As in `ShapedContact` [N], [rad], [rad], [m], [N], [N m].
+    half_width : array_like
+        Radius a of the disc [m], > 0, of a shape that broadcasts against theirs; required.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A value out of range; shapes that do not broadcast.
+
+    Examples
+    --------
+    A contact of one's own: a pressure that fades out smoothly at the rim.
+
+    >>> import numpy as np, subskin as ss
+    >>> from scipy.special import spherical_jn
+    >>> class Soft(ss.contact.RoundContact):
+    ...     def disc_pressure(self, r):
+    ...         return 2.5 / np.pi * np.maximum(1 - r**2, 0) ** 1.5
+    ...     def disc_spectrum(self, k):
+    ...         return 15 * spherical_jn(2, k) / np.maximum(k, 1e-6) ** 2
+    >>> touch = Soft(force=1.0, half_width=1e-3)
+    >>> round(float(ss.HalfSpace(ss.Material(young=0.4e6)).stress(touch, x=1e-3, y=0.0, z=0.0).xx))
+    -283451
+    """
+
+    OUTLINE: ClassVar[Literal["rectangle", "ellipse"]] = "ellipse"
+
+    half_width: FloatArray = None  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        force: npt.ArrayLike | None = None,
+        angle: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        position: npt.ArrayLike = (0.0, 0.0),
+        half_width: npt.ArrayLike = np.nan,  # required: NaN is refused below
+        *,
+        components: npt.ArrayLike | None = None,
+        moment: npt.ArrayLike = 0.0,
+        **lengths: npt.ArrayLike,
+    ) -> None:
+        fix = "give half of the contact's width in metres; one of no width is a PointLoad"
+        a = _check.real("half_width", half_width, unit="m", above=0.0, fix=fix)
+        super().__init__(force, angle, azimuth, position, components=components, moment=moment, half_width=a, **lengths)
+
+    @abstractmethod
+    def disc_pressure(self, r: FloatArray) -> FloatArray:
+        """The shape at the distance `r` from the centre, the radius and the load being 1."""
+
+    def disc_slope(self, r: FloatArray) -> FloatArray:
+        """The slope df/dr of `disc_pressure`, by which a moment drags.
+
+        Raises
+        ------
+        InvalidValueError
+            A shape that does not say it.
+        """
+        raise InvalidValueError(f"the drag of a moment on a {type(self).__name__}", "its class has to say `disc_slope`")
+
+    @abstractmethod
+    def disc_spectrum(self, k: FloatArray) -> FloatArray:
+        """Hankel transform of the shape of radius 1 at `k` >= 0; 1 at 0."""
+
+    def disc_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:
+        """`ShapedContact.unit_family` for a radius of 1."""
+        return None
+
+    def unit_radial_pressure(self, r: FloatArray) -> FloatArray:  # noqa: D102
+        return np.asarray(self.disc_pressure(r / self.half_width) / self.half_width**2)
+
+    def unit_radial_slope(self, r: FloatArray) -> FloatArray:  # noqa: D102
+        return np.asarray(self.disc_slope(r / self.half_width) / self.half_width**3)
+
+    def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
+        return self.disc_spectrum(np.asarray(k * self.half_width))
+
+    def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:  # noqa: D102
+        a = self.half_width
+        found = self.disc_family(order, np.asarray(x / a), zeta / a)
+        return None if found is None else np.asarray(found / a ** (2 + order))
+
+    @property
+    def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
+        reach = self.half_width[..., None]
+        return self.position - reach, self.position + reach

@@ -1,0 +1,104 @@
+"""The half space: a skin thick and flat compared with a touch on an area and the sensors' depth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Self
+
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..contact import Contact, LocalContact
+from ..errors import InvalidValueError
+from ..material import Material
+from ..tensor import Deferred, State, Wave
+from ._points import blank_local, local_points
+from ._riesz import displacements_of, fields_of
+from .base import Materials, Skin
+from .half_plane import HalfPlane
+
+__all__ = ["HalfSpace"]
+
+
+@dataclass(frozen=True)
+class HalfSpace(Skin):
+    """An infinite elastic half space, x >= 0 being the depth; y and z run along its surface.
+
+    The field of any traction is built from the contact's families W_m (docs/local_contacts.md). Under a long contact it
+    is the field of a half plane in plane strain, the same at every z.
+
+    Parameters
+    ----------
+    material : Material
+        Young's modulus and Poisson's ratio.
+
+    Raises
+    ------
+    InvalidValueError
+        What is no material.
+
+    Examples
+    --------
+    A finger tip's force of 1 N on a point, felt 2 mm beneath: -3 N / (2 pi x^2), Johnson (1985), section 3.2.
+
+    >>> import subskin as ss
+    >>> skin = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.5))
+    >>> round(float(skin.stress(ss.PointLoad(force=1.0), x=2e-3, y=0.0, z=0.0).xx))
+    -119366
+    """
+
+    material: Material
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
+
+    @property
+    def materials(self) -> tuple[Material, ...]:  # noqa: D102
+        return (self.material,)
+
+    def with_(  # noqa: D102
+        self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
+    ) -> Self:
+        super().with_(thickness=thickness, radius=radius)
+        return replace(self, material=self._one_each(materials)[0])
+
+    def __str__(self) -> str:
+        return f"a half space ({self.material})"
+
+    @cached_property
+    def _plane(self) -> HalfPlane:
+        """What it is for a contact that does not change along z."""
+        return HalfPlane(self.material)
+
+    def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
+        return self._plane.wave(k, x)
+
+    def surface_influence(self, step: float, count: int) -> FloatArray:
+        """As `Skin.surface_influence`, for hats that do not change along z."""
+        return self._plane.surface_influence(step, count)
+
+    def state(  # noqa: D102
+        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> State:
+        return self.at(x, y, z)(contact)
+
+    def at(  # noqa: D102
+        self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
+    ) -> Callable[[Contact | LocalContact], State]:
+        xs, ys, zs = local_points(x, y, z)
+        long = self._plane.at(xs, ys)
+        surface, material = not (xs > 0).all(), self.material
+
+        def state(contact: Contact | LocalContact) -> State:
+            if not isinstance(contact, LocalContact):
+                return long(contact)
+            fields = fields_of(contact, material.poisson, xs, ys, zs)
+            if surface:
+                blank_local(contact, xs, ys, zs, *fields)
+            moved = partial(displacements_of, contact, material, xs, ys, zs)
+            return Deferred(partial(fields.stress, material.poisson), partial(fields.strain, material), moved)
+
+        return state
