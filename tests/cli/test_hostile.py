@@ -367,3 +367,12 @@ def test_memory_does_not_grow_with_the_table(tmp_path, monkeypatch, kind):
         tracemalloc.stop()
         assert rows == 500 * count
     assert peaks[1] < 1.5 * peaks[0]
+
+
+def test_what_a_library_says_to_programmers_is_left_out(capsys):
+    from subskin.cli.main import _warn
+    from subskin.errors import ValidityWarning
+
+    _warn("'oneOf' deprecated", DeprecationWarning)
+    _warn("a depth of 2 m", ValidityWarning)
+    assert capsys.readouterr().err == "subskin: warning: a depth of 2 m\n"

@@ -84,8 +84,10 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _warn(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning in one line, without the line of code that raised it."""
+def _warn(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    """A warning in one line, without the line of code that raised it; none that a library has for programmers."""
+    if issubclass(category, DeprecationWarning | PendingDeprecationWarning):
+        return
     _said(f"warning: {printable(message)}", 0)
 
 
