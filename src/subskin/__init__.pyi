@@ -15,6 +15,7 @@ from . import pressing as pressing
 from . import report as report
 from . import response as response
 from . import skin as skin
+from . import spread as spread
 from . import stream as stream
 from . import synthetic as synthetic
 from . import tensor as tensor

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import ConvergenceError
 from ..finger import Finger
 from ._forward import TERMS, Forward, checked_names
@@ -131,7 +132,7 @@ def fitted(
     return solution
 
 
-class Fit:
+class Fit(Frozen):
     """One weighted least-squares problem, for the sensors that are thought alive."""
 
     def __init__(

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from .correlated import Correlated, Residuals, correlated, scatter
 
 __all__ = ["Uncertainty"]
@@ -21,7 +22,7 @@ _STEP = 1e-3
 """Of a depth, by which a load is moved to see the readings change."""
 
 
-class Uncertainty:
+class Uncertainty(Frozen):
     """Covariance of what was fitted: of the residuals' noise, or of a process where they are more than that.
 
     Residuals are noise unless a process explains them much better. Where they are few and larger than the stated noise,

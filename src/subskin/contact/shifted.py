@@ -13,13 +13,14 @@ from functools import cached_property
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
+from .._frozen import Frozen
 
 __all__ = ["ShiftedSource", "axial_family", "punch_core", "punches_over", "source_at"]
 
 _T, _W = np.polynomial.legendre.leggauss(10)
 
 
-class ShiftedSource:
+class ShiftedSource(Frozen):
     """A point seen from a source at the depth Z = x - i t: R = sqrt(r^2 + Z^2), Re R >= 0 >= Im R."""
 
     def __init__(self, r: FloatArray, depth: ComplexArray, distance: ComplexArray) -> None:
