@@ -13,6 +13,8 @@ FONT = files("ziamath").joinpath("fonts/STIXTwoMath-Regular.ttf")  # STIX Two Ma
 FORMULA = re.compile(r"<math\b.*?</math>", re.DOTALL)
 ITALICS = (*range(0x1D434, 0x1D468), 0x210E, *range(0x1D6E2, 0x1D71C))
 """What a browser sets for a letter that stands alone."""
+ROOT = 0x221A
+"""Drawn by `msqrt`, in no text."""
 
 
 def write(app: Sphinx, exception: Exception | None) -> None:
@@ -23,7 +25,7 @@ def write(app: Sphinx, exception: Exception | None) -> None:
     options = subset.Options(flavor="woff", layout_features=["*"], notdef_outline=True)
     font = subset.load_font(str(FONT), options)
     cut = subset.Subsetter(options)
-    cut.populate(unicodes=[*map(ord, used), *range(0x20, 0x7F), *ITALICS])
+    cut.populate(unicodes=[*map(ord, used), *range(0x20, 0x7F), *ITALICS, ROOT])
     cut.subset(font)
     subset.save_font(font, str(out / "_static" / "mathematics.woff"), options)
 
