@@ -221,6 +221,17 @@ class TestStreams:
         assert error.decode().strip() in ("subskin: stopped", "")
 
 
+def test_stopped_before_the_command_line_is_there(monkeypatch, capsys):
+    from subskin.__main__ import run
+
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("subskin.cli.main", stopped)
+    assert run() == 130
+    assert capsys.readouterr().err == "subskin: stopped\n"
+
+
 def test_what_a_terminal_would_obey_is_not_shown(subskin, readings):
     escape = "\x1b]0;pwn\x07\x1b[31m"
     (readings / "e.csv").write_text(f"{escape}p0,p1\n1,2\n")
