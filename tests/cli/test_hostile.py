@@ -201,7 +201,9 @@ class TestStreams:
                 pytest.fail("no output was begun")
             running.send_signal(number)
             _, error = running.communicate(timeout=60)
-        assert running.returncode == code
+        # a shell says `code` of both: Python ends itself by the signal where that came in code run from a text, as a
+        # dataclass is made (unhandled_keyboard_interrupt), although it was caught
+        assert running.returncode in (code, -number)
         assert error.decode().strip() == "subskin: stopped"
         assert sorted(p.name for p in readings.iterdir()) == ["finger.toml", "r.csv"]
 
@@ -217,7 +219,7 @@ class TestStreams:
             time.sleep(wait)
             running.send_signal(signal.SIGINT)
             _, error = running.communicate(timeout=60)
-        assert running.returncode in (130, 0)  # 0: it was quicker
+        assert running.returncode in (130, -signal.SIGINT, 0)  # 0: it was quicker
         assert error.decode().strip() in ("subskin: stopped", "")
 
 
