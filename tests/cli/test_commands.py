@@ -343,6 +343,6 @@ class TestProcess:
             running.stdin.flush()
             running.send_signal(signal.SIGINT)
             _, error = running.communicate(timeout=60)
-        assert running.returncode == 130
+        assert running.returncode in (130, -signal.SIGINT)  # a shell says 130 of both
         assert error.decode().strip() == "subskin: stopped"
         assert sorted(p.name for p in folder.iterdir()) == ["finger.toml"]
