@@ -68,6 +68,10 @@ class TestFit:
             angle, std = columns("f.csv", "angle", "angle_std")
             found = FINGER.fit(frame, stick=stick)
             np.testing.assert_allclose([angle[0], std[0]], [found.angle, found.std[2]], rtol=1e-6)
+            assert angle[0] == pytest.approx(0.2, abs=2e-3)  # the frame is without noise
+            assert 0.0 < std[0] < 0.1
+            plain = FINGER.fit(frame)
+            assert not abs(plain.angle - 0.2) < 2e-3  # a contact that slides is another
         ran = subskin("fit", "finger.toml", "stuck.csv", "--stick", "-1")
         assert ran.code != 0
         assert "stick" in ran.err

@@ -117,8 +117,6 @@ class LocalContact(Named, ABC):
     ...         return 9e6 / 16 * np.maximum(1 - y**2, 0) * np.maximum(1 - z**2, 0)
     ...     def shear(self, y, z):
     ...         return np.zeros((*np.broadcast_shapes(np.shape(y), np.shape(z)), 2))
-    ...     def spectrum(self, ky, kz):
-    ...         raise NotImplementedError  # a half space needs none
     >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
     >>> round(float(skin.stress(Hill(), x=1e-3, y=0.0, z=0.0).xx))
     -245245
@@ -160,9 +158,16 @@ class LocalContact(Named, ABC):
     def shear(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:
         """Drag (q_y, q_z) on the surface [Pa] at `y`, `z` [m], shape (..., 2)."""
 
-    @abstractmethod
     def spectrum(self, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:
-        """Fourier transforms at the wave vectors (`ky`, `kz`) [1/m], broadcast against the batch."""
+        """Fourier transforms at the wave vectors (`ky`, `kz`) [1/m], broadcast against the batch; for layers.
+
+        Raises
+        ------
+        InvalidValueError
+            A contact of one's own whose class does not say it.
+        """
+        seen, rule = f"the spectrum of a {type(self).__name__}", "layers need it, and its class says none"
+        raise InvalidValueError(seen, rule, "define `spectrum(ky, kz)` in its class")
 
     @property
     def radial_terms(self) -> tuple[RadialTerm, ...] | None:
