@@ -6,6 +6,8 @@ at Poisson's ratio 1/2, and continuous where layers are bonded.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,15 +15,15 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only
-from ..contact.local import LocalContact, RadialTerm
+from ..contact.local import LocalContact, LocalSpectrum, RadialTerm
 from ..material import Material
 from ..tensor import Displacements, Strain, Stress
+from ._harmonics import HarmonicTable
 from ._layer_modes import Stack
-from ._polar import polar_displacements, polar_fields
 from ._radial import DISPLACEMENTS, FIELDS, RadialSpectrum, radial_table
 from ._riesz import Fields
 
-__all__ = ["Primitives", "added_displacements", "added_fields", "stack_displacements"]
+__all__ = ["Added", "Primitives", "stack_displacements"]
 
 
 _TRIES = np.array([0.3, 1.7, 7.1, 40.0])
@@ -61,38 +63,105 @@ class Primitives(NamedTuple):
         return Strain(*each_read_only(down, half + turned.real, half - turned.real, shear.real, shear.imag, turned.imag))
 
 
-def added_fields(stack: Stack, contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> Primitives:
-    """The fields in a stack, in the first layer less those of a half space; shape of contact and points together."""
-    terms = contact.expand(1).radial_terms
-    if terms is None:
-        return Primitives(*polar_fields(stack, contact, x, y, z))
-    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
-    real, both = np.zeros((2, *shape)), np.zeros((2, *shape), dtype=np.complex128)
-    for term in terms:
-        f, zeta, n, tau, moment = _looked_up(stack, contact, term, x, y, z, FIELDS)
-        back = np.conj(tau) * zeta
-        along = back.real
-        real += n * f[[0, 2]] + along * f[[1, 3]]
-        both[0] += zeta * (n * f[4] + 1j * moment * f[10] + back * f[6]) + tau * f[5]
-        both[1] += zeta * (zeta * (n * f[7] + 1j * moment * f[11] + back * f[9]) + tau * f[8])
-    return Primitives(*real, *both)
+class Added:
+    """What a stack has at points of one shape, in the first layer less what a half space of its material would have.
 
+    Parameters
+    ----------
+    stack : Stack
+        The layers.
+    contact : LocalContact
+        What presses; its batch broadcasts against the points.
+    x, y, z : ndarray
+        Points [m], of one shape.
+    """
 
-def added_displacements(
-    stack: Stack, contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray
-) -> tuple[FloatArray, ComplexArray]:
-    """2 G u_x and 2 G (u_y + i u_z) [Pa m] in a stack, G of the first layer, in which a half space's are taken off."""
-    terms = contact.expand(1).radial_terms
-    if terms is None:
-        return polar_displacements(stack, contact, x, y, z)
-    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
-    down, along = np.zeros(shape), np.zeros(shape, dtype=np.complex128)
-    for term in terms:
-        f, zeta, n, tau, moment = _looked_up(stack, contact, term, x, y, z, DISPLACEMENTS)
-        back = np.conj(tau) * zeta
-        down += n * f[0] + back.real * f[1]
-        along += zeta * (n * f[2] + 1j * moment * f[5] + back * f[4]) + tau * f[3]
-    return down, along
+    def __init__(self, stack: Stack, contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> None:
+        self._stack, self._contact, self._x, self._y, self._z = stack, contact, x, y, z
+        self._shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
+        self._wide = contact.expand(1)
+        self._terms = self._wide.radial_terms
+        self._tables: dict[tuple[float, int], HarmonicTable] = {}
+
+    def fields(self) -> Primitives:
+        """Stress and strain."""
+        if self._terms is None:
+            xx, spread, xy, xz, turned, across = self._by_harmonics(slice(0, 6))
+            return Primitives(xx, spread, xy + 1j * xz, turned + 1j * across)
+        real, both = np.zeros((2, *self._shape)), np.zeros((2, *self._shape), dtype=np.complex128)
+        for term in self._terms:
+            f, zeta, n, tau, moment = self._by_distance(term, FIELDS)
+            back = np.conj(tau) * zeta
+            real += n * f[[0, 2]] + back.real * f[[1, 3]]
+            both[0] += zeta * (n * f[4] + 1j * moment * f[10] + back * f[6]) + tau * f[5]
+            both[1] += zeta * (zeta * (n * f[7] + 1j * moment * f[11] + back * f[9]) + tau * f[8])
+        return Primitives(*real, *both)
+
+    def displacements(self) -> tuple[FloatArray, ComplexArray]:
+        """2 G u_x and 2 G (u_y + i u_z) [Pa m], G of the first layer."""
+        if self._terms is None:
+            down, y, z = self._by_harmonics(slice(6, 9))
+            return down, y + 1j * z
+        down, along = np.zeros(self._shape), np.zeros(self._shape, dtype=np.complex128)
+        for term in self._terms:
+            f, zeta, n, tau, moment = self._by_distance(term, DISPLACEMENTS)
+            back = np.conj(tau) * zeta
+            down += n * f[0] + back.real * f[1]
+            along += zeta * (n * f[2] + 1j * moment * f[5] + back * f[4]) + tau * f[3]
+        return down, along
+
+    def _by_distance(
+        self, term: RadialTerm, which: slice
+    ) -> tuple[FloatArray, ComplexArray, FloatArray, ComplexArray, FloatArray]:
+        """The functions of a term, (functions, ...); points from its centre; N, Ty + i Tz and the moment.
+
+        The term is that of a contact with an axis of length one behind its batch.
+        """
+        centre, load, moment = term.position[..., 0, :], term.components[..., 0, :], term.moment[..., 0]
+        low, high = self._contact.support
+        zeta = self._from(centre)
+        u = (zeta.real**2 + zeta.imag**2).reshape(-1)
+        spectra, of = _spectra(self._stack, term, 0.5 * float((high - low).max(initial=0.0)), self._shape)
+        out = np.empty((len(range(18)[which]), u.size))
+        for depth, i, chosen in self._grouped(of):
+            out[:, chosen] = radial_table(self._stack, depth, spectra[i]).at(u[chosen], which)
+        return out.reshape(-1, *self._shape), zeta, load[..., 0], load[..., 1] + 1j * load[..., 2], moment
+
+    def _by_harmonics(self, which: slice) -> FloatArray:
+        """Fields of a contact that is not the same in all directions."""
+        low, high = (np.broadcast_to(end, (*self._contact.shape, 2)) for end in self._contact.support)
+        centres, sizes = (0.5 * (low + high)).reshape(-1, 2), 0.5 * np.hypot(*np.moveaxis(high - low, -1, 0)).reshape(-1)
+        zeta = self._from(0.5 * (low + high)).reshape(-1)
+        rows = np.arange(sizes.size).reshape(self._contact.shape)
+        out = np.empty((len(range(9)[which]), zeta.size))
+        for depth, i, chosen in self._grouped(np.broadcast_to(rows, self._shape).reshape(-1)):
+            if (depth, i) not in self._tables:
+                spectrum = partial(self._spectrum, i, centres[i])
+                self._tables[depth, i] = HarmonicTable(self._stack, depth, spectrum, float(sizes[i]))
+            out[:, chosen] = self._tables[depth, i].at(zeta[chosen], which)
+        return out.reshape(-1, *self._shape)
+
+    def _spectrum(self, row: int, centre: FloatArray, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:
+        """That of one contact of the batch, about its centre."""
+        back = np.exp(1j * (ky * centre[0] + kz * centre[1]))
+        each = self._wide.spectrum(ky.reshape(-1), kz.reshape(-1))
+        wide = (np.broadcast_to(part, (*self._contact.shape, ky.size)).reshape(-1, *ky.shape)[row] for part in each)
+        return LocalSpectrum(*(part * back for part in wide))
+
+    def _from(self, centre: FloatArray) -> ComplexArray:
+        """Points from a centre, y + i z [m]."""
+        zeta = np.empty(self._shape, dtype=np.complex128)
+        zeta.real, zeta.imag = self._y - centre[..., 0], self._z - centre[..., 1]
+        return zeta
+
+    def _grouped(self, of: npt.NDArray[np.intp]) -> Iterator[tuple[float, int, npt.NDArray[np.intp]]]:
+        """Points of one depth and under one contact of the batch: the depth, which contact, which points."""
+        depths, level = np.unique(np.broadcast_to(self._x, self._shape), return_inverse=True)
+        group = level.reshape(-1) * (of.max(initial=0) + 1) + of
+        order = np.argsort(group, kind="stable")
+        starts = np.flatnonzero(np.diff(group[order], prepend=-1))
+        for chosen in np.split(order, starts[1:]) if order.size else ():
+            yield float(depths[level.reshape(-1)[chosen[0]]]), int(of[chosen[0]]), chosen
 
 
 def stack_displacements(
@@ -104,31 +173,6 @@ def stack_displacements(
     if closed is not None:
         parts = [one + np.where(where, two, 0.0) for one, two in zip(parts, (closed.x, closed.y, closed.z), strict=True)]
     return Displacements(*each_read_only(*parts))
-
-
-def _looked_up(
-    stack: Stack, contact: LocalContact, term: RadialTerm, x: FloatArray, y: FloatArray, z: FloatArray, which: slice
-) -> tuple[FloatArray, ComplexArray, FloatArray, ComplexArray, FloatArray]:
-    """The functions of a term at all points, (functions, ...); the points from its centre; N, Ty + i Tz, the moment.
-
-    The term is that of a contact with an axis of length one behind its batch.
-    """
-    centre, load, moment = term.position[..., 0, :], term.components[..., 0, :], term.moment[..., 0]
-    shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
-    low, high = contact.support
-    reach = 0.5 * float((high - low).max()) if high.size else 0.0
-    zeta = np.empty(shape, dtype=np.complex128)
-    zeta.real, zeta.imag = y - centre[..., 0], z - centre[..., 1]
-    u = (zeta.real**2 + zeta.imag**2).reshape(-1)
-    depths = np.broadcast_to(x, shape).reshape(-1)
-    spectra, of = _spectra(stack, term, reach, shape)
-    out = np.empty((len(range(18)[which]), u.size))
-    for depth in np.unique(depths):
-        for i, spectrum in enumerate(spectra):
-            table = radial_table(stack, float(depth), spectrum)
-            chosen = np.flatnonzero((depths == depth) & (of == i))
-            out[:, chosen] = table.at(u[chosen], which)
-    return out.reshape(-1, *shape), zeta, load[..., 0], load[..., 1] + 1j * load[..., 2], moment
 
 
 def _spectra(

@@ -16,6 +16,7 @@ import numpy as np
 from .._check import FloatArray
 from ._antiplane import antiplane
 from ._layer_modes import Stack
+from ._pieces import NODES, ORDER, TAIL, TO_TERMS, polynomials
 from ._synthesis import panels
 
 __all__ = [
@@ -23,7 +24,6 @@ __all__ = [
     "FIELDS",
     "RadialSpectrum",
     "RadialTable",
-    "answers_at",
     "decay_length",
     "radial_table",
     "wave_answers",
@@ -36,16 +36,12 @@ _DECAY = 42.0
 ORDERS = np.array([0, 1, 0, 1, 1, 0, 2, 2, 1, 3, 1, 2, 0, 1, 1, 0, 2, 1])
 FIELDS, DISPLACEMENTS = slice(0, 12), slice(12, 18)
 
-_ORDER = 32
-"""Terms of a piece."""
-_NODES = np.cos(np.pi * (np.arange(_ORDER) + 0.5) / _ORDER)
-_TO_TERMS = np.cos(np.pi * np.arange(_ORDER)[:, None] * (np.arange(_ORDER) + 0.5) / _ORDER) * 2 / _ORDER
-_TO_TERMS[0] /= 2
 _GROWTH = 3.0
 """Each piece reaches so many times as far as the last from where the function is singular, r^2 = -length^2."""
-_TAIL = 1e-14
 _FINEST = 1 / 64
 _BLOCK = 1 << 20
+_LARGE = 20_000
+"""Wavenumbers, of more than which no answers are kept."""
 
 
 def decay_length(stack: Stack, x: FloatArray) -> FloatArray:
@@ -126,7 +122,7 @@ class RadialTable:
             chosen = slice(None) if used.size == 1 else np.flatnonzero(piece == j)
             low, high = self._edges[j : j + 2]
             t = (2 * u[chosen] - (low + high)) / (high - low)
-            out[:, chosen] = np.polynomial.chebyshev.chebval(t, self._pieces[j][:, which])
+            out[:, chosen] = polynomials(self._pieces[j][:, which], t)
         return out
 
     def _reach(self, u: float) -> None:
@@ -138,7 +134,7 @@ class RadialTable:
     def _add(self, low: float, high: float) -> None:
         terms, scale = self._terms(low, high)
         size = np.sqrt(high) ** ORDERS
-        off = np.abs(terms[-3:]).max(axis=0) * size > _TAIL * scale
+        off = np.abs(terms[-3:]).max(axis=0) * size > TAIL * scale
         if off.any() and high - low > _FINEST * (low + self._length**2):
             middle = 0.5 * (low + high)
             self._add(low, middle)
@@ -149,17 +145,17 @@ class RadialTable:
 
     def _terms(self, low: float, high: float) -> tuple[FloatArray, FloatArray]:
         """Chebyshev terms (order, 18) between two values of r^2, and the size of what was summed, (18,)."""
-        r = np.sqrt(0.5 * (low + high) + 0.5 * (high - low) * _NODES)
+        r = np.sqrt(0.5 * (low + high) + 0.5 * (high - low) * NODES)
         k, weights = waves_for(self.stack, self._length, float(np.sqrt(high)) + self.spectrum.reach)
         kernels = _kernels(self.stack, self.depth, k) * (weights * self.spectrum.of(k))
-        values = np.zeros((18, _ORDER))
-        for first in range(0, k.size, _BLOCK // _ORDER):
-            part = slice(first, first + _BLOCK // _ORDER)
+        values = np.zeros((18, ORDER))
+        for first in range(0, k.size, _BLOCK // ORDER):
+            part = slice(first, first + _BLOCK // ORDER)
             bessel = quotients(k[part, None] * r)
             for m in range(4):
                 same = ORDERS == m
                 values[same] += (kernels[same, part] * k[part] ** m) @ bessel[m]
-        return _TO_TERMS @ values.T, np.abs(kernels).sum(axis=1)
+        return TO_TERMS @ values.T, np.abs(kernels).sum(axis=1)
 
 
 @lru_cache(maxsize=512)
@@ -179,14 +175,16 @@ def _known(stack: Stack, depth: float, k: bytes) -> FloatArray:
     return wave_answers(stack, np.frombuffer(k), np.array([depth]))[:, 0]
 
 
-def answers_at(stack: Stack, depth: float, k: FloatArray) -> FloatArray:
+def _answers_at(stack: Stack, depth: float, k: FloatArray) -> FloatArray:
     """`wave_answers` at one depth, shape (10, k), kept."""
+    if k.size > _LARGE:
+        return wave_answers(stack, k, np.array([depth]))[:, 0]
     return _known(stack, depth, k.tobytes())
 
 
 def _kernels(stack: Stack, depth: float, k: FloatArray) -> FloatArray:
     """What the Hankel transforms of the 18 functions are of, with k / (2 pi), shape (18, k)."""
-    an, at, cn, ct, ln, lt, un, ut, c, b = answers_at(stack, depth, k)
+    an, at, cn, ct, ln, lt, un, ut, c, b = _answers_at(stack, depth, k)
     here, there = 0.5 * lt + b, 0.5 * lt - b
     fields = [an, -at, -ln, -lt, -cn, 0.5 * (ct + c), 0.5 * (c - ct), ln, -here, there, 0.5 * k * c, -k * b]
     moved = [un / k, -ut / k, -ln / k, here / k, -there / k, b]

@@ -19,7 +19,7 @@ from ..material import Material
 from ..tensor import Deferred, Displacements, State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
-from ._local import added_displacements, added_fields, stack_displacements
+from ._local import Added, stack_displacements
 from ._points import blank_local, local_points, wave_points
 from ._riesz import displacements_of, fields_of
 from ._synthesis import Answer, hooke, panels, reach, remembered, synthesise
@@ -221,7 +221,8 @@ class Layered(Skin):
     def _local_state(self, contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> State:
         """The state beneath a local contact at points of one shape."""
         first, upper = self.stack[0].material, x <= self.stack[0].thickness
-        fields = added_fields(self.modes, contact, x, y, z)
+        added = Added(self.modes, contact, x, y, z)
+        fields = added.fields()
         if upper.any():
             closed = fields_of(contact, first.poisson, x, y, z)
             if not (x > 0).all():
@@ -234,9 +235,8 @@ class Layered(Skin):
         def moved() -> Displacements | None:
             if self._adrift and contact.tangential_force.any():
                 return None
-            added = added_displacements(self.modes, contact, x, y, z)
             above = displacements_of(contact, first, x, y, z) if upper.any() else None
-            return stack_displacements(*added, above, upper, first)
+            return stack_displacements(*added.displacements(), above, upper, first)
 
         return Deferred(partial(fields.stress, poisson, stiff), partial(fields.strain, poisson, stiff, first.shear), moved)
 
