@@ -125,7 +125,7 @@ class Added:
         out = np.empty((len(range(18)[which]), u.size))
         for depth, i, chosen in self._grouped(of):
             out[:, chosen] = radial_table(self._stack, depth, spectra[i]).at(u[chosen], which)
-        return out.reshape(-1, *self._shape), zeta, load[..., 0], load[..., 1] + 1j * load[..., 2], moment
+        return out.reshape(len(out), *self._shape), zeta, load[..., 0], load[..., 1] + 1j * load[..., 2], moment
 
     def _by_harmonics(self, which: slice) -> FloatArray:
         """Fields of a contact that is not the same in all directions."""
@@ -139,7 +139,7 @@ class Added:
                 spectrum = partial(self._spectrum, i, centres[i])
                 self._tables[depth, i] = HarmonicTable(self._stack, depth, spectrum, float(sizes[i]))
             out[:, chosen] = self._tables[depth, i].at(zeta[chosen], which)
-        return out.reshape(-1, *self._shape)
+        return out.reshape(len(out), *self._shape)
 
     def _spectrum(self, row: int, centre: FloatArray, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:
         """That of one contact of the batch, about its centre."""
