@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import cycle
+from itertools import cycle, pairwise
 
 import numpy as np
 import pytest
@@ -143,7 +143,11 @@ def test_interfaces_hold_or_slide(skin):
 
 @pytest.mark.parametrize("name", ["slip", "twisted"])
 def test_layers_of_one_material_are_one_layer(name):
-    x, y, z = A * np.array([0.3, 1.0, 2.5, 4.0]), A * np.array([0.1, -2.0, 1.0, 0.7]), A * np.array([0.6, 0.0, -1.0, 3.0])
+    x, y, z = (
+        A * np.array([0.3, 1.0, 2.5, 4.0]),
+        A * np.array([0.1, -2.0, 1.0, 0.7]),
+        A * np.array([0.6, 0.0, -1.0, 3.0]),
+    )
     parts = [ss.Layer(PLAIN, A), ss.Layer(PLAIN, 0.7 * A), ss.Layer(PLAIN, 2.3 * A)]
     one, many = (s.state(LOCAL[name](), x, y, z) for s in (LAYERED["layer-0.3"], ss.Layered(parts)))
     close(tensor(many.stress), tensor(one.stress), 1e-11)
@@ -189,14 +193,14 @@ def test_harmonics_and_radial_tables_agree(skin):
 def test_a_contact_of_any_outline_is_a_sum_of_point_loads(name):
     """By Gauss's rule over the traction: what the base sends back is smooth."""
     touch = LOCAL[name]() if name != "ellipse" else ss.EllipticHertz(1.0, 0.3, 0.4, half_widths=(A, 0.4 * A), turn=0.5)
-    x, y, z = A * np.array([1.2, 1.2, 3.9]), A * np.array([0.4, -2.0, 1.0]), A * np.array([0.2, 0.7, -0.4])
+    x, y, z = A * np.array([1.2, 1.2]), A * np.array([0.4, -2.0]), A * np.array([0.2, 0.7])
     seen, flat = (skin.state(touch, x, y, z) for skin in (LAYER, ss.HalfSpace(SOFT)))
-    grid = getattr(touch, "y", None), getattr(touch, "z", None)
+    grid = getattr(touch, "nodes_y", None), getattr(touch, "nodes_z", None)
     low, high = touch.support
-    t, w = np.polynomial.legendre.leggauss(24)
-    if touch.OUTLINE == "ellipse" or name == "projections":
-        share, turn = 0.5 * (1 + t), 2 * np.pi * np.arange(32) / 32
-        rho, size = np.sqrt(1 - share**2)[:, None], (0.5 * w * share)[:, None] * (np.pi / 16)
+    t, w = np.polynomial.legendre.leggauss(16)
+    if name in ("ellipse", "projections"):
+        share, turn = 0.5 * (1 + t), 2 * np.pi * np.arange(20) / 20
+        rho, size = np.sqrt(1 - share**2)[:, None], (0.5 * w * share)[:, None] * (np.pi / 10)
         half, c = 0.5 * (high - low), 0.5 * (high + low)
         if name == "ellipse":
             along = rho * (A * np.cos(turn) + 0.4j * A * np.sin(turn)) * np.exp(0.5j)
@@ -208,8 +212,8 @@ def test_a_contact_of_any_outline_is_a_sum_of_point_loads(name):
         edges = [
             np.asarray(e if e is not None else [low[i], high[i]]) for i, e in enumerate(grid)
         ]  # a map is smooth between its nodes
-        nodes = [np.concatenate([0.5 * (a + b) + 0.5 * (b - a) * t for a, b in zip(e, e[1:])]) for e in edges]
-        sizes = [np.concatenate([0.5 * (b - a) * w for a, b in zip(e, e[1:])]) for e in edges]
+        nodes = [np.concatenate([0.5 * (a + b) + 0.5 * (b - a) * t for a, b in pairwise(e)]) for e in edges]
+        sizes = [np.concatenate([0.5 * (b - a) * w for a, b in pairwise(e)]) for e in edges]
         at, zt = (a.ravel() for a in np.meshgrid(*nodes, indexing="ij"))
         size = np.outer(*sizes).ravel()
     load = np.concatenate([touch.pressure(at, zt)[:, None], touch.shear(at, zt)], axis=1) * size[:, None]
@@ -223,16 +227,18 @@ def test_a_contact_of_any_outline_is_a_sum_of_point_loads(name):
 
 
 def test_a_long_contact_is_the_limit_of_long_patches():
-    """In a bonded layer what the ends leave out fades within some thicknesses."""
+    """What the ends leave out fades as K_0(s r / H), s = cos s: the slowest wave that a soft bonded layer carries."""
     n, t, x, y = 40.0, 12.0, A * np.array([0.4, 1.5]), A * np.array([0.3, -1.2])
-    strip = LAYER.stress(ss.Strip(np.hypot(n, t), np.arctan2(t, n), half_width=A), x, y, z=0.3 * A)
+    strip = LAYER.stress(ss.Strip(np.hypot(n, t), np.arctan2(t, n), half_width=A), x, y, z=0.0)
     assert strip.is_plane
-    off = []
-    for half in A * np.array([8.0, 14.0, 20.0]):
+    lengths, off = A * np.array([14.0, 18.0, 22.0]), []
+    for half in lengths:
         patch = ss.Patch(components=2 * half * np.array([n, t, 0.0]), half_widths=(A, half))
-        off.append(np.abs(tensor(LAYER.stress(patch, x, y, 0.3 * A)) - tensor(strip)).max() / np.abs(strip.xx).max())
-    assert off[0] > 10 * off[1] > 100 * off[2]
-    assert off[2] < 1e-4
+        off.append(np.abs(tensor(LAYER.stress(patch, x, y, 0.0)) - tensor(strip)).max() / np.abs(strip.xx).max())
+    assert -np.polyfit(lengths / LAYER.thickness, np.log(off * np.sqrt(lengths)), 1)[0] == pytest.approx(
+        0.739085, abs=0.01
+    )
+    assert off[-1] < 5e-3
 
 
 class TestAntiplane:
@@ -258,12 +264,22 @@ class TestAntiplane:
             c1, s1, c2, s2 = np.cosh(k * h1), np.sinh(k * h1), np.cosh(k * h2), np.sinh(k * h2)
             # unknown: a1, b1, a2, b2, a3; in units of the drag over G1 k
             joint = [c1, s1, -1, 0, 0] if bonded else [0, 0, 0, g2, 0]
-            rows = [[0, 1, 0, 0, 0], joint, [g1 * s1, g1 * c1, 0, -g2 * bonded, 0], [0, 0, c2, s2, -1], [0, 0, g2 * s2, g2 * c2, g3]]
+            rows = [
+                [0, 1, 0, 0, 0],
+                joint,
+                [g1 * s1, g1 * c1, 0, -g2 * bonded, 0],
+                [0, 0, c2, s2, -1],
+                [0, 0, g2 * s2, g2 * c2, g3],
+            ]
             a1, b1, a2, b2, a3 = np.linalg.solve(rows, [-1, 0, 0, 0, 0])
             cosh, sinh = np.cosh(k * np.array([0.2, 0.5])), np.sinh(k * np.array([0.2, 0.5]))
             fall = np.exp(-0.5 * k)
             u = [a1 * cosh[0] + b1 * sinh[0] - np.exp(-0.2 * k), a2 * cosh[1] + b2 * sinh[1], a3 * fall]
-            tau = [a1 * sinh[0] + b1 * cosh[0] + np.exp(-0.2 * k), g2 / g1 * (a2 * sinh[1] + b2 * cosh[1]), -g3 / g1 * a3 * fall]
+            tau = [
+                a1 * sinh[0] + b1 * cosh[0] + np.exp(-0.2 * k),
+                g2 / g1 * (a2 * sinh[1] + b2 * cosh[1]),
+                -g3 / g1 * a3 * fall,
+            ]
             found = antiplane(stack, np.array([k]), x)[:, 0]
             np.testing.assert_allclose(found, np.stack([tau, u], axis=1), rtol=1e-10, atol=1e-13)
 
@@ -291,7 +307,11 @@ class TestDoors:
         batch = kind(components=one.components, position=at, **widths, **size)
         found = LAYER.state(batch.expand(1), x, 0.3 * A, 0.2 * A)
         for i in range(2):
-            more = {"half_width": widths["half_width"][i], "stick": 0.6 * A} if name == "slip" else {"half_widths": size["half_widths"][i]}
+            more = (
+                {"half_width": widths["half_width"][i], "stick": 0.6 * A}
+                if name == "slip"
+                else {"half_widths": size["half_widths"][i]}
+            )
             single = LAYER.state(kind(components=one.components, position=at[i], **more), x, 0.3 * A, 0.2 * A)
             close(tensor(found.stress)[:, i], tensor(single.stress), 1e-12)
             close(vector(found.displacement)[:, i], vector(single.displacement), 1e-12)

@@ -1,4 +1,4 @@
-"""What a stack of layers adds to a half space under a contact of any outline: its harmonics about its centre, as tables.
+"""What a stack of layers adds to a half space under a contact of any outline: harmonics about its centre, as tables.
 
 The spectrum on circles of wave vectors is a sum of exp(i l phi), the answer to it one of i^l exp(i l theta) J_l(k r).
 A contact within a of its centre has, where waves fall off as exp(-k length), harmonics up to 37 / asinh(length / a):
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
-from ..contact.local import LocalContact, LocalSpectrum
+from ..contact.local import LocalSpectrum
 from ._layer_modes import Stack
 from ._pieces import NODES, ORDER, TAIL, TO_TERMS, polynomials
 from ._radial import decay_length, wave_answers, waves_for
@@ -89,7 +89,9 @@ class HarmonicTable:
                         self._fill(out, part, r, e, start, end, which)
                 return
             start = low if low > 0 else -high
-            values = polynomials(terms[:, :, :, which].reshape(ORDER, -1), (2 * r[chosen] - start - high) / (high - start))
+            values = polynomials(
+                terms[:, :, :, which].reshape(ORDER, -1), (2 * r[chosen] - start - high) / (high - start)
+            )
             values = values.reshape(-1, 2, len(out), chosen.size)
         total, turn = np.zeros((len(out), chosen.size)), np.ones(chosen.size, dtype=np.complex128)
         for real, imaginary in values:
@@ -113,7 +115,7 @@ class HarmonicTable:
         return self._pieces[low, high]
 
     def _harmonics(self, r: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
-        """Real and imaginary part of each, (harmonics, 2, 9, n), at distances up to `far`; the size of what is summed."""
+        """Real and imaginary part of each, (harmonics, 2, 9, n), at distances up to `far`; the size of the sum."""
         k, weights = waves_for(self._stack, self._length, far + self._size)
         values, size = np.zeros((self._count, 18, r.size)), np.zeros(9)
         step = max(1, _BLOCK // (9 * self._count), _BLOCK // (self._count * r.size))

@@ -60,7 +60,9 @@ class Primitives(NamedTuple):
         soft = 0.5 / shear_modulus
         down = soft * ((1 - 2 * poisson) * xx / stiff - poisson * spread) / (1 - poisson)
         half, turned, shear = 0.5 * soft * spread, 0.5 * soft * turned, soft * shear / stiff
-        return Strain(*each_read_only(down, half + turned.real, half - turned.real, shear.real, shear.imag, turned.imag))
+        return Strain(
+            *each_read_only(down, half + turned.real, half - turned.real, shear.real, shear.imag, turned.imag)
+        )
 
 
 class Added:
@@ -130,7 +132,10 @@ class Added:
     def _by_harmonics(self, which: slice) -> FloatArray:
         """Fields of a contact that is not the same in all directions."""
         low, high = (np.broadcast_to(end, (*self._contact.shape, 2)) for end in self._contact.support)
-        centres, sizes = (0.5 * (low + high)).reshape(-1, 2), 0.5 * np.hypot(*np.moveaxis(high - low, -1, 0)).reshape(-1)
+        centres, sizes = (
+            (0.5 * (low + high)).reshape(-1, 2),
+            0.5 * np.hypot(*np.moveaxis(high - low, -1, 0)).reshape(-1),
+        )
         zeta = self._from(0.5 * (low + high)).reshape(-1)
         rows = np.arange(sizes.size).reshape(self._contact.shape)
         out = np.empty((len(range(9)[which]), zeta.size))
@@ -171,7 +176,9 @@ def stack_displacements(
     soft = 0.5 / material.shear
     parts = [soft * down, soft * along.real, soft * along.imag]
     if closed is not None:
-        parts = [one + np.where(where, two, 0.0) for one, two in zip(parts, (closed.x, closed.y, closed.z), strict=True)]
+        parts = [
+            one + np.where(where, two, 0.0) for one, two in zip(parts, (closed.x, closed.y, closed.z), strict=True)
+        ]
     return Displacements(*each_read_only(*parts))
 
 

@@ -1,8 +1,9 @@
 """What a stack of layers adds to a half space under a radial load: functions of the distance, as tables.
 
 A load at the origin, seen from the polar angle theta, e = exp(i theta): every component is a sum of N, tau = Ty + i Tz,
-its conjugate or the moment, times e^m, times a Hankel transform of order m of one of ten answers to a wave
-(docs/skins.md). Each is kept as f_m / r^m over r^2, smooth and without an angle, in pieces of Chebyshev polynomials.
+its conjugate or the moment, times e^m, times a Hankel transform of order m of one of the answers to a wave
+(docs/skins.md): ten make stress and strain, five the displacement, three more those of a moment. Each is kept as
+f_m / r^m over r^2, smooth and without an angle, in pieces of Chebyshev polynomials.
 """
 
 from __future__ import annotations

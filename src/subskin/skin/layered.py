@@ -83,18 +83,19 @@ class Layer:
 
 @dataclass(frozen=True)
 class Layered(Skin):
-    """Elastic layers, the first at the surface, on a rigid base or on a half plane; plane strain.
+    """Elastic layers, the first at the surface, on a rigid base or on a half plane; under long and local contacts.
 
-    Poisson's ratio may be 1/2 exactly. The field is the half plane's closed form for the first layer's material, plus
-    what the interfaces send back, summed over wavenumbers (docs/skins.md; a single bonded layer: Johnson, Contact
-    Mechanics (1985), section 5.8).
+    Poisson's ratio may be 1/2 exactly. The field is the closed form for the first layer's material, of a half plane in
+    plane strain or of a half space, plus what the interfaces send back, summed over wavenumbers (docs/skins.md; a
+    single bonded layer: Johnson, Contact Mechanics (1985), section 5.8). Displacements, of local contacts only, are
+    absolute; a drag on layers of which one slides has none, for it moves them without end.
 
     Parameters
     ----------
     layers : Layer or sequence of Layer
         From the surface down.
     base : Material, optional
-        The half plane on which they lie; none for a rigid base.
+        The half space on which they lie; none for a rigid base.
 
     Raises
     ------
@@ -111,6 +112,13 @@ class Layered(Skin):
     >>> strain = skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0)
     >>> round(float(strain.xx), 6)
     -0.025617
+
+    A finger tip, and how far it pushes the skin sideways.
+
+    >>> touch = ss.RoundHertz(force=1.5, angle=0.3, azimuth=0.8, half_width=1e-3)
+    >>> moved = skin.displacement(touch, x=2e-3, y=[0.0, 1e-3], z=0.0)
+    >>> (1e6 * moved.y).round(1).tolist()
+    [61.8, 199.9]
     """
 
     layers: Layer | Sequence[Layer]
@@ -238,7 +246,9 @@ class Layered(Skin):
             above = displacements_of(contact, first, x, y, z) if upper.any() else None
             return stack_displacements(*added.displacements(), above, upper, first)
 
-        return Deferred(partial(fields.stress, poisson, stiff), partial(fields.strain, poisson, stiff, first.shear), moved)
+        return Deferred(
+            partial(fields.stress, poisson, stiff), partial(fields.strain, poisson, stiff, first.shear), moved
+        )
 
     @property
     def _adrift(self) -> bool:
