@@ -110,12 +110,17 @@ class RadialTable:
         self._length = float(decay_length(self.stack, np.array(self.depth)))
         self._edges = np.zeros(1)
         self._pieces: list[FloatArray] = []
+        self._asked = 0
 
     def at(self, u: FloatArray, which: slice) -> FloatArray:
         """The functions at u = r^2 [m^2], shape (functions, n)."""
         if not u.size:
             return np.zeros((ORDERS[which].size, 0))
-        self._reach(float(u.max()))
+        farthest = float(u.max())
+        if farthest >= self._edges[-1] and self._asked + u.size < ORDER:  # so few are quicker one by one
+            self._asked += u.size
+            return self._summed(np.sqrt(u), float(np.sqrt(farthest)))[0][which]
+        self._reach(farthest)
         piece = np.searchsorted(self._edges[1:-1], u, side="right")
         used = np.unique(piece)
         out = np.empty((ORDERS[which].size, u.size))
@@ -147,16 +152,21 @@ class RadialTable:
     def _terms(self, low: float, high: float) -> tuple[FloatArray, FloatArray]:
         """Chebyshev terms (order, 18) between two values of r^2, and the size of what was summed, (18,)."""
         r = np.sqrt(0.5 * (low + high) + 0.5 * (high - low) * NODES)
-        k, weights = waves_for(self.stack, self._length, float(np.sqrt(high)) + self.spectrum.reach)
+        values, size = self._summed(r, float(np.sqrt(high)))
+        return TO_TERMS @ values.T, size
+
+    def _summed(self, r: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
+        """The functions at distances up to `far`, (18, n), and the size of what was summed, (18,)."""
+        k, weights = waves_for(self.stack, self._length, far + self.spectrum.reach)
         kernels = _kernels(self.stack, self.depth, k) * (weights * self.spectrum.of(k))
-        values = np.zeros((18, ORDER))
-        for first in range(0, k.size, _BLOCK // ORDER):
-            part = slice(first, first + _BLOCK // ORDER)
+        values, step = np.zeros((18, r.size)), max(1, _BLOCK // r.size)
+        for first in range(0, k.size, step):
+            part = slice(first, first + step)
             bessel = quotients(k[part, None] * r)
             for m in range(4):
                 same = ORDERS == m
                 values[same] += (kernels[same, part] * k[part] ** m) @ bessel[m]
-        return TO_TERMS @ values.T, np.abs(kernels).sum(axis=1)
+        return values, np.abs(kernels).sum(axis=1)
 
 
 @lru_cache(maxsize=512)
