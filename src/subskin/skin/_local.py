@@ -41,7 +41,7 @@ class Primitives(NamedTuple):
     shear: ComplexArray
     turned: ComplexArray
 
-    def plus(self, closed: Fields, nu: float, where: FloatArray) -> Primitives:
+    def plus(self, closed: Fields, nu: float, where: npt.NDArray[np.bool_]) -> Primitives:
         """With a half space's fields where they hold."""
         w, xw, h, xh, shear, difference = closed
         more = -w + xw - xh, -((1 - 2 * nu) * w + xw) + 2 * (1 - nu) * h + xh, shear, difference
@@ -170,7 +170,7 @@ class Added:
 
 
 def stack_displacements(
-    down: FloatArray, along: ComplexArray, closed: Displacements | None, where: FloatArray, material: Material
+    down: FloatArray, along: ComplexArray, closed: Displacements | None, where: npt.NDArray[np.bool_], material: Material
 ) -> Displacements:
     """Displacement [m] from what the layers add and a half space's where it holds."""
     soft = 0.5 / material.shear
@@ -192,7 +192,7 @@ def _spectra(
 
     def one(values: FloatArray, at: int) -> RadialSpectrum:
         def spectrum(k: FloatArray) -> FloatArray:
-            return np.asarray(term.spectrum(k)).reshape(-1, k.size)[at]
+            return np.asarray(np.asarray(term.spectrum(k)).reshape(-1, k.size)[at])
 
         return RadialSpectrum(values.tobytes(), reach, np.ones_like if (values == 1).all() else spectrum)
 
