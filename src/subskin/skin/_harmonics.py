@@ -56,7 +56,7 @@ class HarmonicTable:
     def at(self, zeta: ComplexArray, which: slice) -> FloatArray:
         """Fields at y + i z about the centre [m], shape (fields, n)."""
         r = np.abs(zeta)
-        e = np.where(r > 0, zeta, 1.0) / np.where(r > 0, r, 1.0)
+        e = np.asarray(np.where(r > 0, zeta, 1.0) / np.where(r > 0, r, 1.0), dtype=np.complex128)
         out = np.empty((len(range(9)[which]), r.size))
         low, high, farthest = 0.0, 0.75 * self._length, r.max(initial=0.0)
         while low <= farthest:
@@ -124,15 +124,11 @@ class HarmonicTable:
             waves, more = self._waves(k[part], weights[part], k.size)
             values += waves @ _bessel(self._count, k[part, None] * r)
             size += more
-        values = values.reshape(-1, 2, 9, r.size)
-        values[1:] *= 2
-        turn = np.array([-1.0, 1.0])[:, None, None]
-        values[1::4], values[2::4], values[3::4] = (
-            values[1::4, ::-1] * turn,
-            -values[2::4],
-            -values[3::4, ::-1] * turn,
-        )  # times i^l
-        return values, size
+        parts = values.reshape(-1, 2, 9, r.size)
+        parts[1:] *= 2
+        turn = np.array([-1.0, 1.0])[:, None, None]  # times i
+        parts[1::4], parts[2::4], parts[3::4] = parts[1::4, ::-1] * turn, -parts[2::4], -parts[3::4, ::-1] * turn
+        return parts, size
 
     def _waves(self, k: FloatArray, weights: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
         """Real and imaginary parts of the waves' harmonics, weighed, (harmonics, 18, k), and their sum; kept if few."""

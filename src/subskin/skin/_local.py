@@ -44,8 +44,10 @@ class Primitives(NamedTuple):
     def plus(self, closed: Fields, nu: float, where: npt.NDArray[np.bool_]) -> Primitives:
         """With a half space's fields where they hold."""
         w, xw, h, xh, shear, difference = closed
-        more = -w + xw - xh, -((1 - 2 * nu) * w + xw) + 2 * (1 - nu) * h + xh, shear, difference
-        return Primitives(*(one + np.where(where, two, 0.0) for one, two in zip(self, more, strict=True)))
+        down, along = -w + xw - xh, -((1 - 2 * nu) * w + xw) + 2 * (1 - nu) * h + xh
+        real = (one + np.where(where, two, 0.0) for one, two in ((self.xx, down), (self.spread, along)))
+        both = (one + np.where(where, two, 0.0) for one, two in ((self.shear, shear), (self.turned, difference)))
+        return Primitives(*real, *both)
 
     def stress(self, poisson: FloatArray, stiff: FloatArray) -> Stress:
         """Stress [Pa] by Hooke's law; `stiff` is G of each point's layer over that of the first."""
@@ -170,7 +172,11 @@ class Added:
 
 
 def stack_displacements(
-    down: FloatArray, along: ComplexArray, closed: Displacements | None, where: npt.NDArray[np.bool_], material: Material
+    down: FloatArray,
+    along: ComplexArray,
+    closed: Displacements | None,
+    where: npt.NDArray[np.bool_],
+    material: Material,
 ) -> Displacements:
     """Displacement [m] from what the layers add and a half space's where it holds."""
     soft = 0.5 / material.shear
