@@ -45,9 +45,10 @@ class Primitives(NamedTuple):
         """With a half space's fields where they hold."""
         w, xw, h, xh, shear, difference = closed
         down, along = -w + xw - xh, -((1 - 2 * nu) * w + xw) + 2 * (1 - nu) * h + xh
-        real = (one + np.where(where, two, 0.0) for one, two in ((self.xx, down), (self.spread, along)))
-        both = (one + np.where(where, two, 0.0) for one, two in ((self.shear, shear), (self.turned, difference)))
-        return Primitives(*real, *both)
+        xx, spread = self.xx + np.where(where, down, 0.0), self.spread + np.where(where, along, 0.0)
+        return Primitives(
+            xx, spread, self.shear + np.where(where, shear, 0.0), self.turned + np.where(where, difference, 0.0)
+        )
 
     def stress(self, poisson: FloatArray, stiff: FloatArray) -> Stress:
         """Stress [Pa] by Hooke's law; `stiff` is G of each point's layer over that of the first."""
