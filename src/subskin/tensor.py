@@ -195,7 +195,7 @@ class Deferred(State):
         self,
         stress: Callable[[], Stress],
         strain: Callable[[], Strain],
-        displacement: Callable[[], Displacements] | None = None,
+        displacement: Callable[[], Displacements | None] | None = None,
     ) -> None:
         self.__dict__.update(_stress=stress, _strain=strain, _displacement=displacement)
 
@@ -218,7 +218,7 @@ class Deferred(State):
     @cached_property
     def displacement(self) -> Displacements | None:
         """Displacement [m]; None where the skin knows none."""
-        found: Callable[[], Displacements] | None = self.__dict__["_displacement"]
+        found: Callable[[], Displacements | None] | None = self.__dict__["_displacement"]
         return None if found is None else found()
 
 

@@ -118,7 +118,10 @@ class Skin(Frozen, ABC):
         if found is None:
             seen = f"the displacement under a {type(contact).__name__} in {self}"
             rule = "under a contact without end it is known only up to a constant, which grows with its length"
-            raise InvalidValueError(seen, rule, "a local contact on a HalfSpace, or strain and stress")
+            fix = "a local contact on a HalfSpace or a Layered, or strain and stress"
+            if isinstance(contact, LocalContact):
+                rule, fix = "nothing holds a layer that slides against a drag: it moves without end", "bonded layers"
+            raise InvalidValueError(seen, rule, fix)
         return found
 
     @abstractmethod

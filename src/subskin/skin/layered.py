@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Literal, Self
 
 import numpy as np
@@ -16,10 +16,12 @@ from ..contact.base import Contact
 from ..contact.local import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
-from ..tensor import State, Strain, Stress, Wave
+from ..tensor import Deferred, Displacements, State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
-from ._points import long_only, points, wave_points
+from ._local import Added, stack_displacements
+from ._points import blank_local, local_points, wave_points
+from ._riesz import displacements_of, fields_of
 from ._synthesis import Answer, hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
@@ -81,18 +83,19 @@ class Layer:
 
 @dataclass(frozen=True)
 class Layered(Skin):
-    """Elastic layers, the first at the surface, on a rigid base or on a half plane; plane strain.
+    """Elastic layers, the first at the surface, on a rigid base or on a half plane; under long and local contacts.
 
-    Poisson's ratio may be 1/2 exactly. The field is the half plane's closed form for the first layer's material, plus
-    what the interfaces send back, summed over wavenumbers (docs/skins.md; a single bonded layer: Johnson, Contact
-    Mechanics (1985), section 5.8).
+    Poisson's ratio may be 1/2 exactly. The field is the closed form for the first layer's material, of a half plane in
+    plane strain or of a half space, plus what the interfaces send back, summed over wavenumbers (docs/skins.md; a
+    single bonded layer: Johnson, Contact Mechanics (1985), section 5.8). Displacements, of local contacts only, are
+    absolute; a drag on layers of which one slides has none, for it moves them without end.
 
     Parameters
     ----------
     layers : Layer or sequence of Layer
         From the surface down.
     base : Material, optional
-        The half plane on which they lie; none for a rigid base.
+        The half space on which they lie; none for a rigid base.
 
     Raises
     ------
@@ -109,6 +112,13 @@ class Layered(Skin):
     >>> strain = skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0)
     >>> round(float(strain.xx), 6)
     -0.025617
+
+    A finger tip, and how far it pushes the skin sideways.
+
+    >>> touch = ss.RoundHertz(force=1.5, angle=0.3, azimuth=0.8, half_width=1e-3)
+    >>> moved = skin.displacement(touch, x=2e-3, y=[0.0, 1e-3], z=0.0)
+    >>> (1e6 * moved.y).round(1).tolist()
+    [61.8, 199.9]
     """
 
     layers: Layer | Sequence[Layer]
@@ -187,7 +197,7 @@ class Layered(Skin):
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
-        xs, ys = points(x, y, self.thickness, z=z)
+        xs, ys, zs = local_points(x, y, z, self.thickness)
         first, top = self.stack[0].material, self.stack[0].thickness
         upper = xs <= top
         flat = HalfPlane(first).at(xs, ys)
@@ -200,7 +210,8 @@ class Layered(Skin):
             return k, weights, remembered(lambda depths: self._response(k, depths))
 
         def state(contact: Contact | LocalContact) -> State:
-            contact = long_only(contact, self)
+            if isinstance(contact, LocalContact):
+                return self._local_state(contact, xs, ys, zs)
             shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), first)
@@ -214,6 +225,35 @@ class Layered(Skin):
             return self._state(fields, np.broadcast_to(xs, shape))
 
         return state
+
+    def _local_state(self, contact: LocalContact, x: FloatArray, y: FloatArray, z: FloatArray) -> State:
+        """The state beneath a local contact at points of one shape."""
+        first, upper = self.stack[0].material, x <= self.stack[0].thickness
+        added = Added(self.modes, contact, x, y, z)
+        fields = added.fields()
+        if upper.any():
+            closed = fields_of(contact, first.poisson, x, y, z)
+            if not (x > 0).all():
+                blank_local(contact, x, y, z, *closed)
+            fields = fields.plus(closed, first.poisson, upper)
+        at = self.modes.positions(x)
+        poisson, stiff = (np.array(values)[at] for values in zip(*((m.poisson, m.shear) for m in self.materials)))
+        stiff = stiff / first.shear
+
+        def moved() -> Displacements | None:
+            if self._adrift and contact.tangential_force.any():
+                return None
+            above = displacements_of(contact, first, x, y, z) if upper.any() else None
+            return stack_displacements(*added.displacements(), above, upper, first)
+
+        return Deferred(
+            partial(fields.stress, poisson, stiff), partial(fields.strain, poisson, stiff, first.shear), moved
+        )
+
+    @property
+    def _adrift(self) -> bool:
+        """Whether something slides without friction: a drag then moves it without end."""
+        return any(layer.bond == "frictionless" for layer in self.stack)
 
     def _response(self, k: FloatArray, x: FloatArray) -> FloatArray:
         """sigma_x, tau_xy and eps_y at depths x; in the first layer less those of a half plane."""
@@ -236,7 +276,7 @@ class Layered(Skin):
 
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
         waves, depths = wave_points(k, x, self.thickness)
-        if not waves.all() and any(layer.bond == "frictionless" for layer in self.stack):
+        if not waves.all() and self._adrift:
             seen = "a wave without end, k = 0"
             raise InvalidValueError(seen, "under a layer that slides its drag has no limit", "k > 0")
         waves = np.where(waves > 0, waves, _LONG / self._total)
