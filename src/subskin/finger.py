@@ -189,11 +189,15 @@ class Finger(Frozen):
         for i, key in enumerate(zip(kinds, nodes.tolist(), strict=True)):
             members.setdefault(key, []).append(i)
         groups = []
+        shared: dict[bytes, Callable[[Contact | LocalContact], State]] = {}
         for (kind, count), index in members.items():
             t, w = np.polynomial.legendre.leggauss(count)
             y = ys[index, None] + 0.5 * widths[index, None] * t
             where = (depths[index, None], y, zs[index, None])
-            felt = self.skin.at(*where if a.on_area else where[:2])  # a skin of one's own may know no z
+            points = b"".join(values.tobytes() for values in where)
+            if points not in shared:  # the channels of one position feel the same state
+                shared[points] = self.skin.at(*where if a.on_area else where[:2])  # one's own skin may know no z
+            felt = shared[points]
             groups.append(_Group(kind, slice(None) if len(index) == len(a) else index, felt, 0.5 * w))
         return tuple(groups)
 
@@ -215,8 +219,11 @@ class Finger(Frozen):
         shape = contact.shape
         out = np.empty((*shape, len(self.array)))
         wide = contact.expand(2) if shape else contact
+        states: dict[Callable[[Contact | LocalContact], State], State] = {}
         for kind, sensors, felt, weights in self._groups[linear]:
-            values = kind.measure(felt(wide))
+            if felt not in states:
+                states[felt] = felt(wide)
+            values = kind.measure(states[felt])
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
         return out
 

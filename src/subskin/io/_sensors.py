@@ -9,10 +9,10 @@ import numpy as np
 
 from .._check import FloatArray
 from ..array import SensorArray
-from ..errors import GeometryError, InvalidValueError
+from ..errors import GeometryError, InvalidValueError, SubskinError
 from ..lattice import even_grid, even_row
 from ..transducer import Transducer, VolumeResistance, class_of, transducer_of
-from ._skin import about
+from ._skin import Misplaced, about
 from ._toml_errors import short
 from .units import quantity
 
@@ -98,21 +98,27 @@ def _transducers(
 def _transducer(said: object, exact: bool, key: str) -> Transducer:
     """A transducer by its name, or by a table of its name and its arguments, which may have units."""
     if isinstance(said, dict) and isinstance(said.get("name"), str):
-        name, arguments = said["name"], {k: v for k, v in said.items() if k != "name"}
-        known = {f.name: f.metadata.get("unit") for f in fields(class_of(name))}
-        for argument, value in arguments.items():
-            if known and argument not in known:
-                seen, rule = f'{key}: "{argument}" of {name}', "it has no such argument"
-                raise InvalidValueError(seen, rule, f"known: {', '.join(known)}")
-            unit = known.get(argument)
-            arguments[argument] = value if unit is None else quantity(value, unit, argument)
-        return transducer_of(name, **arguments)
+        try:
+            return _with_arguments(said["name"], {k: v for k, v in said.items() if k != "name"})
+        except SubskinError as error:
+            raise Misplaced(error, "sensors", key) from None
     if not isinstance(said, str):
         rule = "the name of a kind of sensor is needed"
         one, other = '"normal_strain"', '{name = "displacement", axis = "x"}'
         fix = f"kind = {one}, or {other}" if key == "kind" else f"channels = [{one}, {other}]"
         raise InvalidValueError(f"{key} = {short(said)}", rule, fix)
     return VolumeResistance(exact=exact) if said == "volume_resistance" else transducer_of(said)
+
+
+def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
+    known = {f.name: f.metadata.get("unit") for f in fields(class_of(name))}
+    for argument in given:
+        if known and argument not in known:
+            rule = f"{name} has no such argument"
+            raise InvalidValueError(f'argument "{argument}"', rule, f"known: {', '.join(known)}")
+    units = {argument: known.get(argument) for argument in given}
+    values = {k: v if units[k] is None else quantity(v, str(units[k]), k) for k, v in given.items()}
+    return transducer_of(name, **values)
 
 
 def _parameters(document: _schema.FingerDocument, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
