@@ -80,7 +80,7 @@ def same(one, two):
         {"z": np.linspace(-2e-3, 2e-3, 18)},
         {"z": np.zeros(18)},
     ],
-    ids=lambda changes: " ".join(changes),
+    ids=" ".join,
 )
 def test_what_changes_is_written_and_comes_back(changes, tmp_path):
     """Moved apart, the channels are sensors of their own; else the layout stays as it was written."""

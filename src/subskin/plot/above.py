@@ -39,12 +39,14 @@ from .section import (
     _Scale,
     _sensors,
 )
-from .style import BLACK, DOUBLE, GREY, MM, VERMILLION, finished
+from .style import BLACK, DOUBLE, GREY, MM, VERMILLION, finished, new_figure
 
 __all__ = ["area_map", "finger_above"]
 
 _TALLEST = 88.0
-"""Height of the map from above [mm], at most: the figure is narrower where that would not do."""
+"""Height of the map from above [mm], at most."""
+_WIDE = 0.45
+"""Height over width of a map below which the section stands below it."""
 _MARGIN = 21.0
 """Room beside the panels for the bar and its labels [mm]."""
 
@@ -70,7 +72,6 @@ def finger_above(
     readings: npt.ArrayLike | None = None,
     component: str | None = None,
     title: str = "",
-    width: float = DOUBLE,
 ) -> Figure:
     """A finger whose sensors are on an area, from above and cut open; with `readings`, a map of them for each kind.
 
@@ -88,8 +89,6 @@ def finger_above(
         What is drawn in the skin, a name of `COMPONENTS`; that of the first sensor's transducer if left out.
     title : str, optional
         Heading.
-    width : float, optional
-        Largest width of the figure [mm].
 
     Raises
     ------
@@ -111,7 +110,7 @@ def finger_above(
         if frame.shape != (len(finger.array),):
             rule = f"one for each of the {len(finger.array)} sensors"
             raise GeometryError(f"readings of shape {frame.shape}", rule, "readings[0]")
-        return heat_maps(finger, contact, load, frame, title, width)
+        return heat_maps(finger, contact, load, frame, title)
     points, depth = MM * finger.array.points, MM * float(np.asarray(finger.array.depth).max())
     seen = [points, *(MM * np.reshape(c.position, (1, 2)) for c in (contact, load) if c is not None)]
     low, high = np.min(np.vstack(seen), axis=0) - 1.2 * depth, np.max(np.vstack(seen), axis=0) + 1.2 * depth
@@ -119,7 +118,7 @@ def finger_above(
     bottom, base = 1.7 * depth, MM * finger.skin.thickness
     bottom = base if base < _NEAR_BASE * bottom else bottom
     window = _Window(low[0], high[0], low[1], high[1], bottom, depth, middle)
-    return _drawn(finger.skin, contact, chosen, window, finger, load, title, width)
+    return _drawn(finger.skin, contact, chosen, window, finger, load, title)
 
 
 def area_map(
@@ -150,7 +149,7 @@ def area_map(
     bottom = min(across, most) if depth is None else _check.scalar("depth", depth, unit="m", above=0.0, at_most=most)
     z = float(contact.position[1])
     window = _Window(*(MM * v for v in (*ends, z - across, z + across, bottom, 0.3 * bottom, _cut(contact))))
-    return _drawn(skin, contact, chosen, window, None, None, "", DOUBLE)
+    return _drawn(skin, contact, chosen, window, None, None, "")
 
 
 def _cut(contact: LocalContact) -> float:
@@ -188,28 +187,22 @@ def _drawn(
     finger: Finger | None,
     load: Load | None,
     title: str,
-    width: float,
 ) -> Figure:
     left, right, front, back, bottom, level, cut = window
     base, top = MM * skin.thickness, 0.0 if contact is None else 0.4 * bottom
     foot = bottom if bottom < base else base + _BASE * base
-    across = right - left
     margin = 4.0 if contact is None else _MARGIN
-    inner = min(width - _LEFT - margin, _TALLEST * across / (back - front))
-    width = inner + _LEFT + margin
-    heights = [inner * (back - front) / across, inner * (foot + top) / across]
-    top_margin = 10.0 if title else 5.5
-    figure, (plan, section) = stacked(width, heights, left=_LEFT, right=margin, top=top_margin, foot=_FOOT, gap=6.5)
-    plan.set(xlim=(left, right), ylim=(front, back), ylabel="z [mm]")
+    aspects = (back - front) / (right - left), (foot + top) / (right - left)
+    figure, (plan, section) = _panels(aspects, margin, 10.0 if title else 5.5)
+    plan.set(xlim=(left, right), ylim=(front, back), ylabel="z [mm]", xlabel="y [mm]")
     section.set(xlim=(left, right), ylim=(foot, -top), ylabel="depth x [mm]", xlabel="y [mm]")
-    plan.yaxis.set_major_locator(MaxNLocator(9, steps=[1, 2, 5, 10]))
-    plan.xaxis.set_major_locator(MaxNLocator(9, steps=[1, 2, 5, 10]))
+    for axis in (plan.xaxis, plan.yaxis, section.xaxis):
+        axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
     if contact is not None:
         drawn = _fields(plan, section, skin, contact, component, window)
-        box = section.get_position()
-        high = plan.get_position().y1 - box.y0
-        bar = figure.add_axes((box.x1 + 2.5 / width, box.y0, 2.2 / width, high))
-        _colour_bar(bar, drawn, component.label, sum(heights))
+        box = plan.get_position()
+        bar = figure.add_axes((1 - (margin - 2.5) / DOUBLE, box.y0, 2.2 / DOUBLE, box.height))
+        _colour_bar(bar, drawn, component.label, box.height * figure.get_figheight() * 25.4)
         _pressed(plan, section, contact, window, _Scale(top, float(contact.force) or 1.0, 0.8))
     else:
         for axes, ends in ((plan, (front, back)), (section, (0.0, min(bottom, base)))):
@@ -222,7 +215,7 @@ def _drawn(
         _points(plan, finger)
         _sensors(section, finger, None)
     if load is not None:
-        mark_found(plan, load, 0.2 * across)
+        mark_found(plan, load, 0.2 * (right - left))
         section.plot([], [], color=VERMILLION, linewidth=2.0, label=f"found: {told(load)}")
     seen = "from above" if contact is None else f"from above, {level:.3g} mm deep"
     for axes, text in ((plan, seen), (section, f"section at z = {cut + 0.0:.3g} mm" if contact else "from the side")):
@@ -231,6 +224,24 @@ def _drawn(
     if title:
         heading(figure, title)
     return figure
+
+
+def _panels(aspects: tuple[float, float], margin: float, top: float) -> tuple[Figure, tuple[Axes, Axes]]:
+    """The map and the section, to one scale: beside each other, or below each other where the map is wide."""
+    if aspects[0] < _WIDE:
+        inner = DOUBLE - _LEFT - margin
+        look: dict[str, Any] = {"left": _LEFT, "right": margin, "top": top, "foot": _FOOT, "gap": 15.0}
+        figure, (plan, section) = stacked(DOUBLE, [inner * aspect for aspect in aspects], **look)
+        plan.tick_params(labelbottom=True)
+        return figure, (plan, section)
+    inner = 0.5 * (DOUBLE - 2 * _LEFT - margin)
+    inner *= min(1.0, _TALLEST / (inner * max(aspects)))
+    high = top + inner * max(aspects) + _FOOT
+    figure = new_figure(DOUBLE, high, layout="none")
+    boxes = ((x / DOUBLE, _FOOT / high, inner / DOUBLE, inner * aspect / high)
+             for x, aspect in zip((_LEFT, DOUBLE - margin - inner), aspects, strict=True))  # fmt: skip
+    plan, section = (figure.add_axes(box) for box in boxes)
+    return figure, (plan, section)
 
 
 def _fields(

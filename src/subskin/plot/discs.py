@@ -18,7 +18,7 @@ from ..loads import Load
 from ..transducer import Transducer
 from .marks import mark_drag, mark_found
 from .parts import heading
-from .style import BLACK, GREY, MM, new_figure
+from .style import BLACK, DOUBLE, GREY, MM, SINGLE, new_figure
 
 __all__ = ["heat_maps"]
 
@@ -29,9 +29,7 @@ _BESIDE = 30.0
 _UNITS = {"": (100.0, "%"), "Pa": (1e-3, "kPa"), "m": (1e6, "µm"), "T": (1e3, "mT")}
 
 
-def heat_maps(
-    finger: Finger, contact: LocalContact | None, load: Load | None, frame: FloatArray, title: str, width: float
-) -> Figure:
+def heat_maps(finger: Finger, contact: LocalContact | None, load: Load | None, frame: FloatArray, title: str) -> Figure:
     """What each kind of sensor measures, freed of offset and gain, as discs from above: a panel for each kind."""
     array = finger.array
     kinds = list(dict.fromkeys(array.transducers))
@@ -41,22 +39,23 @@ def heat_maps(
     near = _nearest(points)
     low, high = points.min(axis=0) - 0.75 * near, points.max(axis=0) + 0.75 * near
     aspect = float((high - low)[1] / (high - low)[0])
-    inner = min(width / columns - _BESIDE, _TALLEST / aspect)
-    wide, tall, head = inner + _BESIDE, aspect * inner + 14.5, 5.5 if title else 0.0
+    wide = (SINGLE if columns == 1 else DOUBLE) / columns
+    inner = min(wide - _BESIDE, _TALLEST / aspect)
+    tall, head = aspect * inner + 14.5, 5.5 if title else 0.0
     figure = new_figure(wide * columns, tall * rows + head, layout="none")
     measured = (frame - np.asarray(array.offset)) / np.where(array.live, array.gain, np.nan)
     for k, kind in enumerate(kinds):
         x, y = wide * (k % columns) + 11.0, tall * (rows - 1 - k // columns) + 9.0
-        box = (x / (wide * columns), y / (tall * rows + head), inner / (wide * columns), aspect * inner)
-        axes = figure.add_axes((*box[:3], box[3] / (tall * rows + head)))
+        size = np.array([wide * columns, tall * rows + head] * 2)
+        axes = figure.add_axes(tuple(np.array([x, y, inner, aspect * inner]) / size))
+        bar = figure.add_axes(tuple(np.array([x + inner + 2.5, y, 2.2, aspect * inner]) / size))
         own = np.array([other == kind for other in array.transducers])
-        _discs(axes, points[own], measured[own], 0.84 * near, kind)
+        _discs(axes, bar, points[own], measured[own], 0.84 * near, kind)
         if contact is not None:
             mark_drag(axes, contact.position, contact.components, 0.2 * float((high - low)[0]), BLACK)
         if load is not None:
             mark_found(axes, load, 0.2 * float((high - low)[0]))
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="y [mm]")
-        axes.set(ylabel="z [mm]" if k % columns == 0 else "")
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="y [mm]", ylabel="z [mm]")
         axes.set_title(repr(kind).removesuffix("()"), fontweight="normal", pad=3)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
@@ -72,7 +71,7 @@ def _nearest(points: FloatArray) -> float:
     return float(gaps.min()) if len(unique) > 1 else 1.0
 
 
-def _discs(axes: Axes, points: FloatArray, measured: FloatArray, size: float, kind: Transducer) -> None:
+def _discs(axes: Axes, bar: Axes, points: FloatArray, measured: FloatArray, size: float, kind: Transducer) -> None:
     """What sensors of one kind measure, each as a disc of `size` [mm], with their bar; a cross where there is none."""
     scale, unit = _UNITS.get(kind.unit, (1.0, kind.unit))
     known = np.isfinite(measured)
@@ -85,6 +84,5 @@ def _discs(axes: Axes, points: FloatArray, measured: FloatArray, size: float, ki
     discs.set_clim(-most, most)
     axes.add_collection(discs)
     axes.plot(*points[~known].T, "x", color=GREY)
-    bar = axes.inset_axes((1.04, 0.0, 0.045, 1.0))
     Colorbar(bar, discs, label=f"measured [{unit}]" if unit else "measured")
     bar.tick_params(labelsize=6)
