@@ -39,7 +39,7 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
         usual = preset.pop("transducer", None)
         own = usual is None or {"kind", "channels"} & table.model_fields_set
         kinds, channels = _transducers(table, len(points)) if own else (usual, None)
-        given = _parameters(document, kinds if channels is None else channels)
+        given = _parameters(document, channels or (kinds if isinstance(kinds, tuple) else (kinds,)))
         parameters = preset | {
             key: value for key, value in given.items() if key in table.model_fields_set or not preset
         }
@@ -121,12 +121,12 @@ def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
     return transducer_of(name, **values)
 
 
-def _parameters(document: _schema.FingerDocument, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
+def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> dict[str, Any]:
     """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
     from ._schema import reading_unit
 
     table, unit = document.sensors, reading_unit(document.recording) or ""
-    measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
+    measured = {t.unit for t in transducers}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
     given = {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)}

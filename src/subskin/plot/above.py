@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from .. import _check
-from ..contact import LocalContact, LocalSum
+from ..contact import Contact, LocalContact, LocalSum
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
 from ..finger import Finger
@@ -66,7 +66,7 @@ class _Window(NamedTuple):
 @finished
 def finger_above(
     finger: Finger,
-    contact: LocalContact | None = None,
+    contact: Contact | LocalContact | None = None,
     estimate: Estimate | Load | None = None,
     *,
     readings: npt.ArrayLike | None = None,
@@ -93,7 +93,7 @@ def finger_above(
     Raises
     ------
     InvalidValueError, GeometryError
-        An unknown component; a batch of contacts or estimates; readings that are not one for each sensor.
+        An unknown component; a long contact; a batch of contacts or estimates; readings that are not one for each sensor.
 
     Examples
     --------
@@ -103,6 +103,9 @@ def finger_above(
     >>> [axes.get_ylabel() for axes in finger_above(finger, ss.PointLoad(force=1.0)).axes[:2]]
     ['z [mm]', 'depth x [mm]']
     """
+    if contact is not None and not isinstance(contact, LocalContact):
+        rule = "it does not end along z, and a figure from above is drawn of a local contact"
+        raise InvalidValueError(f"a {type(contact).__name__}", rule, "ss.PointLoad(force=1.0)")
     chosen = _known(component or finger.array.transducers[0].component)
     load = _single(contact, estimate)
     if readings is not None:

@@ -77,11 +77,12 @@ def finger_figure(
     >>> finger.plot().axes[0].get_ylabel()
     'depth x [mm]'
     """
-    local = isinstance(contact, LocalContact) or isinstance(estimate, Load)
-    if local or (finger.array.on_area and contact is None):
-        return finger_above(finger, contact, estimate, **options)  # type: ignore[arg-type]
-    if contact is not None or estimate is not None:
-        return finger_section(finger, contact, estimate, **options)
+    found = None if estimate is None or isinstance(estimate, Load) else estimate
+    point = isinstance(estimate, Load) or (found is not None and found.load.dim == 2)
+    if point or isinstance(contact, LocalContact) or (finger.array.on_area and contact is None):
+        return finger_above(finger, contact, estimate, **options)
+    if contact is not None or found is not None:
+        return finger_section(finger, contact, found, **options)
     if options:
         rule = "there is nothing that presses to draw it of"
         raise InvalidValueError(", ".join(options), rule, "finger.plot(ss.LineLoad(force=40.0))")
