@@ -93,7 +93,7 @@ def finger_above(
     Raises
     ------
     InvalidValueError, GeometryError
-        An unknown component; a long contact; a batch of contacts or estimates; readings that are not one for each sensor.
+        An unknown component, a long contact, a batch; readings that are not one for each sensor.
 
     Examples
     --------
