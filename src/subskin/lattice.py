@@ -135,7 +135,14 @@ def named_layout(y: FloatArray, z: FloatArray) -> str:
 
 
 class LaidOut:
-    """The ways to lay out an array of sensors, which is made of y, z, depth, transducer and other parameters."""
+    """The ways to lay out an array of sensors, which is made of y, z, depth, transducer and other parameters.
+
+    Examples
+    --------
+    >>> from subskin import SensorArray
+    >>> SensorArray.at([(0.0, 0.0), (2e-3, 1e-3)], depth=2e-3).points.tolist()
+    [[0.0, 0.0], [0.002, 0.001]]
+    """
 
     @classmethod
     def line(

@@ -28,7 +28,7 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
 
         B = (mu_0 / 4 pi) [3 (m . r) r / r^2 - m] / r^3,    r = (gap, 0, 0) - u,
 
-    u being the displacement of the skin (Jackson, Classical Electrodynamics, 3rd edition, eq. 5.56). To first order
+    u being the displacement of the skin (Jackson, Classical Electrodynamics, 1999, eq. 5.56). To first order
     B_x changes by 6 c u_x / gap^4, B_y by -3 c u_y / gap^4 and B_z by -3 c u_z / gap^4, c = mu_0 m / 4 pi. The magnet
     is small beside the gap, and is taken to stay upright. Known where the skin knows its displacement.
 
