@@ -28,6 +28,7 @@ ORDER = (
     "contact",
     "skin",
     "transducer",
+    "lattice",
     "array",
     "spread",
     "finger",
