@@ -26,6 +26,7 @@ from .transducer import Transducer
 
 if TYPE_CHECKING:
     from .design.blind_spots import blind_spots as _blind_spots
+    from .estimate.area.observable import observable as _observable
     from .estimate.locate import fit as _fit
     from .estimate.locate import locate as _locate
     from .estimate.locate import locator as _locator
@@ -55,11 +56,14 @@ class _Verb:
     So `finger.locate(readings)` is `subskin.locate(finger, readings)`, and the finger knows no estimator.
     """
 
+    def __init__(self, room: str = "") -> None:
+        self._room = room  # where the function lives, if not at the top
+
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
     def __get__(self, finger: object, owner: type) -> Any:
-        function = getattr(import_module(__package__), self._name)
+        function = getattr(import_module(f"{__package__}{self._room}"), self._name)
         setattr(owner, self._name, function)  # from now on a method like any other
         return function.__get__(finger, owner)
 
@@ -110,8 +114,10 @@ class Finger(Frozen):
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
+        observable = _observable
     else:
         tabulate, locator, locate, fit, blind_spots = _Verb(), _Verb(), _Verb(), _Verb(), _Verb()
+        observable = _Verb(".estimate.area")
 
     def __post_init__(self) -> None:
         if not isinstance(self.skin, Skin):

@@ -34,6 +34,7 @@ ORDER = (
     "finger",
     "prepared",
     "response",
+    "radial",
     "pressing",
     "estimate",
     "calibration",
