@@ -133,7 +133,8 @@ def _on_area(
         reach = max(float(np.abs(finger.array.points - corner).max()) for corner in box.T) + beyond
         response = tabulate_radial(finger, np.sqrt(2.0) * reach)
         (y, z) = (tuple(ends) for ends in box.tolist())
-        return AreaLocator(response, finger.array, (y, z), beyond=beyond, **values)
+        made = AreaLocator(response, finger.array, (y, z), beyond=beyond, **values)
+        return made.allow_for(finger, float(values["friction"]))
 
     return prepared(finger).get(("area", tuple(box.reshape(-1)), beyond, *values.values()), make)
 
