@@ -13,7 +13,7 @@ import numpy as np
 
 import subskin as ss
 from subskin.contact import contact_of, families
-from subskin.transducer import kinds
+from subskin.transducer import Displacement, MagnetDisplacement, kinds
 
 A = 1.25e-3  # half width [m], the length scale of all that is built here
 FORCE = 40.0
@@ -137,7 +137,20 @@ LOCAL: dict[str, Callable[..., ss.LocalContact]] = {
 }
 """Local contacts: a new one is one line here, and every law of tests/verification/test_local_contacts.py meets it."""
 
+_MOVED = {"displacement", "magnet_displacement"}  # they need a skin that knows its displacement
+
 TRANSDUCERS: dict[str, ss.Transducer] = {
-    **{name: kind() for name, kind in kinds().items()},  # those that are found by name, a new one too
+    # those that are found by name, a new one too
+    **{name: kind() for name, kind in kinds().items() if name not in _MOVED},
     "exact resistance": ss.VolumeResistance(exact=True),
+    "slanting gauge": ss.LateralStrain(0.7),
 }
+
+LOCAL_TRANSDUCERS: dict[str, ss.Transducer] = {
+    **TRANSDUCERS,
+    **{f"shear {plane}": ss.ShearStrain(plane) for plane in ("xz", "yz")},
+    **{f"displacement {axis}": Displacement(axis) for axis in "xyz"},
+    **{f"magnet {axis}": MagnetDisplacement(axis, moment=5e-3, gap=4e-3) for axis in "xyz"},
+    **{f"whole magnet {axis}": MagnetDisplacement(axis, moment=5e-3, gap=4e-3, exact=True) for axis in "xyz"},
+}
+"""Under local contacts: a new one is one line here, and meets the laws of tests/verification/test_local_sensors.py."""

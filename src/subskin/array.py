@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +15,13 @@ from ._frozen import Frozen
 from ._presets import SENSORS, named
 from ._shown import Presets
 from .errors import GeometryError, InvalidValueError
+from .lattice import LaidOut, named_layout
 from .transducer import MeanPressure, NormalStrain, Transducer
 
 __all__ = ["SensorArray"]
 
 _PER_SENSOR: dict[str, dict[str, Any]] = {
+    "z": {"unit": "m"},
     "depth": {"unit": "m", "above": 0.0, "fix": "depth is measured into the skin"},
     "gain": {},
     "offset": {},
@@ -35,34 +37,16 @@ _AIR = 101_325.0
 """The standard atmosphere [Pa]: what a barometer reads where nothing presses."""
 
 
-_MOST = 10_000  # sensors in a row
 _WIDEST = 50.0  # depths
 
 
-def even_row(count: int, pitch: float, centre: float = 0.0) -> FloatArray:
-    """Positions y [m] of `count` sensors, shape (count,), `pitch` [m] apart about `centre` [m].
-
-    Raises
-    ------
-    InvalidValueError
-        count < 1 or > 10,000, or pitch <= 0.
-
-    Examples
-    --------
-    >>> even_row(3, pitch=2e-3).tolist()
-    [-0.002, 0.0, 0.002]
-    """
-    sensors = _check.whole("count", count, at_least=1, at_most=_MOST)
-    step = _check.scalar("pitch", pitch, unit="m", above=0.0)
-    return np.asarray(_check.scalar("centre", centre, unit="m") + step * (np.arange(sensors) - (sensors - 1) / 2))
-
-
 @dataclass(frozen=True, eq=False)
-class SensorArray(Frozen):
-    """A row of sensors in the skin.
+class SensorArray(LaidOut, Frozen):
+    """Sensors in the skin, in a row or on an area.
 
     A sensor reads gain * (the quantity of its transducer, averaged over its width) + offset + noise, held within [low,
-    high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor.
+    high] and rounded to its resolution. Each parameter is one number for all sensors, or one for each sensor. Several
+    sensors may stand at one position: the channels of one device.
 
     Parameters
     ----------
@@ -84,6 +68,8 @@ class SensorArray(Frozen):
         Range of a reading [reading]; at either end the sensor is saturated.
     resolution : array_like, optional
         Step to which a reading is rounded [reading], >= 0; 0 for none.
+    z : array_like, optional
+        Positions across y [m]; 0 for a row, which is all that a skin of a plane takes.
 
     Raises
     ------
@@ -95,6 +81,8 @@ class SensorArray(Frozen):
     >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, noise=1e-4)
     >>> len(array), (array.y * 1e3).round(6).tolist()
     (4, [-9.0, -3.0, 3.0, 9.0])
+    >>> SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3).points.shape
+    (16, 2)
     """
 
     y: npt.ArrayLike
@@ -107,6 +95,7 @@ class SensorArray(Frozen):
     low: npt.ArrayLike = -np.inf
     high: npt.ArrayLike = np.inf
     resolution: npt.ArrayLike = 0.0
+    z: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         y = np.atleast_1d(_check.real("y", self.y, unit="m"))
@@ -142,41 +131,15 @@ class SensorArray(Frozen):
         ends = np.isfinite(np.array([self.low, self.high]))
         object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
 
-    @classmethod
-    def line(
-        cls,
-        count: int,
-        pitch: float,
-        depth: npt.ArrayLike,
-        centre: float = 0.0,
-        transducer: Transducer | Sequence[Transducer] | None = None,
-        **parameters: npt.ArrayLike,
-    ) -> Self:
-        """Sensors in a row at equal distances.
-
-        Parameters
-        ----------
-        count : int
-            Number of sensors, >= 1.
-        pitch : float
-            Distance from one to the next [m], > 0.
-        centre : float, optional
-            Position y of the middle of the row [m].
-        depth, transducer, **parameters
-            As in `SensorArray`.
-
-        Raises
-        ------
-        InvalidValueError, GeometryError
-            count < 1 or pitch <= 0; a parameter out of range.
-
-        Examples
-        --------
-        >>> SensorArray.line(count=3, pitch=2e-3, depth=[1e-3, 2e-3, 1e-3])
-        SensorArray(3 sensors, NormalStrain(), y = -0.002 to 0.002 m, depth = 0.001 to 0.002 m)
-        """
-        kind = NormalStrain() if transducer is None else transducer
-        return cls(y=even_row(count, pitch, centre), depth=depth, transducer=kind, **parameters)
+    def __add__(self, other: object) -> SensorArray:
+        """The sensors of both, first those of the one, then those of the other."""
+        if not isinstance(other, SensorArray):
+            return NotImplemented
+        both = {
+            name: np.concatenate([np.asarray(getattr(array, name)) for array in (self, other)])
+            for name in ("y", *_PER_SENSOR)
+        }
+        return SensorArray(transducer=(*self.transducers, *other.transducers), **both)
 
     @staticmethod
     def preset(name: str) -> dict[str, Any]:
@@ -223,7 +186,26 @@ class SensorArray(Frozen):
         y, depth = np.asarray(self.y), np.unique(np.asarray(self.depth))
         kinds = ", ".join(dict.fromkeys(repr(kind) for kind in self.transducers))
         deep = " to ".join(f"{x:.4g}" for x in dict.fromkeys((depth[0], depth[-1])))
-        return f"SensorArray({len(self)} sensors, {kinds}, y = {y.min():.4g} to {y.max():.4g} m, depth = {deep} m)"
+        where = f"y = {y.min():.4g} to {y.max():.4g} m"
+        if self.on_area:
+            z = np.asarray(self.z)
+            where = self.layout or f"{where}, z = {z.min():.4g} to {z.max():.4g} m"
+        return f"SensorArray({len(self)} sensors, {kinds}, {where}, depth = {deep} m)"
+
+    @property
+    def points(self) -> FloatArray:
+        """Positions (y, z) of the sensors [m], shape (n, 2)."""
+        return _check.read_only(np.stack([np.asarray(self.y), np.asarray(self.z)], axis=-1))
+
+    @property
+    def on_area(self) -> bool:
+        """Whether some sensor stands beside the row z = 0."""
+        return bool(np.any(self.z))
+
+    @property
+    def layout(self) -> str:
+        """What a person calls where they are, "4 x 4 grid, pitch 3 mm"; "" where they are not set out evenly."""
+        return named_layout(np.asarray(self.y), np.asarray(self.z))
 
     @property
     def transducers(self) -> tuple[Transducer, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from ._check import FloatArray
 from ._frozen import Frozen
 from ._shown import Drawing, html_table, lines, many_of, span
 from .array import SensorArray
-from .contact import Contact, LineLoad
+from .contact import Contact, LineLoad, LocalContact, PointLoad
 from .errors import GeometryError, InvalidValueError
 from .skin.base import Skin
 from .spread import Spread
@@ -26,6 +26,7 @@ from .transducer import Transducer
 
 if TYPE_CHECKING:
     from .design.blind_spots import blind_spots as _blind_spots
+    from .estimate.area.observable import observable as _observable
     from .estimate.locate import fit as _fit
     from .estimate.locate import locate as _locate
     from .estimate.locate import locator as _locator
@@ -45,7 +46,7 @@ class _Group(NamedTuple):
 
     transducer: Transducer
     sensors: list[int] | slice
-    felt: Callable[[Contact], State]  # at k sensors and their nodes, (k, nodes)
+    felt: Callable[[Contact | LocalContact], State]  # at k sensors and their nodes, (k, nodes)
     weights: FloatArray  # (nodes,)
 
 
@@ -55,11 +56,14 @@ class _Verb:
     So `finger.locate(readings)` is `subskin.locate(finger, readings)`, and the finger knows no estimator.
     """
 
+    def __init__(self, room: str = "") -> None:
+        self._room = room  # where the function lives, if not at the top
+
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
     def __get__(self, finger: object, owner: type) -> Any:
-        function = getattr(import_module(__package__), self._name)
+        function = getattr(import_module(f"{__package__}{self._room}"), self._name)
         setattr(owner, self._name, function)  # from now on a method like any other
         return function.__get__(finger, owner)
 
@@ -110,8 +114,10 @@ class Finger(Frozen):
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
+        observable = _observable
     else:
         tabulate, locator, locate, fit, blind_spots = _Verb(), _Verb(), _Verb(), _Verb(), _Verb()
+        observable = _Verb(".estimate.area")
 
     def __post_init__(self) -> None:
         if not isinstance(self.skin, Skin):
@@ -130,6 +136,10 @@ class Finger(Frozen):
         if deepest > self.skin.thickness * (1 + 1e-12):
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
+        if self.array.on_area and not self.skin.takes_local:
+            seen = f"sensors at z = {span(1e3 * np.asarray(self.array.z), 'mm')} in {self.skin}"
+            rule = "it is solved in a plane, the same at every z, and takes a row of sensors at z = 0"
+            raise GeometryError(seen, rule, "HalfSpace(material) for sensors on an area, or SensorArray.line(...)")
 
     def _doubt_units(self, deepest: float, softest: float) -> None:
         """Warn where lengths or moduli are not of a finger's size; where neither are, the units are one's own."""
@@ -137,7 +147,8 @@ class Finger(Frozen):
             if softest != 1.0 and deepest < _DEEPEST:
                 _check.doubt("young", softest, "Pa", 1e6, "MPa")
             return
-        for name, largest in (("depth", _LARGEST), ("y", max(_LARGEST, _LONGEST * deepest))):
+        widest = max(_LARGEST, _LONGEST * deepest)
+        for name, largest in (("depth", _LARGEST), ("y", widest), ("z", widest)):
             value = float(np.abs(getattr(self.array, name)).max())
             if value > largest:
                 _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
@@ -155,19 +166,28 @@ class Finger(Frozen):
         a = self.array
         kinds = many_of(Counter(type(kind).__name__ for kind in a.transducers).items())
         dead = int((~a.live).sum())
-        pitches = np.diff(np.sort(np.asarray(a.y)))
         units = {kind.unit for kind in a.transducers} if np.all(a.gain == 1) else {""}
-        apart = f", {span(1e3 * pitches, 'mm')} apart" if len(a) > 1 else ""
         return [
             ("skin", str(self.skin)),
             ("sensors", kinds + (f", {dead} dead" if dead else "")),
-            ("position", f"y = {span(1e3 * np.asarray(a.y), 'mm')}{apart}"),
+            ("position", self._where()),
             ("depth", span(1e3 * np.asarray(a.depth), "mm")),
             (
                 "noise",
                 span(a.noise, units.pop() if len(units) == 1 else "") + f", gain {span(np.asarray(a.gain)[a.live])}",
             ),
         ]
+
+    def _where(self) -> str:
+        """The positions as a person reads them."""
+        a, positions = self.array, np.unique(self.array.points, axis=0)
+        each = f", {len(a) // len(positions)} channels each" if len(positions) < len(a) else ""
+        if a.on_area:
+            ends = (f"{name} = {span(1e3 * values, 'mm')}" for name, values in zip("yz", positions.T, strict=True))
+            return f"{', '.join(filter(None, (a.layout, *ends)))}{each}"
+        pitches = np.diff(positions[:, 0])
+        apart = f", {span(1e3 * pitches, 'mm')} apart" if pitches.size else ""
+        return f"y = {span(1e3 * positions[:, 0], 'mm')}{apart}{each}"
 
     @cached_property
     def _groups(self) -> tuple[tuple[_Group, ...], tuple[_Group, ...]]:
@@ -179,7 +199,7 @@ class Finger(Frozen):
 
     def _grouped(self, kinds: tuple[Transducer, ...]) -> tuple[_Group, ...]:
         a = self.array
-        ys, depths, widths = np.asarray(a.y), np.asarray(a.depth), np.asarray(a.width)
+        ys, zs, depths, widths = (np.asarray(values) for values in (a.y, a.z, a.depth, a.width))
         # Gauss-Legendre over the width: the field is analytic within a depth of the sensor, so the error falls
         # geometrically with the number of nodes, at a rate set by width / depth.
         nodes = np.where(widths > 0, np.ceil(8 + 12 * widths / depths), 1).astype(int)
@@ -187,20 +207,25 @@ class Finger(Frozen):
         for i, key in enumerate(zip(kinds, nodes.tolist(), strict=True)):
             members.setdefault(key, []).append(i)
         groups = []
+        shared: dict[bytes, Callable[[Contact | LocalContact], State]] = {}
         for (kind, count), index in members.items():
             t, w = np.polynomial.legendre.leggauss(count)
             y = ys[index, None] + 0.5 * widths[index, None] * t
-            felt = self.skin.at(depths[index, None], y)
+            where = (depths[index, None], y, zs[index, None])
+            points = b"".join(values.tobytes() for values in where)
+            if points not in shared:  # the channels of one position feel the same state
+                shared[points] = self.skin.at(*where if a.on_area else where[:2])  # one's own skin may know no z
+            felt = shared[points]
             groups.append(_Group(kind, slice(None) if len(index) == len(a) else index, felt, 0.5 * w))
         return tuple(groups)
 
-    def measure(self, contact: Contact, *, linear: bool = False) -> FloatArray:
+    def measure(self, contact: Contact | LocalContact, *, linear: bool = False) -> FloatArray:
         """What the transducers measure under `contact`, before gain and offset.
 
         Parameters
         ----------
-        contact : Contact
-            What presses; a batch of shape (...).
+        contact : Contact or LocalContact
+            What presses; a batch of shape (...). A local one needs a skin that takes it, such as `HalfSpace`.
         linear : bool, optional
             Use each transducer's linear part (`Transducer.linear_part`).
 
@@ -212,17 +237,20 @@ class Finger(Frozen):
         shape = contact.shape
         out = np.empty((*shape, len(self.array)))
         wide = contact.expand(2) if shape else contact
+        states: dict[Callable[[Contact | LocalContact], State], State] = {}
         for kind, sensors, felt, weights in self._groups[linear]:
-            values = kind.measure(felt(wide))
+            if felt not in states:
+                states[felt] = felt(wide)
+            values = kind.measure(states[felt])
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
         return out
 
-    def read(self, contact: Contact, rng: np.random.Generator | None = None) -> FloatArray:
+    def read(self, contact: Contact | LocalContact, rng: np.random.Generator | None = None) -> FloatArray:
         """Readings of the sensors under `contact`.
 
         Parameters
         ----------
-        contact : Contact
+        contact : Contact or LocalContact
             What presses; a batch of shape (...) gives readings of shape (..., n).
         rng : numpy.random.Generator, optional
             Adds each sensor's noise; without it readings are free of noise.
@@ -246,39 +274,58 @@ class Finger(Frozen):
         """Empty when a contact has been read."""
         return [True]
 
-    def _doubt(self, contact: Contact) -> None:
+    def _doubt(self, contact: Contact | LocalContact) -> None:
         """Warn of a contact so far away, or so wide, that its unit was probably forgotten; once."""
         self._unread.clear()
-        y = np.asarray(self.array.y)
         far = _FAR * float(np.asarray(self.array.depth).max())
-        for name, limit in (("position", far + float(np.abs(y).max())), ("half_width", far)):
+        limits = {"position": far + float(np.abs(self.array.points).max()), "half_width": far, "half_widths": far}
+        for name, limit in limits.items():
             values = np.abs(getattr(contact, name, 0.0))
             if values.size and (worst := float(np.max(values))) > limit:
                 _check.doubt(name, worst, "m", 1e-3, "mm")
 
-    def receptive_field(self, position: npt.ArrayLike) -> FloatArray:
-        """Change of each reading per unit normal and per unit tangential line load at `position` [m].
+    def receptive_field(self, position: npt.ArrayLike, load: Literal["line", "point"] | None = None) -> FloatArray:
+        """Change of each reading per unit force of a load at `position` [m].
 
         It contains the gain, not the offset. Estimators know nothing else of a finger.
 
         Parameters
         ----------
-        position : array_like, shape (...)
-            Positions y of the load [m].
+        position : array_like, shape (...) or (..., 2)
+            Positions y of a line load, or (y, z) of a point load [m].
+        load : {"line", "point"}, optional
+            Which of the two; a point load where the sensors are on an area, a line load where they are in a row.
 
         Returns
         -------
-        ndarray, shape (..., n, 2)
-            Reading per N/m of normal ([..., 0]) and of tangential load ([..., 1]).
+        ndarray, shape (..., n, 2) or (..., n, 3)
+            Reading per N/m of normal ([..., 0]) and of tangential load ([..., 1]); or per N of (N, Ty, Tz).
 
         Raises
         ------
         NotLinearError
             Where a transducer has no linear part.
+        InvalidValueError, GeometryError
+            Another load, a point load on a skin solved in a plane, positions of another shape.
 
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> array = ss.SensorArray.grid(shape=(3, 3), pitch=2e-3, depth=2e-3)
+        >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+        >>> finger.receptive_field([(0.0, 0.0), (1e-3, 0.5e-3)]).shape  # positions, sensors, components
+        (2, 9, 3)
         """
+        if load not in (None, "line", "point"):
+            raise InvalidValueError(f"load = {load!r}", 'has to be "line" or "point"', 'load="point"')
         for kind in set(self.array.transducers):
             kind.linearise(np.zeros(0))  # refuses what cannot be made linear
-        y = _check.real("position", position, unit="m")
-        fields = self.measure(LineLoad.of_components(np.eye(2), y[..., None]), linear=True)
-        return np.asarray(self.array.gain)[:, None] * np.swapaxes(fields, -1, -2)
+        at = _check.real("position", position, unit="m")
+        if load == "point" or (load is None and self.array.on_area):
+            if not at.ndim or at.shape[-1] != 2:
+                rule = "a position (y, z) is needed, shape (..., 2)"
+                raise GeometryError(f"position of shape {at.shape}", rule, "(1e-3, 0.5e-3)")
+            units: Contact | LocalContact = PointLoad(components=np.eye(3), position=at[..., None, :])
+        else:
+            units = LineLoad.of_components(np.eye(2), at[..., None])
+        return np.asarray(self.array.gain)[:, None] * np.swapaxes(self.measure(units, linear=True), -1, -2)

@@ -18,6 +18,8 @@ from subskin.plot import (
     aliasing_figure,
     contact_strip,
     density_figure,
+    field_map,
+    finger_above,
     finger_section,
     memo_figure,
     placement_figure,
@@ -42,6 +44,15 @@ def section(width=174.0):
     return finger_section(
         FINGER, touch, FINGER.locate(frame), readings=frame, title="A touch and its load", width=width
     )
+
+
+AREA = ss.Finger(
+    ss.HalfSpace(ss.Material(young=0.4e6)),
+    ss.SensorArray.grid((4, 4), 3e-3, [3e-3, 2e-3], channels=[ss.MeanPressure(), ss.ShearStrain("xz")], noise=20.0),
+)
+WIDE = ss.Finger(AREA.skin, ss.SensorArray.grid((8, 2), 3e-3, 3e-3, transducer=ss.MeanPressure()))
+ROUND = ss.RoundHertz(force=1.5, angle=0.5, azimuth=0.8, position=(1e-3, -2e-3), half_width=1e-3)
+LOCATED = ss.Load((1.2e-3, -1.8e-3), (1.3, 0.4, 0.5), np.diag([2e-4, 4e-4, 0.1, 0.1, 0.1]) ** 2)
 
 
 CLOSE = ss.Finger(SKIN, ss.SensorArray.line(count=6, pitch=1e-3, depth=2e-3, noise=2e-5))
@@ -83,6 +94,12 @@ FIGURES = {f"memo {n}": lambda n=n: memo_figure(n) for n in MEMO_FIGURES} | {
     "touches": lambda: truth(60),
     "frames": lambda: truth(5000),
     "receptive fields": lambda: receptive_fields(FINGER, title="Receptive fields"),
+    "from above": lambda: finger_above(AREA, ROUND, LOCATED, title="A touch on an area"),
+    "from above, wide": lambda: finger_above(WIDE, ROUND),
+    "from above, bare": AREA.plot,
+    "readings from above": lambda: AREA.plot(ROUND, LOCATED, readings=AREA.read(ROUND), title="Readings"),
+    "readings of one kind": lambda: WIDE.plot(ROUND, readings=WIDE.read(ROUND)),
+    "local field": lambda: field_map(AREA.skin, ss.PointLoad(force=1.0, angle=0.6, azimuth=0.4)),
     "two points": lambda: two_point_figure(
         ss.design.two_point_limen(FINGER, ss.design.Touches(force=1.0), against="wide", positions=7)
     ),

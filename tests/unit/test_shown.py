@@ -157,7 +157,7 @@ def test_a_map_of_the_field_takes_one_call():
 @pytest.mark.parametrize(
     ("draw", "error", "said"),
     [
-        (lambda found: SKIN.plot(TOUCH, "stress.zz"), InvalidValueError, "component = 'stress.zz'"),
+        (lambda found: SKIN.plot(TOUCH, "stress.rr"), InvalidValueError, "component = 'stress.rr'"),
         (lambda found: SKIN.plot(ss.LineLoad([1.0, 2.0])), GeometryError, "a single contact"),
         (lambda found: SKIN.plot(TOUCH, span=(1e-3, 0.0)), InvalidValueError, "has to ascend"),
         (lambda found: FINGER.plot(title="x"), InvalidValueError, "nothing that presses"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["LINE", "WIDE", "Layout"]
+__all__ = ["AREA", "LINE", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
@@ -69,5 +69,5 @@ class Layout:
         return np.maximum(out, out.T)
 
 
-LINE, WIDE = Layout(), Layout(wide=True)
-"""Of a line load, and of a long contact of some width."""
+LINE, WIDE, AREA = Layout(), Layout(wide=True), Layout(dim=2)
+"""Of a line load, of a long contact of some width, and of a point load."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Never
+from typing import Any, Never, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +13,19 @@ from ..contact.families import Family, family_of
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..prepared import prepared
+from ..radial import tabulate_radial
 from ..response import Response, tabulate
+from .area import AreaLocator
+from .area.locator import search_of
+from .area.observable import refuse_blind
 from .beyond import beyond
 from .estimate import Estimate
 from .search import Locator
 from .stick_locator import StickLocator, checked_stick
 
 __all__ = ["fit", "locate", "locator"]
+
+Search: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None
 
 _OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick"
 
@@ -28,7 +34,7 @@ def locator(
     finger: Finger,
     family: str | Family = "line",
     *,
-    search: tuple[float, float] | None = None,
+    search: Search = None,
     half_width: tuple[float, float] | None = None,
     normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
@@ -38,8 +44,10 @@ def locator(
     outliers: int = 0,
     stick: float | tuple[float, float] | None = None,
     **_unknown: Never,
-) -> Locator:
+) -> Locator | AreaLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
+
+    Where the sensors are on an area it is an `AreaLocator`, of point loads.
 
     Parameters
     ----------
@@ -47,9 +55,10 @@ def locator(
         The forward model, with the sensors' noise.
     family : {"line", "wedge", "hertz", "strip", "punch"} or class of contacts, optional
         What presses, the drag being in proportion to the pressure.
-    search : (float, float), optional
-        Range of positions y [m]; contacts outside are taken to be impossible. The default reaches 1.5 depths beyond the
-        outermost sensors, and a load further out that explains a frame as well makes it AMBIGUOUS.
+    search : (float, float) or ((float, float), (float, float)), optional
+        Range of positions y [m], or of y and of z; contacts outside are taken to be impossible. The default
+        reaches 1.5 depths beyond the outermost sensors, and a load further out that explains a frame as well makes it
+        AMBIGUOUS.
     half_width : (float, float), optional
         Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none.
     normal_force, friction, scan_step, false_alarm, ambiguity, outliers
@@ -72,6 +81,12 @@ def locator(
     0.5
     """
     _check.no_options(_unknown, _OPTIONS)
+    values: dict[str, Any] = _check.values(
+        friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
+    )
+    if finger.array.on_area:
+        others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
+        return _on_area(finger, family, search, others, values)
     kind = family_of(family)
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
@@ -80,9 +95,6 @@ def locator(
     if held is not None and kind is not Hertz:
         fix = "leave it out: a flat sticks all over until it slides, and a line has no width"
         raise InvalidValueError(f"stick = {stick!r} of a {kind.__name__}", 'only "hertz" knows its zone of stick', fix)
-    values: dict[str, Any] = _check.values(
-        friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
-    )
 
     def make() -> Locator:
         table = tabulate(finger, ends)
@@ -103,11 +115,35 @@ def locator(
     return prepared(finger).get(("locator", kind, ends, widths, forces, held, *values.values()), make)
 
 
+def _on_area(
+    finger: Finger, family: str | Family, search: Any, others: dict[str, Any], values: dict[str, Any]
+) -> AreaLocator:
+    """The locator of point loads."""
+    if family not in ("line", "point"):
+        rule = "on an area loads on a point are located"
+        raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
+    for name, value in others.items():
+        if value is not None:
+            rule = "it belongs to sensors in a row; loads on an area know no such option"
+            raise InvalidValueError(f"{name} = {_check.shown(value)}", rule, "leave it out")
+    refuse_blind(finger)
+    box, beyond = search_of(finger.array, search)
+
+    def make() -> AreaLocator:
+        reach = max(float(np.abs(finger.array.points - corner).max()) for corner in box.T) + beyond
+        response = tabulate_radial(finger, np.sqrt(2.0) * reach)
+        (y, z) = (tuple(ends) for ends in box.tolist())
+        made = AreaLocator(response, finger.array, (y, z), beyond=beyond, **values)
+        return made.allow_for(finger, float(values["friction"]))
+
+    return prepared(finger).get(("area", tuple(box.reshape(-1)), beyond, *values.values()), make)
+
+
 def locate(
     finger: Finger,
     readings: npt.ArrayLike,
     *,
-    search: tuple[float, float] | None = None,
+    search: Search = None,
     normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
     scan_step: float | None = None,
@@ -117,6 +153,8 @@ def locate(
     **_unknown: Never,
 ) -> Estimate:
     """Where, how hard and at what angle a line load presses; as `finger.locate(readings)` too.
+
+    Where the sensors are on an area it is a point load, at (y, z) [m], with components (N, Ty, Tz) [N].
 
     The locator is prepared on the first call and kept, so later calls with the same options cost little more than the
     search.
@@ -133,7 +171,8 @@ def locate(
     Returns
     -------
     Estimate
-        Position [m], force [N/m], angle [rad], covariance, rival, residual and status, each of shape (...).
+        Position [m], force [N/m], angle [rad], covariance, rival, residual and status, each of shape (...). On an area
+        position (..., 2), force [N], `load.components` (..., 3), `load.covariance` (..., 5, 5).
 
     Raises
     ------
@@ -148,6 +187,12 @@ def locate(
     >>> found = ss.locate(finger, finger.read(ss.LineLoad(force=40.0, angle=0.3, position=0.8e-3)))
     >>> ss.Status(found.status).name, round(float(found.position) * 1e3, 4)
     ('OK', 0.8)
+    >>> array = ss.SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3, transducer=ss.MeanPressure(), noise=20.0)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> touch = ss.PointLoad(force=1.5, angle=0.3, azimuth=0.8, position=(1e-3, -2e-3))
+    >>> found = ss.locate(finger, finger.read(touch))
+    >>> (found.position * 1e3).round(3).tolist(), found.load.components.round(3).tolist()
+    ([1.0, -2.0], [1.433, 0.309, 0.318])
     """
     if _unknown:
         _check.no_options(_unknown, _OPTIONS.replace("half_width, ", "").replace(", stick", ""))
@@ -161,7 +206,7 @@ def fit(
     readings: npt.ArrayLike,
     family: str | Family = "hertz",
     *,
-    search: tuple[float, float] | None = None,
+    search: Search = None,
     half_width: tuple[float, float] | None = None,
     normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
@@ -211,10 +256,10 @@ def fit(
     )(readings)
 
 
-def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator:
+def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator | AreaLocator:
     """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
-    def make() -> Locator:
+    def make() -> Locator | AreaLocator:
         return locator(finger, family, **dict(zip(_OPTIONS.split(", "), options, strict=True)))
 
     try:

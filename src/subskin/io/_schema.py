@@ -79,7 +79,7 @@ Above0 = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Lengths = Annotated[float | list[float], one_or_each("m")]
 UnitText = Annotated[str, PlainValidator(_unit_text)]
 Names = Annotated[list[str], PlainValidator(_names)]
-Readings = Annotated[Any, PlainValidator(lambda value: value)]  # units follow from [recording], so they wait
+Readings = Annotated[Any, PlainValidator(lambda value: value)]  # units follow from other keys, so they wait
 
 
 class StrictTable(BaseModel):
@@ -120,13 +120,17 @@ class SkinTable(StrictTable):
 class SensorsTable(StrictTable):
     """[sensors]: where they are and how each turns what it measures into a reading."""
 
+    layout: Literal["row", "grid", "hexagonal"] = "row"
     count: StrictInt | None = None
-    pitch: Length | None = None
-    centre: Length = 0.0
+    shape: list[StrictInt] | None = None
+    pitch: Lengths | None = None
+    centre: Lengths = 0.0
     y: Lengths | None = None
+    z: Lengths = 0.0
     depth: Lengths
     sensor: StrictStr | None = None
-    kind: Annotated[Any, PlainValidator(lambda value: value)] = "normal_strain"
+    kind: Readings = "normal_strain"
+    channels: Readings = None
     exact: StrictBool = False
     width: Lengths = 0.0
     gain: Readings = 1.0

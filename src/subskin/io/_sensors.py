@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..array import SensorArray, even_row
-from ..errors import InvalidValueError
-from ..transducer import Transducer, VolumeResistance, transducer_of
-from ._skin import about
+from .._check import FloatArray
+from ..array import SensorArray
+from ..errors import GeometryError, InvalidValueError, SubskinError
+from ..lattice import even_grid, even_row
+from ..transducer import Transducer, VolumeResistance, class_of, transducer_of
+from ._skin import Misplaced, about
 from ._toml_errors import short
 from .units import quantity
 
@@ -31,53 +34,99 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
     """
     table = document.sensors
     with about("sensors"):
-        positions = _positions(table)
+        points = _points(table)
         preset = {} if table.sensor is None else SensorArray.preset(table.sensor)
         usual = preset.pop("transducer", None)
-        own = usual is None or "kind" in table.model_fields_set
-        transducers = _transducers(table.kind, table.exact, len(positions)) if own else usual
-        given = _parameters(document, transducers)
+        own = usual is None or {"kind", "channels"} & table.model_fields_set
+        kinds, channels = _transducers(table, len(points)) if own else (usual, None)
+        given = _parameters(document, channels or (kinds if isinstance(kinds, tuple) else (kinds,)))
         parameters = preset | {
             key: value for key, value in given.items() if key in table.model_fields_set or not preset
         }
-        return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
+        return SensorArray.at(points, table.depth, kinds, channels, width=table.width, **parameters)
 
 
-def _positions(table: _schema.SensorsTable) -> list[float]:
-    """Positions of the sensors along the row [m]."""
+def _points(table: _schema.SensorsTable) -> FloatArray:
+    """Positions (y, z) of the sensors, or of their channels [m], shape (n, 2)."""
+    even, own = {"count", "shape", "pitch", "centre", "layout"}, {"y", "z"}
+    said = table.model_fields_set
     if table.y is not None:
-        for key in ("count", "pitch", "centre"):
-            if key in table.model_fields_set:
-                fix = f"leave out y or {key}"
-                raise InvalidValueError(f"{key} beside y", "y already says where the sensors are", fix)
-        return table.y if isinstance(table.y, list) else [table.y]
-    if table.count is None or table.pitch is None:
-        fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
-        raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a position", fix)
-    return [float(y) for y in even_row(table.count, table.pitch, table.centre)]
+        for key in sorted(even & said):
+            fix = f"leave out y or {key}"
+            raise InvalidValueError(f"{key} beside y", "y already says where the sensors are", fix)
+        y, z = np.atleast_1d(table.y), np.atleast_1d(table.z)
+        if z.shape not in ((1,), y.shape):
+            rule = f"one value, or one for each of the {y.size} positions y, is needed"
+            raise GeometryError(f"z lists {z.size} positions", rule, 'z = "0 mm"')
+        return np.stack(np.broadcast_arrays(y, z), axis=-1)
+    row = table.layout == "row"
+    for key in sorted((own | {"shape" if row else "count"}) & said):
+        fix = {"z": "give y and z of each sensor", "shape": 'layout = "grid"', "count": "shape = [4, 4]"}[key]
+        raise InvalidValueError(f'{key} beside layout = "{table.layout}"', f"a {table.layout} has no {key}", fix)
+    if (table.count if row else table.shape) is None or table.pitch is None:
+        if row:
+            fix = 'give count = 4 and pitch = "6 mm", or y = ["-3 mm", "3 mm"]'
+            raise InvalidValueError("y, or count and pitch, is missing", "the sensors need a position", fix)
+        seen = f'layout = "{table.layout}" without {"pitch" if table.shape else "shape"}'
+        raise InvalidValueError(seen, "the sensors need a position", 'give shape = [4, 4] and pitch = "3 mm"')
+    if row:
+        y = even_row(table.count, table.pitch, table.centre)  # type: ignore[arg-type]
+        return np.stack([y, np.zeros_like(y)], axis=-1)
+    middle = table.centre if "centre" in said else (0.0, 0.0)
+    return even_grid(table.shape, table.pitch, middle, table.layout)  # type: ignore[arg-type]
 
 
-def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Transducer, ...]:
-    def one(name: object) -> Transducer:
-        if not isinstance(name, str):
-            rule = "the name of a kind of sensor is needed"
-            raise InvalidValueError(f"kind = {short(name)}", rule, 'kind = "normal_strain"')
-        return VolumeResistance(exact=exact) if name == "volume_resistance" else transducer_of(name)
+def _transducers(
+    table: _schema.SensorsTable, count: int
+) -> tuple[Transducer | tuple[Transducer, ...] | None, tuple[Transducer, ...] | None]:
+    """What is measured: by each sensor, or by each of the channels at a position; one of the two is None."""
+    if table.channels is not None:
+        if "kind" in table.model_fields_set:
+            raise InvalidValueError("kind beside channels", "each says what is measured", "leave out kind or channels")
+        if not isinstance(table.channels, list) or not table.channels:
+            fix = 'channels = ["normal_strain", "mean_pressure"]'
+            raise InvalidValueError(f"channels = {short(table.channels)}", "a list of kinds of sensors is needed", fix)
+        return None, tuple(_transducer(item, table.exact, "channels") for item in table.channels)
+    if not isinstance(table.kind, list):
+        return _transducer(table.kind, table.exact, "kind"), None
+    if len(table.kind) != count:
+        rule = f"one kind, or one for each of the {count} sensors, is needed"
+        raise InvalidValueError(f"kind lists {len(table.kind)}", rule, 'kind = "normal_strain"')
+    return tuple(_transducer(item, table.exact, "kind") for item in table.kind), None
 
-    if isinstance(kind, list):
-        if len(kind) != count:
-            seen, rule = (f"kind lists {len(kind)}", f"one kind, or one for each of the {count} sensors, is needed")
-            raise InvalidValueError(seen, rule, 'kind = "normal_strain"')
-        return tuple(one(name) for name in kind)
-    return one(kind)
+
+def _transducer(said: object, exact: bool, key: str) -> Transducer:
+    """A transducer by its name, or by a table of its name and its arguments, which may have units."""
+    if isinstance(said, dict) and isinstance(said.get("name"), str):
+        try:
+            return _with_arguments(said["name"], {k: v for k, v in said.items() if k != "name"})
+        except SubskinError as error:
+            raise Misplaced(error, "sensors", key) from None
+    if not isinstance(said, str):
+        rule = "the name of a kind of sensor is needed"
+        one, other = '"normal_strain"', '{name = "displacement", axis = "x"}'
+        fix = f"kind = {one}, or {other}" if key == "kind" else f"channels = [{one}, {other}]"
+        raise InvalidValueError(f"{key} = {short(said)}", rule, fix)
+    return VolumeResistance(exact=exact) if said == "volume_resistance" else transducer_of(said)
 
 
-def _parameters(document: _schema.FingerDocument, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
+def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
+    known = {f.name: f.metadata.get("unit") for f in fields(class_of(name))}
+    for argument in given:
+        if known and argument not in known:
+            rule = f"{name} has no such argument"
+            raise InvalidValueError(f'argument "{argument}"', rule, f"known: {', '.join(known)}")
+    units = {argument: known.get(argument) for argument in given}
+    values = {k: v if units[k] is None else quantity(v, str(units[k]), k) for k, v in given.items()}
+    return transducer_of(name, **values)
+
+
+def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> dict[str, Any]:
     """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
     from ._schema import reading_unit
 
     table, unit = document.sensors, reading_unit(document.recording) or ""
-    measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
+    measured = {t.unit for t in transducers}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
     given = {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)}

@@ -28,15 +28,24 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
     skin: Any = document["skin"]
     sensors: Any = document["sensors"]
     _edit_skin(skin, old.skin, new.skin)
-    moved = not _same(np.asarray(old.array.y), np.asarray(new.array.y))
-    for name in ("count", "pitch", "centre") if moved else ():
+    moved = not _same(old.array.points, new.array.points)
+    for name in ("layout", "count", "shape", "pitch", "centre") if moved else ():
         sensors.pop(name, None)
+    alone = moved and "channels" in sensors  # channels of one position may have moved apart
+    if alone:
+        channels = sensors.pop("channels")
+        sensors.add("kind", [*channels] * (len(new.array) // len(channels)))
     for name, unit in _PER_SENSOR.items():
         before, after = (np.asarray(getattr(f.array, name)) for f in (old, new))
-        if not _same(before, after):
+        if not _same(before, after) or (alone and name in sensors):
             _set(sensors, name, _values(after, unit))
+    for name in ("low", "high", "resolution") if alone else ():
+        if name in sensors:
+            _set(sensors, name, _values(np.asarray(getattr(new.array, name)), ""))
     if moved:
         _set(sensors, "y", [format_quantity(float(v), "m") for v in np.asarray(new.array.y)])
+        if new.array.on_area or "z" in sensors:
+            _set(sensors, "z", [format_quantity(float(v), "m") for v in np.asarray(new.array.z)])
     if "calibration" in document:
         del document["calibration"]
     table = tomlkit.table()

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
 
 
+_SHOWN = 12
+"""Names of columns that are shown; of more only the first and the last."""
+
 Given: TypeAlias = "npt.ArrayLike | Table | Path"
 
 
@@ -105,7 +108,8 @@ class FingerFile:
         options = [f"{name} = {value:g}" for name, value in self.options.items()]
         options += [] if self.search is None else [f"search {span(1e3 * np.asarray(self.search), 'mm')}"]
         kind = "differences from the free skin" if self.differences else "as they come, offsets in them"
-        told = [("locate", ", ".join(options) or "as usual"), ("columns", ", ".join(self.names)), ("readings", kind)]
+        columns = self.names if len(self.names) <= _SHOWN else (*self.names[:3], "...", self.names[-1])
+        told = [("locate", ", ".join(options) or "as usual"), ("columns", ", ".join(columns)), ("readings", kind)]
         return [*first, *told]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:

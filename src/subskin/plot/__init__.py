@@ -14,6 +14,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from ..errors import InvalidValueError
+from .above import finger_above
 from .blind import blind_figure
 from .compliance import compliance_figure, figure_17
 from .drift import drift_figure
@@ -51,6 +52,7 @@ __all__ = [
     "drift_figure",
     "estimate_figure",
     "field_map",
+    "finger_above",
     "finger_figure",
     "finger_section",
     "half_plane_map_figure",

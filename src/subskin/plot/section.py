@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,14 +47,38 @@ class _Component(NamedTuple):
     label: str
 
 
+def _moved(axis: str) -> Callable[[State], FloatArray]:
+    """The displacement along an axis, of a state that knows it."""
+
+    def of(state: State) -> FloatArray:
+        if state.displacement is None:
+            rule = "under a contact that does not end along z it is known only up to a constant"
+            raise InvalidValueError(f'component = "displacement.{axis}"', rule, "a local contact, or a strain")
+        moved: FloatArray = getattr(state.displacement, axis)
+        return moved
+
+    return of
+
+
 COMPONENTS = {
-    "strain.xx": _Component(lambda s: s.strain.xx, 100.0, r"strain $\varepsilon_x$ [%]"),
-    "strain.yy": _Component(lambda s: s.strain.yy, 100.0, r"strain $\varepsilon_y$ [%]"),
-    "strain.xy": _Component(lambda s: s.strain.xy, 100.0, r"shear strain $\varepsilon_{xy}$ [%]"),
-    "stress.xx": _Component(lambda s: s.stress.xx, 1e-3, r"stress $\sigma_x$ [kPa]"),
-    "stress.yy": _Component(lambda s: s.stress.yy, 1e-3, r"stress $\sigma_y$ [kPa]"),
-    "stress.xy": _Component(lambda s: s.stress.xy, 1e-3, r"shear stress $\tau_{xy}$ [kPa]"),
-    "mean_pressure": _Component(lambda s: s.stress.mean_pressure, 1e-3, "mean pressure [kPa]"),
+    **{
+        f"strain.{c}": _Component(attrgetter(f"strain.{c}"), 100.0, rf"strain $\varepsilon_{c[0]}$ [%]")
+        for c in ("xx", "yy", "zz")
+    },
+    **{
+        f"strain.{c}": _Component(attrgetter(f"strain.{c}"), 100.0, rf"shear strain $\varepsilon_{{{c}}}$ [%]")
+        for c in ("xy", "xz", "yz")
+    },
+    **{
+        f"stress.{c}": _Component(attrgetter(f"stress.{c}"), 1e-3, rf"stress $\sigma_{c[0]}$ [kPa]")
+        for c in ("xx", "yy", "zz")
+    },
+    **{
+        f"stress.{c}": _Component(attrgetter(f"stress.{c}"), 1e-3, rf"shear stress $\tau_{{{c}}}$ [kPa]")
+        for c in ("xy", "xz", "yz")
+    },
+    "mean_pressure": _Component(attrgetter("stress.mean_pressure"), 1e-3, "mean pressure [kPa]"),
+    **{f"displacement.{c}": _Component(_moved(c), 1e3, f"displacement $u_{c}$ [mm]") for c in "xyz"},
 }
 """What can be drawn in the skin, by name."""
 

@@ -9,11 +9,13 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from .. import _check
-from ..contact import Contact
+from ..contact import Contact, LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate
 from ..finger import Finger
+from ..loads import Load
 from ..skin import Skin
+from .above import area_map, finger_above
 from .parts import legend, stacked
 from .section import (
     _BASE,
@@ -47,18 +49,21 @@ _NEAR = 50.0
 
 
 def finger_figure(
-    finger: Finger, contact: Contact | None = None, estimate: Estimate | None = None, **options: Any
+    finger: Finger,
+    contact: Contact | LocalContact | None = None,
+    estimate: Estimate | Load | None = None,
+    **options: Any,
 ) -> Figure:
-    """The finger cut open, to scale; as `finger.plot()` too.
+    """The finger cut open, to scale, and from above where its sensors or the touch are on an area; `finger.plot()` too.
 
     Parameters
     ----------
     finger : Finger
         The skin and its sensors.
-    contact : Contact, optional
-        What presses: its field is drawn too, as `finger_section` draws it.
+    contact : Contact or LocalContact, optional
+        What presses: its field is drawn too, as `finger_section` draws it, a local one's as `finger_above`.
     estimate, **options
-        As in `finger_section`.
+        As in these.
 
     Raises
     ------
@@ -72,8 +77,12 @@ def finger_figure(
     >>> finger.plot().axes[0].get_ylabel()
     'depth x [mm]'
     """
-    if contact is not None or estimate is not None:
-        return finger_section(finger, contact, estimate, **options)
+    found = None if estimate is None or isinstance(estimate, Load) else estimate
+    point = isinstance(estimate, Load) or (found is not None and found.load.dim == 2)
+    if point or isinstance(contact, LocalContact) or (finger.array.on_area and contact is None):
+        return finger_above(finger, contact, estimate, **options)
+    if contact is not None or found is not None:
+        return finger_section(finger, contact, found, **options)
     if options:
         rule = "there is nothing that presses to draw it of"
         raise InvalidValueError(", ".join(options), rule, "finger.plot(ss.LineLoad(force=40.0))")
@@ -103,7 +112,7 @@ def _bare(finger: Finger) -> Figure:
 @finished
 def field_map(
     skin: Skin,
-    contact: Contact,
+    contact: Contact | LocalContact,
     component: str = "stress.xx",
     *,
     span: tuple[float, float] | None = None,
@@ -115,8 +124,8 @@ def field_map(
     ----------
     skin : Skin
         What is pressed.
-    contact : Contact
-        What presses; a single contact, not a batch.
+    contact : Contact or LocalContact
+        What presses; a single contact, not a batch. A local one's field is drawn from above and in section.
     component : str, optional
         What is drawn, a name of `COMPONENTS`: "stress.xx", "strain.xx", "mean_pressure", ...
     span : (float, float), optional
@@ -137,6 +146,8 @@ def field_map(
     >>> figure.axes[1].get_ylabel()
     'mean pressure [kPa]'
     """
+    if isinstance(contact, LocalContact):
+        return area_map(skin, contact, component, span, depth)
     if component not in COMPONENTS:
         raise InvalidValueError(
             f"component = {component!r}",

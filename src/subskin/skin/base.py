@@ -30,8 +30,9 @@ class Skin(Frozen, ABC):
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
     writes `materials`, `state`, `wave` and `surface_influence`, and overrides `interfaces`, `thickness`, `curvature`,
-    `with_` and `__str__`, a description for people, where those of a flat skin without end are not its own
-    (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen dataclass.
+    `takes_local`, `with_` and `__str__`, a description for people, where those of a flat skin without end, solved in a
+    plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen
+    dataclass.
     """
 
     plot = Drawing("field_map")
@@ -296,6 +297,11 @@ class Skin(Frozen, ABC):
     def material_at(self, depth: float) -> Material:
         """The material at `depth` [m]; at an interface that of the layer above."""
         return self.materials[bisect_left(self.interfaces, depth)]
+
+    @property
+    def takes_local(self) -> bool:
+        """Whether it answers local contacts, and sensors on an area; a skin that is solved in a plane does not."""
+        return False
 
     @property
     def endless(self) -> bool:

@@ -68,6 +68,10 @@ class HalfSpace(Skin):
     def __str__(self) -> str:
         return f"a half space ({self.material})"
 
+    @property
+    def takes_local(self) -> bool:  # noqa: D102
+        return True
+
     @cached_property
     def _plane(self) -> HalfPlane:
         """What it is for a contact that does not change along z."""

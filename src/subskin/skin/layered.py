@@ -160,6 +160,10 @@ class Layered(Skin):
         return tuple(self.modes.tops[1 : len(self.materials)].tolist())
 
     @property
+    def takes_local(self) -> bool:  # noqa: D102
+        return True
+
+    @property
     def thickness(self) -> float:
         """Depth of the rigid base [m]; infinite on a half plane."""
         return self._total if self.base is None else np.inf

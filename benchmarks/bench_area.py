@@ -1,0 +1,122 @@
+"""`Finger.locate` on an area: how near to the Cramer-Rao bound, how quick, and beside least squares.
+
+    python benchmarks/bench_area.py [--frames 20000] [--peer 50] [--singles 2000] [--json FILE]
+
+Grids of sensors at unit depth in a half space (nu = 1/2), oblique unit loads within 40 degrees anywhere over the grid,
+noise in shares of the reading beneath a normal load. Errors are those of frames of status OK. Asked for: rms error /
+rms bound at most 1.03, 94 to 96 % inside the 95 % interval, gross errors (beyond 6 standard deviations and 0.1 depth)
+at most 1e-3, unflagged at most 1e-4; 0.35, 0.2 and 0.12 M frames/s with 4 x 4, 8 x 8 and 16 x 16 sensors; a frame by
+itself 20 us at 4 x 4. The peer is `scipy.optimize.least_squares` from the true load, on the closed form. Time is that
+of the process; other work on the same cores still slows it.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from scipy.optimize import least_squares
+
+import subskin as ss
+from _common import arguments, show
+
+KINDS = {"strain": (ss.NormalStrain(), 3 / (2 * np.pi)), "pressure": (ss.MeanPressure(), 1 / (2 * np.pi))}
+
+
+def finger(side: int, pitch: float, noise: float, kind: str) -> ss.Finger:
+    """`side` x `side` sensors at unit depth."""
+    transducer, full_scale = KINDS[kind]
+    array = ss.SensorArray.grid((side, side), pitch, 1.0, transducer=transducer, noise=noise * full_scale)
+    return ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
+
+
+def ends(side: int, pitch: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The array and half a depth beyond it."""
+    half = 0.5 * (side - 1) * pitch + 0.5
+    return (-half, half), (-half, half)
+
+
+def touches(side: int, pitch: float, count: int, seed: int) -> ss.PointLoad:
+    """Unit loads over the array, leaning within 40 degrees to all sides."""
+    rng = np.random.default_rng(seed)
+    half = 0.5 * (side - 1) * pitch
+    angle, azimuth = rng.uniform(0, np.deg2rad(40), count), rng.uniform(-np.pi, np.pi, count)
+    at = rng.uniform(-half, half, (count, 2))
+    return ss.PointLoad(force=np.ones(count), angle=angle, azimuth=azimuth, position=at)
+
+
+def bound(tip: ss.Finger, load: ss.PointLoad) -> np.ndarray:
+    """Cramer-Rao bound of (y, z, N, Ty, Tz), (m, 5, 5), from differences of the forward model."""
+    h, at, force = 1e-4, load.position, load.components
+    slopes = [
+        np.einsum("mnl,ml->mn", tip.receptive_field(at + step) - tip.receptive_field(at - step), force) / (2 * h)
+        for step in (np.array([h, 0.0]), np.array([0.0, h]))
+    ]
+    jacobian = np.concatenate([np.stack(slopes, -1), tip.receptive_field(at)], -1)
+    jacobian /= np.asarray(tip.array.noise)[:, None]
+    return np.linalg.inv(np.einsum("mni,mnj->mij", jacobian, jacobian))
+
+
+def least_chi2(tip: ss.Finger, frame: np.ndarray, start: np.ndarray) -> float:
+    """Chi-square of the peer, from `start` (y, z, N, Ty, Tz)."""
+    noise = np.asarray(tip.array.noise)
+
+    def left(p: np.ndarray) -> np.ndarray:
+        return (tip.receptive_field(p[:2]) @ p[2:] - frame) / noise
+
+    return float(2 * least_squares(left, start, method="lm", xtol=1e-12, ftol=1e-12).cost)
+
+
+def main() -> None:
+    """Run and print."""
+    options = arguments(__doc__, frames=20_000, peer=50, singles=2000)
+    rows, speeds = [], []
+    for kind in KINDS:
+        for side, pitch in ((3, 1.0), (4, 0.75), (4, 1.0), (8, 1.0), (16, 1.0)):
+            for noise in (1e-3, 1e-2):
+                tip, search = finger(side, pitch, noise, kind), ends(side, pitch)
+                count = max(options.frames // (1 if side <= 4 else 4 if side == 8 else 20), 1)
+                load = touches(side, pitch, count, seed=side)
+                frames = tip.read(load, np.random.default_rng(1))
+                locator = tip.locator(search=search)
+                locator(frames[:2])
+                start = time.process_time()
+                found = locator(frames)
+                spent = (time.process_time() - start) / count
+                truth = np.concatenate([load.position, load.components], -1)
+                error = np.concatenate([found.position, found.load.components], -1) - truth
+                variance = np.diagonal(bound(tip, load), axis1=1, axis2=2)
+                spread = np.sqrt(np.diagonal(found.load.covariance, axis1=1, axis2=2))
+                ok = found.ok
+                ratio = np.sqrt((error[ok] ** 2).mean(0) / variance[ok].mean(0))
+                inside = (np.abs(error[ok]) < 1.959964 * spread[ok]).mean(0)
+                away = np.abs(error[:, :2])
+                gross = ~np.isfinite(away).all(-1) | ((away > 6 * spread[:, :2]) & (away > 0.1)).any(-1)
+                few = range(min(options.peer, count))
+                worse = [float(found.residual[i]) - least_chi2(tip, frames[i], truth[i]) for i in few]
+                name = f"{kind}, {side} x {side}, {pitch} depth, {noise:.1%}"
+                rows.append(
+                    [
+                        name,
+                        *(f"{part.max():.3f}" for part in (ratio[:2], ratio[2:])),
+                        *(f"{100 * inside.min():.1f} to {100 * inside.max():.1f}",),
+                        f"{(found.status == ss.Status.AMBIGUOUS).mean():.2%}",
+                        f"{gross.mean():.1e}",
+                        f"{(gross & ok).mean():.1e}",
+                        f"{max(worse):.1e}",
+                    ]
+                )
+                one, single = frames[0].copy(), []
+                for _ in range(options.singles):
+                    start = time.perf_counter_ns()
+                    tip.locate(one, search=search)
+                    single.append(time.perf_counter_ns() - start)
+                speeds.append([name, f"{1e-6 / spent:.3f}", f"{1e-3 * np.median(single):.1f}"])
+                print(rows[-1], speeds[-1][1:], flush=True)
+    columns = ["OK frames", "position / bound", "force / bound", "in 95 %", "ambiguous", "gross", "gross, unflagged"]
+    show(f"locate on an area, {options.frames} frames", [*columns, "chi-square over the peer's"], rows, options.json)
+    show("Speed of locate on an area", ["sensors", "M frames/s a core", "Finger.locate, us"], speeds, options.json)
+
+
+if __name__ == "__main__":
+    main()

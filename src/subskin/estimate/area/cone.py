@@ -1,0 +1,97 @@
+"""Compiled: the best (N, Ty, Tz) that presses within the cone of friction, exactly.
+
+Maximises S = 2 b.theta - theta.G theta, G = A^T A and b = A^T w, over N >= 0 and |T| <= mu N. Inside the cone that is a
+solve of three equations; on it, theta = N (1, mu cos phi, mu sin phi) and S = (b.e)^2 / (e.G e) in phi alone. The set
+is convex, so the best of the two is the best there is.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..._compiled import compiled
+
+_DIRECTIONS, _STEPS = 12, 12
+
+
+@compiled(inline=True)
+def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
+    """Fill fit: N, Ty, Tz, S, then the inverse of G in what is left free (00, 01, 02, 11, 12, 22), and 1 inside.
+
+    Inside the cone all of theta is free, on it what keeps to it, at its tip nothing.
+    """
+    c00, c01, c02 = g11 * g22 - g12 * g12, g02 * g12 - g01 * g22, g01 * g12 - g02 * g11
+    c11, c12, c22 = g00 * g22 - g02 * g02, g01 * g02 - g00 * g12, g00 * g11 - g01 * g01
+    det = g00 * c00 + g01 * c01 + g02 * c02
+    inverse = 1.0 / det
+    n = (c00 * b0 + c01 * b1 + c02 * b2) * inverse
+    ty = (c01 * b0 + c11 * b1 + c12 * b2) * inverse
+    tz = (c02 * b0 + c12 * b1 + c22 * b2) * inverse
+    if det > 1e-13 * g00 * g11 * g22 and n >= 0.0 and ty * ty + tz * tz <= mu * mu * n * n:
+        fit[0], fit[1], fit[2], fit[3] = n, ty, tz, b0 * n + b1 * ty + b2 * tz
+        fit[4], fit[5], fit[6] = c00 * inverse, c01 * inverse, c02 * inverse
+        fit[7], fit[8], fit[9], fit[10] = c11 * inverse, c12 * inverse, c22 * inverse, 1.0
+    else:
+        on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
+
+
+@compiled()
+def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
+    """The same on the cone: fit[10] is 0."""
+    for k in range(11):
+        fit[k] = 0.0
+    if mu == 0.0:
+        if b0 > 0.0 and g00 > 0.0:
+            fit[0], fit[3], fit[4] = b0 / g00, b0 * b0 / g00, 1.0 / g00
+        return
+    if mu == math.inf:  # nothing but N >= 0 binds
+        det = g11 * g22 - g12 * g12
+        if det > 1e-13 * g11 * g22:
+            ty, tz = (g22 * b1 - g12 * b2) / det, (g11 * b2 - g12 * b1) / det
+            fit[1], fit[2], fit[3] = ty, tz, b1 * ty + b2 * tz
+            fit[7], fit[8], fit[9] = g22 / det, -g12 / det, g11 / det
+        return
+    h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
+    half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
+    best, phi = 0.0, 0.0
+    for k in range(_DIRECTIONS):
+        angle = 2.0 * math.pi * k / _DIRECTIONS
+        c, s = math.cos(angle), math.sin(angle)
+        along = b0 + mu * (b1 * c + b2 * s)
+        size = g00 + half + h01 * c + h02 * s + across * (c * c - s * s) + 2.0 * twice * c * s
+        if along > 0.0 and along * along > best * size:
+            best, phi = along * along / size, angle
+    if best <= 0.0:
+        return
+    for _ in range(_STEPS):
+        c, s = math.cos(phi), math.sin(phi)
+        c2, s2 = c * c - s * s, 2.0 * c * s
+        along, size = b0 + mu * (b1 * c + b2 * s), g00 + half + h01 * c + h02 * s + across * c2 + twice * s2
+        d_along, d_size = mu * (b2 * c - b1 * s), h02 * c - h01 * s + 2.0 * (twice * c2 - across * s2)
+        dd_along, dd_size = b0 - along, -h01 * c - h02 * s - 4.0 * (across * c2 + twice * s2)
+        slope = 2.0 * d_along * size - along * d_size
+        curve = 2.0 * dd_along * size + d_along * d_size - along * dd_size
+        step = -slope / curve if curve < 0.0 else math.copysign(0.1, slope)
+        step = min(max(step, -0.3), 0.3)
+        phi += step
+        if abs(step) < 1e-10:
+            break
+    c, s = math.cos(phi), math.sin(phi)
+    along = b0 + mu * (b1 * c + b2 * s)
+    g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
+    size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)
+    n = along / size
+    fit[0], fit[1], fit[2], fit[3] = n, mu * n * c, mu * n * s, along * n
+    # free are N along e = (1, mu c, mu s), and phi along f = (0, -mu s, mu c), in which the cone is curved
+    cross = mu * (c * g_e2 - s * g_e1)
+    pull = ((b1 - n * g_e1) * c + (b2 - n * g_e2) * s) / (mu * n)
+    other = mu * mu * (s * s * g11 - 2.0 * s * c * g12 + c * c * g22 + pull)
+    det = size * other - cross * cross
+    if not det > 0.0:
+        return
+    i00, i01, i11 = other / det, -cross / det, size / det
+    e1, e2, f1, f2 = mu * c, mu * s, -mu * s, mu * c
+    fit[4], fit[5], fit[6] = i00, i00 * e1 + i01 * f1, i00 * e2 + i01 * f2
+    fit[7] = i00 * e1 * e1 + 2.0 * i01 * e1 * f1 + i11 * f1 * f1
+    fit[8] = i00 * e1 * e2 + i01 * (e1 * f2 + e2 * f1) + i11 * f1 * f2
+    fit[9] = i00 * e2 * e2 + 2.0 * i01 * e2 * f2 + i11 * f2 * f2

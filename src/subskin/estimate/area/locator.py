@@ -1,0 +1,170 @@
+"""The estimator of local contacts: prepared once for a response on an area, then called on frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...errors import GeometryError, InvalidValueError
+from ...radial import RadialResponse
+from ..estimate import Estimate
+from ..frames import Framewise, checked_friction, sensor_rows
+from ..layout import AREA
+from .tiles import boxes_beyond, nearest_share, nodes_beyond, tiles_of
+
+__all__ = ["BEYOND", "AreaLocator"]
+
+BEYOND = 8.0
+"""Depths beside the default search up to which a load is thought of."""
+_STEP, _FINER = 0.4, 5.0
+_REACH = 1.5
+_STRONG = 34.0
+"""Noises from which the strongest reading is a sensor's that stands near the load (`tiles.py`)."""
+_MOST_FINE = 4_000_000
+
+
+class AreaLocator(Framewise):
+    """Finds the local contact in frames of readings; prepared once, then called on a frame or on millions.
+
+    Variable projection: readings are linear in (N, Ty, Tz), which are eliminated exactly at each trial position, within
+    compression and the cone of friction; what remains is a search over (y, z) (docs/locating_area.md). It is global: a
+    grid, then the best maxima are refined; the second of them is the rival.
+
+    Parameters
+    ----------
+    response : RadialResponse
+        Readings under unit forces; it has to reach from any sensor to any position of the search and beyond.
+    array : SensorArray
+        Offset, noise and range of each sensor (its gain is in the response; gain 0 marks a dead sensor).
+    search : ((float, float), (float, float))
+        Ends of the positions y, and of z [m].
+    beyond : float, optional
+        Distance beyond the search [m] at which a load may press as well. Where one there, or at a side of the search,
+        comes within `ambiguity` of the best chi-square, the frame is AMBIGUOUS.
+    friction, scan_step, false_alarm, ambiguity, outliers
+        As of `Locator`; the default step is 0.4 of the least depth.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        A sensor without noise, a response whose sensors do not match the array's, an option out of range.
+    """
+
+    def __init__(
+        self,
+        response: RadialResponse,
+        array: SensorArray,
+        search: tuple[tuple[float, float], tuple[float, float]],
+        *,
+        beyond: float = 0.0,
+        friction: float = 1.0,
+        scan_step: float | None = None,
+        false_alarm: float = 1e-6,
+        ambiguity: float = 13.8,
+        outliers: int = 0,
+    ) -> None:
+        if response.sensors != len(array):
+            seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
+            raise GeometryError(seen, "they have to match", "array.select(...)")
+        self.response, self.search = response, search
+        self.friction = checked_friction(friction)
+        self.unknowns = 3 + 2 * (self.friction > 0)
+        self.layout = AREA
+        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
+        self._depth = float(np.asarray(array.depth).min())
+        step = _STEP * self._depth if scan_step is None else scan_step
+        self._step = _check.scalar("scan_step", step, unit="m", above=0.0)
+        super().__init__(
+            array, needed=self.unknowns, columns=AREA.columns, status=AREA.status, layout=AREA,
+            outliers=outliers, ambiguity=self._ambiguity,
+        )  # fmt: skip
+
+    def __call__(self, readings: npt.ArrayLike) -> Estimate:
+        """The contact in each frame.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            Raw readings, offset included, in units of each gain. NaN marks a missing one; it, and a saturated one, are
+            left out of its frame.
+
+        Returns
+        -------
+        Estimate
+            Fields of shape (...); positions end in 2, components in 3, covariances in (5, 5).
+
+        Raises
+        ------
+        GeometryError
+            A last axis that is not the number of sensors.
+        """
+        table, used = self._frames(readings)
+        return Estimate(table, used, self.friction, self.unknowns, self.layout)
+
+    def _kernel(self) -> Any:
+        from .project import project_frames
+
+        return project_frames
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
+        from scipy.special import chdtri
+
+        array, response = self.array.select(pattern), self.response.select(pattern)
+        scale, box = 1 / np.asarray(array.noise), np.array(self.search)
+        rest = np.ptp(box, axis=1)
+        finest = float(np.sqrt(3 * len(array) * rest.prod() / _MOST_FINE))
+        finer = max(self._step / _FINER, finest)
+        tiles = tiles_of(response, scale, box, self._step, finer, self.friction)
+        boxes = boxes_beyond(box, self._beyond)
+        outer, nodes = nodes_beyond(response, scale, boxes, self._depth, self.friction)
+        far = nodes[-outer.table[-1, 6] :]
+        nearest = nearest_share(response, scale, boxes, far, self.friction)
+        strongest = np.abs(response(np.array([[p.mean() for p in box]])) * scale[:, None]).max()
+        options = np.array(
+            [
+                self.friction,
+                2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
+                float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm)),  # more left: unexplained
+                self._ambiguity,
+                0.02 * self._depth,  # two maxima nearer than this are one contact
+                0.1 * self._depth,  # a profile wider than this may be ambiguous
+                _STRONG,
+                nearest,
+                1e-9 * self._depth,
+                *box.reshape(-1),
+                len(array) * (response.error * strongest) ** 2,  # of a unit force, by the table
+            ]
+        )
+        sensors = np.stack([*response.points.T, response.depth**-2.0, response.gain * scale])
+        pair = response.pair
+        table, terms = (response.coefficients, response.terms) if pair is None else (pair, response.terms[:0])
+        first = np.append(response.kind * table[0].size, [table[0, 0].size, table.shape[1] - 1]).astype(np.int64)
+        arrays = tuple(tuple(t) for t in (tiles, outer))
+        return (
+            sensor_rows(array), np.ascontiguousarray(sensors), first, np.array(table).reshape(-1),
+            np.ascontiguousarray(terms).astype(np.int64), *arrays, nodes, boxes, options,
+        )  # fmt: skip
+
+
+def search_of(array: SensorArray, search: Any) -> tuple[FloatArray, float]:
+    """The ends of a search ((y low, y high), (z low, z high)) and how far loads are thought of beyond it [m].
+
+    The default goes 1.5 depths beyond the outermost sensors.
+    """
+    deepest, points = float(np.asarray(array.depth).max()), array.points
+    if search is None:
+        low, high = points.min(axis=0) - _REACH * deepest, points.max(axis=0) + _REACH * deepest
+        return np.stack([low, high], axis=-1), BEYOND * deepest
+    box = _check.real("search", search, unit="m")
+    if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
+        rule = "the ends of y and those of z are needed, ascending"
+        raise InvalidValueError(f"search = {search!r}", rule, "search=((-5e-3, 5e-3), (-5e-3, 5e-3))")
+    return box, 0.0

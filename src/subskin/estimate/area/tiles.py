@@ -1,0 +1,218 @@
+"""Where the scan looks: the grid of positions cut into a tile for each sensor that may be the strongest, and the edges.
+
+A load whose strongest reading is that of one sensor stands near it; each tile holds the positions from which an
+admissible load makes its sensor read at least 0.7 of the strongest, with a margin of one node, and the last tile the
+whole grid. Beyond the search, or along its sides, stand nodes of four boxes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ...radial import RadialResponse
+
+__all__ = ["Tiles", "boxes_beyond", "nearest_share", "nodes_beyond", "tiles_of"]
+
+_STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
+_RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)
+"""Depths beyond the search at which nodes stand; the boxes end at the last."""
+_SAMPLES = 96
+_MARGIN = 0.95
+
+
+class Tiles(NamedTuple):
+    """Tiles as compiled loops want them.
+
+    table (tiles, 7): where the sensors, the basis and the shapes of a tile begin, how many sensors and nodes these
+    have, then rows and columns; origin (tiles, 4): y and z of its first node and both steps, or instead of y the
+    first of `nodes`; near, basis and shapes as of `scan.scan`, one tile after the other.
+    """
+
+    table: npt.NDArray[np.int64]
+    origin: FloatArray
+    near: npt.NDArray[np.int64]
+    basis: npt.NDArray[np.float32]
+    shapes: npt.NDArray[np.float32]
+
+
+def directions(friction: float) -> FloatArray:
+    """Unit forces (N, Ty, Tz) all over the cone of `friction`, shape (k, 3)."""
+    turns = 2 * np.pi * np.arange(8) / 8
+    leans = (0.5, 1.0, 2.0, np.inf) if np.isinf(friction) else (friction / 2, friction)
+    out = [np.array([[1.0, 0.0, 0.0]])]
+    for lean in leans if friction > 0 else ():
+        angle = math.atan(lean)
+        drag = math.sin(angle) * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+        out.append(np.column_stack([np.full(turns.size, math.cos(angle)), drag]))
+    return np.concatenate(out)
+
+
+def _strength(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArray]:
+    """Of each node and sensor: its largest reading over the strongest one's, and its mean share of the squares."""
+    hot, share = np.zeros(fields.shape[:2]), np.zeros(fields.shape[:2])
+    every = directions(friction)
+    for force in every:
+        square = (fields @ force) ** 2
+        hot = np.maximum(hot, square / np.maximum(square.max(axis=1, keepdims=True), 1e-300))
+        share += square / np.maximum(square.sum(axis=1, keepdims=True), 1e-300) / len(every)
+    return np.sqrt(hot), share
+
+
+def _orthonormal(fields: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Columns of A (nodes, n, 3) in an orthonormal basis: the basis, and the shapes (9, nodes) of `scan.scan`."""
+    basis, parts = np.zeros_like(fields), np.zeros((3, 3, len(fields)))
+    for j in range(3):
+        rest = fields[..., j].copy()
+        for _ in range(2):  # twice is enough
+            for i in range(j):
+                along = np.einsum("pn,pn->p", basis[..., i], rest)
+                parts[i, j] += along
+                rest -= along[:, None] * basis[..., i]
+        size = np.linalg.norm(rest, axis=1)
+        kept = size > 1e-6 * np.linalg.norm(fields[..., j], axis=1)
+        parts[j, j] = np.where(kept, size, 0.0)
+        basis[..., j] = np.where(kept[:, None], rest / np.where(kept, size, 1.0)[:, None], 0.0)
+    inverse = [np.divide(1.0, d, out=np.zeros_like(d), where=d > 0) for d in (parts[0, 0], parts[1, 1], parts[2, 2])]
+    rows = [parts[0, 0], parts[0, 1], parts[0, 2], parts[1, 1], parts[1, 2], parts[2, 2], *inverse]
+    return basis, np.stack(rows)
+
+
+class _Builder:
+    """Tiles one after the other."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[int, ...]] = []
+        self.origins: list[tuple[float, ...]] = []
+        self.parts: tuple[list[npt.NDArray[Any]], ...] = ([], [], [])
+        self.sizes = [0, 0, 0]
+
+    def add(
+        self,
+        fields: FloatArray,
+        near: npt.NDArray[np.intp],
+        shape: tuple[int, int],
+        origin: tuple[float, float, float, float],
+    ) -> None:
+        """A tile of nodes that have `fields` (nodes, n, 3), of which the sensors `near` count."""
+        basis, shapes = _orthonormal(fields[:, near])
+        nodes, k = len(fields) + -len(fields) % 16, near.size + near.size % 2
+        full, wide = np.zeros((k, 3, nodes)), np.zeros((9, nodes))
+        full[: near.size, :, : len(fields)], wide[:, : len(fields)] = np.moveaxis(basis, 0, 2), shapes
+        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], *shape))
+        self.origins.append(origin)
+        for i, part in enumerate((np.resize(near, k), full.reshape(-1), wide.reshape(-1))):
+            self.parts[i].append(part)
+            self.sizes[i] += part.size
+
+    def done(self) -> Tiles:
+        """All of them."""
+        near, basis, shapes = (np.concatenate(part) for part in self.parts)
+        single = np.float32
+        index = np.array(self.rows, dtype=np.int64)
+        return Tiles(index, np.array(self.origins), near.astype(np.int64), basis.astype(single), shapes.astype(single))
+
+
+def _near(share: FloatArray) -> npt.NDArray[np.intp]:
+    """The sensors that have nearly all of what loads on some nodes make; share (nodes, n)."""
+    mean, worst = share.mean(axis=0), share.max(axis=0)
+    order = np.argsort(-np.maximum(mean, 0.5 * worst))
+    enough = int(np.searchsorted(np.cumsum(mean[order]), _ENERGY * mean.sum())) + 1
+    count = min(max(enough, 8), _MOST_NEAR)
+    return np.arange(mean.size) if count > 0.75 * mean.size else np.sort(order[:count])
+
+
+def _grid(box: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
+    return tuple(np.linspace(low, high, max(math.ceil((high - low) / step - 1e-9) + 1, 3)) for low, high in box)  # type: ignore[return-value]
+
+
+def _fields(response: RadialResponse, scale: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
+    return response(nodes) * scale[:, None]
+
+
+def tiles_of(
+    response: RadialResponse, scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
+) -> Tiles:
+    """A tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`.
+
+    box ((y low, y high), (z low, z high)); scale (n,): 1 / noise.
+    """
+    y, z = _grid(box, step)
+    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
+    fields = _fields(response, scale, y, z)
+    hot, share = _strength(fields, friction)
+    build, columns = _Builder(), z.size
+    for sensor in range(response.sensors):
+        here = hot[:, sensor] >= _STRONG
+        here[np.argmax(hot[:, sensor])] = True
+        j, k = np.divmod(np.flatnonzero(here), columns)
+        j0, j1 = max(j.min() - 1, 0), min(j.max() + 2, y.size)
+        k0, k1 = max(k.min() - 1, 0), min(k.max() + 2, columns)
+        at = (np.arange(j0, j1)[:, None] * columns + np.arange(k0, k1)).reshape(-1)
+        build.add(fields[at], _near(share[at]), (j1 - j0, k1 - k0), (float(y[j0]), float(z[k0]), *steps))
+    every = np.arange(response.sensors)
+    build.add(fields, every, (y.size, columns), (float(y[0]), float(z[0]), *steps))
+    y, z = _grid(box, finer)
+    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
+    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
+    return build.done()
+
+
+def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
+    """Four boxes (y low, y high, z low, z high) to the distance `beyond` [m] round the search; 0: its sides."""
+    (y0, y1), (z0, z1) = box
+    a, b, c, d = y0 - beyond, y1 + beyond, z0 - beyond, z1 + beyond
+    return np.array([[a, y0, c, d], [y1, b, c, d], [y0, y1, c, z0], [y0, y1, z1, d]])
+
+
+def nodes_beyond(
+    response: RadialResponse, scale: FloatArray, boxes: FloatArray, depth: float, friction: float
+) -> tuple[Tiles, FloatArray]:
+    """A tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 3): y, z, which box.
+
+    Rings of nodes stand closer near the search, `_RINGS` depths from it.
+    """
+    y0, y1, z0, z1 = boxes[0, 1], boxes[1, 0], boxes[2, 3], boxes[3, 2]
+    rings = []
+    for away in _RINGS if boxes[0, 0] < y0 else _RINGS[:1]:
+        step, out = 0.25 * depth * max(1.0, 1.2 * away), away * depth
+        y = np.linspace(y0 - out, y1 + out, max(math.ceil((y1 - y0 + 2 * out) / step) + 1, 3))
+        z = np.linspace(z0 - out, z1 + out, max(math.ceil((z1 - z0 + 2 * out) / step) + 1, 3))
+        rings += [np.column_stack([np.full(z.size, end), z]) for end in (y[0], y[-1])]
+        rings += [np.column_stack([y[1:-1], np.full(y.size - 2, end)]) for end in (z[0], z[-1])]
+    at = np.concatenate(rings)
+    which = np.where(at[:, 0] <= y0, 0, np.where(at[:, 0] >= y1, 1, np.where(at[:, 1] <= z0, 2, 3)))
+    nodes = np.column_stack([at, which])
+    fields = response(nodes[:, :2]) * scale[:, None]
+    hot, share = _strength(fields, friction)
+    build, chosen, start = _Builder(), [], 0
+    for sensor in range(response.sensors + 1):
+        whole = sensor == response.sensors
+        at = np.arange(len(nodes)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
+        near = np.arange(response.sensors) if whole else _near(share[at]) if at.size else np.arange(2)
+        build.add(fields[at], near, (1, at.size), (float(start), 0.0, 0.0, 0.0))
+        chosen.append(nodes[at])
+        start += at.size
+    return build.done(), np.concatenate(chosen)
+
+
+def nearest_share(
+    response: RadialResponse, scale: FloatArray, boxes: FloatArray, nodes: FloatArray, friction: float
+) -> float:
+    """Least share of what a load in the boxes explains that the best node of its box explains, less a margin."""
+    rng = np.random.default_rng(0)
+    worst = 1.0
+    for b, (y0, y1, z0, z1) in enumerate(boxes):
+        own = nodes[nodes[:, 2] == b, :2]
+        basis, _ = _orthonormal(response(own) * scale[:, None])
+        at = np.stack([rng.uniform(y0, y1, _SAMPLES), rng.uniform(z0, z1, _SAMPLES)], axis=-1)
+        made = np.einsum("pnj,dj->pdn", response(at) * scale[:, None], directions(friction))
+        made /= np.maximum(np.linalg.norm(made, axis=-1, keepdims=True), 1e-300)
+        parts = np.einsum("pdn,qnj->pdqj", made, basis, optimize=True)
+        worst = min(worst, float((parts**2).sum(axis=-1).max(axis=-1).min()))
+    return _MARGIN * worst

@@ -1,0 +1,232 @@
+"""A response on an area: readings under unit forces at a position (y, z), from functions of the distance alone.
+
+With delta = sensor - load = r e, e = exp(i theta), readings on an isotropic flat skin are sums of a few harmonics in
+theta, each times a function of r. Over r^m harmonic m is a smooth function of u = r^2, and (r e)^m = (delta_y + i
+delta_z)^m: neither a root nor an angle is needed. A reading of a normal strain, a pressure or a normal stress is
+N f(u) + (Ty delta_y + Tz delta_z) g(u) on any such skin (docs/locating_area.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ._check import FloatArray
+from ._frozen import Frozen
+from .errors import ConvergenceError, GeometryError
+from .finger import Finger
+from .prepared import prepared
+
+__all__ = ["PER_OCTAVE", "RadialResponse", "tabulate_radial"]
+
+DEGREE = 5
+"""Degree of the polynomial in a cell."""
+PER_OCTAVE = 16
+"""Cells from v to 2 v, v = 1 + u / depth^2: a power of two, so that the digits of v say which cell it is in."""
+_NODES = -0.5 * np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+_CHECKS = np.array([-0.49, -0.17, 0.29])
+_ANGLES, _TURNED = 24, 0.1
+_HIGHEST = 8
+_KEPT, _SAME = 1e-10, 1e-8
+"""Shares of the largest reading: below the first a harmonic is rounding, below the second two are one."""
+_MOST = 1e-6
+"""Error that a table may have, relative to the largest reading."""
+
+
+@dataclass(frozen=True, eq=False)
+class RadialResponse(Frozen):
+    """Readings under a unit normal force and unit drags along y and z, at any position (docs/locating_area.md).
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        Where the sensors are, (y, z) [m].
+    depth, gain : ndarray, shape (n,)
+        Depth [m] of each, and what its table is multiplied by.
+    kind : ndarray of int, shape (n,)
+        Which table is a sensor's.
+    coefficients : ndarray, shape (kinds, cells, functions, 6)
+        Of t^k in a cell, readings per N over m^order; cells are of equal length in each octave of v = 1 + u / depth^2
+        [1/N/m^order].
+    terms : ndarray of int, shape (terms, 5)
+        What the functions stand for: component (0 N, 1 Ty, 2 Tz), order m, part (0 real, 1 imaginary) of
+        (delta_y + i delta_z)^m, function, sign.
+    error : float
+        Largest error seen between the nodes, relative to the largest reading.
+    """
+
+    points: FloatArray
+    depth: FloatArray
+    gain: FloatArray
+    kind: npt.NDArray[np.intp]
+    coefficients: FloatArray
+    terms: npt.NDArray[np.intp]
+    error: float = 0.0
+
+    def __repr__(self) -> str:
+        orders = ", ".join(str(m) for m in sorted(set(self.terms[:, 1].tolist())))
+        return f"RadialResponse({self.sensors} sensors, harmonics {orders}, to {self.radius:.4g} m)"
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors."""
+        return len(self.points)
+
+    @property
+    def pair(self) -> FloatArray | None:
+        """Tables of f and g, (kinds, cells, 2, 6), where a reading is N f(u) + (Ty delta_y + Tz delta_z) g(u)."""
+        if self.terms[:, :3].tolist() != [[0, 0, 0], [1, 1, 0], [2, 1, 1]]:
+            return None
+        (_, f, p), (_, g, q), (_, h, r) = self.terms[:, [0, 3, 4]].tolist()
+        if (g, q) != (h, r):
+            return None
+        return np.stack([p * self.coefficients[:, :, f], q * self.coefficients[:, :, g]], axis=2)
+
+    @property
+    def radius(self) -> float:
+        """Distance along the surface up to which the table of the shallowest sensor reaches [m]."""
+        return float(self.depth.min() * np.sqrt(2.0 ** (self.coefficients.shape[1] / PER_OCTAVE) - 1))
+
+    def select(self, sensors: npt.ArrayLike) -> RadialResponse:
+        """The response of some of the `sensors`, given by a mask or by indices."""
+        at = np.asarray(sensors)
+        return replace(
+            self, points=self.points[at], depth=self.depth[at], gain=self.gain[at], kind=self.kind[at]
+        )  # fmt: skip
+
+    def __call__(self, position: npt.ArrayLike) -> FloatArray:
+        """Readings per unit of (N, Ty, Tz), shape (..., n, 3).
+
+        Parameters
+        ----------
+        position : array_like, shape (..., 2)
+            Where the load presses, (y, z) [m].
+        """
+        delta = self.points - np.asarray(position, dtype=np.float64)[..., None, :]
+        zeta = delta[..., 0] + 1j * delta[..., 1]
+        v = 1.0 + (delta**2).sum(axis=-1) / self.depth**2
+        cell, t = _cell_of(v, self.coefficients.shape[1])
+        c = self.coefficients[self.kind, cell]  # (..., n, functions, 6)
+        values = np.einsum("...fk,...k->...f", c, t[..., None] ** np.arange(DEGREE + 1))
+        out = np.zeros((*v.shape, 3))
+        for component, order, part, function, sign in self.terms.tolist():
+            shape = zeta**order
+            out[..., component] += sign * values[..., function] * (shape.imag if part else shape.real)
+        return out * self.gain[:, None]
+
+
+def _cell_of(v: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Cell of v >= 1 and how far in it, t from -1/2 to 1/2; the last goes on."""
+    octave = np.floor(np.log2(v)).astype(np.intp)
+    octave -= v < 2.0**octave
+    octave += v >= 2.0 ** (octave + 1)
+    octave = np.minimum(octave, (cells - 1) // PER_OCTAVE)
+    share = (v / 2.0**octave - 1.0) * PER_OCTAVE
+    inner = np.minimum(np.floor(share).astype(np.intp), PER_OCTAVE - 1)
+    return octave * PER_OCTAVE + inner, share - inner - 0.5
+
+
+def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
+    """A finger's response to point loads, to the distance `radius` from a sensor; tables are kept.
+
+    Each kind of sensor, by transducer, depth and width, is sampled at 24 angles and six distances a cell; the error is
+    that seen at other angles and distances.
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, of a skin that takes local contacts.
+    radius : float
+        Largest distance along the surface [m].
+
+    Raises
+    ------
+    NotLinearError
+        Where a transducer has no linear part.
+    ConvergenceError
+        Readings that are no sum of harmonics up to the eighth, or not smooth to 1e-6 of the largest.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
+    >>> finger = ss.Finger(skin, ss.SensorArray.grid(shape=(3, 3), pitch=2e-3, depth=2e-3))
+    >>> table = tabulate_radial(finger, 15e-3)
+    >>> at = (0.3e-3, 1e-3)
+    >>> table.pair is not None, bool(np.allclose(table(at), finger.receptive_field(at), rtol=1e-7))
+    (True, True)
+    """
+
+    def make() -> RadialResponse:
+        array = finger.array
+        depth = np.asarray(array.depth)
+        kinds = array.transducers * (1 if len(array.transducers) == len(array) else len(array))
+        keys = list(zip(kinds, depth.tolist(), np.asarray(array.width).tolist(), strict=True))
+        each = {key: keys.index(key) for key in keys}
+        octaves = np.ceil(np.log2(1.0 + (radius / depth.min()) ** 2))
+        sampled = [_sampled(finger, i, int(octaves) * PER_OCTAVE) for i in each.values()]
+        terms, tables, error = _shared(sampled)
+        kind = np.array([list(each).index(key) for key in keys])
+        return RadialResponse(array.points, depth, np.asarray(array.gain), kind, tables, terms, error)
+
+    return prepared(finger).get(("radial", float(radius)), make)
+
+
+def _sampled(finger: Finger, sensor: int, cells: int) -> tuple[FloatArray, float, float]:
+    """Functions of u by component, order and part, (3, orders, 2, cells, nodes); largest reading; error."""
+    one = finger.array.select([sensor])
+    probe = replace(finger, array=replace(one, y=[0.0], z=[0.0], gain=1.0))
+    depth = float(np.asarray(one.depth)[0])
+    octave, inner = np.divmod(np.arange(cells), PER_OCTAVE)
+    centres = 2.0**octave * (1.0 + (inner + 0.5) / PER_OCTAVE)
+    lengths = 2.0**octave / PER_OCTAVE
+
+    def readings(t: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        r = depth * np.sqrt(np.maximum(centres[:, None] + lengths[:, None] * t - 1.0, 0.0))
+        away = r[..., None, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return r, probe.receptive_field(-away, "point")[..., 0, :]  # (cells, t, angles, 3)
+
+    angles = 2 * np.pi * np.arange(_ANGLES) / _ANGLES
+    r, values = readings(_NODES, angles)
+    waves = np.fft.rfft(values, axis=2)[:, :, : _HIGHEST + 1] * (2 / _ANGLES)
+    waves[:, :, 0] /= 2
+    power = r[..., None, None] ** np.arange(_HIGHEST + 1)[:, None]
+    parts = np.stack([waves.real, -waves.imag])  # of cos and sin m theta
+    peak = float(np.abs(values).max())
+    keep = np.abs(parts).max(axis=(1, 2)) > _KEPT * peak  # (2, orders, 3)
+    functions = np.where(keep[:, None, None], parts / power, 0.0)
+    rc, seen = readings(_CHECKS, angles + _TURNED)
+    at = np.einsum("kj,pcjmi->pcmki", _TO_POWERS, functions)
+    there = np.einsum("pcmki,tk->pctmi", at, _CHECKS[:, None] ** np.arange(DEGREE + 1))
+    turned = np.exp(1j * np.arange(_HIGHEST + 1)[:, None] * (angles + _TURNED))
+    there = there * (rc[..., None] ** np.arange(_HIGHEST + 1))[..., None]
+    model = np.einsum("ctmi,ma->ctai", there[0], turned.real) + np.einsum("ctmi,ma->ctai", there[1], turned.imag)
+    return np.moveaxis(functions, (0, 3, 4), (2, 1, 0)), peak, float(np.abs(model - seen).max()) / peak if peak else 0.0
+
+
+def _shared(sampled: list[tuple[FloatArray, float, float]]) -> tuple[npt.NDArray[np.intp], FloatArray, float]:
+    """Terms and tables in which functions that are the same, or the negative, stand once."""
+    error = max(each for *_, each in sampled)
+    if error > _MOST:
+        rule = f"the readings have to be harmonics up to the {_HIGHEST}th, smooth in the distance, to {_MOST:g}"
+        fix = "sensors narrower than their depth, not at the surface itself"
+        raise ConvergenceError(f"an error of {error:.2g} of the largest reading", rule, fix)
+    every = np.stack([functions for functions, *_ in sampled])  # (kinds, 3, orders, 2, cells, nodes)
+    peaks = np.array([peak for _, peak, _ in sampled])[:, None, None]
+    found: list[FloatArray] = []
+    terms = []
+    for component, order, part in np.argwhere(np.abs(every).max(axis=(0, 4, 5)) > 0).tolist():
+        one = every[:, component, order, part]
+        scale = np.abs(one).max(axis=(1, 2), keepdims=True)
+        same = ((k, s) for k, f in enumerate(found) for s in (1, -1) if (np.abs(one - s * f) <= _SAME * scale).all())
+        function, sign = next(same, (len(found), 1))
+        if function == len(found):
+            found.append(one)
+        terms.append((component, order, part, function, sign))
+    if not terms:
+        raise GeometryError(f"largest reading {float(peaks.max()):.3g}", "no sensor reads anything", "other sensors")
+    tables = np.einsum("kj,fgcj->gcfk", _TO_POWERS, np.stack(found))
+    return np.array(terms), np.ascontiguousarray(tables), error

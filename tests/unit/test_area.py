@@ -1,0 +1,210 @@
+"""Touches on an area: tables of a response, the cone of friction, and `locate` beside least squares and its bound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import subskin as ss
+from subskin.errors import GeometryError, InvalidValueError
+from subskin.estimate.area import observable
+from subskin.estimate.area.cone import eliminate
+from subskin.radial import tabulate_radial
+from subskin.transducer import Displacement, LateralStrain, ShearStrain
+
+D = 2e-3  # m
+SKIN = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.5))
+FULL = 3 / (2 * np.pi) / (0.4e6 * D**2)  # strain beneath 1 N
+
+
+def finger_of(shape, transducer=None, noise=1e-3 * FULL, **options):
+    array = ss.SensorArray.grid(shape, D, D, transducer=transducer, noise=noise, **options)
+    return ss.Finger(SKIN, array)
+
+
+@pytest.fixture(scope="module")
+def finger():
+    return finger_of((4, 4))
+
+
+@pytest.fixture(scope="module")
+def touches():
+    rng = np.random.default_rng(0)
+    at = rng.uniform(-1.5 * D, 1.5 * D, (600, 2))
+    angle, azimuth = rng.uniform(0, 0.7, 600), rng.uniform(-np.pi, np.pi, 600)
+    return ss.PointLoad(force=rng.uniform(0.5, 2.0, 600), angle=angle, azimuth=azimuth, position=at)
+
+
+@pytest.fixture(scope="module")
+def found(finger, touches):
+    return finger.locate(finger.read(touches, np.random.default_rng(1)))
+
+
+@pytest.mark.parametrize(
+    ("transducer", "functions"),
+    [(ss.NormalStrain(), 2), (LateralStrain(0.4), 10), (ShearStrain("xz"), 5), (Displacement("y"), 5)],
+    ids=["normal strain", "lateral strain", "shear strain", "displacement"],
+)
+def test_tables_are_the_forward_model(transducer, functions):
+    skin = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.3))
+    array = ss.SensorArray.grid((2, 2), D, [D, D, D, 1.3 * D], transducer=transducer, gain=[1.0, 2.0, -1.0, 1.0])
+    finger = ss.Finger(skin, array)
+    table = tabulate_radial(finger, 10 * D)
+    at = np.random.default_rng(2).uniform(-4 * D, 4 * D, (60, 2))
+    truth = finger.receptive_field(at)
+    assert np.abs(table(at) - truth).max() < 2e-9 * np.abs(truth).max()
+    assert table.coefficients.shape[2] <= functions
+    assert (table.pair is not None) == (functions == 2)
+
+
+@pytest.mark.parametrize("friction", [0.4, 1.0])
+def test_the_cone_of_friction_is_kept_exactly(friction):
+    rng = np.random.default_rng(3)
+    directions = rng.uniform(-np.pi, np.pi, 4000)
+    steep = friction * np.sqrt(rng.uniform(0, 1, 4000))
+    steep[:2000] = friction
+    rays = np.stack([np.ones(4000), steep * np.cos(directions), steep * np.sin(directions)], -1)
+    inside = 0
+    for _ in range(60):
+        a = rng.standard_normal((7, 3))
+        w = a @ [2.0, *(friction * rng.standard_normal(2))] + rng.standard_normal(7)
+        g, b, fit = a.T @ a, a.T @ w, np.zeros(32)
+        eliminate.py_func(*g[np.triu_indices(3)], *b, friction, fit)
+        theta, height = fit[:3], fit[3]
+        assert theta[0] >= 0
+        assert np.hypot(*theta[1:]) <= friction * theta[0] * (1 + 1e-9) + 1e-12
+        assert height == pytest.approx(w @ w - ((w - a @ theta) ** 2).sum(), abs=1e-9)
+        along = np.maximum(rays @ b, 0)
+        best = (along**2 / np.einsum("ki,ij,kj->k", rays, g, rays)).max()
+        assert height >= best * (1 - 1e-12)  # no load of the cone does better,
+        assert height <= best * 1.02 + 1e-2  # and none much worse
+        inside += fit[10] == 1
+    assert 3 < inside < 57  # both cases were met
+
+
+def test_no_worse_than_least_squares_from_the_truth(finger, touches, found):
+    frames = finger.read(touches, np.random.default_rng(1))
+    noise = np.asarray(finger.array.noise)
+    units = np.array([D, D, 1.0, 1.0, 1.0])
+    for i in range(12):
+        start = np.concatenate([touches.position[i], touches.components[i]]) / units
+
+        def left(p, frame=frames[i]):
+            p = p * units
+            return (finger.receptive_field(p[:2]) @ p[2:] - frame) / noise
+
+        peer = least_squares(left, start, method="lm", xtol=1e-13, ftol=1e-13)
+        assert found.residual[i] < 2 * peer.cost + 1e-3
+        here = np.concatenate([found.position[i], found.load.components[i]]) / units
+        spread = np.sqrt(np.diagonal(found.load.covariance[i])) / units
+        assert (np.abs(here - peer.x) < 0.02 * spread).all()
+        covariance = found.load.covariance[i] / np.outer(units, units)
+        ratio = np.linalg.eigvals(covariance @ (peer.jac.T @ peer.jac)).real  # of variances, in any direction
+        assert np.abs(ratio - 1).max() < 0.03
+
+
+def test_errors_are_those_of_the_bound(touches, found):
+    assert found.ok.mean() > 0.99
+    ok = found.ok
+    truth = np.concatenate([touches.position, touches.components], -1)
+    error = (np.concatenate([found.position, found.load.components], -1) - truth)[ok]
+    spread = np.sqrt(np.diagonal(found.load.covariance, axis1=1, axis2=2))[ok]
+    assert np.abs((error**2 / spread**2).mean(0) - 1).max() < 0.15  # 600 frames: 0.06 is one standard deviation
+    assert np.abs((np.abs(error) < 1.96 * spread).mean(0) - 0.95).max() < 0.03
+    assert found.residual.mean() == pytest.approx(11, rel=0.08)
+
+
+def test_fields_of_an_answer(found):
+    assert found.position.shape == (600, 2)
+    assert found.load.components.shape == (600, 3)
+    assert found.load.covariance.shape == (600, 5, 5)
+    assert found.std.shape == (600, 5)
+    assert found.second.position.shape == (600, 2)
+    assert found.angle.min() >= 0
+    assert "position z" in repr(found[0])
+    assert {"position_y", "azimuth_std"} <= set(found[0].to_dict())
+
+
+def test_what_no_touch_explains(finger):
+    touch = ss.PointLoad(force=1.0, angle=0.4, azimuth=1.0, position=(0.4 * D, 0.2 * D))
+    frame = finger.read(touch)
+    two = frame + finger.read(ss.PointLoad(force=1.0, position=(-1.4 * D, -1.2 * D)))
+    steep = finger.read(ss.PointLoad(components=(0.3, 1.0, 0.0), position=(0.0, 0.3 * D)))
+    nonsense = FULL * np.random.default_rng(0).standard_normal(16)
+    quiet = 1e-3 * FULL * np.random.default_rng(1).standard_normal(16)
+    status = finger.locate([-frame, two, steep, nonsense, quiet]).status
+    wanted = ["UNEXPLAINED"] * 4 + ["NO_CONTACT"]
+    assert [ss.Status(s).name for s in status] == wanted
+
+
+def test_missing_sensors(finger):
+    touch = ss.PointLoad(force=1.0, angle=0.4, azimuth=1.0, position=(0.4 * D, 0.2 * D))
+    frame = np.array(finger.read(touch))
+    frame[5] = np.nan
+    found = finger.locate(frame)
+    assert found.ok
+    assert not found.used[5]
+    assert np.allclose(found.position, touch.position, atol=1e-6)
+    frame[:12] = np.nan
+    assert finger.locate(frame).status == ss.Status.INCOMPLETE
+
+
+def test_ends_of_the_search(finger):
+    search = ((-2 * D, 2 * D), (-2 * D, 2 * D))
+    at = [(2.0 * D, 0.0), (2.5 * D, 0.0), (0.3 * D, -1.999 * D), (1.2 * D, 0.4 * D)]
+    frames = finger.read(ss.PointLoad(force=np.ones(4), position=at))
+    status = finger.locate(frames, search=search).status
+    assert status[0] == status[2] == ss.Status.AMBIGUOUS
+    assert status[1] != ss.Status.OK
+    assert status[3] == ss.Status.OK
+
+
+def test_a_touch_beyond_the_default_search_is_never_ok_and_elsewhere(finger):
+    rng = np.random.default_rng(5)
+    away = rng.uniform(3.1, 7.0, 40) * D
+    at = np.stack([away, rng.uniform(-2, 2, 40) * D], -1)
+    touch = ss.PointLoad(force=np.full(40, 5.0), angle=0.3, azimuth=0.5, position=at)
+    found = finger.locate(finger.read(touch, rng))
+    assert (found.status != ss.Status.OK).all()
+
+
+def test_shear_strains_locate_as_well():
+    finger = finger_of((3, 3), channels=(ShearStrain("xy"), ShearStrain("xz")))
+    touch = ss.PointLoad(force=1.0, angle=0.4, azimuth=1.0, position=(0.4 * D, 0.2 * D))
+    found = finger.locate(finger.read(touch, np.random.default_rng(0)))
+    assert found.ok
+    truth = np.concatenate([touch.position, touch.components])
+    error = np.concatenate([found.position, found.load.components]) - truth
+    assert (np.abs(error) < 4 * np.sqrt(np.diagonal(found.load.covariance))).all()
+
+
+@pytest.mark.parametrize("kind", [ss.NormalStrain(), ss.MeanPressure()])
+def test_a_straight_row_tells_four_of_five(kind):
+    y = np.arange(6) * D
+    row = ss.Finger(SKIN, ss.SensorArray(y=y, z=0.5 * y + 1e-3, depth=D, transducer=kind, noise=1e-4))
+    told = observable(row, position=(2.2 * D, 2.0 * D))
+    assert told.rank == 4
+    with pytest.raises(GeometryError, match="straight line"):
+        row.locate(np.zeros(6))
+
+
+def test_what_a_row_cannot_tell_above_itself():
+    row = ss.Finger(SKIN, ss.SensorArray(y=np.arange(6) * D, z=1e-9, depth=D, noise=1e-4))
+    told = observable(row, position=(2.2 * D, 0.5 * D))
+    # N depth - Tz z0 is seen, so a change of N depth = Tz z0 is not (FORMULAS: four of five, docs/locating_area.md)
+    assert told.rank == 4
+    change = told.blind[0] / told.blind[0][4]
+    assert change[:2] == pytest.approx([0, 0], abs=1e-6)
+    assert change[2] == pytest.approx(0.5, rel=1e-6)
+    assert not np.isfinite(told.std[[2, 4]]).any()
+    assert "Tz" in repr(told)
+
+
+def test_options_that_belong_to_a_row(finger):
+    with pytest.raises(InvalidValueError, match="half_width"):
+        finger.locator(half_width=(0.0, 1e-3))
+    with pytest.raises(InvalidValueError, match="search"):
+        finger.locate(np.zeros(16), search=(-1e-3, 1e-3))
+    with pytest.raises(InvalidValueError, match="point"):
+        finger.fit(np.zeros(16), "hertz")
