@@ -202,6 +202,19 @@ class SensorArray(LaidOut, Frozen):
         """Whether some sensor stands beside the row z = 0."""
         return bool(np.any(self.z))
 
+    def refuse_area(self) -> None:
+        """Refuse sensors on an area for what is solved in a plane.
+
+        Raises
+        ------
+        GeometryError
+            Some sensor stands beside the row z = 0.
+        """
+        if self.on_area:
+            seen = f"sensors on an area ({self.layout or f'{len(self)} at (y, z)'})"
+            rule = "this is solved in a plane and takes sensors in a row, at z = 0"
+            raise GeometryError(seen, rule, "finger.locate and finger.observable take them, or SensorArray.line(...)")
+
     @property
     def layout(self) -> str:
         """What a person calls where they are, "4 x 4 grid, pitch 3 mm"; "" where they are not set out evenly."""

@@ -282,6 +282,8 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     ------
     InvalidValueError
         Where `search` is not two ascending positions, or goes more than once round a finger.
+    GeometryError
+        Sensors on an area: what lies in a plane is known of sensors in a row.
 
     Examples
     --------
@@ -294,6 +296,7 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     >>> bool(np.allclose(table(1.234e-3), finger.receptive_field(1.234e-3), rtol=1e-8))
     True
     """
+    finger.array.refuse_area()
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
 
     def make() -> Response:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ._check import FloatArray
 from ._frozen import Frozen
+from .errors import InvalidValueError
 
 __all__ = ["Deferred", "Displacements", "State", "Strain", "Stress", "SurfaceGradient", "Wave"]
 
@@ -162,6 +163,22 @@ class State(Frozen):
     stress: Stress
     strain: Strain
     displacement: Displacements | None = field(default=None, kw_only=True)
+
+    def moved(self, seen: str) -> Displacements:
+        """The displacement [m]; an error says of which state, `seen`, it was wanted.
+
+        Raises
+        ------
+        InvalidValueError
+            A state that knows none.
+        """
+        if self.displacement is None:
+            rule = "under a contact without end it is known only up to a constant, which grows with its length"
+            fix = "a local contact on a HalfSpace or a Layered, or strain and stress"
+            if not self.strain.is_plane:
+                rule, fix = "nothing holds a layer that slides against a drag: it moves without end", "bonded layers"
+            raise InvalidValueError(seen, rule, fix)
+        return self.displacement
 
     @property
     def energy_density(self) -> FloatArray:

@@ -166,6 +166,7 @@ def blind_spots(
     (1, True, True)
     """
     count = whole("count", count)
+    finger.array.refuse_area()
     used = _usual(finger, snr, options) if touches is None else touches
     estimator = finger.locator(family, **{"friction": used.friction, **options})
     name = next((key for key, kind in families().items() if family in (key, kind)), getattr(family, "__name__", ""))

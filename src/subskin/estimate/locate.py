@@ -115,6 +115,14 @@ def locator(
     return prepared(finger).get(("locator", kind, ends, widths, forces, held, *values.values()), make)
 
 
+def row_locator(finger: Finger, **options: Any) -> Locator:
+    """As `locator`, for what is solved in a plane: sensors on an area are refused."""
+    finger.array.refuse_area()
+    made = locator(finger, **options)
+    assert isinstance(made, Locator)
+    return made
+
+
 def _on_area(
     finger: Finger, family: str | Family, search: Any, others: dict[str, Any], values: dict[str, Any]
 ) -> AreaLocator:

@@ -24,6 +24,7 @@ from .files import write_bytes
 if TYPE_CHECKING:
     from ..decide import TypeDecision
     from ..estimate import Estimate, Locator
+    from ..estimate.area import AreaLocator
     from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
 
@@ -115,7 +116,7 @@ class FingerFile:
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         return {"search": self.search, **self.options, **changes}
 
-    def locator(self, **changes: Any) -> Locator:
+    def locator(self, **changes: Any) -> Locator | AreaLocator:
         """`Finger.locator` with the options of the file; `changes` override some.
 
         Raises

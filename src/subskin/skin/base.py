@@ -115,15 +115,8 @@ class Skin(Frozen, ABC):
         InvalidValueError
             A skin that knows no displacement under such a contact: that of a long contact has no end in a half plane.
         """
-        found = self.state(*_known(contact, x, y, z)).displacement
-        if found is None:
-            seen = f"the displacement under a {type(contact).__name__} in {self}"
-            rule = "under a contact without end it is known only up to a constant, which grows with its length"
-            fix = "a local contact on a HalfSpace or a Layered, or strain and stress"
-            if isinstance(contact, LocalContact):
-                rule, fix = "nothing holds a layer that slides against a drag: it moves without end", "bonded layers"
-            raise InvalidValueError(seen, rule, fix)
-        return found
+        seen = f"the displacement under a {type(contact).__name__} in {self}"
+        return self.state(*_known(contact, x, y, z)).moved(seen)
 
     @abstractmethod
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:

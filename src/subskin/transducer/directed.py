@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError
-from ..tensor import Displacements, State
+from ..tensor import State
 from .base import Transducer
 
 __all__ = ["Displacement", "LateralStrain", "ShearStrain", "displacement_of", "known_axis", "rosette"]
@@ -155,7 +155,7 @@ class Displacement(Transducer, name="displacement"):
         return f"displacement.{self.axis}"
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
-        moved: FloatArray = getattr(displacement_of(state, self), self.axis)
+        moved: FloatArray = getattr(state.moved(f"{self!r} under such a contact"), self.axis)
         return moved
 
 
@@ -163,18 +163,3 @@ def known_axis(axis: object) -> None:
     """Refuse what is no axis."""
     if axis not in ("x", "y", "z"):
         raise InvalidValueError(f"axis = {axis!r}", 'has to be "x", "y" or "z"', 'axis="x"')
-
-
-def displacement_of(state: State, transducer: Transducer) -> Displacements:
-    """The displacement [m] of a state that knows it; the `transducer` asks for it.
-
-    Raises
-    ------
-    InvalidValueError
-        A state that knows none.
-    """
-    moved = state.displacement
-    if moved is None:
-        rule = "the displacement under a contact that does not end along z is known only up to a constant"
-        raise InvalidValueError(f"{transducer!r} under such a contact", rule, "a local contact, such as PointLoad")
-    return moved

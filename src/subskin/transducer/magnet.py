@@ -12,7 +12,7 @@ from .._check import FloatArray
 from ..errors import InvalidValueError, NotLinearError
 from ..tensor import State
 from .base import Transducer
-from .directed import displacement_of, known_axis
+from .directed import known_axis
 
 __all__ = ["MagnetDisplacement"]
 
@@ -84,7 +84,7 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
         return not self.exact
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
-        moved, strength = displacement_of(state, self), _MU_0_4PI * self.moment
+        moved, strength = state.moved(f"{self!r} under such a contact"), _MU_0_4PI * self.moment
         along: FloatArray = getattr(moved, self.axis)
         deep = self.axis == "x"
         if not self.exact:

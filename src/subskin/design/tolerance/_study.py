@@ -14,6 +14,7 @@ from ...array import SensorArray
 from ...contact import LineLoad
 from ...errors import GeometryError, InvalidValueError
 from ...estimate import Locator, Status
+from ...estimate.locate import row_locator
 from ...finger import Finger
 from ..touches import Touches
 
@@ -53,7 +54,7 @@ class Study:
         needed, live = 2 if friction == 0 else 3, int(finger.array.live.sum())
         if live < needed:
             raise InvalidValueError(f"{live} sensors that respond", f"locate needs at least {needed}", "more sensors")
-        self.locator = finger.locator(search=search, friction=friction)
+        self.locator = row_locator(finger, search=search, friction=friction)
         field = self.locator.response
         if position.min() < field.start or position.max() > field.stop:
             raise GeometryError(
