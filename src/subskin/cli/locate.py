@@ -62,8 +62,7 @@ def run(options: argparse.Namespace) -> int:
             if options.truth is not None:
                 truth = answers.column(options.truth, "the true position")
                 columns |= {"truth": truth, "error": columns["position"] - truth}
-                y, search = truth - answers.file.origin, answers.file.locator().response
-                beyond += int(((y < search.start) | (y > search.stop)).sum())
+                beyond += int((~answers.file.locator().covers(truth - answers.file.origin)).sum())
             kept.add(columns, answers.found.status)
             if table is not None:
                 table.write(columns)

@@ -141,6 +141,11 @@ class Locator(Framewise):
         table, used = self._frames(readings)
         return Estimate(table, used, self.friction, self.unknowns, self.layout)
 
+    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether positions y [m], shape (...), lie where loads are looked for."""
+        y = np.asarray(position, dtype=np.float64)
+        return np.asarray((self.response.start <= y) & (y <= self.response.stop))
+
     def _kernel(self) -> Any:
         from .project import project_frames
 

@@ -14,7 +14,7 @@ from ..errors import InvalidValueError
 from ..tensor import State
 from .base import Transducer
 
-__all__ = ["Displacement", "LateralStrain", "ShearStrain", "displacement_of", "known_axis", "rosette"]
+__all__ = ["Displacement", "LateralStrain", "ShearStrain", "known_axis", "rosette"]
 
 
 @dataclass(frozen=True, repr=False)

@@ -108,6 +108,11 @@ class AreaLocator(Framewise):
         table, used = self._frames(readings)
         return Estimate(table, used, self.friction, self.unknowns, self.layout)
 
+    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether positions (y, z) [m], shape (..., 2), lie where loads are looked for."""
+        at, box = np.asarray(position, dtype=np.float64), np.asarray(self.search)
+        return np.asarray(((box[:, 0] <= at) & (at <= box[:, 1])).all(axis=-1))
+
     def _kernel(self) -> Any:
         from .project import project_frames
 
