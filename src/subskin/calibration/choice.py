@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate.estimate import Status
+from ..estimate.locate import row_locator
 from ..finger import Finger
 from .calibration import Calibration
 from .known import fitted
@@ -172,7 +173,7 @@ def _trial(
             part = whole.without(block)
             part.uncertainty.process = whole.uncertainty.process
             truth = whole.positions[block] - part.forward.origin(part.p, part.origin)
-            at = part.finger_found().locator(**options)(whole.given[block])
+            at = row_locator(part.finger_found(), **options)(whole.given[block])
             sure = at.status == Status.OK
             error[block[sure]] = (at.position - truth)[sure]
             std[block[sure]] = (sizes[leaning] * part.uncertainty.of_positions(truth)[leaning] * at.std[..., 0])[sure]

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
+from ..estimate.layout import LINE, WIDE
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading
 from ..stream.pipeline import Pipeline
@@ -21,7 +22,9 @@ from ..stream.tare import Tared
 from .common import Rows, check_figure, number, progress_bar, said_of, show
 from .frames import warn_of_raw
 
-__all__ = ["Answers", "Kept", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_names"]
+__all__ = [
+    "Answers", "Kept", "against", "answers_of", "estimate_columns", "show_first", "show_statuses", "status_names",
+]  # fmt: skip
 
 Answer = Callable[[npt.ArrayLike], Any]
 
@@ -167,6 +170,8 @@ def _drift(text: str | None) -> float | None:
 def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]:
     """Columns of a table of estimates, with those of the half width."""
     found: Estimate = answers.found
+    if not isinstance(found, Estimate) or found.layout not in (LINE, WIDE):
+        return _other_columns(answers)
     std, interval, second = found.std, found.half_width_interval, found.second
     columns: dict[str, Any] = {
         "row": answers.rows,
@@ -190,6 +195,40 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     if answers.file.length is not None:
         columns["newtons"] = found.force * answers.file.length
     return {k: v for k, v in columns.items() if width or "half_width" not in k}
+
+
+def _other_columns(answers: Answers) -> dict[str, Any]:
+    """Columns of answers about points: those of `to_dict`, positions on the axis of the tables."""
+    columns = {"row": answers.rows, **answers.found.to_dict(), "used": answers.used}
+    for name in ("position", "position_y", "second_position"):
+        if name in columns:
+            columns[name] = columns[name] + answers.file.origin
+    return columns
+
+
+def against(columns: Mapping[str, Any], answers: Answers, names: str) -> dict[str, Any]:
+    """Columns of the true positions, of the errors, and of whether a truth lies beyond the search.
+
+    On an area, where two columns are named, the error is the distance.
+
+    Raises
+    ------
+    InvalidValueError
+        One column for an area, two for a row.
+    """
+    given, on_area = names.split(","), "position_y" in columns
+    if len(given) != 1 + on_area:
+        rule = "sensors on an area need two columns, y and z" if on_area else "a row needs one column"
+        raise InvalidValueError(f'--truth "{names}"', rule, "--truth y,z" if on_area else "--truth position")
+    truth = [answers.column(name.strip(), "the true position") for name in given]
+    locator = answers.file.locator()
+    if not on_area:
+        outside = ~locator.covers(truth[0] - answers.file.origin)
+        return {"truth": truth[0], "error": columns["position"] - truth[0], "beyond": outside}
+    y, z = truth
+    error = np.hypot(columns["position_y"] - y, columns["position_z"] - z)
+    outside = ~locator.covers(np.stack([y - answers.file.origin, z], axis=-1))
+    return {"truth_y": y, "truth_z": z, "error": error, "beyond": outside}
 
 
 def show_first(

@@ -29,10 +29,20 @@ are a stream that begins with the skin free: offsets are followed while nothing 
 """
 
 
+_SHOWN = (
+    "row", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth", "beside",
+    "point_probability", "position_std", "position_y_std", "position_z_std", "status",
+)  # fmt: skip
+
+
 def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("--truth", metavar="NAME", help="column of true positions [m] to compare with")
+    parser.add_argument("--load", choices=("line", "point", "either"), help="what presses on a row ([locate], or line)")
+    parser.add_argument("--beside", metavar="M", help="largest distance beside the row of a point (default: 3 depths)")
+    parser.add_argument(
+        "--truth", metavar="NAME", help="column of true positions [m] to compare with; on an area two, y,z"
+    )
     parser.add_argument(
         "--outliers",
         type=int,
@@ -46,7 +56,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    from .answers import Kept, answers_of, estimate_columns, show_first, show_statuses
+    from .answers import Kept, against, answers_of, estimate_columns, show_first, show_statuses
 
     if options.skip_used and options.every is None and options.rows is None:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
@@ -57,12 +67,11 @@ def run(options: argparse.Namespace) -> int:
     beyond, score = 0, None
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
-        for answers in answers_of(options, lambda file: file.locator(outliers=options.outliers)):
+        for answers in answers_of(options, lambda file: file.locator(**_chosen(options))):
             columns = estimate_columns(answers)
             if options.truth is not None:
-                truth = answers.column(options.truth, "the true position")
-                columns |= {"truth": truth, "error": columns["position"] - truth}
-                beyond += int((~answers.file.locator().covers(truth - answers.file.origin)).sum())
+                columns |= against(columns, answers, options.truth)
+                beyond += int(columns.pop("beyond").sum())
             kept.add(columns, answers.found.status)
             if table is not None:
                 table.write(columns)
@@ -74,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
             if score is not None:
                 _show_score(out, score)
             if options.out is None:
-                show_first(out, kept.first, ["row", "position", "force", "angle", "position_std", "status"])
+                show_first(out, kept.first, [name for name in _SHOWN if name in kept.first])
 
         return give(
             options,
@@ -83,6 +92,18 @@ def run(options: argparse.Namespace) -> int:
             {options.out: lambda _: outputs.close()},
             lambda plot: _drawn(plot, kept.columns),
         )
+
+
+def _chosen(options: argparse.Namespace) -> dict[str, Any]:
+    """The options of the locator that the command line sets."""
+    from ..io.units import quantity
+
+    chosen: dict[str, Any] = {"outliers": options.outliers}
+    if options.load is not None:
+        chosen["load"] = options.load
+    if options.beside is not None:
+        chosen["beside"] = quantity(options.beside, "m", "--beside")
+    return chosen
 
 
 def _drawn(plot: Any, columns: dict[str, Any]) -> Any:

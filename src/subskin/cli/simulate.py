@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
-from ..contact import contact_of, families
+from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, families
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from .common import add_shared, describe, give, number, quantity_range, show
@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
   subskin simulate finger.toml -o readings.csv --count 1000 --force "10..60 N/m" --angle "-30..30 deg" --seed 1
   subskin simulate finger.toml -o line.csv --count 61 --grid --position "-9..9 mm" --contact hertz --half-width "1 mm"
+  subskin simulate area.toml -o touches.csv --force "1 N" --angle "0..30 deg" --azimuth "0..360 deg"
   subskin simulate real.toml -o raw.csv --recording --count 31 --drift 40 --relaxation 0.2 --dead 2 --spread 0.2
 """
+_LOCAL = {"point": PointLoad, "round_hertz": RoundHertz, "round_punch": RoundPunch, "cone": Cone}
 _MOST = 100_000_000  # readings: more would not fit into memory
 
 
@@ -30,12 +32,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads = parser.add_argument_group("loads", 'each a value or a range, "40 N/m" or "10..60 N/m"')
     loads.add_argument("--count", type=int, default=100, metavar="N", help="number of loads, or of presses (100)")
     loads.add_argument("--position", metavar="RANGE", help="positions of the loads (default: over the row of sensors)")
-    loads.add_argument("--force", metavar="RANGE", default="40 N/m", help='forces of the loads ("40 N/m")')
+    loads.add_argument("--across", metavar="RANGE", help="their z, of local contacts (default: over the sensors)")
+    loads.add_argument("--force", metavar="RANGE", help='forces of the loads ("40 N/m"; of local contacts "1 N")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='angles of the loads ("0 deg")')
+    loads.add_argument("--azimuth", metavar="RANGE", help='where local contacts lean, from +y towards +z ("0 deg")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
     kinds = families()
-    what = f"family of the contact: {', '.join(kinds)} (line)"
-    loads.add_argument("--contact", choices=tuple(kinds), metavar="FAMILY", default="line", help=what)
+    what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(_LOCAL)} (line; on an area point)"
+    loads.add_argument("--contact", choices=(*kinds, *_LOCAL), metavar="FAMILY", help=what)
     loads.add_argument("--half-width", metavar="LENGTH", help="half width of a contact of such a family")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (0)")
     parser.add_argument(
@@ -65,9 +69,19 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidValueError(f"--count {options.count}", f"has to be between 1 and {_MOST // n}", "--count 100")
     if options.seed < 0:
         raise InvalidValueError(f"--seed {options.seed}", "has to be >= 0", "--seed 0")
+    if options.contact is None:
+        options.contact = "point" if file.finger.array.on_area else "line"
+    local = options.contact in _LOCAL
+    for name in ("across", "azimuth") if not local else ("recording",):
+        if getattr(options, name):
+            rule = "a long contact is the same at every z" if not local else "a recording is of long contacts on a row"
+            raise InvalidValueError(f"--{name} of a {options.contact} load", rule, "leave it out, or --contact point")
+    if options.force is None:
+        options.force = "1 N" if local else "40 N/m"
     rng = np.random.default_rng(options.seed)
     file = _worn(options, file, rng)
-    columns = _frames(options, file, rng) if options.recording else _loads(options, file, rng)
+    made = _frames if options.recording else _local_loads if local else _loads
+    columns = made(options, file, rng)
     count = len(next(iter(columns.values())))
     if options.out is not None:
         io.write_table(options.out, columns)
@@ -125,6 +139,36 @@ def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gene
     contact = _contact(options)(force=force, angle=angle, position=position - origin)
     readings = file.finger.read(contact, rng=rng)
     columns: dict[str, Any] = {"position": position, "force": force, "angle": angle}
+    return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
+
+
+def _local_loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+    """Local contacts over the sensors, forces in N."""
+    import numpy as np
+
+    origin, count = _origin(options, file), options.count
+    z = np.asarray(file.finger.array.z)
+    across = (float(z.min()), float(z.max()))
+    if options.across is not None:
+        across = quantity_range(options.across, "m", "--across")
+    along = _positions(options, file, origin)
+    at = np.stack([rng.uniform(*ends, count) for ends in (along, across)], axis=-1)
+    if options.grid:
+        side = int(np.ceil(np.sqrt(count)))
+        lattice = np.meshgrid(np.linspace(*along, side), np.linspace(*across, side), indexing="ij")
+        at = np.stack(lattice, axis=-1).reshape(-1, 2)[:count]
+    columns: dict[str, Any] = {"position_y": at[:, 0], "position_z": at[:, 1]}
+    for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad")):
+        columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
+    more: dict[str, Any] = {}
+    if options.half_width is not None and options.contact != "point":
+        more["half_width"] = quantity(options.half_width, "m", "--half-width")
+    elif (options.half_width is None) != (options.contact == "point"):
+        rule = "a point has none" if options.contact == "point" else f"a {options.contact} contact needs one"
+        raise InvalidValueError(f"--half-width {options.half_width}", rule, '--contact round_hertz --half-width "1 mm"')
+    load = {name: columns[name] for name in ("force", "angle", "azimuth")}
+    contact = _LOCAL[options.contact](**load, position=at - [origin, 0.0], **more)
+    readings = file.finger.read(contact, rng=rng)
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..contact.families import Family, families
 from ..errors import InvalidValueError
 from ..estimate import Status
+from ..estimate.locate import row_locator
 from ..finger import Finger
 from ._common import whole
 from .outside import OUTSIDE, Drawn, Outside, Scene
@@ -168,12 +169,12 @@ def blind_spots(
     count = whole("count", count)
     finger.array.refuse_area()
     used = _usual(finger, snr, options) if touches is None else touches
-    estimator = finger.locator(family, **{"friction": used.friction, **options})
+    estimator = row_locator(finger, family, **{"friction": used.friction, **options})
     name = next((key for key, kind in families().items() if family in (key, kind)), getattr(family, "__name__", ""))
     live = int(finger.array.live.sum())
     rows = []
     for i, outside in enumerate(OUTSIDE):
-        if outside.family and outside.family == name:
+        if outside.family and outside.family in (name, family):
             continue
         seed = np.random.default_rng([i, rng]) if isinstance(rng, int) else rng
         drawn = outside.draw(Scene(finger, used, count, seed))

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
-from ..contact import Contact, FlatPunch, Hertz, LineLoad
+from ..contact import Contact, FlatPunch, Hertz, LineLoad, PointLoad
 from ..errors import SubskinError
 from ..finger import Finger
-from ..skin import Layer, Layered
+from ..skin import Layer, Layered, in_space
 from .tolerance.sources import as_made
 from .touches import Touches
 
@@ -106,8 +106,8 @@ class Outside:
         A key.
     text : str
         In words, "a wide roller".
-    group : {"model", "touch", "skin", "sensor"}
-        What differs: nothing, what presses, the skin, or the sensors.
+    group : {"model", "touch", "point", "skin", "sensor"}
+        What differs: nothing, what presses, how long it is, the skin, or the sensors.
     draw : callable
         From a `Scene` to `Drawn`; None where the finger has no such thing.
     family : str
@@ -116,9 +116,25 @@ class Outside:
 
     name: str
     text: str
-    group: Literal["model", "touch", "skin", "sensor"]
+    group: Literal["model", "touch", "point", "skin", "sensor"]
     draw: Callable[[Scene], Drawn | None]
     family: str = ""
+
+
+def _point(scene: Scene, least: float, most: float) -> Drawn | None:
+    """Touches on a point, from `least` to `most` depths beside the row, as strong as the line loads are above it."""
+    skin = in_space(scene.finger.skin)
+    if skin is None:
+        return None
+    finger, mu = replace(scene.finger, skin=skin), scene.touches.friction
+    above = np.asarray(finger.array.y)[finger.array.live]
+    line = np.abs(finger.receptive_field(above)[..., 0]).max()
+    point = np.abs(finger.receptive_field(np.stack([above, 0 * above], axis=-1), load="point")[..., 0]).max()
+    at = np.stack([scene.positions(), scene.depth * scene.between(least, most)], axis=-1)
+    angle, azimuth = np.arctan(mu * np.sqrt(scene.between(0.0, 1.0))), scene.between(-np.pi, np.pi)
+    touch = PointLoad(scene.touches.force * line / point, angle, azimuth, at)
+    # a line load's N/m are no N: positions alone are judged
+    return Drawn(finger.read(touch, rng=scene.rng), at[:, :1], np.full(scene.count, np.nan))
 
 
 def _two(scene: Scene, low: float, high: float) -> Drawn:
@@ -258,6 +274,12 @@ OUTSIDE = (
     Outside("beyond_cone", "a drag beyond the friction cone", "touch", _beyond_the_cone),
     Outside("pull", "a pull (adhesion)", "touch", _pull),
     Outside("beyond_row", "a load 1.6 to 4 depths beyond the row", "touch", _beyond_the_row),
+    Outside("point", "a touch on a point of the row", "point",
+            lambda s: _point(s, 0.0, 0.0), "point"),
+    Outside("beside", "a touch on a point, 0.3 to 1 depths beside the row", "point",
+            lambda s: _point(s, 0.3, 1.0), "point"),
+    Outside("far_beside", "a touch on a point, 1 to 3 depths beside the row", "point",
+            lambda s: _point(s, 1.0, 3.0), "point"),
     Outside("thickness", "another thickness of the skin", "skin", lambda s: _on(s, _other_thickness)),
     Outside("poisson", "Poisson's ratio lower by 0.1", "skin", lambda s: _on(s, _compressible)),
     Outside("position", "sensors 5 % of a depth out of position", "sensor",

@@ -74,9 +74,17 @@ class _Found(Frozen):
     @property
     def half_width(self) -> FloatArray:
         """Half width a [m], shape (...); 0 of a line."""
-        if not self.layout.wide:
-            return np.where(np.isnan(self.table[..., self._first]), np.nan, 0.0)
-        return self.table[..., self._first + self.layout.half_width]
+        return self._width(self.layout.wide and not self.layout.aside)
+
+    @property
+    def beside(self) -> FloatArray:
+        """How far a point load presses beside a row of sensors, |z| [m], shape (...); 0 of other contacts."""
+        return self._width(self.layout.aside)
+
+    def _width(self, known: bool) -> FloatArray:
+        if known:
+            return self.table[..., self._first + self.layout.half_width]
+        return np.where(np.isnan(self.table[..., self._first]), np.nan, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,9 +280,17 @@ class Estimate(_Found, FrameTable):
     @property
     def half_width_interval(self) -> FloatArray:
         """95 % interval of the half width [m], shape (..., 2); lopsided near 0, where readings depend on its square."""
-        if not self.layout.wide:
-            return np.repeat(self.half_width[..., None], 2, axis=-1)
-        return self.table[..., self.layout.interval : self.layout.interval + 2]
+        return self._interval(self.layout.wide and not self.layout.aside, self.half_width)
+
+    @property
+    def beside_interval(self) -> FloatArray:
+        """95 % interval of `beside` [m], shape (..., 2); lopsided near 0, where readings depend on its square."""
+        return self._interval(self.layout.aside, self.beside)
+
+    def _interval(self, known: bool, value: FloatArray) -> FloatArray:
+        if known:
+            return self.table[..., self.layout.interval : self.layout.interval + 2]
+        return np.repeat(value[..., None], 2, axis=-1)
 
     @property
     def spare(self) -> npt.NDArray[np.intp]:
@@ -288,13 +304,16 @@ class Estimate(_Found, FrameTable):
 
     def _polar(self) -> list[tuple[str, FloatArray, float, str]]:
         """Position, force, angle (and half width) in the order of `std`: name, values, scale and unit for people."""
-        d, unit = self.layout.dim, "N/m" if self.layout.dim == 1 else "N"
+        d, unit = self.layout.dim, "N/m" if self.layout.dim == 1 and not self.layout.aside else "N"
         where = [self.position] if d == 1 else [self.position[..., 0], self.position[..., 1]]
         names = ("position",) if d == 1 else ("position_y", "position_z")
         found = [(name, values, _MM, "mm") for name, values in zip(names, where, strict=True)]
         found += [("force", self.force, 1.0, unit), ("angle", self.angle, _DEGREE, "deg")]
         found += [("azimuth", self.load.azimuth, _DEGREE, "deg")] if d == 2 else []
-        return found + ([("half_width", self.half_width, _MM, "mm")] if self.layout.wide else [])
+        if self.layout.wide:
+            name = "beside" if self.layout.aside else "half_width"
+            found.append((name, getattr(self, name), _MM, "mm"))
+        return found
 
     def _shown(self) -> list[Shown]:
         std = self.std
@@ -309,11 +328,12 @@ class Estimate(_Found, FrameTable):
         return f"chi-square {float(self.residual):.3g} with {int(self.spare)} to spare"
 
     def _columns(self) -> dict[str, Any]:
-        std, found, second, interval = self.std, self._polar(), self.second, self.half_width_interval
+        std, found, second = self.std, self._polar(), self.second
         columns: dict[str, Any] = {name: values for name, values, *_ in found}
         columns |= {f"{name}_std": std[..., i] for i, (name, *_) in enumerate(found)}
         if self.layout.wide:
-            columns |= {"half_width_low": interval[..., 0], "half_width_high": interval[..., 1]}
+            interval = self._interval(True, self.beside)
+            columns |= {f"{found[-1][0]}_low": interval[..., 0], f"{found[-1][0]}_high": interval[..., 1]}
         columns |= {"residual": self.residual, "spare": self.spare}
         if self.layout.dim == 1:
             columns["second_position"] = second.position

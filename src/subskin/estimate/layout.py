@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["AREA", "LINE", "WIDE", "Layout"]
+__all__ = ["AREA", "BESIDE", "LINE", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,8 @@ class Layout:
         Coordinates of a position, d: 1 of long contacts, 2 of local ones.
     wide : bool
         Whether the contact has a half width.
+    aside : bool
+        Whether what stands there is instead how far a point load presses beside the row [m].
 
     Examples
     --------
@@ -33,6 +35,7 @@ class Layout:
 
     dim: int = 1
     wide: bool = False
+    aside: bool = False
     components: int = field(init=False)
     unknowns: int = field(init=False)
     """Columns of the contact itself, from 0: position, components, half width."""
@@ -69,5 +72,5 @@ class Layout:
         return np.maximum(out, out.T)
 
 
-LINE, WIDE, AREA = Layout(), Layout(wide=True), Layout(dim=2)
-"""Of a line load, of a long contact of some width, and of a point load."""
+LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)
+"""Of a line load, of a long contact of some width, of a point load, and of one beside a row."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Never, TypeAlias
+from typing import Any, Literal, Never, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,9 @@ from ..response import Response, tabulate
 from .area import AreaLocator
 from .area.locator import search_of
 from .area.observable import refuse_blind
-from .beyond import beyond
+from .beside import PointLocator, farthest_beside, points_beside
+from .beyond import beyond as beyond_row
+from .either import Either, EitherLocator
 from .estimate import Estimate
 from .search import Locator
 from .stick_locator import StickLocator, checked_stick
@@ -27,7 +29,11 @@ __all__ = ["fit", "locate", "locator"]
 
 Search: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None
 
-_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick"
+_LOADS = 'has to be "line", "point" or "either"'
+
+Load: TypeAlias = Literal["line", "point", "either"]
+
+_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside"
 
 
 def locator(
@@ -43,8 +49,9 @@ def locator(
     ambiguity: float = 13.8,
     outliers: int = 0,
     stick: float | tuple[float, float] | None = None,
+    beside: float | None = None,
     **_unknown: Never,
-) -> Locator | AreaLocator:
+) -> Locator | AreaLocator | EitherLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
     Where the sensors are on an area it is an `AreaLocator`, of point loads.
@@ -53,8 +60,8 @@ def locator(
     ----------
     finger : Finger
         The forward model, with the sensors' noise.
-    family : {"line", "wedge", "hertz", "strip", "punch"} or class of contacts, optional
-        What presses, the drag being in proportion to the pressure.
+    family : {"line", "wedge", "hertz", "strip", "punch", "point", "either"} or class of contacts, optional
+        What presses, the drag being in proportion to the pressure. "point" and "either" as `load` of `locate`.
     search : (float, float) or ((float, float), (float, float)), optional
         Range of positions y [m], or of y and of z; contacts outside are taken to be impossible. The default
         reaches 1.5 depths beyond the outermost sensors, and a load further out that explains a frame as well makes it
@@ -66,6 +73,9 @@ def locator(
     stick : float or (float, float), optional
         Of "hertz" alone: the contact sticks in its middle by this coefficient of friction mu [-], known or a range, as
         in `StickLocator`. `friction` bounds the search; this one shapes the drag.
+    beside : float, optional
+        Of "point" and "either" on a row: the largest distance beside the row at which a point may press [m]; three
+        depths of the shallowest sensor if left out, six at most.
 
     Raises
     ------
@@ -85,8 +95,14 @@ def locator(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
     )
     if finger.array.on_area:
-        others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
+        others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
         return _on_area(finger, family, search, others, values)
+    if family == "point" or family == "either":
+        others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
+        return _of_points(finger, family, search, beside, others, values)
+    if beside is not None:
+        rule = "a long contact has no distance beside the row"
+        raise InvalidValueError(f"beside = {_check.shown(beside)}", rule, 'load="point" or load="either"')
     kind = family_of(family)
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
@@ -100,7 +116,7 @@ def locator(
         table = tabulate(finger, ends)
         more: dict[str, Any] = {**values, "normal_force": forces}
         if ends is None:
-            more["beyond"] = beyond(finger, table)
+            more["beyond"] = beyond_row(finger, table)
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")
@@ -115,25 +131,48 @@ def locator(
     return prepared(finger).get(("locator", kind, ends, widths, forces, held, *values.values()), make)
 
 
-def row_locator(finger: Finger, **options: Any) -> Locator:
+def row_locator(finger: Finger, family: str | Family = "line", **options: Any) -> Locator:
     """As `locator`, for what is solved in a plane: sensors on an area are refused."""
     finger.array.refuse_area()
-    made = locator(finger, **options)
-    assert isinstance(made, Locator)
+    made = locator(finger, family, **options)
+    if not isinstance(made, Locator):
+        raise InvalidValueError('family = "either"', "one family is needed", 'family="line"')
     return made
+
+
+def _of_points(
+    finger: Finger, family: str, search: Any, beside: Any, others: dict[str, Any], values: dict[str, Any]
+) -> Locator | EitherLocator:
+    """The locator of point loads on a row or beside it, or of these and of line loads."""
+    _refuse(others, "loads on a point know no such option")
+    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    most = None if beside is None else _check.scalar("beside", beside, unit="m", above=0.0)
+
+    def make() -> Locator | EitherLocator:
+        line = row_locator(finger, search=ends, **values)
+        table = line.response
+        response = points_beside(finger, (table.start, table.stop), farthest_beside(finger, most))
+        point = PointLocator(response, finger.array, **values).allow_for(finger, float(values["friction"]))
+        return point if family == "point" else EitherLocator(line, point)
+
+    return prepared(finger).get((family, ends, most, *values.values()), make)
+
+
+def _refuse(options: dict[str, Any], rule: str) -> None:
+    """Refuse the options that are given."""
+    for name, value in options.items():
+        if value is not None:
+            raise InvalidValueError(f"{name} = {_check.shown(value)}", rule, "leave it out")
 
 
 def _on_area(
     finger: Finger, family: str | Family, search: Any, others: dict[str, Any], values: dict[str, Any]
 ) -> AreaLocator:
-    """The locator of point loads."""
-    if family not in ("line", "point"):
-        rule = "on an area loads on a point are located"
+    """The locator of point loads by sensors on an area."""
+    if family != "point" and family != "line":
+        rule = "sensors on an area locate loads on a point"
         raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
-    for name, value in others.items():
-        if value is not None:
-            rule = "it belongs to sensors in a row; loads on an area know no such option"
-            raise InvalidValueError(f"{name} = {_check.shown(value)}", rule, "leave it out")
+    _refuse(others, "it belongs to sensors in a row; loads on an area know no such option")
     refuse_blind(finger)
     box, beyond = search_of(finger.array, search)
 
@@ -147,10 +186,20 @@ def _on_area(
     return prepared(finger).get(("area", tuple(box.reshape(-1)), beyond, *values.values()), make)
 
 
+@overload
+def locate(finger: Finger, readings: npt.ArrayLike, *, load: Literal["either"], **options: Any) -> Either: ...
+@overload
+def locate(
+    finger: Finger, readings: npt.ArrayLike, *, load: Literal["line", "point"] | None = None, **options: Any
+) -> Estimate: ...
+
+
 def locate(
     finger: Finger,
     readings: npt.ArrayLike,
     *,
+    load: Load | None = None,
+    beside: float | None = None,
     search: Search = None,
     normal_force: tuple[float, float] | None = None,
     friction: float = 1.0,
@@ -159,10 +208,11 @@ def locate(
     ambiguity: float = 13.8,
     outliers: int = 0,
     **_unknown: Never,
-) -> Estimate:
+) -> Estimate | Either:
     """Where, how hard and at what angle a line load presses; as `finger.locate(readings)` too.
 
-    Where the sensors are on an area it is a point load, at (y, z) [m], with components (N, Ty, Tz) [N].
+    Where the sensors are on an area it is a point load, at (y, z) [m], with components (N, Ty, Tz) [N]. A row takes
+    every touch for a line load, also a touch on a point beside it, unless `load` says otherwise.
 
     The locator is prepared on the first call and kept, so later calls with the same options cost little more than the
     search.
@@ -173,12 +223,18 @@ def locate(
         The forward model, with the sensors' noise.
     readings : array_like, shape (..., n)
         Raw readings, each in units of its gain; NaN marks a missing one.
+    load : {"line", "point", "either"}, optional
+        What presses; on an area a point always. On a row "line" if left out; "point" presses on the row or up to
+        `beside` of it, on a skin that takes local contacts, and |z| is found as `beside` of the answer;
+        "either" is both, an `Either` with the probability of the point (docs/locating_row.md).
+    beside : float, optional
+        As in `locator`.
     search, normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As in `locator`.
 
     Returns
     -------
-    Estimate
+    Estimate or Either
         Position [m], force [N/m], angle [rad], covariance, rival, residual and status, each of shape (...). On an area
         position (..., 2), force [N], `load.components` (..., 3), `load.covariance` (..., 5, 5).
 
@@ -203,10 +259,16 @@ def locate(
     ([1.0, -2.0], [1.433, 0.309, 0.318])
     """
     if _unknown:
-        _check.no_options(_unknown, _OPTIONS.replace("half_width, ", "").replace(", stick", ""))
-    return _quick(
-        finger, "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, None
-    )(readings)
+        _check.no_options(_unknown, "load, " + _OPTIONS.replace("half_width, ", "").replace(", stick", ""))
+    if load not in (None, "line", "point", "either"):
+        raise InvalidValueError(f"load = {_check.shown(load)}", _LOADS, 'load="either"')
+    if load == "line":
+        finger.array.refuse_area()
+    found: Estimate | Either = _quick(
+        finger, load or "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
+        None, beside,
+    )(readings)  # fmt: skip
+    return found
 
 
 def fit(
@@ -223,6 +285,7 @@ def fit(
     ambiguity: float = 13.8,
     outliers: int = 0,
     stick: float | tuple[float, float] | None = None,
+    beside: float | None = None,
     **_unknown: Never,
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
@@ -234,7 +297,7 @@ def fit(
     ----------
     finger, readings
         As in `locate`.
-    family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick
+    family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside
         As in `locator`.
 
     Returns
@@ -259,15 +322,19 @@ def fit(
     ('OK', 1.2)
     """
     _check.no_options(_unknown, _OPTIONS)
-    return _quick(
-        finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick
-    )(readings)
+    if family == "either":
+        raise InvalidValueError('family = "either"', "a fit is of one family", 'finger.locate(readings, load="either")')
+    found: Estimate = _quick(
+        finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
+        stick, beside,
+    )(readings)  # fmt: skip
+    return found
 
 
-def _quick(finger: Finger, family: str | Family, *options: Any) -> Locator | AreaLocator:
+def _quick(finger: Finger, family: str | Family, *options: Any) -> Any:
     """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
-    def make() -> Locator | AreaLocator:
+    def make() -> Locator | AreaLocator | EitherLocator:
         return locator(finger, family, **dict(zip(_OPTIONS.split(", "), options, strict=True)))
 
     try:

@@ -142,7 +142,13 @@ class Locator(Framewise):
         return Estimate(table, used, self.friction, self.unknowns, self.layout)
 
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether positions y [m], shape (...), lie where loads are looked for."""
+        """Which positions lie where loads are looked for.
+
+        Parameters
+        ----------
+        position : array_like, shape (...)
+            Positions y [m].
+        """
         y = np.asarray(position, dtype=np.float64)
         return np.asarray((self.response.start <= y) & (y <= self.response.stop))
 

@@ -59,6 +59,8 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         "finger": finger,
         "names": names,
         "search": given.search,
+        "load": given.load,
+        "beside": given.beside,
         "options": options,
         "recording": build_recording(recording, length),
         "relaxation": relaxation,

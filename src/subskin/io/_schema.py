@@ -51,6 +51,13 @@ def _unit_text(value: object, info: ValidationInfo) -> str:
     return str(value)
 
 
+def _search(value: object, info: ValidationInfo) -> Any:
+    """The ends of y, or those of y and of z."""
+    if isinstance(value, list) and len(value) == 2 and all(isinstance(each, list) for each in value):
+        return tuple(_range(each, info) for each in value)
+    return _range(value, info)
+
+
 def _range(value: object, info: ValidationInfo) -> tuple[float, float]:
     name = str(info.field_name)
     if not isinstance(value, list) or len(value) != 2:
@@ -145,7 +152,9 @@ class LocateTable(StrictTable):
     """[locate]: options of `Finger.locate`."""
 
     friction: Number | None = None
-    search: Annotated[tuple[float, float], PlainValidator(_range)] | None = None
+    search: Annotated[Any, PlainValidator(_search)] = None
+    load: Literal["line", "point", "either"] | None = None
+    beside: Length | None = None
     false_alarm: Number | None = None
     ambiguity: Number | None = None
 

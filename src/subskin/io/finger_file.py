@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..decide import TypeDecision
     from ..estimate import Estimate, Locator
     from ..estimate.area import AreaLocator
+    from ..estimate.either import EitherLocator
     from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
 
@@ -50,8 +51,13 @@ class FingerFile:
         The skin and the sensors.
     names : tuple of str
         Name of each sensor's column in a table of readings: those of [recording], or s0, s1, ...
-    search : (float, float) or None
-        Where loads are looked for, on the finger's own axis [m]; None for the default of `Finger.locator`.
+    search : (float, float) or ((float, float), (float, float)) or None
+        Where loads are looked for, on the finger's own axis, or axes y and z [m]; None for the default of
+        `Finger.locator`.
+    load : {"line", "point", "either"} or None
+        What presses, as in `Finger.locate`; None where the file does not say.
+    beside : float or None
+        The largest distance beside the row of a point load [m]; None for the default of `Finger.locator`.
     options : mapping
         Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
     recording : RecordingFormat or None
@@ -86,7 +92,9 @@ class FingerFile:
 
     finger: Finger
     names: tuple[str, ...]
-    search: tuple[float, float] | None = None
+    search: Any = None
+    load: Literal["line", "point", "either"] | None = None
+    beside: float | None = None
     options: Mapping[str, float] = field(default_factory=dict)
     recording: RecordingFormat | None = None
     relaxation: Relaxation | None = None
@@ -107,6 +115,8 @@ class FingerFile:
     def _shown(self) -> list[tuple[str, str]]:
         first = [(line[2:12].strip(), line[12:]) for line in repr(self.finger).splitlines()[1:]]
         options = [f"{name} = {value:g}" for name, value in self.options.items()]
+        options += [] if self.load is None else [f"load = {self.load}"]
+        options += [] if self.beside is None else [f"to {1e3 * self.beside:g} mm beside the row"]
         options += [] if self.search is None else [f"search {span(1e3 * np.asarray(self.search), 'mm')}"]
         kind = "differences from the free skin" if self.differences else "as they come, offsets in them"
         columns = self.names if len(self.names) <= _SHOWN else (*self.names[:3], "...", self.names[-1])
@@ -116,17 +126,28 @@ class FingerFile:
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         return {"search": self.search, **self.options, **changes}
 
-    def locator(self, **changes: Any) -> Locator | AreaLocator:
-        """`Finger.locator` with the options of the file; `changes` override some.
+    def _load(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """The options with what presses, and how far beside a row, where the file or `changes` say so."""
+        load = changes.pop("load", self.load)
+        beside = None if load not in ("point", "either") or self.finger.array.on_area else self.beside
+        more = {"beside": beside} if beside is not None else {}
+        return {**more, **self._with(changes), **({} if load is None else {"load": load})}
+
+    def locator(self, **changes: Any) -> Locator | AreaLocator | EitherLocator:
+        """`Finger.locator` with the options of the file; `changes` override some, and `load` of `locate`.
 
         Raises
         ------
         InvalidValueError
             An option out of range, a sensor without noise.
         """
-        return self.finger.locator(**self._with(changes))
+        options = self._load(changes)
+        usual = options.pop("load", None)
+        if usual == "line":
+            self.finger.array.refuse_area()
+        return self.finger.locator(options.pop("family", usual or "line"), **options)
 
-    def locate(self, readings: Given, **changes: Any) -> Estimate:
+    def locate(self, readings: Given, **changes: Any) -> Any:
         """`Finger.locate` with the options of the file.
 
         Parameters
@@ -134,14 +155,19 @@ class FingerFile:
         readings : array_like, shape (..., n), or Table or pathlib.Path
             In SI [reading]; of a table, the file's columns.
         **changes
-            Override options of the file; as in `Finger.locator`.
+            Override options of the file; as in `Finger.locate`.
+
+        Returns
+        -------
+        Estimate or Either
+            As of `Finger.locate`.
 
         Raises
         ------
         FileError, InvalidValueError, GeometryError
             As in `locator`; a table without the file's columns; readings of another number of sensors.
         """
-        return self.finger.locate(self._readings(readings), **self._with(changes))
+        return self.finger.locate(self._readings(readings), **self._load(changes))
 
     def fit(self, readings: Given, family: Any = "hertz", **changes: Any) -> Estimate:
         """`Finger.fit` with the options of the file.

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from .base import Skin
 from .half_plane import HalfPlane
 from .half_space import HalfSpace
+from .in_space import in_space
 from .layered import Layer, Layered
 from .round import Round
 
-__all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Round", "Skin"]
+__all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Round", "Skin", "in_space"]
 
 KINDS: Mapping[str, type[Skin]] = {"half_plane": HalfPlane, "half_space": HalfSpace, "layers": Layered, "round": Round}
 """Names of the skins in a file."""

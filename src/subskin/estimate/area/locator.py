@@ -109,7 +109,13 @@ class AreaLocator(Framewise):
         return Estimate(table, used, self.friction, self.unknowns, self.layout)
 
     def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether positions (y, z) [m], shape (..., 2), lie where loads are looked for."""
+        """Which positions lie where loads are looked for.
+
+        Parameters
+        ----------
+        position : array_like, shape (..., 2)
+            Positions (y, z) [m].
+        """
         at, box = np.asarray(position, dtype=np.float64), np.asarray(self.search)
         return np.asarray(((box[:, 0] <= at) & (at <= box[:, 1])).all(axis=-1))
 

@@ -1,0 +1,136 @@
+"""Point loads that sensors in a row feel: on the row, or beside it at a distance that is found with the position.
+
+Where readings are N f(u) + (Ty dy + Tz dz) g(u), u = dy^2 + dz^2 and dz = -z of every sensor, a row sees |z| by how
+widely a touch spreads over it, and no side. On a half space f = depth g: a drag across the row reads like a normal
+force, and what is found is N - Tz z / depth (docs/locating_row.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..array import SensorArray
+from ..errors import InvalidValueError
+from ..finger import Finger
+from ..radial import tabulate_radial
+from ..response import Response
+from ..skin import in_space
+from .estimate import Status
+from .layout import BESIDE
+from .search import Locator
+
+__all__ = ["PointLocator", "farthest_beside", "points_beside"]
+
+_BESIDE = 3.0
+"""Depths beside the row up to which a touch is thought of where no distance is stated."""
+_MOST = 6.0
+_TERMS = 1e-7
+"""What the last of a table's sums over the distance may be, relative to the largest reading."""
+_FEW, _MANY = 16, 48
+_STEEPEST = 0.95
+_OPEN = 0.1
+"""Depths: a position whose standard error is larger is left open by the readings."""
+
+
+def farthest_beside(finger: Finger, beside: float | None) -> float:
+    """The largest distance beside the row [m]: `beside`, or three depths of the shallowest sensor.
+
+    Raises
+    ------
+    InvalidValueError
+        More than six depths: nothing is felt from there.
+    """
+    depth = float(np.min(finger.array.depth))
+    if beside is None:
+        return _BESIDE * depth
+    if beside > _MOST * depth * (1 + 1e-12):
+        rule = f"up to {_MOST:g} depths of the shallowest sensor, {_MOST * depth:.6g} m, can be thought of"
+        raise InvalidValueError(f"beside = {beside:.6g} m", rule, f"beside={_MOST * depth:.3g}")
+    return beside
+
+
+def points_beside(finger: Finger, search: tuple[float, float], beside: float) -> Response:
+    """Readings of a row under point loads of unit N and Ty at (y, z), as a table over y and z^2; even in z.
+
+    Raises
+    ------
+    GeometryError, InvalidValueError
+        Sensors on an area; a skin that nobody knows in space.
+    """
+    finger.array.refuse_area()
+    skin = in_space(finger.skin)
+    if skin is None:
+        rule = "a touch on a point needs a skin that is known in space"
+        raise InvalidValueError(f"{finger.skin}", rule, 'HalfSpace(material), Layered(layers), or load="line"')
+    finger = replace(finger, skin=skin)
+    low, high = search
+    away = max(high - float(np.min(finger.array.y)), float(np.max(finger.array.y)) - low)
+    radial = tabulate_radial(finger, float(np.hypot(away, beside)))
+    for terms in (_FEW, 24, 32, _MANY):
+        shares = 0.5 * (1 + np.cos(np.pi * (np.arange(terms) + 0.5) / terms))
+        z = beside * np.sqrt(shares)
+
+        def each(y: FloatArray, z: FloatArray = z) -> FloatArray:
+            """Readings at every distance, those of one distance after those of the other: (..., terms n, 2)."""
+            at = np.stack(np.broadcast_arrays(y[..., None], z), axis=-1)
+            return radial(at)[..., :2].reshape(*y.shape, -1, 2)
+
+        table = Response.from_function(each, low, high, step=float(np.min(finger.array.depth)) / 4, tolerance=1e-6)
+        cells, powers, _, _ = table.coefficients.shape
+        values = np.moveaxis(table.coefficients.reshape(cells, powers, terms, -1, 2), 2, 0)
+        matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, terms - 1)
+        sums = np.linalg.solve(matrix, values.reshape(terms, -1)).reshape(values.shape)
+        made = replace(table, coefficients=np.ascontiguousarray(sums), widest=beside)
+        if made.blur <= max(_TERMS, table.error) or terms == _MANY:
+            return made
+    raise AssertionError
+
+
+class PointLocator(Locator):
+    """Finds point loads on a row or beside it: position along the row, |z|, and (N, Ty) of `Locator` in N.
+
+    A drag across the row, which the readings do not tell from a normal force, is carried as uncertainty of N: every
+    |Tz| <= friction N is as likely.
+
+    Parameters
+    ----------
+    response : Response
+        Of `points_beside`.
+    array : SensorArray
+        As in `Locator`.
+    friction : float
+        As in `Locator`. The search takes loads that lean more, by what a drag across takes off the normal force.
+    **options
+        As in `Locator`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As in `Locator`.
+    """
+
+    def __init__(self, response: Response, array: SensorArray, *, friction: float = 1.0, **options: Any) -> None:
+        self._deepest = float(np.max(array.depth))
+        self.open = _OPEN * float(np.min(array.depth))
+        self._across = friction
+        lost = friction * response.widest / float(np.min(array.depth)) if friction else 0.0
+        steep = friction / (1 - lost) if lost < _STEEPEST else np.inf
+        super().__init__(response, array, friction=steep, **options)
+        self.layout = self._layout = BESIDE
+
+    def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
+        super()._run(frames, pattern, out)
+        at, depth = BESIDE, self._deepest
+        normal, beside = out[:, at.components], out[:, at.half_width]
+        upper = out[:, at.interval + 1]
+        spread = np.where(np.isfinite(upper), np.maximum(upper, beside), beside) / depth
+        mu = min(self._across, 1e3)
+        out[:, at.square[1, 1]] += (mu * spread * normal) ** 2 / 3
+        status = out[:, at.status]
+        left_open = out[:, at.covariance] > self.open**2
+        status[(status == Status.OK) & left_open] = Status.AMBIGUOUS

@@ -1,0 +1,178 @@
+"""A long contact or a touch on a point? Both are sought in every frame of a row, and the answer covers both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from .beside import PointLocator
+from .estimate import Estimate, FrameTable, Status
+from .search import Locator
+from .shown import Shown
+
+__all__ = ["Either", "EitherLocator"]
+
+_NEGLIGIBLE = 1e-3
+"""A contact that is as improbable as this beside the other one is left out of the answer."""
+_DECADES = 3.0 * np.log(10.0)
+_STEEPEST = 10.0
+_POSITION, _STD, _PROBABILITY, _STATUS = range(4)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Either(FrameTable):
+    """What a row reads as a line load, as a point load on it or beside it, and how probable the point is.
+
+    Parameters
+    ----------
+    table : ndarray, shape (..., 4)
+        Position [m], its standard deviation [m], probability of the point, status; read them by name.
+    used : ndarray of bool, shape (..., n)
+        Which sensors each frame's answer rests on.
+    line, point : Estimate
+        The best of each, of the batch's shape (...).
+    """
+
+    line: Estimate
+    point: Estimate
+
+    @classmethod
+    def join(cls, parts: Sequence[Self]) -> Self:
+        """Answers one after the other, along the first axis of the batch."""
+        whole = super().join(parts)
+        lines, points = (Estimate.join([getattr(part, name) for part in parts]) for name in ("line", "point"))
+        return cls(whole.table, whole.used, lines, points)
+
+    def __getitem__(self, index: object) -> Self:
+        """Some frames of the batch."""
+        part = super().__getitem__(index)
+        return type(self)(part.table, part.used, self.line[index], self.point[index])
+
+    @property
+    def position(self) -> FloatArray:
+        """Where it presses along the row, y [m], shape (...): the mean of both, by their probabilities."""
+        return self.table[..., _POSITION]
+
+    @property
+    def position_std(self) -> FloatArray:
+        """Standard deviation of `position` [m], shape (...); it holds how far the two lie apart."""
+        return self.table[..., _STD]
+
+    @property
+    def point_probability(self) -> FloatArray:
+        """Probability that a point pressed and not a line, shape (...), where both are as likely before the touch."""
+        return self.table[..., _PROBABILITY]
+
+    @property
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame, as integers."""
+        return self.table[..., _STATUS].astype(np.int8)
+
+    def _shown(self) -> list[Shown]:
+        none = np.zeros(self.shape)
+        return [
+            Shown("position", 1e3 * self.position, 1e3 * self.position_std, "mm"),
+            Shown("point probability", self.point_probability, none, ""),
+            Shown("beside", 1e3 * self.point.beside, 1e3 * self.point.std[..., -1], "mm"),
+        ]
+
+    def _columns(self) -> dict[str, FloatArray]:
+        forces = {"line_force": self.line.force, "point_force": self.point.force, "beside": self.point.beside}
+        return {
+            "position": self.position,
+            "position_std": self.position_std,
+            "point_probability": self.point_probability,
+            **forces,
+        }
+
+
+class EitherLocator:
+    """Finds the line load and the point load of each frame, and how probable either is.
+
+    The probability is that of Laplace's method: chi-square, and how much of what was thought possible the readings
+    leave. Before the touch every position of the search, every drag within the cone, every distance beside the row and
+    every decade of the force are as likely (docs/locating_row.md).
+
+    Parameters
+    ----------
+    line : Locator
+        Of line loads.
+    point : PointLocator
+        Of point loads, on the row and beside it.
+    """
+
+    def __init__(self, line: Locator, point: PointLocator) -> None:
+        self.line, self.point = line, point
+        self.response = line.response
+
+    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Which positions lie where loads are looked for; as of `Locator`."""
+        return self.line.covers(position)
+
+    def __call__(self, readings: npt.ArrayLike) -> Either:
+        """The contact in each frame.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            As of `Locator`.
+
+        Raises
+        ------
+        GeometryError
+            A last axis that is not the number of sensors.
+        """
+        line, point = self.line(readings), self.point(readings)
+        mu = self.line.friction
+        evidence = np.stack([_evidence(line, self.line, mu), _evidence(point, self.point, mu)])
+        with np.errstate(invalid="ignore", over="ignore"):
+            share = np.exp(evidence - evidence.max(axis=0))
+        share = np.where(np.isfinite(share), share, 0.0)
+        total = share.sum(axis=0)
+        share = share / np.where(total > 0, total, 1.0)
+        share = np.where(share < _NEGLIGIBLE, 0.0, share)
+        share /= np.where(total > 0, share.sum(axis=0), 1.0)
+        counts = share > 0
+        at = np.stack([line.position, point.position])
+        std = np.sqrt(np.stack([found.table[..., found.layout.covariance] for found in (line, point)]))
+        table = np.full((*line.shape, 4), np.nan)
+        mean = np.where(counts, share * at, 0.0).sum(axis=0)
+        table[..., _STD] = np.sqrt(np.where(counts, share * (std**2 + (at - mean) ** 2), 0.0).sum(axis=0))
+        table[..., _POSITION], table[..., _PROBABILITY] = mean, share[1]
+        either = np.stack([line.status, point.status])
+        ok = ~(counts & (either != Status.OK)).any(axis=0) & (table[..., _STD] < self.point.open)
+        table[..., _STATUS] = np.where(ok, Status.OK, Status.AMBIGUOUS)
+        none = ~counts.any(axis=0)
+        nothing = (either == Status.NO_CONTACT).any(axis=0) | (either[0] == Status.INCOMPLETE)
+        table[none, :_STATUS] = np.nan
+        table[none, _STATUS] = np.where(nothing, either.min(axis=0), Status.UNEXPLAINED)[none]
+        table[none & (either == Status.INCOMPLETE).any(axis=0), _STATUS] = Status.INCOMPLETE
+        table.flags.writeable = False
+        return Either(table, line.used, line, point)
+
+
+def _evidence(found: Estimate, locator: Locator, mu: float) -> FloatArray:
+    """Logarithm of the probability of the readings, up to what both contacts share; -inf where it explains nothing."""
+    shape, layout = found.shape, found.layout
+    cut = np.isin(found.status, (Status.OK, Status.AMBIGUOUS))
+    force = np.maximum(np.hypot(*np.moveaxis(found.load.components, -1, 0)), 1e-100)
+    widths = [
+        np.full(shape, np.ptp(locator._scan)),
+        force * _DECADES,
+        *([2 * min(mu, _STEEPEST) * force] if mu else []),
+    ]
+    if layout.wide:
+        widths.append(np.full(shape, np.diff(locator.half_width)[0]))
+    sizes = np.stack(widths, axis=-1)
+    keep = [0, 1, *([2] if mu else []), *([3] if layout.wide else [])]
+    square = found.table[..., layout.square][..., keep, :][..., keep] / (sizes[..., :, None] * sizes[..., None, :])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        information = np.linalg.inv(np.where(cut[..., None, None], square, np.eye(len(keep)))) + 12 * np.eye(len(keep))
+        _, log_det = np.linalg.slogdet(information)
+        value = -0.5 * (found.residual + log_det - len(keep) * np.log(2 * np.pi))
+    return np.where(cut & np.isfinite(value), value, -np.inf)

@@ -1,0 +1,109 @@
+"""Touches on a point from the command line: rows that say what presses, and sensors on an area."""
+
+import numpy as np
+import pytest
+
+import subskin as ss
+
+SENSORS = """
+[skin]
+kind = "half_space"
+young = 4e5
+[sensors]
+depth = "2 mm"
+kind = "mean_pressure"
+noise = 30
+"""
+ROW = SENSORS + 'count = 6\npitch = "2 mm"\n[locate]\nload = "either"\nbeside = "5 mm"\n'
+AREA = SENSORS + 'layout = "grid"\nshape = [3, 3]\npitch = "2 mm"\n'
+
+
+@pytest.fixture
+def tables(tmp_path, monkeypatch):
+    """row.toml, area.toml and what both read under the same touches, y.csv beside them; the current folder."""
+    rng = np.random.default_rng(0)
+    at = np.stack([rng.uniform(-1.5e-3, 1.5e-3, 60), rng.uniform(-1.5e-3, 1.5e-3, 60)], axis=-1)
+    touch = ss.PointLoad(1.0, rng.uniform(0, 0.5, 60), rng.uniform(-3, 3, 60), at)
+    for name, text in (("row", ROW), ("area", AREA)):
+        (tmp_path / f"{name}.toml").write_text(text)
+        file = ss.load(tmp_path / f"{name}.toml")
+        columns = np.column_stack([at, file.finger.read(touch, rng)])
+        np.savetxt(tmp_path / f"{name}.csv", columns, delimiter=",", comments="", header="y,z," + ",".join(file.names))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_row_says_what_presses(tables, subskin):
+    file, table = ss.load("row.toml"), ss.io.read_table("row.csv")
+    assert "load = either" in repr(file)
+    out = subskin("locate", "row.toml", "row.csv", "--truth", "y", "-o", "out.csv")
+    assert out.code == 0
+    assert "status ok" in out.out
+    found, written = file.locate(table.readings(file.names)), ss.io.read_table("out.csv")
+    np.testing.assert_allclose(written.numbers("position"), found.position, rtol=1e-12)
+    np.testing.assert_allclose(written.numbers("point_probability"), found.point_probability, rtol=1e-9)
+    assert subskin("locate", "row.toml", "row.csv", "--load", "point", "--beside", "4 mm", "-o", "p.csv").code == 0
+    point = file.locate(table.readings(file.names), load="point", beside=4e-3)
+    np.testing.assert_allclose(ss.io.read_table("p.csv").numbers("beside"), point.beside, rtol=1e-12)
+    line = subskin("locate", "row.toml", "row.csv", "--load", "line")
+    assert line.code == 0
+    assert "point_probability" not in line.out
+    assert file.fit(table.readings(file.names), "line").shape == (60,)
+
+
+def test_an_area_is_located(tables, subskin):
+    out = subskin("locate", "area.toml", "area.csv", "--truth", "y,z", "-o", "out.csv")
+    assert out.code == 0
+    assert "all with a position" in out.out
+    table, given = ss.io.read_table("out.csv"), ss.io.read_table("area.csv")
+    file = ss.load("area.toml")
+    found = file.locate(given.readings(file.names))
+    np.testing.assert_allclose(table.numbers("position_z"), found.position[:, 1], rtol=1e-12)
+    error = np.hypot(*(table.numbers(f"position_{axis}") - given.numbers(axis) for axis in "yz"))
+    np.testing.assert_allclose(table.numbers("error"), error, rtol=1e-9)
+    assert np.median(error) < 0.1e-3
+
+
+def test_touches_on_an_area_are_simulated(tables, subskin):
+    where = ("--across", "-1..1 mm", "--angle", "0..30 deg", "--azimuth", "0..360 deg", "--force", "0.5..2 N")
+    assert subskin("simulate", "area.toml", "--count", 30, *where, "-o", "touches.csv").code == 0
+    table, file = ss.io.read_table("touches.csv"), ss.load("area.toml")
+    column = {name: table.numbers(name) for name in ("position_y", "position_z", "force", "angle", "azimuth")}
+    at = np.stack([column.pop("position_y"), column.pop("position_z")], axis=-1)
+    assert np.abs(at[:, 1]).max() < 1e-3
+    assert np.ptp(column["azimuth"]) > 3
+    expected = file.finger.read(ss.PointLoad(**column, position=at))
+    assert np.abs(table.readings(file.names) - expected).max() < 6 * 30.0
+    located = subskin("locate", "area.toml", "touches.csv", "--truth", "position_y,position_z")
+    assert located.code == 0
+    assert "30" in located.out
+    round_ = ("--contact", "round_hertz", "--half-width", "1 mm", "--grid", "--count", 9)
+    assert subskin("simulate", "area.toml", *round_, "-o", "round.csv").code == 0
+    at = ss.io.read_table("round.csv").numbers("position_y")
+    np.testing.assert_allclose(at, np.repeat([-2e-3, 0.0, 2e-3], 3), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        (("locate", "area.toml", "area.csv", "--truth", "y"), "two columns"),
+        (("locate", "row.toml", "row.csv", "--truth", "y,z"), "one column"),
+        (("locate", "area.toml", "area.csv", "--load", "line"), "solved in a plane"),
+        (("locate", "area.toml", "area.csv", "--beside", "1 mm"), "sensors in a row"),
+        (("fit", "area.toml", "area.csv"), "sensors on an area"),
+        (("decide", "area.toml", "area.csv"), "sensors on an area"),
+        (("pressure", "area.toml", "area.csv"), "sensors on an area"),
+        (("check", "area.toml"), "sensors on an area"),
+        (("tolerances", "area.toml", "--force", "10"), "sensors on an area"),
+        (("simulate", "area.toml", "--recording"), "a recording is of long contacts"),
+        (("simulate", "row.toml", "--azimuth", "1 rad"), "the same at every z"),
+        (("simulate", "area.toml", "--contact", "cone"), "needs one"),
+        (("simulate", "area.toml", "--half-width", "1 mm"), "a point has none"),
+    ],
+)
+def test_what_is_not_for_an_area_says_so(tables, subskin, command, says):
+    out = subskin(*command)
+    assert out.code == 2 or out.code == 1
+    assert says in out.err
+    assert "Fix:" in out.err
+    assert len(out.err.splitlines()) == 1

@@ -1,0 +1,163 @@
+"""A row under touches on a point, on it or beside it: what is found, what is not said, and line or point."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.skin import in_space
+
+RUBBER = ss.Material(young=0.4e6)
+ROW = ss.SensorArray.line(6, pitch=2e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=30.0)
+DEPTH, COUNT = 2e-3, 400
+
+
+@pytest.fixture(scope="module")
+def finger():
+    """A half plane, as the file of a row says; touches on a point are those of the half space."""
+    return ss.Finger(ss.HalfPlane(RUBBER), ROW)
+
+
+@pytest.fixture(scope="module")
+def space():
+    return ss.Finger(ss.HalfSpace(RUBBER), ROW)
+
+
+def touches(least, most, *, across=True, seed=0):
+    """Loads of 1 N on points from `least` to `most` depths beside the row, leaning within 35 degrees."""
+    rng = np.random.default_rng(seed)
+    at = np.stack([rng.uniform(-5e-3, 5e-3, COUNT), DEPTH * rng.uniform(least, most, COUNT)], axis=-1)
+    azimuth = rng.uniform(-np.pi, np.pi, COUNT) if across else np.pi * rng.integers(0, 2, COUNT)
+    return ss.PointLoad(1.0, rng.uniform(0, 0.6, COUNT), azimuth, at)
+
+
+def std(found):
+    return np.sqrt(found.load.covariance[:, 0, 0])
+
+
+def wrong(found, std, position):
+    off = np.abs(found.position - position)
+    return found.ok & ((off > 5 * std) | (off > 0.3 * DEPTH))
+
+
+def test_position_distance_and_force_come_back_exactly(finger, space):
+    touch = ss.PointLoad(components=[(1.0, 0.3, 0.0), (2.0, -0.5, 0.0)], position=[(0.7e-3, 1.5e-3), (-3e-3, -2.5e-3)])
+    found = finger.locate(space.read(touch), load="point")
+    assert found.ok.all()
+    np.testing.assert_allclose(found.position, touch.position[:, 0], atol=1e-7)
+    np.testing.assert_allclose(found.beside, np.abs(touch.position[:, 1]), atol=1e-6)
+    np.testing.assert_allclose(found.load.components, touch.components[:, :2], rtol=1e-4)
+    assert (found.half_width == 0).all()
+    assert "beside" in repr(found)
+    assert " N," in repr(found[0])
+    columns = found.to_dict()
+    assert (columns["beside_low"] <= columns["beside"]).all()
+    assert "half_width" not in columns
+
+
+def test_a_drag_across_is_carried_as_uncertainty_of_the_force(finger, space):
+    """On a half space N depth - Tz z is all that is seen; 95 % intervals of N hold with any Tz in the cone."""
+    touch = touches(0.5, 1.5)
+    found = finger.locate(space.read(touch, np.random.default_rng(1)), load="point")
+    n, seen = touch.components[:, 0], found.load.components[:, 0]
+    std = np.sqrt(found.load.covariance[:, 1, 1])
+    inside = (np.abs(seen - n) < 1.96 * std)[found.ok]
+    assert inside.mean() > 0.93
+    shift = -touch.components[:, 2] * touch.position[:, 1] / DEPTH
+    assert np.median(np.abs(seen - n - shift)[found.ok]) < 0.2 * np.median(np.abs(shift))
+    straight = touches(0.5, 1.5, across=False)
+    alone = finger.locate(space.read(straight), load="point", friction=0.7)
+    assert np.median(np.abs(alone.load.components[:, 0] - straight.components[:, 0])) < 1e-3
+
+
+@pytest.mark.parametrize(("least", "most"), [(0.0, 0.5), (0.5, 1.5), (1.5, 3.0), (3.0, 5.0)])
+def test_no_touch_beside_the_row_is_ok_and_wrong(finger, space, least, most):
+    """Where a line load is OK and wrong for many of them."""
+    touch = touches(least, most, seed=2)
+    frames, y = space.read(touch, np.random.default_rng(3)), touch.position[:, 0]
+    point, either, line = (finger.locate(frames, load=load) for load in ("point", "either", "line"))
+    assert wrong(point, std(point), y).mean() <= 0.005
+    assert wrong(either, either.position_std, y).mean() <= 0.005
+    if most < 3:
+        assert point.ok.mean() > 0.5
+        assert least == 0 or wrong(line, std(line), y).mean() > 0.02
+        inside = (np.abs(point.position - y) < 1.96 * std(point))[point.ok]
+        assert 0.91 < inside.mean() < 0.99
+        low, high = point.beside_interval.T
+        z = touch.position[:, 1]
+        assert 0.9 < ((low <= z) & (z <= high))[point.ok].mean() <= 1.0
+
+
+def test_either_says_which(finger, space):
+    rng = np.random.default_rng(4)
+    y = rng.uniform(-5e-3, 5e-3, COUNT)
+    line = finger.locate(finger.read(ss.LineLoad(150.0, rng.uniform(-0.6, 0.6, COUNT), y), rng), load="either")
+    point = finger.locate(space.read(touches(0.0, 1.0), rng), load="either")
+    assert line.ok.mean() > 0.9
+    assert (line.point_probability < 0.05)[line.ok].mean() > 0.9
+    assert point.ok.mean() > 0.8
+    assert (point.point_probability > 0.95)[point.ok].mean() > 0.9
+    assert 0.90 < (np.abs(line.position - y) < 1.96 * line.position_std)[line.ok].mean() < 0.985
+    # what is told is calibrated: of those called a point with a probability near p, about p are
+    p = np.concatenate([line.point_probability, point.point_probability])
+    truth = np.repeat([0.0, 1.0], COUNT)
+    known = np.isfinite(p)
+    assert np.mean((p - truth)[known] ** 2) < 0.05
+    one = line[5]
+    assert one.shape == ()
+    assert one.line.shape == ()
+    assert "point probability" in repr(one)
+    both = type(line).join([line[:3], line[3:6]])
+    np.testing.assert_array_equal(both.position, line.position[:6])
+    assert set(line.to_dict()) >= {"position", "position_std", "point_probability", "status"}
+
+
+def test_nothing_and_nonsense(finger):
+    rng = np.random.default_rng(5)
+    free = finger.locate(rng.normal(0, 30.0, (50, 6)), load="either")
+    assert (free.status == ss.Status.NO_CONTACT).all()
+    assert np.isnan(free.position).all()
+    pulled = finger.locate(-finger.read(ss.LineLoad(150.0, 0.0, np.linspace(-4e-3, 4e-3, 9))), load="either")
+    assert not pulled.ok.any()
+    few = finger.locate([[1.0, np.nan, np.nan, np.nan, np.nan, 2.0]], load="either")
+    assert few.status == ss.Status.INCOMPLETE
+
+
+def test_a_layer_takes_points_and_a_slice_does_not():
+    layer = ss.Finger(ss.Layered(ss.Layer(RUBBER, 5e-3)), ROW)
+    touch = ss.PointLoad(components=(1.0, 0.2, 0.0), position=(0.5e-3, 1e-3))
+    found = layer.locate(layer.read(touch), load="point")
+    assert found.ok
+    assert abs(found.position - 0.5e-3) < 1e-6
+    assert abs(found.beside - 1e-3) < 1e-5
+    assert in_space(layer.skin) is layer.skin
+    for skin in (ss.HalfPlane(RUBBER, plane="stress"), ss.Round(RUBBER, 10e-3, 5e-3)):
+        assert in_space(skin) is None
+        with pytest.raises(ss.errors.InvalidValueError, match="known in space"):
+            ss.Finger(skin, ROW).locate(np.ones(6), load="either")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"load": "area"}, 'has to be "line", "point" or "either"'),
+        ({"beside": 1e-3}, "no distance beside the row"),
+        ({"load": "point", "beside": 1.0}, "up to 6 depths"),
+        ({"load": "point", "beside": -1.0}, "beside"),
+        ({"load": "point", "normal_force": (0.0, 1.0)}, "no such option"),
+    ],
+)
+def test_options_are_checked(finger, options, message):
+    with pytest.raises(ss.errors.InvalidValueError, match=message):
+        finger.locate(np.ones(6), **options)
+    with pytest.raises(ss.errors.InvalidValueError, match="a fit is of one family"):
+        finger.fit(np.ones(6), "either")
+
+
+def test_blind_spots_know_touches_on_points(finger):
+    spots = finger.blind_spots(snr=300, count=200)
+    assert spots["beside"].wrong > 0.02
+    assert {"point", "beside", "far_beside"} <= {row.name for row in spots.rows}
+    told = finger.blind_spots(snr=300, count=50, family="point")
+    assert "beside" not in {row.name for row in told.rows}
