@@ -6,12 +6,14 @@ from . import errors as errors
 from . import estimate as estimate
 from . import finger as finger
 from . import io as io
+from . import lattice as lattice
 from . import loads as loads
 from . import material as material
 from . import memo as memo
 from . import plot as plot
 from . import prepared as prepared
 from . import pressing as pressing
+from . import radial as radial
 from . import report as report
 from . import response as response
 from . import skin as skin

@@ -19,7 +19,7 @@ from .errors import ConvergenceError, GeometryError
 from .finger import Finger
 from .prepared import prepared
 
-__all__ = ["PER_OCTAVE", "RadialResponse", "tabulate_radial"]
+__all__ = ["RadialResponse", "tabulate_radial"]
 
 DEGREE = 5
 """Degree of the polynomial in a cell."""

@@ -1,5 +1,6 @@
 """From readings to the contact that made them, with its uncertainty."""
 
+from .either import Either
 from .estimate import Estimate, Rival, Status
 from .layout import Layout
 from .locate import fit, locate, locator
@@ -8,6 +9,7 @@ from .search import Locator
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
 
 __all__ = [
+    "Either",
     "Estimate",
     "Layout",
     "Locator",

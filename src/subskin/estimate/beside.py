@@ -32,7 +32,7 @@ _MOST = 6.0
 _TERMS = 1e-7
 """What the last of a table's sums over the distance may be, relative to the largest reading."""
 _FEW, _MANY = 16, 48
-_STEEPEST = 0.95
+_STEEPEST, _STEEP = 0.95, 1e3
 _OPEN = 0.1
 """Depths: a position whose standard error is larger is left open by the readings."""
 
@@ -115,7 +115,7 @@ class PointLocator(Locator):
     """
 
     def __init__(self, response: Response, array: SensorArray, *, friction: float = 1.0, **options: Any) -> None:
-        self._deepest = float(np.max(array.depth))
+        self.depth = float(np.max(array.depth))
         self.open = _OPEN * float(np.min(array.depth))
         self._across = friction
         lost = friction * response.widest / float(np.min(array.depth)) if friction else 0.0
@@ -125,12 +125,14 @@ class PointLocator(Locator):
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
         super()._run(frames, pattern, out)
-        at, depth = BESIDE, self._deepest
-        normal, beside = out[:, at.components], out[:, at.half_width]
-        upper = out[:, at.interval + 1]
-        spread = np.where(np.isfinite(upper), np.maximum(upper, beside), beside) / depth
-        mu = min(self._across, 1e3)
-        out[:, at.square[1, 1]] += (mu * spread * normal) ** 2 / 3
+        at = BESIDE
+        out[:, at.square[1, 1]] += self.unseen(out)
         status = out[:, at.status]
         left_open = out[:, at.covariance] > self.open**2
         status[(status == Status.OK) & left_open] = Status.AMBIGUOUS
+
+    def unseen(self, table: FloatArray) -> FloatArray:
+        """Variance of the normal force from the drag across the row, in rows (..., columns) of `BESIDE` [N^2]."""
+        beside, upper = table[..., BESIDE.half_width], table[..., BESIDE.interval + 1]
+        spread = np.fmax(upper, beside) / self.depth
+        return np.asarray((min(self._across, _STEEP) * spread * table[..., BESIDE.components]) ** 2 / 3)

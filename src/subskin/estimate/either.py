@@ -20,7 +20,9 @@ __all__ = ["Either", "EitherLocator"]
 _NEGLIGIBLE = 1e-3
 """A contact that is as improbable as this beside the other one is left out of the answer."""
 _DECADES = 3.0 * np.log(10.0)
-_STEEPEST = 10.0
+_FAR = 4.0
+"""Standard errors from the mean to either position from which they are two answers."""
+_STEEPEST, _ACROSS = 10.0, 64
 _POSITION, _STD, _PROBABILITY, _STATUS = range(4)
 
 
@@ -43,7 +45,13 @@ class Either(FrameTable):
 
     @classmethod
     def join(cls, parts: Sequence[Self]) -> Self:
-        """Answers one after the other, along the first axis of the batch."""
+        """Answers one after the other, along the first axis of the batch.
+
+        Parameters
+        ----------
+        parts : sequence of Either
+            At least one.
+        """
         whole = super().join(parts)
         lines, points = (Estimate.join([getattr(part, name) for part in parts]) for name in ("line", "point"))
         return cls(whole.table, whole.used, lines, points)
@@ -129,7 +137,12 @@ class EitherLocator:
         """
         line, point = self.line(readings), self.point(readings)
         mu = self.line.friction
-        evidence = np.stack([_evidence(line, self.line, mu), _evidence(point, self.point, mu)])
+        drags = [_slid(line, mu), _leant(point, mu, self.point.depth)] if mu else [None, None]
+        known = line.table[..., line.layout.square], point.table[..., point.layout.square].copy()
+        known[1][..., 1, 1] -= self.point.unseen(point.table)
+        evidence = np.stack(
+            [_evidence(line, self.line, known[0], drags[0]), _evidence(point, self.point, known[1], drags[1])]
+        )
         with np.errstate(invalid="ignore", over="ignore"):
             share = np.exp(evidence - evidence.max(axis=0))
         share = np.where(np.isfinite(share), share, 0.0)
@@ -144,8 +157,9 @@ class EitherLocator:
         mean = np.where(counts, share * at, 0.0).sum(axis=0)
         table[..., _STD] = np.sqrt(np.where(counts, share * (std**2 + (at - mean) ** 2), 0.0).sum(axis=0))
         table[..., _POSITION], table[..., _PROBABILITY] = mean, share[1]
+        far = (counts & (np.abs(at - mean) > np.minimum(_FAR * table[..., _STD], 3 * self.point.open))).any(axis=0)
         either = np.stack([line.status, point.status])
-        ok = ~(counts & (either != Status.OK)).any(axis=0) & (table[..., _STD] < self.point.open)
+        ok = ~(counts & (either != Status.OK)).any(axis=0) & (table[..., _STD] < self.point.open) & ~far
         table[..., _STATUS] = np.where(ok, Status.OK, Status.AMBIGUOUS)
         none = ~counts.any(axis=0)
         nothing = (either == Status.NO_CONTACT).any(axis=0) | (either[0] == Status.INCOMPLETE)
@@ -156,21 +170,50 @@ class EitherLocator:
         return Either(table, line.used, line, point)
 
 
-def _evidence(found: Estimate, locator: Locator, mu: float) -> FloatArray:
-    """Logarithm of the probability of the readings, up to what both contacts share; -inf where it explains nothing."""
+def _force(found: Estimate) -> FloatArray:
+    """What a force is as large as, never 0."""
+    return np.maximum(np.hypot(*np.moveaxis(found.load.components, -1, 0)), 1e-100)
+
+
+def _slid(found: Estimate, mu: float) -> FloatArray:
+    """Range of the drags of a line load, all as likely [N/m]."""
+    return 2 * min(mu, _STEEPEST) * _force(found)
+
+
+def _leant(found: Estimate, mu: float, depth: float) -> FloatArray:
+    """The same of a point: the range in which the drag would be as likely everywhere as it is where it was found [N].
+
+    Of all drags in the cone, (ty, tz) N, each as likely, the row reads T / A = ty / (1 - tz |z| / depth) and
+    A = N (1 - tz |z| / depth). The best within two standard errors counts.
+    """
+    mu = min(mu, _STEEPEST)
+    a, t = np.maximum(np.abs(found.load.components[..., 0]), 1e-100), np.abs(found.load.components[..., 1])
+    spread = np.sqrt(found.table[..., found.layout.square[2, 2]])
+    ratio = np.maximum(t - 2 * spread, 0.0) / a
+    tz = mu * (np.arange(_ACROSS) + 0.5) * 2 / _ACROSS - mu
+    best = np.zeros(found.shape)
+    for z in (found.beside, found.beside_interval[..., 1]):
+        rest = np.maximum(1 - tz * z[..., None] / depth, 0.0)
+        inside = (ratio[..., None] * rest) ** 2 + tz**2 <= mu**2
+        best = np.fmax(best, np.where(inside, rest, 0.0).sum(axis=-1) * (2 * mu / _ACROSS) / (np.pi * mu**2))
+    return a / np.maximum(best, 1e-100)
+
+
+def _evidence(found: Estimate, locator: Locator, covariance: FloatArray, drags: FloatArray | None) -> FloatArray:
+    """Logarithm of the probability of the readings, up to what both contacts share; -inf where it explains nothing.
+
+    `covariance` is that of what the readings tell; `drags` the range in which a drag is as likely, or none.
+    """
     shape, layout = found.shape, found.layout
     cut = np.isin(found.status, (Status.OK, Status.AMBIGUOUS))
-    force = np.maximum(np.hypot(*np.moveaxis(found.load.components, -1, 0)), 1e-100)
-    widths = [
-        np.full(shape, np.ptp(locator._scan)),
-        force * _DECADES,
-        *([2 * min(mu, _STEEPEST) * force] if mu else []),
-    ]
+    widths = [np.full(shape, np.ptp(locator._scan)), _force(found) * _DECADES]
+    if drags is not None:
+        widths.append(drags)
     if layout.wide:
         widths.append(np.full(shape, np.diff(locator.half_width)[0]))
     sizes = np.stack(widths, axis=-1)
-    keep = [0, 1, *([2] if mu else []), *([3] if layout.wide else [])]
-    square = found.table[..., layout.square][..., keep, :][..., keep] / (sizes[..., :, None] * sizes[..., None, :])
+    keep = [0, 1, *([2] if drags is not None else []), *([3] if layout.wide else [])]
+    square = covariance[..., keep, :][..., keep] / (sizes[..., :, None] * sizes[..., None, :])
     with np.errstate(invalid="ignore", divide="ignore"):
         information = np.linalg.inv(np.where(cut[..., None, None], square, np.eye(len(keep)))) + 12 * np.eye(len(keep))
         _, log_det = np.linalg.slogdet(information)
