@@ -196,7 +196,7 @@ def _leant(found: Estimate, mu: float, depth: float) -> FloatArray:
         rest = np.maximum(1 - tz * z[..., None] / depth, 0.0)
         inside = (ratio[..., None] * rest) ** 2 + tz**2 <= mu**2
         best = np.fmax(best, np.where(inside, rest, 0.0).sum(axis=-1) * (2 * mu / _ACROSS) / (np.pi * mu**2))
-    return a / np.maximum(best, 1e-100)
+    return np.asarray(a / np.maximum(best, 1e-100))
 
 
 def _evidence(found: Estimate, locator: Locator, covariance: FloatArray, drags: FloatArray | None) -> FloatArray:
