@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -38,6 +38,12 @@ _DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _FAR = 100.0  # depths, from which nothing is felt
+
+
+@cache
+def _gauss(count: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights on (-1, 1): a calibration makes hundreds of fingers of the same few sensors."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 class _Group(NamedTuple):
@@ -188,7 +194,7 @@ class Finger(Frozen):
             members.setdefault(key, []).append(i)
         groups = []
         for (kind, count), index in members.items():
-            t, w = np.polynomial.legendre.leggauss(count)
+            t, w = _gauss(count)
             y = ys[index, None] + 0.5 * widths[index, None] * t
             felt = self.skin.at(depths[index, None], y)
             groups.append(_Group(kind, slice(None) if len(index) == len(a) else index, felt, 0.5 * w))
