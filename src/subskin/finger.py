@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -39,6 +39,12 @@ _DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _FAR = 100.0  # depths, from which nothing is felt
+
+
+@cache
+def _gauss(count: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights on (-1, 1): a calibration makes hundreds of fingers of the same few sensors."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 class _Group(NamedTuple):
@@ -209,7 +215,7 @@ class Finger(Frozen):
         groups = []
         shared: dict[bytes, Callable[[Contact | LocalContact], State]] = {}
         for (kind, count), index in members.items():
-            t, w = np.polynomial.legendre.leggauss(count)
+            t, w = _gauss(count)
             y = ys[index, None] + 0.5 * widths[index, None] * t
             where = (depths[index, None], y, zs[index, None])
             points = b"".join(values.tobytes() for values in where)

@@ -36,6 +36,8 @@ _POINTS = 40
 _MOST_WIDE = 4.0
 """Depths up to which the nodes, and the scans that start from them, are close enough."""
 _FARTHEST = 100.0
+_MOST_SHARES = 1 << 20
+"""Of coefficients in sums, held at a time: 8 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,11 +229,25 @@ class Response(Frozen):
         line = tabulate(finger, (low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
         t, weights = _points(family)
-        shifts = [widest * np.sqrt(q) * t for q in shares]
-        values = np.stack([sum(w * line(positions + s) for s, w in zip(row, weights, strict=True)) for row in shifts])
+        values = np.stack([line._summed(positions, widest * np.sqrt(q) * t, weights) for q in shares])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
         return cls(low, step, np.einsum("kj,wcjnl->wcknl", _TO_POWERS, sums), line.error, widest)
+
+    def _summed(self, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
+        """Sum of the values at `positions` + `shifts` (m,), of line loads, times `weights` (m,); positions + (n, 2)."""
+        cells = len(self.coefficients)
+        table = self.coefficients.reshape(cells, DEGREE + 1, -1)
+        total = np.zeros((positions.size, table.shape[2]))
+        for part in np.array_split(np.arange(positions.size), -(-positions.size * cells // _MOST_SHARES)):
+            steps = (positions.reshape(-1)[part, None] + shifts - self.start) / self.step
+            cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
+            t, term = (steps - cell - 0.5).reshape(-1), np.tile(weights, part.size)
+            share = (cell + cells * np.arange(part.size)[:, None]).reshape(-1)
+            for k in range(DEGREE + 1):  # how much of each coefficient is in each sum: one product takes them all
+                total[part] += np.bincount(share, term, part.size * cells).reshape(-1, cells) @ table[:, k]
+                term *= t
+        return total.reshape(*positions.shape, -1, 2)
 
     def select(self, sensors: npt.ArrayLike) -> Response:
         """The response of some of the `sensors`, given by a mask or by indices."""

@@ -16,7 +16,7 @@ import numpy as np
 import skfem
 from scipy.sparse import bsr_matrix
 from scipy.sparse.linalg import splu
-from skfem.helpers import ddot, div, dot, sym_grad
+from skfem.helpers import div, dot
 from skfem.refdom import RefQuad
 
 _VECTOR = skfem.ElementVector(skfem.ElementQuad2())
@@ -42,7 +42,10 @@ class _Linear(skfem.ElementH1):
 
 @skfem.BilinearForm
 def _distortion(u, v, w):
-    return 2 * w.modulus * ddot(sym_grad(u), sym_grad(v))
+    # 2 mu e(u) : e(v), written out: the helpers make arrays of every component first
+    (a, b), (c, d) = u.grad
+    (e, f), (g, h) = v.grad
+    return w.modulus * (2 * (a * e + d * h) + (b + c) * (f + g))
 
 
 @skfem.BilinearForm
@@ -111,7 +114,7 @@ class Body:
         if self.round:
             assert np.isclose(self.positions[-1] - self.positions[0], 2 * np.pi * radius, rtol=1e-12)
         assert np.isin([bottom for bottom, _, _ in layers], self.depths).all()
-        self.basis = skfem.CellBasis(self.mesh, _VECTOR, intorder=6)
+        self.basis = skfem.CellBasis(self.mesh, _VECTOR, intorder=5)
 
     @property
     def round(self):

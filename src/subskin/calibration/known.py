@@ -94,11 +94,17 @@ def calibrate(
     (9.0, 5.4)
     """
     solution = fitted(finger, readings, positions, fit=fit, force=force, angle=angle, origin=origin)
+    found = explained(solution, accept_misfit=accept_misfit)
+    return checked(found, solution, *measured(solution))
+
+
+def explained(solution: Fit, *, accept_misfit: bool = False) -> Calibration:
+    """What was fitted, its standard errors not yet held against touches held out; parameters and errors as above."""
     found = solution.result()
     if found.misfit.wrong and not accept_misfit:
         fix = "check the kind of sensor, the skin, the positions and the loads (force); or accept_misfit=True"
         raise ConvergenceError("a model that is not that of the touches", found.misfit.verdict, fix)
-    return checked(found, solution, *measured(solution))
+    return found
 
 
 def fitted(

@@ -12,7 +12,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..array import SensorArray
-from ..calibration import calibrate
+from ..calibration.known import explained, fitted
 from ..contact import Hertz, LineLoad
 from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
@@ -171,7 +171,8 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     none = _check.read_only(np.full((positions.size, angles.size), np.nan))
     calibrated, depth = LocatingError(none, none, none, {s.name.lower(): 0 for s in Status}), np.nan
     try:
-        model = calibrate(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0).finger
+        solution = fitted(noisy, straight, positions, fit=("gain", "depth"), force=1.0, origin=0.0)
+        model = explained(solution).finger  # of which nobody asks for standard errors
         calibrated = _locating(model, readings, positions, angles, largest, ratio)
         depth = float(np.asarray(model.array.depth).mean())
     except ConvergenceError:

@@ -172,12 +172,12 @@ class EitherLocator:
 
 def _force(found: Estimate) -> FloatArray:
     """What a force is as large as, never 0."""
-    return np.maximum(np.hypot(*np.moveaxis(found.load.components, -1, 0)), 1e-100)
+    return np.asarray(np.maximum(np.hypot(*np.moveaxis(found.load.components, -1, 0)), 1e-100))
 
 
 def _slid(found: Estimate, mu: float) -> FloatArray:
     """Range of the drags of a line load, all as likely [N/m]."""
-    return 2 * min(mu, _STEEPEST) * _force(found)
+    return np.asarray(2 * min(mu, _STEEPEST) * _force(found))
 
 
 def _leant(found: Estimate, mu: float, depth: float) -> FloatArray:

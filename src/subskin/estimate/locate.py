@@ -116,7 +116,7 @@ def locator(
         table = tabulate(finger, ends)
         more: dict[str, Any] = {**values, "normal_force": forces}
         if ends is None:
-            more["beyond"] = beyond_row(finger, table)
+            more["beyond"] = prepared(finger).get(("beyond",), lambda: beyond_row(finger, table))
         if issubclass(kind, LineLoad):
             if widths is not None:
                 raise InvalidValueError(f"half_width = {half_width!r} of a line load", "it has none", "leave it out")

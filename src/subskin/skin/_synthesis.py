@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -90,10 +91,11 @@ def synthesise(
     own = [i for i in range(axes) if i not in shared and batch[i] > 1]
     free = [i for i in range(axes) if i not in shared and i not in own]
     order = shared + own + free
-    spectrum = contact.expand(1).spectrum(k)
-    p, q = (np.broadcast_to(s, (*contact.shape, k.size)).reshape(*batch, k.size) for s in spectrum)
     together, rows, columns = (int(np.prod([shape[i] for i in part])) for part in (shared, own, free))
-    p, q = (np.multiply(s.transpose(*order, axes).reshape(together, rows, k.size), weights) for s in (p, q))
+    spectra = []
+    for part in contact.expand(1).spectrum(k):
+        every = np.broadcast_to(part, (*contact.shape, k.size)).reshape(*batch, k.size)
+        spectra.append(every.transpose(*order, axes).reshape(together, rows, k.size))
     xs, ys = (a.reshape(positions).transpose(order).reshape(together, columns) for a in (x, y))
     depths, which = np.unique(xs, return_inverse=True)
     which = which.reshape(xs.shape)
@@ -102,11 +104,11 @@ def synthesise(
     for first in range(0, depths.size, size):
         answers = response(depths[first : first + size])
         for i in range(together):
-            table = _Waves(k, ys[i])
+            table, loads = _Waves(k, ys[i]), [_Load.of(part[i], weights) for part in spectra]
             for j in np.unique(which[i]):
                 if first <= j < first + size:
                     chosen = np.flatnonzero(which[i] == j)
-                    out[:, i][:, :, chosen] = _at_depth(answers[j - first], p[i], q[i], table, chosen)
+                    out[:, i][:, :, chosen] = _at_depth(answers[j - first], loads, rows, table, chosen)
     back = np.argsort(order)
     lengths = [shape[i] for i in order]
     return out.reshape(3, *lengths).transpose(0, *(1 + back))
@@ -121,40 +123,62 @@ class _Waves:
         few = self.positions.size * k.size <= _TABLE and self.positions.size <= 0.5 * y.size
         self.table = self._waves(self.positions) if few else None
 
-    def _waves(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _waves(self, y: FloatArray) -> FloatArray:
         phase = self.k[:, None] * y
-        return np.cos(phase), np.sin(phase)
+        return np.concatenate([np.cos(phase), np.sin(phase)])
 
-    def blocks(self, chosen: npt.NDArray[np.intp]) -> list[tuple[slice, tuple[FloatArray, FloatArray]]]:
-        """Slices of `chosen` and cos and sin there, shape (k, slice)."""
+    def blocks(self, chosen: npt.NDArray[np.intp]) -> list[tuple[slice, FloatArray]]:
+        """Slices of `chosen`, and cos and sin there below each other, shape (2 k, slice)."""
         if self.table is not None:
-            at = self.index[chosen]
-            return [(slice(None), (self.table[0][:, at], self.table[1][:, at]))]
+            return [(slice(None), self.table[:, self.index[chosen]])]
         size = max(1, _TABLE // self.k.size)
         starts = range(0, chosen.size, size)
         return [(slice(s, s + size), self._waves(self.y[chosen[s : s + size]])) for s in starts]
 
 
+class _Load(NamedTuple):
+    """The rows of a contact that load the skin along one direction; their spectra, real beside imaginary parts."""
+
+    rows: npt.NDArray[np.intp] | slice
+    spectrum: FloatArray
+
+    @classmethod
+    def of(cls, spectrum: ComplexArray, weights: FloatArray) -> _Load:
+        """Of spectra (rows, k), with the weights (k,) of their wavenumbers."""
+        some = spectrum.any(axis=1)
+        rows = slice(None) if some.all() else np.flatnonzero(some)
+        chosen = spectrum[rows]
+        both = np.empty((len(chosen), 2 * weights.size))
+        np.multiply(chosen.real, weights, out=both[:, : weights.size])
+        np.multiply(chosen.imag, weights, out=both[:, weights.size :])
+        return cls(rows, both)
+
+
 def _at_depth(
-    answer: FloatArray, p: ComplexArray, q: ComplexArray, waves: _Waves, chosen: npt.NDArray[np.intp]
+    answer: FloatArray, loads: list[_Load], count: int, waves: _Waves, chosen: npt.NDArray[np.intp]
 ) -> FloatArray:
-    """Fields (3, rows, chosen) at one depth: `answer` (k, 3, 2), spectra (rows, k) with their weights."""
+    """Fields (3, count, chosen) at one depth, of `count` rows: `answer` (k, 3, 2)."""
     # sigma_x and eps_y go with cos under p and turn with q; tau_xy the other way round
     turns = np.array([[1, 1j], [-1j, 1], [1, 1j]])
-    factors = (answer * turns).transpose(1, 2, 0) / np.pi  # (3, 2, k)
-    out = np.zeros((3, len(p), chosen.size))
-    loads = [(factors[:, i], spectrum) for i, spectrum in enumerate((p, q)) if spectrum.any()]
-    for part, (cos, sin) in waves.blocks(chosen):
-        for factor, spectrum in loads:
-            for field, f in zip(out[:, :, part], factor, strict=True):
-                # the smaller of the two sides of the product takes the factor
-                if len(p) < cos.shape[1]:
-                    left = spectrum * f
-                    field += left.real @ cos - left.imag @ sin
-                else:
-                    right = f[:, None] * (cos + 1j * sin)
-                    field += spectrum.real @ right.real - spectrum.imag @ right.imag
+    factors = (answer * turns)[..., None] / np.pi  # (k, 3, 2, 1)
+    out = np.zeros((3, count, chosen.size))
+    for part, both in waves.blocks(chosen):
+        for i, (rows, spectrum) in enumerate(loads):
+            n, columns = len(spectrum), both.shape[1]
+            # the smaller of the two sides of the product takes the factors
+            if n < columns:
+                left = _turned(spectrum.T[:, None], factors[:, :, i]).reshape(len(both), 3 * n)
+                out[:, rows, part] += (left.T @ both).reshape(3, n, columns)
+            else:
+                right = _turned(both[:, None], factors[:, :, i]).reshape(len(both), 3 * columns)
+                out[:, rows, part] += (spectrum @ right).reshape(n, 3, columns).transpose(1, 0, 2)
     return out
+
+
+def _turned(values: FloatArray, factors: ComplexArray) -> FloatArray:
+    """Of (a + i b) f the real part and, below it, minus the imaginary one: `values` are a above b, (2 k, ...)."""
+    a, b = np.split(values, 2)
+    return np.concatenate([a * factors.real - b * factors.imag, -a * factors.imag - b * factors.real])
 
 
 def hooke(fields: FloatArray, material: Material) -> State:

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...calibration import calibrate, calibrate_blind
+from ...calibration import calibrate_blind
+from ...calibration.known import explained, fitted
 from ...contact import LineLoad
 from ...errors import ConvergenceError, SubskinError
 from ...finger import Finger
@@ -113,16 +114,16 @@ def _calibrated(
         positions, force = np.linspace(*study.touches.span_on(study.finger), count), study.touches.force
         readings = made.read(LineLoad(force, 0.0, positions), rng)
 
-        def fitted(terms: Sequence[str]) -> Finger:
-            return calibrate(study.finger, readings, positions, fit=terms, force=force, origin=0.0).finger
+        def found(terms: Sequence[str]) -> Finger:  # errors are counted, so nobody asks for standard errors
+            return explained(fitted(study.finger, readings, positions, fit=terms, force=force, origin=0.0)).finger
 
         try:
-            return fitted(fit)
+            return found(fit)
         except ConvergenceError:  # normal touches do not tell Poisson's ratio from a gain to every kind of sensor
             rest = tuple(term for term in fit if term != "poisson")
             if rest in (tuple(fit), ()):
                 raise
-            return fitted(rest)
+            return found(rest)
     readings = made.read(study.touches.sample(count, rng, study.finger), rng)
     priors: dict[str, Any] = _priors(study.finger, fit, amounts)
     return calibrate_blind(
