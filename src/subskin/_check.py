@@ -64,6 +64,11 @@ def real(
     return array
 
 
+def each(noun: object, limits: Mapping[str, Mapping[str, Any]]) -> dict[str, FloatArray]:
+    """The attributes of a noun that `limits` names, each as by `real` within its limits."""
+    return {name: real(name, getattr(noun, name), **limit) for name, limit in limits.items()}
+
+
 def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
     """Readings as floats: NaN where one is missing, or masked. Not copied where they are floats already."""
     if type(value) is np.ndarray and value.dtype == np.float64:

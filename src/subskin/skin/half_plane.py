@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only, read_only
-from ..contact.base import Contact, transforms_of
+from ..contact.base import Contact
 from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
@@ -78,11 +78,6 @@ class HalfPlane(Skin):
     def __str__(self) -> str:
         return f"a half plane ({self.material})" + (", plane stress" if self.plane == "stress" else "")
 
-    def state(  # noqa: D102
-        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
-    ) -> State:
-        return self.at(x, y, z)(contact)
-
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
@@ -134,7 +129,7 @@ class HalfPlane(Skin):
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
         with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below
-            t = transforms_of(contact, complex_points(zeros, ys))
+            t = contact.transforms(complex_points(zeros, ys))
             big_t = t.q / np.pi
             big_f = big_t + 1j * t.p / np.pi
             nu = self.material.poisson
@@ -168,7 +163,7 @@ class HalfPlane(Skin):
 
     def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
         zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
-        return Stress(*each_read_only(mean - half, mean + half, zz, xy))
+        return Stress(mean - half, mean + half, zz, xy)
 
     def _strain(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Strain:
         """Hooke's law (memo eq. 6), for the mean and half the difference of the two stresses.
@@ -183,7 +178,7 @@ class HalfPlane(Skin):
         else:
             widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
         xx, yy = widened - turned, widened + turned
-        return Strain(*each_read_only(xx, yy, zz, (1 + nu) / e * xy))
+        return Strain(xx, yy, zz, (1 + nu) / e * xy)
 
 
 def _hat_logarithm(count: int) -> FloatArray:
@@ -224,7 +219,7 @@ def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatA
 def _fields(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        p, dp, q, dq, hq = transforms_of(contact, z)
+        p, dp, q, dq, hq = contact.transforms(z)
         x = z.imag
         if surface:  # there F' grows more slowly than 1/x
             dp, dq = (np.where(x == 0, 0.0, d) for d in (dp, dq))

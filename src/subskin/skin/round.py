@@ -120,11 +120,6 @@ class Round(Skin):
         """The harmonics that the core sends back: what is left out is less than exp(-42) of them."""
         return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
 
-    def state(  # noqa: D102
-        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
-    ) -> State:
-        return self.at(x, y, z)(contact)
-
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
