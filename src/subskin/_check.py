@@ -151,13 +151,19 @@ def scalar(
     above: float | None = None,
     at_least: float | None = None,
     at_most: float | None = None,
+    finite: bool = True,
     fix: str = "",
 ) -> float:
     """Like `real`, for a value that has to be a single number."""
-    array = real(name, value, unit=unit, above=above, at_least=at_least, at_most=at_most, fix=fix)
+    array = real(name, value, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
     if array.ndim:
         raise InvalidValueError(f"{name} of shape {array.shape}", "a single number is needed", fix)
     return float(array)
+
+
+def scalars(limits: Mapping[str, Mapping[str, Any]], **values: npt.ArrayLike) -> list[float]:
+    """Several single numbers, each as by `scalar` within its limits."""
+    return [scalar(name, value, **limits[name]) for name, value in values.items()]
 
 
 def read_only(values: npt.ArrayLike) -> FloatArray:
