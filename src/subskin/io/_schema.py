@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, StrictInt, StrictStr, ValidationInfo
 
 from ..errors import InvalidValueError
-from .units import quantity, si_unit, unit_scale
+from .units import quantity, unit_scale
 
 __all__ = [
     "CalibrationTable",
@@ -224,8 +224,3 @@ class FingerDocument(StrictTable):
     tare: TareTable = TareTable()
     touch: ContactTable = ContactTable()
     calibration: CalibrationTable = CalibrationTable()
-
-
-def reading_unit(recording: RecordingTable | None) -> str | None:
-    """SI unit of the readings; None where the file does not give one."""
-    return None if recording is None or recording.unit is None else si_unit(recording.unit, "unit")

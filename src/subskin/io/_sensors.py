@@ -9,14 +9,13 @@ import numpy as np
 from ..array import SensorArray, even_row
 from ..errors import InvalidValueError
 from ..transducer import Transducer, VolumeResistance, transducer_of
-from ._skin import about
 from ._toml_errors import short
-from .units import quantity
+from .units import quantity, si_unit
 
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["build_array", "in_readings"]
+__all__ = ["build_array", "in_readings", "reading_unit"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
 
@@ -26,21 +25,17 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
 
     Raises
     ------
-    Misplaced
+    SubskinError
         A key that is missing, a value out of range, lists that do not match.
     """
     table = document.sensors
-    with about("sensors"):
-        positions = _positions(table)
-        preset = {} if table.sensor is None else SensorArray.preset(table.sensor)
-        usual = preset.pop("transducer", None)
-        own = usual is None or "kind" in table.model_fields_set
-        transducers = _transducers(table.kind, table.exact, len(positions)) if own else usual
-        given = _parameters(document, transducers)
-        parameters = preset | {
-            key: value for key, value in given.items() if key in table.model_fields_set or not preset
-        }
-        return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
+    positions = _positions(table)
+    preset = {} if table.sensor is None else SensorArray.preset(table.sensor)
+    usual = preset.pop("transducer", None)
+    own = usual is None or "kind" in table.model_fields_set
+    transducers = _transducers(table.kind, table.exact, len(positions)) if own else usual
+    parameters = preset | _parameters(document, transducers)
+    return SensorArray(y=positions, depth=table.depth, width=table.width, transducer=transducers, **parameters)
 
 
 def _positions(table: _schema.SensorsTable) -> list[float]:
@@ -73,15 +68,18 @@ def _transducers(kind: object, exact: bool, count: int) -> Transducer | tuple[Tr
 
 
 def _parameters(document: _schema.FingerDocument, transducers: Transducer | tuple[Transducer, ...]) -> dict[str, Any]:
-    """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
-    from ._schema import reading_unit
-
+    """Those of gain, offset, noise, range and resolution that are given: plain numbers, or in a unit of readings."""
     table, unit = document.sensors, reading_unit(document.recording) or ""
     measured = {t.unit for t in (transducers if isinstance(transducers, tuple) else (transducers,))}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    given = {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)}
-    return {key: value for key, value in given.items() if value is not None}
+    given = [key for key in ("gain", *_IN_READINGS) if key in table.model_fields_set]
+    return {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in given}
+
+
+def reading_unit(recording: _schema.RecordingTable | None) -> str | None:
+    """SI unit of the readings; None where the file does not give one."""
+    return None if recording is None or recording.unit is None else si_unit(recording.unit, "unit")
 
 
 def in_readings(value: Any, unit: str, name: str) -> Any:
