@@ -64,9 +64,9 @@ def real(
     return array
 
 
-def each(noun: object, limits: Mapping[str, Mapping[str, Any]]) -> dict[str, FloatArray]:
-    """The attributes of a noun that `limits` names, each as by `real` within its limits."""
-    return {name: real(name, getattr(noun, name), **limit) for name, limit in limits.items()}
+def each(values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]) -> dict[str, FloatArray]:
+    """Several values by their names, each as by `real` within its limits."""
+    return {name: real(name, value, **limits.get(name, {})) for name, value in values.items()}
 
 
 def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
@@ -187,6 +187,14 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
         raise GeometryError(
             f"shapes {seen}", "they have to broadcast as in NumPy", "an axis of length 1, such as y[:, None]"
         ) from None
+
+
+def batch(
+    values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]
+) -> tuple[dict[str, FloatArray], tuple[int, ...]]:
+    """Parameters of a batch, as by `each`, and their common shape."""
+    arrays = each(values, limits)
+    return arrays, broadcast(**arrays)
 
 
 def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:

@@ -114,7 +114,7 @@ class SensorArray(Frozen):
             rule = "one position a sensor is needed, shape (n,)"
             raise GeometryError(f"y of shape {y.shape}", rule, "y=[-1e-3, 1e-3]")
         object.__setattr__(self, "y", y)
-        for name, values in _check.each(self, _PER_SENSOR).items():
+        for name, values in _check.each({name: getattr(self, name) for name in _PER_SENSOR}, _PER_SENSOR).items():
             if values.shape not in ((), (1,), y.shape):
                 seen = f"{name} of shape {values.shape}"
                 raise GeometryError(

@@ -210,8 +210,11 @@ class Finger(Frozen):
             In the transducers' units.
         """
         shape = contact.shape
-        out = np.empty((*shape, len(self.array)))
-        wide = contact.expand(2) if shape else contact
+        return self._measured(contact.expand(2) if shape else contact, shape, linear)
+
+    def _measured(self, wide: Contact, shape: tuple[int, ...], linear: bool) -> FloatArray:
+        """As `measure`, of contacts with two axes of length one behind those of their `shape`."""
+        out = np.empty((*shape, np.size(self.array.y)))
         for kind, sensors, felt, weights in self._groups[linear]:
             values = kind.measure(felt(wide))
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
@@ -277,8 +280,13 @@ class Finger(Frozen):
             Where a transducer has no linear part.
 
         """
+        gain, y = self._linear_gain, _check.real("position", position, unit="m")
+        units = LineLoad.of_components(np.eye(2)[:, None, None], y[..., None, None, None])
+        return gain * np.swapaxes(self._measured(units, (*y.shape, 2), linear=True), -1, -2)
+
+    @cached_property
+    def _linear_gain(self) -> FloatArray:
+        """Gain of each sensor, shape (n, 1), where all are linear, or can be made so."""
         for kind in set(self.array.transducers):
-            kind.linearise(np.zeros(0))  # refuses what cannot be made linear
-        y = _check.real("position", position, unit="m")
-        fields = self.measure(LineLoad.of_components(np.eye(2), y[..., None]), linear=True)
-        return np.asarray(self.array.gain)[:, None] * np.swapaxes(fields, -1, -2)
+            kind.linearise(np.zeros(0))  # refuses what cannot
+        return np.asarray(self.array.gain)[:, None]

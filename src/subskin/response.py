@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -90,12 +91,12 @@ class Response(Frozen):
         wide = f", half widths to {self.widest:.4g} m" if self.widest else ""
         return f"Response({self.sensors} sensors, y = {self.start:.4g} to {self.stop:.4g} m{wide})"
 
-    @property
+    @cached_property
     def sensors(self) -> int:
         """Number of sensors."""
         return int(self.coefficients.shape[-2])
 
-    @property
+    @cached_property
     def blur(self) -> float:
         """Error of the table anywhere, relative to its largest value: between its positions, and between its widths."""
         if not self.widest:
@@ -103,7 +104,7 @@ class Response(Frozen):
         rest = np.abs(self.coefficients[-1]).max() / np.abs(self.coefficients[:, :, 0]).sum(axis=0).max()
         return max(self.error, float(rest))
 
-    @property
+    @cached_property
     def stop(self) -> float:
         """Right end of the last cell [m]."""
         return float(self.start + self.step * self.coefficients.shape[-4])

@@ -74,8 +74,8 @@ class ProportionalContact(Contact):
     position: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        self.__dict__.update(_check.each(self, self.LIMITS))
-        self.__dict__.update(_shape=_check.broadcast(**self._parameters()), _components=resolve(self.force, self.angle))
+        values, shape = _check.batch({f.name: getattr(self, f.name) for f in fields(self) if f.init}, self.LIMITS)
+        self.__dict__.update(values, _shape=shape, _components=resolve(values["force"], values["angle"]))
 
     @classmethod
     def of_components(
@@ -111,9 +111,6 @@ class ProportionalContact(Contact):
         made = cls(np.hypot(n, t), np.arctan2(t, n), position, **parameters)
         made.__dict__["_components"] = both
         return made
-
-    def _parameters(self) -> dict[str, FloatArray]:
-        return {f.name: np.asarray(getattr(self, f.name), dtype=np.float64) for f in fields(self) if f.init}
 
     @property
     def shape(self) -> tuple[int, ...]:  # noqa: D102
@@ -178,7 +175,8 @@ class ProportionalContact(Contact):
         return np.asarray(_check.real("y", y, unit="m") - np.asarray(self.position, dtype=np.float64))
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
-        shape, longer = self.shape, self.shape + (1,) * axes
-        both = np.broadcast_to(self.components, (*shape, 2)).reshape(*longer, 2)
-        arrays = {k: np.broadcast_to(value, shape).reshape(longer) for k, value in self._parameters().items()}
-        return self.altered(**arrays, _components=both, _shape=longer)
+        shape, tail = self.shape, (1,) * axes
+        values = {f.name: np.asarray(getattr(self, f.name)) for f in fields(self) if f.init}
+        longer = {k: v.reshape((1,) * (len(shape) - v.ndim) + v.shape + tail) for k, v in values.items()}
+        both = np.broadcast_to(self.components, (*shape, 2)).reshape(*shape, *tail, 2)
+        return self.altered(**longer, _components=both, _shape=shape + tail)

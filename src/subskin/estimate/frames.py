@@ -6,6 +6,7 @@ import logging
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -77,9 +78,9 @@ class Framewise(ABC):
         self._all.flags.writeable = False
         noise, gain = np.asarray(array.noise)[self._all], np.abs(np.asarray(array.gain)[self._all])
         self._reckoned = bool((noise > 1 / _WILD).all() and (gain < _WILD * noise).all())
-        self._whole = bool(self._all.all()) and len(array) >= needed and self._reckoned
+        self._sensors = self._all.size
+        self._whole = bool(self._all.all()) and self._sensors >= needed and self._reckoned
         self._arrays: tuple[Any, ...] = ()
-        self._sensors = len(array)
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
         self._allowed: tuple[Spread | None, float, bool] | None = None
@@ -221,7 +222,7 @@ class Framewise(ABC):
         if pattern is self._all and self._arrays:  # the shortest way for a frame by itself
             arrays = self._arrays
         else:
-            arrays = self._prepared.get(pattern.tobytes(), lambda: self._prepare(pattern))
+            arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
         if pattern is self._all:
             self._arrays = arrays
         if self._compiled is None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import _check
 from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
@@ -38,9 +40,10 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         at = "sensors"
         finger = Finger(skin, array, spread, not told.accepted_misfit)
         at = "recording"
-        names = tuple(f"s{i}" for i in range(array.live.size)) if recording is None else tuple(recording.sensors)
-        if len(names) != array.live.size:
-            rule = f"one for each of the {array.live.size} sensors of [sensors] is needed"
+        count = np.size(array.y)
+        names = tuple(f"s{i}" for i in range(count)) if recording is None else tuple(recording.sensors)
+        if len(names) != count:
+            rule = f"one for each of the {count} sensors of [sensors] is needed"
             fix = "one name for each sensor, in the order of the row"
             raise InvalidValueError(f"sensors names {len(names)} columns", rule, fix)
         at = "locate"

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, StrictInt, StrictStr, ValidationInfo
 
 from ..errors import InvalidValueError
-from .units import quantity, unit_scale
+from .units import of_field, quantity, unit_scale
 
 __all__ = [
     "CalibrationTable",
@@ -31,19 +31,12 @@ __all__ = [
 
 def one(unit: str) -> PlainValidator:
     """A quantity in the SI unit `unit`."""
-    return PlainValidator(lambda value, info: quantity(value, unit, str(info.field_name)))
+    return PlainValidator(of_field(unit))
 
 
 def one_or_each(unit: str) -> PlainValidator:
     """One quantity for all sensors, or a list with one for each."""
-
-    def convert(value: object, info: ValidationInfo) -> float | list[float]:
-        name = str(info.field_name)
-        if isinstance(value, list):
-            return [quantity(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
-        return quantity(value, unit, name)
-
-    return PlainValidator(convert)
+    return PlainValidator(of_field(unit, lists=True))
 
 
 def _unit_text(value: object, info: ValidationInfo) -> str:
@@ -79,7 +72,7 @@ Above0 = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Lengths = Annotated[float | list[float], one_or_each("m")]
 UnitText = Annotated[str, PlainValidator(_unit_text)]
 Names = Annotated[list[str], PlainValidator(_names)]
-Readings = Annotated[Any, PlainValidator(lambda value: value)]  # units follow from [recording], so they wait
+Readings = Any  # units follow from [recording], so they wait
 
 
 class StrictTable(BaseModel):
@@ -126,7 +119,7 @@ class SensorsTable(StrictTable):
     y: Lengths | None = None
     depth: Lengths
     sensor: StrictStr | None = None
-    kind: Annotated[Any, PlainValidator(lambda value: value)] = "normal_strain"
+    kind: Any = "normal_strain"
     exact: StrictBool = False
     width: Lengths = 0.0
     gain: Readings = 1.0

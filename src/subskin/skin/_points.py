@@ -12,7 +12,7 @@ from .._check import ComplexArray, FloatArray
 from ..contact import Contact, LocalContact
 from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 
-__all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "long_only", "points", "wave_points"]
+__all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "not_local", "points", "wave_points"]
 
 
 def points(
@@ -47,19 +47,11 @@ def local_points(
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape), np.broadcast_to(zs, shape)
 
 
-def long_only(contact: Contact | LocalContact, skin: object) -> Contact:
-    """A contact that does not change along z, as a skin needs it which is solved in a plane.
-
-    Raises
-    ------
-    InvalidValueError
-        A local contact.
-    """
-    if isinstance(contact, LocalContact):
-        seen = f"a {type(contact).__name__} on a {type(skin).__name__}"
-        rule = "it acts on an area, and this skin is solved in a plane, for contacts that do not change along z"
-        raise InvalidValueError(seen, rule, "HalfSpace(material) for it, or a long contact such as LineLoad")
-    return contact
+def not_local(contact: LocalContact, skin: object) -> InvalidValueError:
+    """The error of a local contact on a skin that is solved in a plane."""
+    seen = f"a {type(contact).__name__} on a {type(skin).__name__}"
+    rule = "it acts on an area, and this skin is solved in a plane, for contacts that do not change along z"
+    return InvalidValueError(seen, rule, "HalfSpace(material) for it, or a long contact such as LineLoad")
 
 
 def wave_points(k: npt.ArrayLike, x: npt.ArrayLike, thickness: float = np.inf) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, State, Strain, Stress, SurfaceGradient, Wave
-from ._points import blank_singular, complex_points, long_only, points, wave_points
+from ._points import blank_singular, complex_points, not_local, points, wave_points
 from .base import Materials, Skin
 
 __all__ = ["HalfPlane"]
@@ -85,8 +85,13 @@ class HalfPlane(Skin):
         z, surface = complex_points(xs, ys), not (xs > 0).all()
 
         def state(contact: Contact | LocalContact) -> State:
-            contact = long_only(contact, self)
-            fields = _in_blocks(contact, z, surface)
+            if isinstance(contact, LocalContact):
+                raise not_local(contact, self)
+            try:
+                fields = _in_blocks(contact, z, surface)
+            except ValueError:
+                _check.broadcast(contact=np.empty(contact.shape), points=xs)  # says which shapes do not
+                raise
             return Deferred(partial(self._stress, *fields), partial(self._strain, *fields))
 
         return state
@@ -202,10 +207,7 @@ def _hat_logarithm(count: int) -> FloatArray:
 
 def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """`_fields` over all points; a single contact's over blocks of them."""
-    shape = contact.shape
-    if shape:
-        _check.broadcast(contact=np.empty(shape), points=z.real)
-    if shape or z.size <= _BLOCK:
+    if z.size <= _BLOCK or contact.shape:
         return _fields(contact, z, surface)
     flat = z.reshape(-1)
     out = tuple(np.empty(z.size) for _ in range(3))

@@ -19,7 +19,7 @@ from ..material import Material
 from ..tensor import State, Strain, Stress, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
-from ._points import long_only, points, wave_points
+from ._points import not_local, points, wave_points
 from ._synthesis import Answer, hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
@@ -195,7 +195,8 @@ class Layered(Skin):
             return k, weights, remembered(lambda depths: self._response(k, depths))
 
         def state(contact: Contact | LocalContact) -> State:
-            contact = long_only(contact, self)
+            if isinstance(contact, LocalContact):
+                raise not_local(contact, self)
             shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), first)
