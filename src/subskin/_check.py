@@ -161,6 +161,11 @@ def scalar(
     return float(array)
 
 
+def friction(value: npt.ArrayLike) -> float:
+    """A coefficient of friction, which may be infinite."""
+    return scalar("friction", value, at_least=0.0, finite=False, fix="friction=1.0")
+
+
 def scalars(limits: Mapping[str, Mapping[str, Any]], **values: npt.ArrayLike) -> list[float]:
     """Several single numbers, each as by `scalar` within its limits."""
     return [scalar(name, value, **limits[name]) for name, value in values.items()]

@@ -37,6 +37,7 @@ _LARGEST = 0.5  # m, of a skin's depth and of half a row
 _DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
+_UNIT_LOADS = LineLoad.of_components(np.eye(2)[:, None, None])  # on a sensor and its nodes
 _FAR = 100.0  # depths, from which nothing is felt
 
 
@@ -191,7 +192,7 @@ class Finger(Frozen):
             t, w = np.polynomial.legendre.leggauss(count)
             y = ys[index, None] + 0.5 * widths[index, None] * t
             felt = self.skin.at(depths[index, None], y)
-            groups.append(_Group(kind, slice(None) if len(index) == len(a) else index, felt, 0.5 * w))
+            groups.append(_Group(kind, slice(None) if len(index) == ys.size else index, felt, 0.5 * w))
         return tuple(groups)
 
     def measure(self, contact: Contact, *, linear: bool = False) -> FloatArray:
@@ -281,12 +282,12 @@ class Finger(Frozen):
 
         """
         gain, y = self._linear_gain, _check.real("position", position, unit="m")
-        units = LineLoad.of_components(np.eye(2)[:, None, None], y[..., None, None, None])
+        units = _UNIT_LOADS.moved(y[..., None, None, None])
         return gain * np.swapaxes(self._measured(units, (*y.shape, 2), linear=True), -1, -2)
 
     @cached_property
     def _linear_gain(self) -> FloatArray:
         """Gain of each sensor, shape (n, 1), where all are linear, or can be made so."""
-        for kind in set(self.array.transducers):
-            kind.linearise(np.zeros(0))  # refuses what cannot
+        for group in self._groups[False]:
+            group.transducer.linearise(np.zeros(0))  # refuses what cannot
         return np.asarray(self.array.gain)[:, None]

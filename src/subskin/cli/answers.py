@@ -82,8 +82,7 @@ def answers_of(
         rows = Rows(options)
         drift = _drift(options.tare)
         with said_of(options.finger):
-            answer = prepare(file)
-            answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows before the first frame
+            answer = prepare(file)  # what is wrong with the finger shows before the first frame
             stages = {} if options.tare is None else file.pipeline(drift=drift).stages
         pipeline = Pipeline({**stages, "found": _Chosen(rows, answer)})
         state, first, tared, last = None, 0, [], -np.inf

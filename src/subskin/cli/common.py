@@ -207,12 +207,13 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
     from rich.table import Table
     from rich.text import Text
 
-    (heading,), names, *lines = (map(Text, each_printable(line)) for line in ([title], columns, *rows))
+    heading, *cells = map(Text, each_printable([title, *columns, *(cell for row in rows for cell in row)]))
     table = Table(title=heading, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    for i, name in enumerate(names):
+    wide = len(columns)
+    for i, name in enumerate(cells[:wide]):
         table.add_column(name, justify="left" if i < left else "right", no_wrap=True)
-    for line in lines:
-        table.add_row(*line)
+    for first in range(wide, len(cells), wide):
+        table.add_row(*cells[first : first + wide])
     console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
     console.print(table)
 

@@ -174,6 +174,10 @@ class ProportionalContact(Contact):
     def _from_centre(self, y: npt.ArrayLike) -> FloatArray:
         return np.asarray(_check.real("y", y, unit="m") - np.asarray(self.position, dtype=np.float64))
 
+    def moved(self, position: FloatArray) -> Self:
+        """The same contacts at other positions [m], of a shape that broadcasts; these are not checked."""
+        return self.altered(position=position, _shape=np.broadcast_shapes(self.shape, position.shape))
+
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
         shape, tail = self.shape, (1,) * axes
         values = {f.name: np.asarray(getattr(self, f.name)) for f in fields(self) if f.init}

@@ -71,7 +71,8 @@ def locator(
     >>> ss.locator(finger, friction=0.5).friction
     0.5
     """
-    _check.no_options(_unknown, _OPTIONS)
+    if _unknown:
+        _check.no_options(_unknown, _OPTIONS)
     kind = family_of(family)
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")

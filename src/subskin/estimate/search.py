@@ -13,13 +13,18 @@ from ..errors import GeometryError, InvalidValueError
 from ..response import Response
 from .beyond import stretches
 from .estimate import Estimate
-from .frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
+from .frames import Framewise, packed, scan_geometry, sensor_rows
 from .layout import LINE, WIDE
 
 __all__ = ["Locator"]
 
 _SCAN_WIDTHS = 12
-_LIMITS: dict[str, dict[str, Any]] = {"ambiguity": {"at_least": 0.0}, "false_alarm": {"above": 0.0, "at_most": 0.5}}
+_LIMITS: dict[str, dict[str, Any]] = {
+    "half_width": {"unit": "m", "at_least": 0.0},
+    "normal_force": {"unit": "N/m", "at_least": 0.0, "finite": False},
+    "ambiguity": {"at_least": 0.0},
+    "false_alarm": {"above": 0.0, "at_most": 0.5},
+}
 _WHOLE = 32
 """Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
 
@@ -88,11 +93,12 @@ class Locator(Framewise):
             seen = f"a response of {response.sensors} sensors, an array of {sensors}"
             raise GeometryError(seen, "they have to match", "array.select(...)")
         wide = response.widest > 0
-        ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
+        usual = {"half_width": (0.0, response.widest), "normal_force": (0.0, np.inf)}
+        given = {"half_width": half_width, "normal_force": normal_force}
+        ends, forces = _check.each({k: usual[k] if v is None else v for k, v in given.items()}, _LIMITS).values()
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule, f"half_width=(0.0, {response.widest:.6g})")
-        forces = _check.real("normal_force", normal_force or (0.0, np.inf), unit="N/m", at_least=0.0, finite=False)
         if forces.shape != (2,) or not forces[0] < forces[1]:
             rule = "two ascending normal forces, of 0 or more, are needed [N/m]"
             raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "normal_force=(1.0, 100.0)")
@@ -103,7 +109,7 @@ class Locator(Framewise):
             seen = f"beyond of {beyond.sensors} sensors, an array of {sensors}"
             raise GeometryError(seen, "a multiple of these is needed", "beyond=None")
         self.half_width = (float(ends[0]), float(ends[1]))
-        self.friction = checked_friction(friction)
+        self.friction = _check.friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
         self.layout = WIDE if wide else LINE
         self._ambiguity, self._false_alarm = _check.scalars(_LIMITS, ambiguity=ambiguity, false_alarm=false_alarm)

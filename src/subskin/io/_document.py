@@ -64,8 +64,10 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         at = "recording"
         how = None if recording is None else _recording(recording, length)
         at = "tare"
-        drift = in_readings(document.tare.drift, f"{reading_unit(recording) or 1}/s", "drift")
-        drift = None if drift is None else _check.real("drift", drift, at_least=0.0)
+        drift = document.tare.drift
+        if drift is not None:
+            drift = in_readings(drift, f"{reading_unit(recording) or 1}/s", "drift")
+            drift = _check.real("drift", drift, at_least=0.0)
     except SubskinError as error:
         raise Misplaced(error, at, key_of(error)) from None
     return {

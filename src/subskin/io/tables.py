@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import os
 import re
+import stat
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import BinaryIO, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +19,7 @@ from .._check import FloatArray
 from ..errors import FileError, InvalidValueError
 from ._csv import CsvReader, csv_head, csv_rows, number_of
 from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
-from .files import opened, replacing, told_size
+from .files import opened, replacing
 
 __all__ = ["Table", "TableReader", "TableWriter", "read_table", "reading", "write_table", "writing"]
 
@@ -258,7 +260,7 @@ def reading(path: str | Path) -> Iterator[TableReader]:
     """
     name = "standard input" if str(path) == "-" else str(path)
     with opened(path) as file:
-        size, start = told_size(file), file.peek(4)[:4]
+        size, start = _size(file), file.peek(4)[:4]
         if not start:
             raise FileError(
                 f"{name} is empty", "a table with a header is needed", "write a header line above the numbers"
@@ -267,6 +269,15 @@ def reading(path: str | Path) -> Iterator[TableReader]:
             yield TableReader(ParquetReader(file, name), size)
         else:
             yield TableReader(CsvReader(file, name), size)
+
+
+def _size(file: BinaryIO) -> int | None:
+    """Bytes of a file that is open; None of a pipe or a device."""
+    try:
+        about = os.fstat(file.fileno())
+    except (OSError, ValueError):
+        return None
+    return about.st_size if stat.S_ISREG(about.st_mode) else None
 
 
 def read_table(path: str | Path) -> Table:

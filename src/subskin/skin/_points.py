@@ -14,6 +14,8 @@ from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 
 __all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "not_local", "points", "wave_points"]
 
+_METRES = {"x": {"unit": "m"}, "y": {"unit": "m"}}
+
 
 def points(
     x: npt.ArrayLike, y: npt.ArrayLike, thickness: float = np.inf, z: npt.ArrayLike | None = None
@@ -25,7 +27,8 @@ def points(
     GeometryError
         A point above the surface or beneath the skin, or shapes that do not broadcast.
     """
-    xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
+    values, shape = _check.batch({"x": x, "y": y}, _METRES)
+    xs, ys = values.values()
     if (xs < 0).any():
         raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
     if (xs > thickness * (1 + 1e-12)).any():
@@ -33,7 +36,6 @@ def points(
         raise GeometryError(seen, f"the skin is only {thickness:.6g} m thick", "a smaller depth")
     if z is not None:
         return local_points(xs, ys, z)[:2]
-    shape = _check.broadcast(x=xs, y=ys)
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
 
 

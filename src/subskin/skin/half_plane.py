@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 from typing import Literal, Self
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..contact.base import Contact
 from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import Deferred, State, Strain, Stress, SurfaceGradient, Wave
+from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
 from ._points import blank_singular, complex_points, not_local, points, wave_points
 from .base import Materials, Skin
 
@@ -92,7 +92,7 @@ class HalfPlane(Skin):
             except ValueError:
                 _check.broadcast(contact=np.empty(contact.shape), points=xs)  # says which shapes do not
                 raise
-            return Deferred(partial(self._stress, *fields), partial(self._strain, *fields))
+            return _PlaneState(self, *fields)
 
         return state
 
@@ -113,7 +113,8 @@ class HalfPlane(Skin):
             share = fall / waves[:, None, None]
             ux = share * np.concatenate([straight + deep, -across - deep], axis=-1)
             uy = share * np.concatenate([deep - across, straight - deep], axis=-1)
-        return Wave(self._stress(*fields), self._strain(*fields), ux, uy)
+        state = _PlaneState(self, *fields)
+        return Wave(state.stress, state.strain, ux, uy)
 
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
@@ -166,24 +167,34 @@ class HalfPlane(Skin):
             return 2 * (1 - nu**2) / e, (1 + nu) * (1 - 2 * nu) / e
         return 2 / e, (1 - nu) / e
 
-    def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
-        zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
+
+class _PlaneState(State):
+    """From the mean and half the difference of sigma_y and sigma_x, and tau_xy; what is not asked for is not made."""
+
+    def __init__(self, skin: HalfPlane, mean: FloatArray, half: FloatArray, xy: FloatArray) -> None:
+        self.__dict__.update(_skin=skin, _fields=(mean, half, xy))
+
+    @cached_property
+    def stress(self) -> Stress:
+        skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
+        zz = 2 * skin.material.poisson * mean if skin.plane == "strain" else np.zeros(mean.shape)
         return Stress(mean - half, mean + half, zz, xy)
 
-    def _strain(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Strain:
-        """Hooke's law (memo eq. 6), for the mean and half the difference of the two stresses.
+    @cached_property
+    def strain(self) -> Strain:
+        """Hooke's law (memo eq. 6).
 
-        At nu = 1/2 the difference alone strains the skin. Near the surface it is a small part of either
-        stress, and would be lost in them.
+        At nu = 1/2 the difference of the stresses alone strains the skin. Near the surface it is a small part of
+        either, and would be lost in them.
         """
-        e, nu = self.material.young, self.material.poisson
+        skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
+        e, nu = skin.material.young, skin.material.poisson
         turned = (1 + nu) / e * half
-        if self.plane == "strain":
+        if skin.plane == "strain":
             widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, np.zeros(mean.shape)
         else:
             widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
-        xx, yy = widened - turned, widened + turned
-        return Strain(xx, yy, zz, (1 + nu) / e * xy)
+        return Strain(widened - turned, widened + turned, zz, (1 + nu) / e * xy)
 
 
 def _hat_logarithm(count: int) -> FloatArray:
