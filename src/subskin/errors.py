@@ -52,7 +52,18 @@ def printable(text: object, longest: int = _SAID) -> str:
 
 
 def each_printable(texts: Sequence[object]) -> list[str]:
-    """Several texts, each as by `printable`."""
+    r"""Several texts, each as by `printable`.
+
+    Parameters
+    ----------
+    texts : sequence of object
+        What is shown.
+
+    Examples
+    --------
+    >>> each_printable(["s0\x07", 3])
+    ['s0\\x07', '3']
+    """
     return [printable(text) for text in texts]
 
 

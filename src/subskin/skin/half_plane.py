@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -173,6 +173,10 @@ class _PlaneState(State):
 
     def __init__(self, skin: HalfPlane, mean: FloatArray, half: FloatArray, xy: FloatArray) -> None:
         self.__dict__.update(_skin=skin, _fields=(mean, half, xy))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """It travels as what it has to say."""
+        return State, (self.stress, self.strain)
 
     @cached_property
     def stress(self) -> Stress:
