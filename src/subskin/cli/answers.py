@@ -168,6 +168,7 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
     """Columns of a table of estimates: those of `Estimate.to_dict`, and with `width` half widths, 0 of lines."""
     found: Estimate = answers.found
     columns = {"row": answers.rows, **found.to_dict()}
+    columns.pop("half_width_std", None)  # the interval says more: readings know the square of a half width
     if width and not found.layout.wide:
         columns |= dict.fromkeys(("half_width", "half_width_low", "half_width_high"), found.half_width)
         columns["second_half_width"] = found.second.half_width
