@@ -64,6 +64,11 @@ def real(
     return array
 
 
+def each(values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]) -> dict[str, FloatArray]:
+    """Several values by their names, each as by `real` within its limits."""
+    return {name: real(name, value, **limits.get(name, {})) for name, value in values.items()}
+
+
 def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
     """Readings as floats: NaN where one is missing, or masked. Not copied where they are floats already."""
     if type(value) is np.ndarray and value.dtype == np.float64:
@@ -146,13 +151,24 @@ def scalar(
     above: float | None = None,
     at_least: float | None = None,
     at_most: float | None = None,
+    finite: bool = True,
     fix: str = "",
 ) -> float:
     """Like `real`, for a value that has to be a single number."""
-    array = real(name, value, unit=unit, above=above, at_least=at_least, at_most=at_most, fix=fix)
+    array = real(name, value, unit=unit, above=above, at_least=at_least, at_most=at_most, finite=finite, fix=fix)
     if array.ndim:
         raise InvalidValueError(f"{name} of shape {array.shape}", "a single number is needed", fix)
     return float(array)
+
+
+def friction(value: npt.ArrayLike) -> float:
+    """A coefficient of friction, which may be infinite."""
+    return scalar("friction", value, at_least=0.0, finite=False, fix="friction=1.0")
+
+
+def scalars(limits: Mapping[str, Mapping[str, Any]], **values: npt.ArrayLike) -> list[float]:
+    """Several single numbers, each as by `scalar` within its limits."""
+    return [scalar(name, value, **limits[name]) for name, value in values.items()]
 
 
 def read_only(values: npt.ArrayLike) -> FloatArray:
@@ -176,6 +192,14 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
         raise GeometryError(
             f"shapes {seen}", "they have to broadcast as in NumPy", "an axis of length 1, such as y[:, None]"
         ) from None
+
+
+def batch(
+    values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]
+) -> tuple[dict[str, FloatArray], tuple[int, ...]]:
+    """Parameters of a batch, as by `each`, and their common shape."""
+    arrays = each(values, limits)
+    return arrays, broadcast(**arrays)
 
 
 def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ _PER_SENSOR: dict[str, dict[str, Any]] = {
     "resolution": {"at_least": 0.0},
 }
 """Parameters of which each sensor has its own, and their limits."""
+_METRES = {"y": {"unit": "m"}}
 
 _AIR = 101_325.0
 """The standard atmosphere [Pa]: what a barometer reads where nothing presses."""
@@ -98,13 +100,13 @@ class SensorArray(LaidOut, Frozen):
     z: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        y = np.atleast_1d(_check.real("y", self.y, unit="m"))
+        given = _check.each({name: getattr(self, name) for name in ("y", *_PER_SENSOR)}, _PER_SENSOR | _METRES)
+        y = np.atleast_1d(given.pop("y"))
         if y.ndim != 1 or not y.size:
             rule = "one position a sensor is needed, shape (n,)"
             raise GeometryError(f"y of shape {y.shape}", rule, "y=[-1e-3, 1e-3]")
         object.__setattr__(self, "y", y)
-        for name, limits in _PER_SENSOR.items():
-            values = _check.real(name, getattr(self, name), **limits)
+        for name, values in given.items():
             if values.shape not in ((), (1,), y.shape):
                 seen = f"{name} of shape {values.shape}"
                 raise GeometryError(
@@ -220,15 +222,17 @@ class SensorArray(LaidOut, Frozen):
         """What a person calls where they are, "4 x 4 grid, pitch 3 mm"; "" where they are not set out evenly."""
         return named_layout(np.asarray(self.y), np.asarray(self.z))
 
-    @property
+    @cached_property
     def transducers(self) -> tuple[Transducer, ...]:
         """The transducer of each sensor."""
         return tuple(self.transducer) if not isinstance(self.transducer, Transducer) else (self.transducer,)
 
-    @property
+    @cached_property
     def live(self) -> npt.NDArray[np.bool_]:
         """Which sensors have a gain, shape (n,); a dead one has gain 0."""
-        return np.asarray(np.asarray(self.gain) != 0)
+        live = np.asarray(np.asarray(self.gain) != 0)
+        live.flags.writeable = False
+        return live
 
     def select(self, sensors: npt.ArrayLike) -> SensorArray:
         """Some of the sensors as an array of their own.

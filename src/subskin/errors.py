@@ -7,6 +7,7 @@ Every error names what was seen, the rule that it breaks and, where there is one
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Sequence
 
 __all__ = [
     "ConvergenceError",
@@ -18,6 +19,7 @@ __all__ = [
     "SubskinError",
     "UnknownOptionError",
     "ValidityWarning",
+    "each_printable",
     "printable",
 ]
 
@@ -47,6 +49,22 @@ def printable(text: object, longest: int = _SAID) -> str:
     if shown.isprintable():
         return shown
     return "".join(c if c in "\n\t" or unicodedata.category(c) not in _HIDDEN else _written(c) for c in shown)
+
+
+def each_printable(texts: Sequence[object]) -> list[str]:
+    r"""Several texts, each as by `printable`.
+
+    Parameters
+    ----------
+    texts : sequence of object
+        What is shown.
+
+    Examples
+    --------
+    >>> each_printable(["s0\x07", 3])
+    ['s0\\x07', '3']
+    """
+    return [printable(text) for text in texts]
 
 
 _HIDDEN = {"Cc", "Cf", "Cs"}

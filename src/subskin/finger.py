@@ -38,6 +38,7 @@ _LARGEST = 0.5  # m, of a skin's depth and of half a row
 _DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
+_UNIT_LOADS = LineLoad.of_components(np.eye(2)[:, None, None])  # on a sensor and its nodes
 _FAR = 100.0  # depths, from which nothing is felt
 
 
@@ -222,7 +223,7 @@ class Finger(Frozen):
             if points not in shared:  # the channels of one position feel the same state
                 shared[points] = self.skin.at(*where if a.on_area else where[:2])  # one's own skin may know no z
             felt = shared[points]
-            groups.append(_Group(kind, slice(None) if len(index) == len(a) else index, felt, 0.5 * w))
+            groups.append(_Group(kind, slice(None) if len(index) == ys.size else index, felt, 0.5 * w))
         return tuple(groups)
 
     def measure(self, contact: Contact | LocalContact, *, linear: bool = False) -> FloatArray:
@@ -241,8 +242,11 @@ class Finger(Frozen):
             In the transducers' units.
         """
         shape = contact.shape
-        out = np.empty((*shape, len(self.array)))
-        wide = contact.expand(2) if shape else contact
+        return self._measured(contact.expand(2) if shape else contact, shape, linear)
+
+    def _measured(self, wide: Contact | LocalContact, shape: tuple[int, ...], linear: bool) -> FloatArray:
+        """As `measure`, of contacts with two axes of length one behind those of their `shape`."""
+        out = np.empty((*shape, np.size(self.array.y)))
         states: dict[Callable[[Contact | LocalContact], State], State] = {}
         for kind, sensors, felt, weights in self._groups[linear]:
             if felt not in states:
@@ -324,14 +328,19 @@ class Finger(Frozen):
         """
         if load not in (None, "line", "point"):
             raise InvalidValueError(f"load = {load!r}", 'has to be "line" or "point"', 'load="point"')
-        for kind in set(self.array.transducers):
-            kind.linearise(np.zeros(0))  # refuses what cannot be made linear
-        at = _check.real("position", position, unit="m")
+        gain, at = self._linear_gain, _check.real("position", position, unit="m")
         if load == "point" or (load is None and self.array.on_area):
             if not at.ndim or at.shape[-1] != 2:
                 rule = "a position (y, z) is needed, shape (..., 2)"
                 raise GeometryError(f"position of shape {at.shape}", rule, "(1e-3, 0.5e-3)")
-            units: Contact | LocalContact = PointLoad(components=np.eye(3), position=at[..., None, :])
-        else:
-            units = LineLoad.of_components(np.eye(2), at[..., None])
-        return np.asarray(self.array.gain)[:, None] * np.swapaxes(self.measure(units, linear=True), -1, -2)
+            points = PointLoad(components=np.eye(3), position=at[..., None, :])
+            return gain * np.swapaxes(self.measure(points, linear=True), -1, -2)
+        units = _UNIT_LOADS.moved(at[..., None, None, None])
+        return gain * np.swapaxes(self._measured(units, (*at.shape, 2), linear=True), -1, -2)
+
+    @cached_property
+    def _linear_gain(self) -> FloatArray:
+        """Gain of each sensor, shape (n, 1), where all are linear, or can be made so."""
+        for group in self._groups[False]:
+            group.transducer.linearise(np.zeros(0))  # refuses what cannot
+        return np.asarray(self.array.gain)[:, None]

@@ -11,6 +11,11 @@ from ._shown import Presets
 
 __all__ = ["Material"]
 
+_LIMITS: dict[str, dict[str, Any]] = {
+    "young": {"unit": "Pa", "above": 0.0, "fix": "a soft silicone has about 0.05e6 to 2e6 Pa"},
+    "poisson": {"at_least": 0.0, "at_most": 0.5, "fix": "rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3"},
+}
+
 
 @dataclass(frozen=True)
 class Material:
@@ -41,11 +46,8 @@ class Material:
     poisson: float = 0.5
 
     def __post_init__(self) -> None:
-        fix = "a soft silicone has about 0.05e6 to 2e6 Pa"
-        object.__setattr__(self, "young", _check.scalar("young", self.young, unit="Pa", above=0.0, fix=fix))
-        fix = "rubber and silicone: 0.5; gelatin 0.5; foam about 0.1 to 0.3"
-        poisson = _check.scalar("poisson", self.poisson, at_least=0.0, at_most=0.5, fix=fix)
-        object.__setattr__(self, "poisson", poisson)
+        young, poisson = _check.scalars(_LIMITS, young=self.young, poisson=self.poisson)
+        self.__dict__.update(young=young, poisson=poisson)
 
     @classmethod
     def preset(cls, name: str, poisson: float = 0.5) -> Self:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +40,12 @@ _MOST_WIDE = 4.0
 _FARTHEST = 100.0
 _MOST_SHARES = 1 << 20
 """Of coefficients in sums, held at a time: 8 MB."""
+_LIMITS: dict[str, dict[str, Any]] = {
+    "start": {"unit": "m"},
+    "stop": {"unit": "m"},
+    "step": {"unit": "m", "above": 0.0},
+    "tolerance": {"above": 0.0, "finite": False},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +93,12 @@ class Response(Frozen):
         wide = f", half widths to {self.widest:.4g} m" if self.widest else ""
         return f"Response({self.sensors} sensors, y = {self.start:.4g} to {self.stop:.4g} m{wide})"
 
-    @property
+    @cached_property
     def sensors(self) -> int:
         """Number of sensors."""
         return int(self.coefficients.shape[-2])
 
-    @property
+    @cached_property
     def blur(self) -> float:
         """Error of the table anywhere, relative to its largest value: between its positions, and between its widths."""
         if not self.widest:
@@ -98,7 +106,7 @@ class Response(Frozen):
         rest = np.abs(self.coefficients[-1]).max() / np.abs(self.coefficients[:, :, 0]).sum(axis=0).max()
         return max(self.error, float(rest))
 
-    @property
+    @cached_property
     def stop(self) -> float:
         """Right end of the last cell [m]."""
         return float(self.start + self.step * self.coefficients.shape[-4])
@@ -129,9 +137,7 @@ class Response(Frozen):
             raise InvalidValueError(
                 f"function = {_check.shown(function)}", "a function of positions is needed", "finger.receptive_field"
             )
-        start, stop = (_check.scalar(name, value, unit="m") for name, value in (("start", start), ("stop", stop)))
-        step = _check.scalar("step", step, unit="m", above=0.0)
-        tolerance = float(_check.real("tolerance", tolerance, above=0.0, finite=False))
+        start, stop, step, tolerance = _check.scalars(_LIMITS, start=start, stop=stop, step=step, tolerance=tolerance)
         if not stop > start:
             raise GeometryError(f"start = {start:.6g}, stop = {stop:.6g}", "start has to be < stop", "swap them")
         cells = _cells(stop - start, step)
@@ -146,8 +152,8 @@ class Response(Frozen):
                 raise GeometryError(f"function(position) of shape {values.shape}", rule.replace("'", ""))
             at_nodes, at_checks = np.split(values, [_NODES.size], axis=1)
             coefficients = np.einsum("kj,cjnl->cknl", _TO_POWERS, at_nodes)
-            table = cls(start, width, coefficients)
-            worst = float(np.abs(table(positions[:, _NODES.size :]) - at_checks).max())
+            cell, t = _within((positions[:, _NODES.size :] - start) / width, cells)
+            worst = float(np.abs(_polynomial(coefficients[cell], t) - at_checks).max())
             peak = float(np.abs(at_nodes).max())
             if worst <= tolerance * peak:
                 return cls(start, width, coefficients, worst / peak if peak else 0.0)
@@ -251,7 +257,10 @@ class Response(Frozen):
 
     def select(self, sensors: npt.ArrayLike) -> Response:
         """The response of some of the `sensors`, given by a mask or by indices."""
-        return replace(self, coefficients=self.coefficients[..., np.asarray(sensors), :])
+        index = np.arange(self.sensors)[np.asarray(sensors)]
+        if np.array_equal(index, np.arange(self.sensors)):
+            return self
+        return self.altered(coefficients=self.coefficients[..., index, :])
 
     def __call__(self, position: npt.ArrayLike, half_width: npt.ArrayLike = 0.0, *, derivative: int = 0) -> FloatArray:
         """Value, or first or second derivative in y, shape (..., n, 2).
@@ -266,22 +275,16 @@ class Response(Frozen):
             Which derivative in y.
         """
         y = np.asarray(position, dtype=np.float64)
-        c, cells = self.coefficients, self.coefficients.shape[-4]
+        c = self.coefficients
         if self.widest:
             y, a = np.broadcast_arrays(y, np.asarray(half_width, dtype=np.float64))
-        steps = (y - self.start) / self.step
-        cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
-        t = (steps - cell - 0.5)[..., None, None]
+        cell, t = _within((y - self.start) / self.step, c.shape[-4])
         if self.widest:
             shares = np.polynomial.chebyshev.chebvander(2 * (a / self.widest) ** 2 - 1, len(c) - 1)
             c = np.einsum("w...knl,...w->...knl", c[:, cell], shares)
         else:
             c = c[cell]
-        total = np.zeros(c.shape[:-3] + c.shape[-2:])
-        for k in range(DEGREE, derivative - 1, -1):
-            factor = float(np.prod(np.arange(k, k - derivative, -1)))
-            total = total * t + factor * c[..., k, :, :]
-        return total / self.step**derivative
+        return _polynomial(c, t, derivative) / self.step**derivative
 
 
 def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Response:
@@ -321,6 +324,21 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
         return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
+
+
+def _within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """The cell in which each position lies, in `steps` from the start, and how far from its centre, (..., 1, 1)."""
+    cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
+    return cell, (steps - cell - 0.5)[..., None, None]
+
+
+def _polynomial(c: FloatArray, t: FloatArray, derivative: int = 0) -> FloatArray:
+    """Value, or a derivative, of the polynomials with the coefficients c (..., 5, n, 2)."""
+    total = np.zeros(c.shape[:-3] + c.shape[-2:])
+    for k in range(DEGREE, derivative - 1, -1):
+        factor = float(np.prod(np.arange(k, k - derivative, -1)))
+        total = total * t + factor * c[..., k, :, :]
+    return total
 
 
 def _cells(length: float, step: float) -> int:

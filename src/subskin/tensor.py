@@ -45,12 +45,11 @@ class _Tensor(Frozen):
         xz: FloatArray | None = None,
         yz: FloatArray | None = None,
     ) -> None:
-        held = self.__dict__
-        held["xx"], held["yy"], held["zz"], held["xy"] = xx, yy, zz, xy
-        if xz is not None:
-            held["xz"] = xz
-        if yz is not None:
-            held["yz"] = yz
+        given = {"xx": xx, "yy": yy, "zz": zz, "xy": xy, "xz": xz, "yz": yz}
+        for name, values in given.items():
+            if values is not None:
+                self.__dict__[name] = part = np.asarray(values, dtype=np.float64).view()  # the caller's stays open
+                part.flags.writeable = False
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -37,8 +37,8 @@ class Mine(ss.Skin):
     def materials(self):
         return self.inner.materials
 
-    def state(self, contact, x, y):
-        return self.inner.state(contact, x, y)
+    def at(self, x, y):
+        return self.inner.at(x, y)
 
     def wave(self, k, x):
         return self.inner.wave(k, x)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
-from ..estimate.frames import check_noise, checked_friction
+from ..estimate.frames import check_noise
 from ..finger import Finger
 from ..response import tabulate
 from ._blind_model import TERMS
@@ -98,7 +98,7 @@ def calibrate_blind(
         "poisson": poisson_error, "thickness": thickness_error, "offset": offset_error,
     }  # fmt: skip
     shares = {name: _share(name, given[name], len(finger.array)) for name in names}
-    mu = checked_friction(friction)
+    mu = _check.friction(friction)
     for kind in finger.array.transducers:
         if not kind.linear:
             seen = f"transducer {type(kind).__name__}"

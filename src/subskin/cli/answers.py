@@ -54,14 +54,15 @@ class Answers:
 
 
 class _Chosen(Stage[int, Any]):
-    """An answer for some rows of a table; the stages before it see them all."""
+    """Which rows of a table are chosen, and the answer for these; the stages before it see them all."""
 
     def __init__(self, rows: Rows, answer: Answer) -> None:
         self.rows, self.answer = rows, answer
 
     def step(self, state: int | None, readings: npt.ArrayLike, time: object) -> tuple[int, Any]:
         frames, first = np.asarray(readings), state or 0
-        return first + len(frames), self.answer(frames[self.rows.of(first, len(frames))])
+        chosen = self.rows.of(first, len(frames))
+        return first + len(frames), (np.flatnonzero(chosen), self.answer(frames[chosen]))
 
 
 def answers_of(
@@ -84,8 +85,7 @@ def answers_of(
         rows = Rows(options)
         drift = _drift(options.tare)
         with said_of(options.finger):
-            answer = prepare(file)
-            answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows before the first frame
+            answer = prepare(file)  # what is wrong with the finger shows before the first frame
             stages = {} if options.tare is None else file.pipeline(drift=drift).stages
         pipeline = Pipeline({**stages, "found": _Chosen(rows, answer)})
         state, first, tared, last = None, 0, [], -np.inf
@@ -93,16 +93,16 @@ def answers_of(
             readings, time = (block.readings(file.names), None) if options.tare is None else file.frames(block)
             if time is not None:
                 last = _forward(block, time, last)
-            for begin in range(0, max(len(block), 1), at_once):
+            for begin in range(0, max(len(readings), 1), at_once):
                 part = slice(begin, begin + at_once)
-                chosen = np.flatnonzero(rows.of(first + begin, len(readings[part])))
                 with said_of(table.name):
                     state, out = pipeline.step(state, readings[part], None if time is None else time[part])
                 if "tare" in out:
                     tared.append(_thinned(out["tare"]))
                 advance(len(readings[part]), table.total)
-                yield Answers(file, block, first + begin + chosen, begin + chosen, out["found"])
-            first += len(block)
+                chosen, found = out["found"]
+                yield Answers(file, block, first + begin + chosen, begin + chosen, found)
+            first += len(readings)
         rows.check(first)
     for doubt in join(tared).doubts if tared else ():
         print(f"subskin: warning: {printable(doubt)}", file=sys.stderr)
@@ -168,33 +168,21 @@ def _drift(text: str | None) -> float | None:
 
 
 def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]:
-    """Columns of a table of estimates, with those of the half width."""
+    """Columns of a table of estimates: those of `Estimate.to_dict`, and with `width` half widths, 0 of lines."""
     found: Estimate = answers.found
     if not isinstance(found, Estimate) or found.layout not in (LINE, WIDE):
         return _other_columns(answers)
-    std, interval, second = found.std, found.half_width_interval, found.second
-    columns: dict[str, Any] = {
-        "row": answers.rows,
-        "position": found.position + answers.file.origin,
-        "force": found.force,
-        "angle": found.angle,
-        "half_width": found.half_width,
-        "position_std": std[:, 0],
-        "force_std": std[:, 1],
-        "angle_std": std[:, 2],
-        "half_width_low": interval[:, 0],
-        "half_width_high": interval[:, 1],
-        "status": status_names(found.status),
-        "residual": found.residual,
-        "spare": found.spare,
-        "second_position": second.position + answers.file.origin,
-        "second_half_width": second.half_width,
-        "second_chi2": second.chi2,
-        "used": answers.used,
-    }
+    columns = {"row": answers.rows, **found.to_dict()}
+    columns.pop("half_width_std", None)  # the interval says more: readings know the square of a half width
+    if width and not found.layout.wide:
+        columns |= dict.fromkeys(("half_width", "half_width_low", "half_width_high"), found.half_width)
+        columns["second_half_width"] = found.second.half_width
+    columns["used"] = answers.used
+    for name in columns.keys() & {"position", "second_position"}:
+        columns[name] = columns[name] + answers.file.origin
     if answers.file.length is not None:
-        columns["newtons"] = found.force * answers.file.length
-    return {k: v for k, v in columns.items() if width or "half_width" not in k}
+        columns["newtons"] = columns["force"] * answers.file.length
+    return columns
 
 
 def _other_columns(answers: Answers) -> dict[str, Any]:

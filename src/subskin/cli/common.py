@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..errors import FileError, InvalidValueError, SubskinError, printable
+from ..errors import FileError, InvalidValueError, SubskinError, each_printable, printable
 from ..io.files import check_target, to_standard_output
 from ..io.units import line_load, quantity
 
@@ -207,13 +207,13 @@ def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequenc
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        title=Text(printable(title)), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
-    )
-    for i, column in enumerate(columns):
-        table.add_column(Text(printable(column)), justify="left" if i < left else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(printable(cell)) for cell in row))
+    heading, *cells = map(Text, each_printable([title, *columns, *(cell for row in rows for cell in row)]))
+    table = Table(title=heading, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    wide = len(columns)
+    for i, name in enumerate(cells[:wide]):
+        table.add_column(name, justify="left" if i < left else "right", no_wrap=True)
+    for first in range(wide, len(cells), wide):
+        table.add_row(*cells[first : first + wide])
     console = Console(file=out, highlight=False, width=None if out.isatty() else 120)
     console.print(table)
 

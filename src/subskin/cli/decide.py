@@ -55,6 +55,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    import numpy as np
+
     from ..stream.stage import join
     from .answers import Kept, answers_of
 
@@ -64,11 +66,16 @@ def run(options: argparse.Namespace) -> int:
     if kinds is not None and len({kind.name for kind in kinds}) < len(kinds):
         raise InvalidValueError("two --kind of one name", "each kind needs its own", "another name")
 
+    def prepare(file: io.FingerFile) -> Any:
+        answer = partial(file.decide, kinds=kinds, sure=options.sure)
+        answer(np.empty((0, len(file.names))))  # what is wrong with the finger shows
+        return answer
+
     kept, drawn = Kept(None if options.json else ()), []
     counts: Counter[str] = Counter()
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
-        for answers in answers_of(options, lambda file: partial(file.decide, kinds=kinds, sure=options.sure)):
+        for answers in answers_of(options, prepare):
             columns = _columns(answers)
             kept.add(columns, answers.found.status)
             said = answers.found

@@ -117,7 +117,7 @@ def _drawn(plot: Any, columns: dict[str, Any]) -> Any:
     )
 
 
-def _score(error: npt.NDArray[np.float64], status: npt.NDArray[np.object_]) -> dict[str, Any]:
+def _score(error: npt.NDArray[np.float64], status: npt.NDArray[np.str_]) -> dict[str, Any]:
     """Errors of position over the frames that are ok, and over all that were given a position."""
     import numpy as np
 

@@ -9,7 +9,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from .axial import AxialContact
-from .base import Contact, ContactSum, Spectrum, Transforms, transforms_of
+from .base import Contact, ContactSum, Spectrum, Transforms
 from .cone import Cone
 from .elliptic_hertz import EllipticHertz
 from .families import contact_of, families, family_of
@@ -77,7 +77,6 @@ __all__ = [
     "family_of",
     "local_potentials_of",
     "local_transforms_of",
-    "transforms_of",
 ]
 
 for _module in iter_modules(__path__):  # a contact is registered when its file is imported

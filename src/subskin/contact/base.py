@@ -22,7 +22,7 @@ from .._registry import Named
 from ..errors import InvalidValueError
 from .quadrature import cauchy
 
-__all__ = ["Contact", "ContactSum", "Spectrum", "Transforms", "sum_of", "transforms_of"]
+__all__ = ["Contact", "ContactSum", "Spectrum", "Transforms", "sum_of"]
 
 
 class Transforms(NamedTuple):
@@ -50,7 +50,7 @@ class Contact(Named, ABC):
     """Traction on the skin's surface. Pressure presses in (+x), shear drags the surface towards +y.
 
     Parameters may be arrays: a contact is then a batch, whose `shape` broadcasts against the points of a field. One
-    that has a closed form in a half plane gives it as a method `transforms`, as `ProportionalContact` does.
+    that has a closed form in a half plane gives it as its `transforms`.
 
     Examples
     --------
@@ -117,6 +117,23 @@ class Contact(Named, ABC):
         """Integral of the shear, T [N/m], positive towards +y."""
         return self.components[..., 1]
 
+    def transforms(self, z: ComplexArray) -> Transforms:
+        """Cauchy transforms, by quadrature of the traction where a contact gives no closed form.
+
+        Parameters
+        ----------
+        z : ndarray
+            Points y + i x [m], x >= 0, of a shape that broadcasts against the batch.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> ss.LineLoad(force=2.0).transforms(np.array(4j)).p.imag.tolist()
+        0.5
+        """
+        (p, dp, _), (q, dq, hq) = (cauchy(traction, self.breaks, z) for traction in (self.pressure, self.shear))
+        return Transforms(p, dp, q, dq, hq)
+
     def singular_points(self) -> tuple[FloatArray, ...]:
         """Positions y [m] on the surface where the stress is infinite, each of the batch's shape; NaN where none is."""
         return ()
@@ -169,29 +186,6 @@ def _parts(contact: Contact) -> tuple[Contact, ...]:
     return contact.parts if isinstance(contact, ContactSum) else (contact,)
 
 
-def transforms_of(contact: Contact, z: ComplexArray) -> Transforms:
-    """Cauchy transforms of a contact: a closed form where it has one, else by quadrature.
-
-    Parameters
-    ----------
-    contact : Contact
-        What presses.
-    z : ndarray
-        Points y + i x [m], x >= 0, of a shape that broadcasts against the batch.
-
-    Examples
-    --------
-    >>> import numpy as np, subskin as ss
-    >>> transforms_of(ss.LineLoad(force=2.0), np.array(4j)).p.imag.tolist()
-    0.5
-    """
-    if hasattr(contact, "transforms"):
-        closed: Transforms = contact.transforms(z)
-        return closed
-    (p, dp, _), (q, dq, hq) = (cauchy(traction, contact.breaks, z) for traction in (contact.pressure, contact.shear))
-    return Transforms(p, dp, q, dq, hq)
-
-
 @dataclass(frozen=True, eq=False)
 class ContactSum(Contact):
     """Several contacts at once, its `parts`: tractions add, so do the fields.
@@ -222,9 +216,8 @@ class ContactSum(Contact):
             kinds.setdefault(type(part), []).append(part)
         return tuple(term for kind, group in kinds.items() for term in kind.joined(group))
 
-    def transforms(self, z: ComplexArray) -> Transforms:
-        """As `transforms_of`."""
-        return sum_of([transforms_of(part, z) for part in self._terms])
+    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
+        return sum_of([part.transforms(z) for part in self._terms])
 
     def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
         parts = [part.spectrum(k) for part in self.parts]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .._check import ComplexArray, FloatArray
 from ..errors import InvalidValueError
-from .base import Contact, transforms_of
+from .base import Contact
 from .directions import at_the_surface, mean_over_directions
 from .local import RadialTerm
 from .shaped import ShapedContact
@@ -80,7 +80,7 @@ class FromProjections(ShapedContact):
         fix = "a long contact such as Hertz(force=1.0, half_width=1e-3), or a function of the direction"
         if not isinstance(profile, Contact) and not callable(profile):
             raise InvalidValueError(f"profile = {profile!r}", "a long contact or a function is needed", fix)
-        self._set("profile", profile)
+        self.__dict__["profile"] = profile
         if isinstance(profile, Contact):
             if profile.shape:
                 raise InvalidValueError(f"a batch of profiles of shape {profile.shape}", "a single one is needed", fix)
@@ -164,12 +164,12 @@ class FromProjections(ShapedContact):
             contact = self._at(np.broadcast_to(phi, depth.shape))
             with np.errstate(divide="ignore", invalid="ignore"):
                 if order < 1:
-                    found = transforms_of(contact, depth)
+                    found = contact.transforms(depth)
                     return np.asarray((found.p if order == -1 else found.dp) / contact.normal_force)
                 # F'' from F' on a circle about each point: only x F'' is asked for
                 room, total = depth.imag / 3, np.zeros_like(depth)
                 for turn in _CIRCLE:
-                    total += transforms_of(contact, depth + room * turn).dp / turn
+                    total += contact.transforms(depth + room * turn).dp / turn
                 return np.asarray(total / (_CIRCLE.size * room * contact.normal_force))
 
         on = flat == 0

@@ -46,9 +46,9 @@ class PartialSlip(Hertz):
 
     friction: npt.ArrayLike = np.nan  # required, as half_width is
 
+    LIMITS = Hertz.LIMITS | {"friction": {"above": 0.0, "fix": "rubber on glass: 1; a dry finger: 0.5"}}
+
     def __post_init__(self) -> None:
-        fix = "rubber on glass: 1; a dry finger: 0.5"
-        self._set("friction", _check.real("friction", self.friction, above=0.0, fix=fix))
         super().__post_init__()
         pulled, held = np.abs(self.tangential_force), np.asarray(self.friction) * self.normal_force
         rounding = 1e-12 * np.asarray(self.force)  # angle = arctan(mu) is on the edge of the cone, not beyond

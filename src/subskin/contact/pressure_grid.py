@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -84,11 +83,8 @@ class PressureGrid(LocalContact):
             seen = f"pressure of shape {ps.shape}, shear of shape {qs.shape}"
             raise GeometryError(seen, f"(..., {ys.size}, {zs.size}) and (..., {ys.size}, {zs.size}, 2) are needed")
         shape = _check.broadcast(pressure=ps, shear=qs[..., 0])
-        self._store(ys, zs, np.broadcast_to(ps, shape), np.broadcast_to(qs, (*shape, 2)))
-
-    def _store(self, *values: FloatArray) -> None:
-        for name, value in zip(("nodes_y", "nodes_z", "node_pressure", "node_shear"), values, strict=True):
-            object.__setattr__(self, name, _check.read_only(value))
+        node_pressure, node_shear = np.broadcast_to(ps, shape), np.broadcast_to(qs, (*shape, 2))
+        self.__dict__.update(nodes_y=ys, nodes_z=zs, node_pressure=node_pressure, node_shear=node_shear)
 
     @property
     def shape(self) -> tuple[int, ...]:  # noqa: D102
@@ -269,13 +265,9 @@ class PressureGrid(LocalContact):
         return np.asarray(border & jumps)
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
-        wide = copy.copy(self)
-        for kept in ("components", "_corners", "_gauss"):
-            wide.__dict__.pop(kept, None)
         shape = (*self.shape, *(1,) * axes)
         pressure = self.node_pressure.reshape(*shape, *self.node_pressure.shape[-2:])
-        wide._store(self.nodes_y, self.nodes_z, pressure, self.node_shear.reshape(*pressure.shape, 2))
-        return wide
+        return self.altered(node_pressure=pressure, node_shear=self.node_shear.reshape(*pressure.shape, 2))
 
 
 def _summed(kernel: Kernel, at: list[FloatArray], nodes: Sequence[FloatArray], loads: FloatArray) -> ComplexArray:

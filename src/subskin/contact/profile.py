@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -77,11 +76,8 @@ class PressureProfile(Contact):
         if not (np.diff(ys) > 0).all():
             fix = "np.sort, and a + b for a jump inside"
             raise GeometryError(f"y = {ys.tolist()}", "the nodes have to ascend", fix)
-        self._store(np.broadcast_to(ys, shape), np.broadcast_to(ps, shape), np.broadcast_to(qs, shape))
-
-    def _store(self, *values: FloatArray) -> None:
-        for name, value in zip(("nodes", "node_pressure", "node_shear"), values, strict=True):
-            object.__setattr__(self, name, _check.read_only(value))
+        nodes, pressures, shears = (np.broadcast_to(values, shape) for values in (ys, ps, qs))
+        self.__dict__.update(nodes=nodes, node_pressure=pressures, node_shear=shears)
 
     @property
     def shape(self) -> tuple[int, ...]:  # noqa: D102
@@ -96,8 +92,7 @@ class PressureProfile(Contact):
     def breaks(self) -> FloatArray:  # noqa: D102
         return self.nodes
 
-    def transforms(self, z: ComplexArray) -> Transforms:
-        """As `transforms_of`."""
+    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         shape = np.broadcast_shapes(self.shape, z.shape)
         p, dp, q, dq = (np.zeros(shape, dtype=np.complex128) for _ in range(4))
         step = max(1, _BLOCK // max(1, int(np.prod(shape))))
@@ -176,10 +171,9 @@ class PressureProfile(Contact):
         return tuple(ends)
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
-        wide = copy.copy(self)
         shape = (*self.shape, *(1,) * axes, self.nodes.shape[-1])
-        wide._store(*(v.reshape(shape) for v in (self.nodes, self.node_pressure, self.node_shear)))
-        return wide
+        names = ("nodes", "node_pressure", "node_shear")
+        return self.altered(**{name: getattr(self, name).reshape(shape) for name in names})
 
 
 def spherical_j1(x: FloatArray) -> FloatArray:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +25,8 @@ def resolve(force: npt.ArrayLike, angle: npt.ArrayLike) -> FloatArray:
     both = np.empty((*np.broadcast_shapes(p.shape, alpha.shape), 2))
     np.multiply(p, np.where(np.abs(alpha) == np.pi / 2, 0.0, np.cos(alpha)), out=both[..., 0])
     np.multiply(p, np.sin(alpha), out=both[..., 1])
-    return _check.read_only(both)
+    both.flags.writeable = False
+    return both
 
 
 def scaled(force: FloatArray, unit: FloatArray) -> FloatArray:
@@ -59,6 +59,13 @@ class ProportionalContact(Contact):
         A value out of range; shapes that do not broadcast.
     """
 
+    LIMITS: ClassVar[dict[str, dict[str, Any]]] = {
+        "force": {"unit": "N/m", "at_least": 0.0, "fix": "turn the angle instead"},
+        "angle": {"unit": "rad", "at_least": -np.pi, "at_most": np.pi, "fix": "angles are in radians: np.deg2rad(30)"},
+        "position": {"unit": "m"},
+    }
+    """Unit and limits of each parameter."""
+
     GROWTH: ClassVar[float | None] = None
     """Power of the normal force with which a pressed body's half width grows; None where no body is meant."""
 
@@ -67,14 +74,8 @@ class ProportionalContact(Contact):
     position: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        fix = "turn the angle instead"
-        self._set("force", _check.real("force", self.force, unit="N/m", at_least=0.0, fix=fix))
-        fix = "angles are in radians: np.deg2rad(30)"
-        angle = _check.real("angle", self.angle, unit="rad", at_least=-np.pi, at_most=np.pi, fix=fix)
-        self._set("angle", angle)
-        self._set("position", _check.real("position", self.position, unit="m"))
-        self._set("_shape", _check.broadcast(**self._parameters()))
-        self._set("_components", resolve(self.force, self.angle))
+        values, shape = _check.batch({f.name: getattr(self, f.name) for f in fields(self) if f.init}, self.LIMITS)
+        self.__dict__.update(values, _shape=shape, _components=resolve(values["force"], values["angle"]))
 
     @classmethod
     def of_components(
@@ -108,14 +109,8 @@ class ProportionalContact(Contact):
             raise GeometryError(f"components of shape {both.shape}", "(..., 2) is needed, N and T", "[40.0, 0.0]")
         n, t = both[..., 0], both[..., 1]
         made = cls(np.hypot(n, t), np.arctan2(t, n), position, **parameters)
-        made._set("_components", both)
+        made.__dict__["_components"] = both
         return made
-
-    def _set(self, name: str, value: object) -> None:
-        object.__setattr__(self, name, value)
-
-    def _parameters(self) -> dict[str, FloatArray]:
-        return {f.name: np.asarray(getattr(self, f.name), dtype=np.float64) for f in fields(self) if f.init}
 
     @property
     def shape(self) -> tuple[int, ...]:  # noqa: D102
@@ -143,8 +138,7 @@ class ProportionalContact(Contact):
         """Im(F + i x F') of `unit_transform`, `f` and `df` at `z`; a subclass replaces it where these cancel."""
         return shear_field(z, f, df)
 
-    def transforms(self, z: ComplexArray) -> Transforms:
-        """As `transforms_of`."""
+    def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         z = self._centred(z)
         closed = self.unit_transform(z)
         if closed is None:
@@ -183,13 +177,13 @@ class ProportionalContact(Contact):
     def _from_centre(self, y: npt.ArrayLike) -> FloatArray:
         return np.asarray(_check.real("y", y, unit="m") - np.asarray(self.position, dtype=np.float64))
 
+    def moved(self, position: FloatArray) -> Self:
+        """The same contacts at other positions [m], of a shape that broadcasts; these are not checked."""
+        return self.altered(position=position, _shape=np.broadcast_shapes(self.shape, position.shape))
+
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
         shape, tail = self.shape, (1,) * axes
-        wide = copy.copy(self)  # not `replace`: what has been checked, and warned of, once is not checked again
-        parameters = self._parameters()
-        both = np.broadcast_to(self.components, (*shape, 2)).reshape((*shape, *tail, 2))
-        arrays = (np.broadcast_to(value, shape).reshape(shape + tail) for value in parameters.values())
-        for name, value in zip([*parameters, "_components"], _check.each_read_only(*arrays, both), strict=True):
-            wide._set(name, value)
-        wide._set("_shape", shape + tail)
-        return wide
+        values = {f.name: np.asarray(getattr(self, f.name)) for f in fields(self) if f.init}
+        longer = {k: v.reshape((1,) * (len(shape) - v.ndim) + v.shape + tail) for k, v in values.items()}
+        both = np.broadcast_to(self.components, (*shape, 2)).reshape(*shape, *tail, 2)
+        return self.altered(**longer, _components=both, _shape=shape + tail)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..errors import ValidityWarning
 from .base import Spectrum, Transforms
@@ -47,11 +46,11 @@ class FlatPunch(SpreadContact, name="punch"):
 
     moment: npt.ArrayLike = 0.0
 
+    LIMITS = SpreadContact.LIMITS | {"moment": {"unit": "N m/m"}}
     GROWTH = 0.0
     SERIES = (1.0, 1 / 2, 3 / 8, 5 / 16, 35 / 128)
 
     def __post_init__(self) -> None:
-        self._set("moment", _check.real("moment", self.moment, unit="N m/m"))
         super().__post_init__()
         most = np.abs(self.normal_force) * self._a / 2
         if (np.abs(self._m) > most * (1 + 1e-12)).any():

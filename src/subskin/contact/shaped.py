@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -79,19 +78,17 @@ class ShapedContact(LocalContact):
         moment: npt.ArrayLike = 0.0,
         **lengths: npt.ArrayLike,
     ) -> None:
-        self._set("components", _components(force, angle, azimuth, components))
-        self._set("position", row_of("position", position, 2, "m", "(y, z)"))
-        self._set("moment", _check.real("moment", moment, unit="N m"))
-        for name, value in lengths.items():
-            self._set(name, value)
+        self.__dict__.update(
+            components=_components(force, angle, azimuth, components),
+            position=row_of("position", position, 2, "m", "(y, z)"),
+            moment=_check.real("moment", moment, unit="N m"),
+            **lengths,
+        )
         parameters = self._parameters()
         shape = _check.broadcast(**{n: np.empty(a.shape[: a.ndim - self._rank(n)]) for n, a in parameters.items()})
         for name, value in parameters.items():
             own = value.shape[value.ndim - self._rank(name) :]
-            self._set(name, np.broadcast_to(value, shape + own))
-
-    def _set(self, name: str, value: Any) -> None:
-        object.__setattr__(self, name, value)
+            self.__dict__[name] = np.broadcast_to(value, shape + own)
 
     @classmethod
     def _rank(cls, name: str) -> int:
@@ -214,11 +211,11 @@ class ShapedContact(LocalContact):
         return self.position, self.position
 
     def expand(self, axes: int = 1) -> Self:  # noqa: D102
-        wide = copy.copy(self)
+        values = {}
         for name, value in self._parameters().items():
             at = value.ndim - self._rank(name)
-            wide._set(name, value.reshape(value.shape[:at] + (1,) * axes + value.shape[at:]))
-        return wide
+            values[name] = value.reshape(value.shape[:at] + (1,) * axes + value.shape[at:])
+        return self.altered(**values)
 
 
 def _times(force: FloatArray, unit: FloatArray) -> FloatArray:

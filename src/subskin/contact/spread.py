@@ -53,14 +53,16 @@ class SpreadContact(ProportionalContact):
     40000.0
     """
 
-    half_width: npt.ArrayLike = np.nan  # required: NaN is refused below, and the order of arguments kept
+    half_width: npt.ArrayLike = np.nan  # required: NaN is refused, and the order of arguments kept
 
+    LIMITS = ProportionalContact.LIMITS | {
+        "half_width": {
+            "unit": "m",
+            "above": 0.0,
+            "fix": "give half of the contact's width in metres; one of no width is a LineLoad",
+        }
+    }
     SERIES: ClassVar[tuple[float, ...]] = ()
-
-    def __post_init__(self) -> None:
-        fix = "give half of the contact's width in metres; one of no width is a LineLoad"
-        self._set("half_width", _check.real("half_width", self.half_width, unit="m", above=0.0, fix=fix))
-        super().__post_init__()
 
     @property
     def _a(self) -> FloatArray:

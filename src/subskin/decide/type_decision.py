@@ -96,7 +96,7 @@ class TypeDecision(FrameTable):
         share = np.moveaxis(self.probability, -1, 0)
         each = {f"p_{name}".replace(" ", "_"): p for name, p in zip(self.names, share, strict=True)}
         found = {key: getattr(self, key) for key in ("position", "force", "angle", "half_width", "residual")}
-        return {"kind": self.name, **each, **found}
+        return {"kind": self.name, **each, **found, **super()._columns()}
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ from .. import _check
 from .._check import FloatArray
 from ..contact import LineLoad
 from ..errors import GeometryError, InvalidValueError
-from ..estimate.frames import checked_friction
 from ..finger import Finger
 
 __all__ = ["Touches"]
@@ -53,7 +52,7 @@ class Touches:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", _check.scalar("force", self.force, unit="N/m", above=0.0))
-        friction = checked_friction(self.friction)
+        friction = _check.friction(self.friction)
         if not np.isfinite(friction):
             raise InvalidValueError("friction = inf", "touches are spread over a cone", "friction=1.0")
         object.__setattr__(self, "friction", friction)

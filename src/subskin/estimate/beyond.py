@@ -63,17 +63,21 @@ def stretches(far: Response | None, pattern: npt.NDArray[np.bool_], scale: Float
     n = int(pattern.sum())
     if far is None:
         return Stretches(np.empty((0, n, 2)), np.empty(0), np.empty((0, 1, 5, 2, n)), 0.0, 1.0, 1.0)
-    each = np.flatnonzero(pattern)
-    parts = [far.select(each + k) for k in range(0, far.sensors, len(pattern))]
+    sides = far.sensors // len(pattern)
+    far, stop = far.select(np.tile(pattern, sides)), far.stop
+
+    def fields(distance: FloatArray) -> list[FloatArray]:
+        """On each side, (distances, n, 2)."""
+        return [side * scale[:, None] for side in np.split(far(distance), sides, axis=1)]
+
     count, near = _FEWEST, 0.0
     while near < _NEAR and count <= _MOST:
-        nodes, between = (np.geomspace(far.start, far.stop, k) for k in (count, _BETWEEN * (count - 1) + 1))
-        fields = [part(nodes) * scale[:, None] for part in parts]
-        seen = zip(fields, (part(between) * scale[:, None] for part in parts), strict=True)
-        near = min(_nearest(at, there, friction) for at, there in seen)
+        nodes, between = (np.geomspace(far.start, stop, k) for k in (count, _BETWEEN * (count - 1) + 1))
+        at_nodes = fields(nodes)
+        near = min(_nearest(*both, friction) for both in zip(at_nodes, fields(between), strict=True))
         count *= 2
-    tables = np.stack([packed(part, scale) for part in parts])
-    return Stretches(np.concatenate(fields), nodes, tables, far.start, far.step, _MARGIN * near)
+    tables = np.stack(np.split(packed(far, np.tile(scale, sides)), sides, axis=-1))
+    return Stretches(np.concatenate(at_nodes), nodes, tables, far.start, far.step, _MARGIN * near)
 
 
 def _nearest(nodes: FloatArray, between: FloatArray, friction: float) -> float:

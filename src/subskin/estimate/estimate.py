@@ -186,13 +186,12 @@ class FrameTable(Frozen, ABC):
 
         Of a single frame they are numbers.
         """
-        names = np.array([status.name.lower() for status in Status])
-        columns = {**self._columns(), "status": names[self.status]}
+        columns = self._columns()
         return columns if self.shape else {name: np.asarray(value).item() for name, value in columns.items()}
 
     def _columns(self) -> dict[str, Any]:
         """The columns of `to_dict`, in SI."""
-        return {}
+        return {"status": np.array([status.name.lower() for status in Status])[self.status]}
 
     def to_pandas(self) -> Any:
         """`to_dict` as a pandas DataFrame, one row a frame.
@@ -304,15 +303,15 @@ class Estimate(_Found, FrameTable):
 
     def _polar(self) -> list[tuple[str, FloatArray, float, str]]:
         """Position, force, angle (and half width) in the order of `std`: name, values, scale and unit for people."""
-        d, unit = self.layout.dim, "N/m" if self.layout.dim == 1 and not self.layout.aside else "N"
+        d, load, aside = self.layout.dim, self.load, self.layout.aside
+        unit = "N/m" if d == 1 and not aside else "N"
         where = [self.position] if d == 1 else [self.position[..., 0], self.position[..., 1]]
         names = ("position",) if d == 1 else ("position_y", "position_z")
         found = [(name, values, _MM, "mm") for name, values in zip(names, where, strict=True)]
-        found += [("force", self.force, 1.0, unit), ("angle", self.angle, _DEGREE, "deg")]
-        found += [("azimuth", self.load.azimuth, _DEGREE, "deg")] if d == 2 else []
+        found += [("force", load.force, 1.0, unit), ("angle", load.angle, _DEGREE, "deg")]
+        found += [("azimuth", load.azimuth, _DEGREE, "deg")] if d == 2 else []
         if self.layout.wide:
-            name = "beside" if self.layout.aside else "half_width"
-            found.append((name, getattr(self, name), _MM, "mm"))
+            found.append(("beside", self.beside, _MM, "mm") if aside else ("half_width", self.half_width, _MM, "mm"))
         return found
 
     def _shown(self) -> list[Shown]:
@@ -334,7 +333,9 @@ class Estimate(_Found, FrameTable):
         if self.layout.wide:
             interval = self._interval(True, self.beside)
             columns |= {f"{found[-1][0]}_low": interval[..., 0], f"{found[-1][0]}_high": interval[..., 1]}
-        columns |= {"residual": self.residual, "spare": self.spare}
+        columns |= {**super()._columns(), "residual": self.residual, "spare": self.spare}
         if self.layout.dim == 1:
             columns["second_position"] = second.position
+        if self.layout.wide:
+            columns["second_half_width"] = second.half_width
         return {**columns, "second_chi2": second.chi2}

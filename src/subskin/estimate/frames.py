@@ -6,6 +6,7 @@ import logging
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from ..finger import Finger
     from ..spread import Spread
 
-__all__ = ["Framewise", "check_noise", "checked_friction", "packed", "patterns", "scan_geometry", "sensor_rows"]
+__all__ = ["Framewise", "check_noise", "packed", "patterns", "scan_geometry", "sensor_rows"]
 
 _MOST_PATTERNS = 64
 _CHANCE = 1e-3
@@ -74,12 +75,11 @@ class Framewise(ABC):
         self._status, self._layout, self._outliers, self._apart = status, layout, int(outliers), ambiguity
         self._prepared = Prepared(_MOST_PATTERNS)
         self._all = array.live
-        self._all.flags.writeable = False
         noise, gain = np.asarray(array.noise)[self._all], np.abs(np.asarray(array.gain)[self._all])
         self._reckoned = bool((noise > 1 / _WILD).all() and (gain < _WILD * noise).all())
-        self._whole = bool(self._all.all()) and len(array) >= needed and self._reckoned
+        self._sensors = self._all.size
+        self._whole = bool(self._all.all()) and self._sensors >= needed and self._reckoned
         self._arrays: tuple[Any, ...] = ()
-        self._sensors = len(array)
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
         self._allowed: tuple[Spread | None, float, bool] | None = None
@@ -218,12 +218,12 @@ class Framewise(ABC):
         return found
 
     def _run(self, frames: FloatArray, pattern: npt.NDArray[np.bool_], out: FloatArray) -> None:
-        if pattern is self._all and self._arrays:  # the shortest way for a frame by itself
+        if pattern is not self._all:
+            arrays = self._prepared.get(pattern.tobytes(), partial(self._prepare, pattern))
+        elif not self._arrays:
+            arrays = self._arrays = self._prepare(pattern)
+        else:  # the shortest way for a frame by itself
             arrays = self._arrays
-        else:
-            arrays = self._prepared.get(pattern.tobytes(), lambda: self._prepare(pattern))
-        if pattern is self._all:
-            self._arrays = arrays
         if self._compiled is None:
             from .._compiled import is_cached
 
@@ -263,15 +263,6 @@ def check_noise(array: SensorArray, why: str, fix: str, noise: npt.ArrayLike | N
     silent = np.flatnonzero((np.asarray(array.noise if noise is None else noise) == 0) & array.live)
     if silent.size:
         raise InvalidValueError(f"noise = 0 of sensor {silent[0]}", f"{why}, so each needs one > 0", fix)
-
-
-def checked_friction(friction: float) -> float:
-    """A coefficient of friction, which may be infinite."""
-    values = _check.real("friction", friction, at_least=0.0, finite=False)
-    mu = float(values) if not values.ndim else np.nan
-    if np.isnan(mu):
-        raise InvalidValueError("friction = nan", "a coefficient of friction >= 0 is needed", "friction=1.0")
-    return mu
 
 
 def sensor_rows(array: SensorArray) -> FloatArray:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+
+from .._frozen import Frozen
 
 __all__ = ["AREA", "BESIDE", "LINE", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
-class Layout:
+class Layout(Frozen):
     """Columns of a row that an estimator fills for one frame.
 
     In this order: position, components of the force, half width, their covariance (upper triangle, by rows), 95 %
@@ -63,13 +66,15 @@ class Layout:
         """Column of the half width, where there is one."""
         return self.unknowns - 1
 
-    @property
+    @cached_property
     def square(self) -> npt.NDArray[np.intp]:
         """Columns of the covariance, as the square that they make."""
         k = self.unknowns
         out = np.zeros((k, k), dtype=np.intp)
         out[np.triu_indices(k)] = self.covariance + np.arange(k * (k + 1) // 2)
-        return np.maximum(out, out.T)
+        square = np.maximum(out, out.T)
+        square.flags.writeable = False
+        return square
 
 
 LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)

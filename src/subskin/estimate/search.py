@@ -13,12 +13,18 @@ from ..errors import GeometryError, InvalidValueError
 from ..response import Response
 from .beyond import stretches
 from .estimate import Estimate
-from .frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
+from .frames import Framewise, packed, scan_geometry, sensor_rows
 from .layout import LINE, WIDE
 
 __all__ = ["Locator"]
 
 _SCAN_WIDTHS = 12
+_LIMITS: dict[str, dict[str, Any]] = {
+    "half_width": {"unit": "m", "at_least": 0.0},
+    "normal_force": {"unit": "N/m", "at_least": 0.0, "finite": False},
+    "ambiguity": {"at_least": 0.0},
+    "false_alarm": {"above": 0.0, "at_most": 0.5},
+}
 _WHOLE = 32
 """Positions of the scan are a multiple of these: a loop's remainder goes one by one, and 30 take as long as 200."""
 
@@ -82,29 +88,31 @@ class Locator(Framewise):
         outliers: int = 0,
         beyond: Response | None = None,
     ) -> None:
-        if response.sensors != len(array):
-            seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
+        sensors = len(array)
+        if response.sensors != sensors:
+            seen = f"a response of {response.sensors} sensors, an array of {sensors}"
             raise GeometryError(seen, "they have to match", "array.select(...)")
         wide = response.widest > 0
-        ends = _check.real("half_width", (0.0, response.widest) if half_width is None else half_width, at_least=0.0)
+        usual = {"half_width": (0.0, response.widest), "normal_force": (0.0, np.inf)}
+        given = {"half_width": half_width, "normal_force": normal_force}
+        ends, forces = _check.each({k: usual[k] if v is None else v for k, v in given.items()}, _LIMITS).values()
         if ends.shape != (2,) or not ends[0] <= ends[1] <= response.widest:
             rule = f"two half widths, ascending, up to the response's {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule, f"half_width=(0.0, {response.widest:.6g})")
-        forces = _check.real("normal_force", normal_force or (0.0, np.inf), unit="N/m", at_least=0.0, finite=False)
         if forces.shape != (2,) or not forces[0] < forces[1]:
             rule = "two ascending normal forces, of 0 or more, are needed [N/m]"
             raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "normal_force=(1.0, 100.0)")
         self.response = self._searched = response
         self.normal_force = (float(forces[0]), float(forces[1]))
         self._beyond = beyond
-        if beyond is not None and beyond.sensors % len(array):
-            seen = f"beyond of {beyond.sensors} sensors, an array of {len(array)}"
+        if beyond is not None and beyond.sensors % sensors:
+            seen = f"beyond of {beyond.sensors} sensors, an array of {sensors}"
             raise GeometryError(seen, "a multiple of these is needed", "beyond=None")
         self.half_width = (float(ends[0]), float(ends[1]))
-        self.friction = checked_friction(friction)
+        self.friction = _check.friction(friction)
         self.unknowns = 2 + (self.friction > 0) + bool(ends[1] > ends[0])
         self.layout = WIDE if wide else LINE
-        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+        self._ambiguity, self._false_alarm = _check.scalars(_LIMITS, ambiguity=ambiguity, false_alarm=false_alarm)
         layout = self.layout
         super().__init__(
             array, needed=self.unknowns, columns=layout.columns, status=layout.status, layout=layout,
@@ -117,7 +125,6 @@ class Locator(Framewise):
         count = max(int(np.ceil((response.stop - response.start) / step - 1e-9)) + 1, 3)
         self._scan = np.linspace(response.start, response.stop, count)
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2
-        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
 
     def __call__(self, readings: npt.ArrayLike) -> Estimate:
         """The contact in each frame.
@@ -163,6 +170,7 @@ class Locator(Framewise):
 
         array, response = self.array.select(pattern), self._searched.select(pattern)
         scale = 1 / np.asarray(array.noise)
+        n = scale.size
         fields = response(np.tile(self._scan, self._squares.size), np.repeat(np.sqrt(self._squares), self._scan.size))
         far = stretches(self._beyond, pattern, scale, self.friction)
         basis, edges, shapes = scan_geometry(
@@ -171,7 +179,7 @@ class Locator(Framewise):
         shapes = np.ascontiguousarray(shapes[:, : len(fields) if self.normal_force != (0.0, np.inf) else 0])
         wide = self.layout.wide
         # as many readings as unknowns: what is left over are the ends of the unknowns, and one of them binds
-        largest = float(chdtri(max(len(array) - self.unknowns, 1), self._false_alarm))
+        largest = float(chdtri(max(n - self.unknowns, 1), self._false_alarm))
         table = packed(response, scale)
         options = np.array(
             [
@@ -183,9 +191,8 @@ class Locator(Framewise):
                 0.1 * self._shallowest,  # a profile wider than this may be ambiguous
                 *(response.widest**2, self._scan[0], self._scan[-1], *np.square(self.half_width)),
                 *self.normal_force,
-                len(array)
-                * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # of a unit force, by the table
-                float(chdtri(len(array), self._false_alarm)),  # less than this altogether: nothing
+                n * (response.blur * np.abs(fields * scale[:, None]).max()) ** 2,  # of a unit force, by the table
+                float(chdtri(n, self._false_alarm)),  # less than this altogether: nothing
                 *(far.start, far.step, self._scan.size, far.near, *far.nodes),
             ]
         )

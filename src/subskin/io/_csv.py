@@ -50,9 +50,9 @@ class CsvPart:
     lines: Sequence[int]
     values: Sequence[FloatArray | list[str]]
 
-    def column(self, index: int) -> FloatArray | list[str]:
-        """A column, by its index."""
-        return self.values[index]
+    def some(self, columns: Sequence[int]) -> list[FloatArray | list[str]]:
+        """Some columns, by their indices."""
+        return [self.values[index] for index in columns]
 
 
 def number_of(cell: str) -> float | None:

@@ -57,8 +57,11 @@ class ParquetPart:
         """How many rows."""
         return int(self.batch.num_rows)
 
-    def column(self, index: int) -> FloatArray | list[str]:
-        """A column, by its index: numbers, or texts."""
+    def some(self, columns: Sequence[int]) -> list[FloatArray | list[str]]:
+        """Some columns, by their indices: numbers, or texts."""
+        return [self._column(index) for index in columns]
+
+    def _column(self, index: int) -> FloatArray | list[str]:
         import pyarrow as pa
 
         data = self.batch.column(index)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, StrictInt, StrictStr, ValidationInfo
 
 from ..errors import InvalidValueError
-from .units import quantity, si_unit, unit_scale
+from .units import of_field, quantity, unit_scale
 
 __all__ = [
     "CalibrationTable",
@@ -31,19 +31,12 @@ __all__ = [
 
 def one(unit: str) -> PlainValidator:
     """A quantity in the SI unit `unit`."""
-    return PlainValidator(lambda value, info: quantity(value, unit, str(info.field_name)))
+    return PlainValidator(of_field(unit))
 
 
 def one_or_each(unit: str) -> PlainValidator:
     """One quantity for all sensors, or a list with one for each."""
-
-    def convert(value: object, info: ValidationInfo) -> float | list[float]:
-        name = str(info.field_name)
-        if isinstance(value, list):
-            return [quantity(item, unit, f"{name}[{i}]") for i, item in enumerate(value)]
-        return quantity(value, unit, name)
-
-    return PlainValidator(convert)
+    return PlainValidator(of_field(unit, lists=True))
 
 
 def _unit_text(value: object, info: ValidationInfo) -> str:
@@ -86,7 +79,7 @@ Above0 = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Lengths = Annotated[float | list[float], one_or_each("m")]
 UnitText = Annotated[str, PlainValidator(_unit_text)]
 Names = Annotated[list[str], PlainValidator(_names)]
-Readings = Annotated[Any, PlainValidator(lambda value: value)]  # units follow from other keys, so they wait
+Readings = Any  # units follow from other keys, so they wait
 
 
 class StrictTable(BaseModel):
@@ -136,8 +129,8 @@ class SensorsTable(StrictTable):
     z: Lengths = 0.0
     depth: Lengths
     sensor: StrictStr | None = None
-    kind: Readings = "normal_strain"
-    channels: Readings = None
+    kind: Any = "normal_strain"
+    channels: Any = None
     exact: StrictBool = False
     width: Lengths = 0.0
     gain: Readings = 1.0
@@ -237,8 +230,3 @@ class FingerDocument(StrictTable):
     tare: TareTable = TareTable()
     touch: ContactTable = ContactTable()
     calibration: CalibrationTable = CalibrationTable()
-
-
-def reading_unit(recording: RecordingTable | None) -> str | None:
-    """SI unit of the readings; None where the file does not give one."""
-    return None if recording is None or recording.unit is None else si_unit(recording.unit, "unit")

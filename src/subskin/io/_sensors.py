@@ -12,14 +12,14 @@ from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError, SubskinError
 from ..lattice import even_grid, even_row
 from ..transducer import Transducer, VolumeResistance, class_of, transducer_of
-from ._skin import Misplaced, about
+from ._skin import Misplaced
 from ._toml_errors import short
-from .units import quantity
+from .units import quantity, si_unit
 
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["build_array", "in_readings"]
+__all__ = ["build_array", "in_readings", "reading_unit"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
 
@@ -29,21 +29,17 @@ def build_array(document: _schema.FingerDocument) -> SensorArray:
 
     Raises
     ------
-    Misplaced
+    SubskinError
         A key that is missing, a value out of range, lists that do not match.
     """
     table = document.sensors
-    with about("sensors"):
-        points = _points(table)
-        preset = {} if table.sensor is None else SensorArray.preset(table.sensor)
-        usual = preset.pop("transducer", None)
-        own = usual is None or {"kind", "channels"} & table.model_fields_set
-        kinds, channels = _transducers(table, len(points)) if own else (usual, None)
-        given = _parameters(document, channels or (kinds if isinstance(kinds, tuple) else (kinds,)))
-        parameters = preset | {
-            key: value for key, value in given.items() if key in table.model_fields_set or not preset
-        }
-        return SensorArray.at(points, table.depth, kinds, channels, width=table.width, **parameters)
+    points = _points(table)
+    preset = {} if table.sensor is None else SensorArray.preset(table.sensor)
+    usual = preset.pop("transducer", None)
+    own = usual is None or {"kind", "channels"} & table.model_fields_set
+    kinds, channels = _transducers(table, len(points)) if own else (usual, None)
+    parameters = preset | _parameters(document, channels or (kinds if isinstance(kinds, tuple) else (kinds,)))
+    return SensorArray.at(points, table.depth, kinds, channels, width=table.width, **parameters)
 
 
 def _points(table: _schema.SensorsTable) -> FloatArray:
@@ -122,15 +118,18 @@ def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
 
 
 def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> dict[str, Any]:
-    """Gain, offset, noise, range and resolution: plain numbers, or with a unit where the readings have one."""
-    from ._schema import reading_unit
-
+    """Those of gain, offset, noise, range and resolution that are given: plain numbers, or in a unit of readings."""
     table, unit = document.sensors, reading_unit(document.recording) or ""
     measured = {t.unit for t in transducers}
     per = measured.pop() if len(measured) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
-    given = {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in ("gain", *_IN_READINGS)}
-    return {key: value for key, value in given.items() if value is not None}
+    given = [key for key in ("gain", *_IN_READINGS) if key in table.model_fields_set]
+    return {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in given}
+
+
+def reading_unit(recording: _schema.RecordingTable | None) -> str | None:
+    """SI unit of the readings; None where the file does not give one."""
+    return None if recording is None or recording.unit is None else si_unit(recording.unit, "unit")
 
 
 def in_readings(value: Any, unit: str, name: str) -> Any:

@@ -14,7 +14,7 @@ from ..skin import KINDS, Layer, Skin
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["Misplaced", "about", "build_skin", "key_of", "numbers"]
+__all__ = ["Misplaced", "build_skin", "key_of", "numbers"]
 
 _EXAMPLE = {
     "young": 'young = "0.4 MPa"',
@@ -29,20 +29,6 @@ class Misplaced(Exception):
 
     def __init__(self, error: SubskinError, *path: str) -> None:
         self.error, self.path = error, path
-
-
-class about:
-    """Errors of the model in this block are about keys of the table `path`."""
-
-    def __init__(self, *path: str) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if isinstance(error, SubskinError):
-            raise Misplaced(error, *self._path, key_of(error)) from None
 
 
 def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Skin:
@@ -89,9 +75,6 @@ def _keys(kind: type[Skin]) -> dict[str, bool]:
 def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
     """A skin, a layer or a material from its table."""
     values: dict[str, Any] = {}
-    if kind is Material and table.material is not None:
-        with about(*path):
-            values["young"] = Material.preset(table.material).young
     for field in fields(kind):
         name = field.name
         value = _made(Material, table, path) if name == "material" else getattr(table, name)
@@ -101,11 +84,15 @@ def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
             value = _made(Material, value, (*path, name))
         if value is not None:
             values[name] = value
-    if kind is Material and "young" not in values:
+    if kind is Material and "young" not in values and table.material is None:
         wrong = InvalidValueError('"young" is missing', "a material needs it", 'young = "0.4 MPa", or material = "..."')
         raise Misplaced(wrong, *path, "")
-    with about(*path):
+    try:
+        if kind is Material and table.material is not None:
+            values = {"young": Material.preset(table.material).young} | values
         return kind(**values)
+    except SubskinError as error:
+        raise Misplaced(error, *path, key_of(error)) from None
 
 
 def numbers(skin: Any, *path: str | int) -> dict[tuple[str | int, ...], Any]:

@@ -12,20 +12,10 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import BinaryIO
 
 from ..errors import FileError
 
-__all__ = [
-    "apart",
-    "check_target",
-    "opened",
-    "read_bytes",
-    "replacing",
-    "to_standard_output",
-    "told_size",
-    "write_bytes",
-]
+__all__ = ["apart", "check_target", "opened", "read_bytes", "replacing", "to_standard_output", "write_bytes"]
 
 
 @contextlib.contextmanager
@@ -63,15 +53,6 @@ def _standard_input() -> io.BufferedReader:
     if stream is None:
         raise FileError("standard input", "it is closed", "name a file")
     return stream if hasattr(stream, "peek") else io.BufferedReader(stream)
-
-
-def told_size(file: BinaryIO) -> int | None:
-    """Bytes of a file that is open; None of a pipe or a device."""
-    try:
-        about = os.fstat(file.fileno())
-    except (OSError, ValueError):
-        return None
-    return about.st_size if stat.S_ISREG(about.st_mode) else None
 
 
 def read_bytes(path: str | Path) -> bytes:

@@ -16,7 +16,7 @@ from ..design.search import Accuracy, Effort, Room, Row, SensorKind, SkinChoice
 from ..design.tolerance import SOURCES
 from ..errors import InvalidValueError, SubskinError
 from ..transducer import kind_of, transducer_of
-from ._skin import Misplaced, about, build_skin, key_of
+from ._skin import Misplaced, build_skin, key_of
 from ._toml_errors import misplaced, read_text, validated
 from .units import format_quantity, line_load, quantity, rounded
 
@@ -96,44 +96,50 @@ def parse_goals(text: str, name: str = "goals.toml") -> GoalsFile:
 def _build(document: _goals_schema.GoalsDocument) -> Goals:
     touch, accuracy, room = document.touch, document.accuracy, document.room
     given = touch.force if isinstance(touch.force, list) else [touch.force, touch.force]
-    with about("touch"):
+    counts = room.count if isinstance(room.count, list) else [room.count, room.count]
+    depths = room.depth if isinstance(room.depth, list) else [room.depth, room.depth]
+    longest = np.inf if room.longest_row is None else room.longest_row
+    keys: dict[str, tuple[str, ...]] = {}  # of the goals as a whole, where they are
+    at: tuple[str, ...] = ("touch",)
+    try:
         if touch.length is not None and not touch.length > 0:
             raise InvalidValueError(f"length = {touch.length:g} m", "has to be > 0", 'length = "20 mm"')
         forces = [line_load(value, touch.length, "force") for value in given]
-    if len(forces) != 2:
-        rule, fix = "one force or two are needed", 'force = ["20 N/m", "100 N/m"]'
-        raise Misplaced(InvalidValueError(f"force lists {len(forces)}", rule, fix), "touch", "force")
-    if forces[0] > forces[1]:
-        wrong = InvalidValueError(f"force = {forces} N/m", "the weakest comes first", "swap them")
-        raise Misplaced(wrong, "touch", "force")
-    counts = room.count if isinstance(room.count, list) else [room.count, room.count]
-    depths = room.depth if isinstance(room.depth, list) else [room.depth, room.depth]
-    if len(depths) != 2:
-        rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
-        raise Misplaced(InvalidValueError(f"depth lists {len(depths)}", rule, fix), "room", "depth")
-    longest = np.inf if room.longest_row is None else room.longest_row
-    with about("touch"):
+        if len(forces) != 2:
+            rule, fix = "one force or two are needed", 'force = ["20 N/m", "100 N/m"]'
+            raise InvalidValueError(f"force lists {len(forces)}", rule, fix)
+        if forces[0] > forces[1]:
+            raise InvalidValueError(f"force = {forces} N/m", "the weakest comes first", "swap them")
         if not touch.span > 0:
             raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0", 'span = "12 mm"')
         touches = Touches(forces[0], touch.friction, (-touch.span / 2, touch.span / 2), touch.length)
-    with about("accuracy"):
+        at = ("accuracy",)
         wanted = Accuracy(**accuracy.model_dump(), feature=touch.feature)
-    with about("room"):
+        at = ("room",)
+        if len(depths) != 2:
+            rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'
+            raise InvalidValueError(f"depth lists {len(depths)}", rule, fix)
         space = Room((counts[0], counts[1]), (depths[0], depths[1]), room.least_pitch, longest)
-    sensors = tuple(_sensor(table, i) for i, table in enumerate(document.sensor))
-    skins = tuple(SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin))
-    with about("search"):
+        sensors = []
+        for i, table in enumerate(document.sensor):
+            at = ("sensor", str(i))
+            sensors.append(_sensor(table))
+        skins = [SkinChoice(table.name, build_skin(table, ("skin", str(i)))) for i, table in enumerate(document.skin)]
+        at = ("search",)
         effort = Effort(**document.search.model_dump())
-    keys = {"span": ("touch", "span"), "largest_strain": ("touch", "largest_strain")}
-    keys |= {name: ("tolerances", name) for name in document.tolerances or ()}
-    try:
+        at = ("tolerances",)
+        tolerances = _tolerances(document.tolerances)
+        at = ()
+        keys = {name: ("touch", name) for name in ("span", "largest_strain")}
+        keys |= {name: ("tolerances", name) for name in document.tolerances or ()}
         return Goals(
-            touches=touches, strongest=forces[1], accuracy=wanted, sensors=sensors, skins=skins, room=space,
-            largest_strain=touch.largest_strain, tolerances=_tolerances(document.tolerances), effort=effort,
+            touches=touches, strongest=forces[1], accuracy=wanted, sensors=tuple(sensors), skins=tuple(skins),
+            room=space, largest_strain=touch.largest_strain, tolerances=tolerances, effort=effort,
             title=document.title,
         )  # fmt: skip
     except SubskinError as error:
-        raise Misplaced(error, *keys.get(key_of(error), (key_of(error),))) from None
+        key = key_of(error)
+        raise Misplaced(error, *keys.get(key, (*at, key))) from None
 
 
 def _tolerances(table: Mapping[str, Any] | None) -> dict[str, float] | None:
@@ -144,29 +150,24 @@ def _tolerances(table: Mapping[str, Any] | None) -> dict[str, float] | None:
         return {}
     if "none" in table:
         rule, fix = "it stands alone, and is true", "[tolerances] none = true, or the amounts without it"
-        raise Misplaced(InvalidValueError(f"none = {table['none']!r}", rule, fix), "tolerances", "none")
-    amounts = {}
-    for name, value in table.items():
+        raise InvalidValueError(f"none = {table['none']!r}", rule, fix)
+    for name in table:
         if name not in _TOLERANCES:
             close = difflib.get_close_matches(name, list(_TOLERANCES), n=1)
             fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(_TOLERANCES)}"
             wrong = InvalidValueError(f'key "{name}"', "no such tolerance is known", fix)
             raise Misplaced(wrong, "tolerances", name)
-        with about("tolerances"):
-            amounts[name] = quantity(value, _TOLERANCES[name].unit, name)
-    return amounts
+    return {name: quantity(value, _TOLERANCES[name].unit, name) for name, value in table.items()}
 
 
-def _sensor(table: _goals_schema.SensorTable, i: int) -> SensorKind:
-    path = ("sensor", str(i))
-    with about(*path):
-        transducer = transducer_of(table.kind)
-        values = {
-            key: quantity(getattr(table, key), transducer.unit, key)
-            for key in ("noise", "largest", "resolution")
-            if getattr(table, key) is not None
-        }
-        return SensorKind(table.name, transducer, width=table.width, **values)
+def _sensor(table: _goals_schema.SensorTable) -> SensorKind:
+    transducer = transducer_of(table.kind)
+    values = {
+        key: quantity(getattr(table, key), transducer.unit, key)
+        for key in ("noise", "largest", "resolution")
+        if getattr(table, key) is not None
+    }
+    return SensorKind(table.name, transducer, width=table.width, **values)
 
 
 def finger_text(file: GoalsFile, row: Row, search: tuple[float, float], remarks: list[str]) -> str:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import os
 import re
+import stat
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import BinaryIO, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _check
 from .._check import FloatArray
 from ..errors import FileError, InvalidValueError
 from ._csv import CsvReader, csv_head, csv_rows, number_of
 from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
-from .files import opened, replacing, told_size
+from .files import opened, replacing
 
 __all__ = ["Table", "TableReader", "TableWriter", "read_table", "reading", "write_table", "writing"]
 
@@ -36,7 +37,7 @@ class _Part(Protocol):
     @property
     def lines(self) -> Sequence[int]: ...
 
-    def column(self, index: int) -> FloatArray | list[str]: ...
+    def some(self, columns: Sequence[int]) -> list[FloatArray | list[str]]: ...
 
 
 @dataclass(frozen=True)
@@ -93,19 +94,27 @@ class Table:
         """
         if column not in self.columns:
             raise self._without(column, why)
-        index, parts = self.columns.index(column), []
-        for part in self.parts:
-            values = part.column(index)
-            if isinstance(values, list):
-                raise self._not_numbers(column, part, values)
-            parts.append(values)
-        values = np.concatenate(parts)
+        (values,) = self._numbers([column])
         if finite and not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
             seen = f'{self.position(row)}: column "{column}" = {values[row]:g}'
             rule = f"{why} has to be a number in every row" if why else "a number is needed in every row"
             raise FileError(seen, rule, "fill in the cell or delete the row")
-        return _check.read_only(values)
+        return values
+
+    def _numbers(self, names: Sequence[str]) -> list[FloatArray]:
+        """Columns as floats."""
+        at = [self.columns.index(name) for name in names]
+        each = []
+        for name, parts in zip(names, zip(*(part.some(at) for part in self.parts), strict=True), strict=True):
+            floats = []
+            for part, values in zip(self.parts, parts, strict=True):
+                if isinstance(values, list):
+                    raise self._not_numbers(name, part, values)
+                floats.append(values)
+            each.append(np.concatenate(floats))
+            each[-1].flags.writeable = False
+        return each
 
     def texts(self, column: str) -> list[str]:
         """A column as text; numbers are written out, and what has no value is empty.
@@ -122,7 +131,7 @@ class Table:
         """
         if column not in self.columns:
             raise self._without(column, "")
-        cells = (cell for part in self.parts for cell in part.column(self.columns.index(column)))
+        cells = (cell for part in self.parts for cell in part.some([self.columns.index(column)])[0])
         return [cell if isinstance(cell, str) else "" if np.isnan(cell) else f"{cell:.17g}" for cell in cells]
 
     def readings(self, names: Sequence[str]) -> FloatArray:
@@ -137,9 +146,10 @@ class Table:
         if missing:
             raise self._without(missing[0], f"the {len(names)} sensors' readings", names)
         out = np.empty((len(self), len(names)))
-        for i, name in enumerate(names):
-            out[:, i] = self.numbers(name)
-        return _check.read_only(out)
+        for i, values in enumerate(self._numbers(names)):
+            out[:, i] = values
+        out.flags.writeable = False
+        return out
 
     def _without(self, column: str, why: str, names: Sequence[str] = ()) -> FileError:
         where = f"{self.name}, line {self.head}" if self.by == "line" else self.name
@@ -250,7 +260,7 @@ def reading(path: str | Path) -> Iterator[TableReader]:
     """
     name = "standard input" if str(path) == "-" else str(path)
     with opened(path) as file:
-        size, start = told_size(file), file.peek(4)[:4]
+        size, start = _size(file), file.peek(4)[:4]
         if not start:
             raise FileError(
                 f"{name} is empty", "a table with a header is needed", "write a header line above the numbers"
@@ -259,6 +269,15 @@ def reading(path: str | Path) -> Iterator[TableReader]:
             yield TableReader(ParquetReader(file, name), size)
         else:
             yield TableReader(CsvReader(file, name), size)
+
+
+def _size(file: BinaryIO) -> int | None:
+    """Bytes of a file that is open; None of a pipe or a device."""
+    try:
+        about = os.fstat(file.fileno())
+    except (OSError, ValueError):
+        return None
+    return about.st_size if stat.S_ISREG(about.st_mode) else None
 
 
 def read_table(path: str | Path) -> Table:

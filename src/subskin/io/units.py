@@ -5,12 +5,13 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from ..errors import InvalidValueError
 
-__all__ = ["format_quantity", "line_load", "line_load_scale", "quantity", "si_unit", "unit_scale"]
+__all__ = ["format_quantity", "line_load", "line_load_scale", "of_field", "quantity", "si_unit", "unit_scale"]
 
 _EXAMPLES = {"m": "2 mm", "Pa": "0.4 MPa", "rad": "30 deg", "N/m": "40 N/m", "": "0.5"}
 _DIGITS = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
@@ -139,6 +140,18 @@ def quantity(value: object, to: str, name: str) -> float:
     if not math.isfinite(number):
         raise InvalidValueError(seen, "it has to be finite", fix)
     return number
+
+
+def of_field(to: str, *, lists: bool = False) -> Callable[[object, Any], float | list[float]]:
+    """What reads a field of a pydantic model as a `quantity` in the SI unit `to`, or with `lists` as a list of them."""
+
+    def convert(value: object, info: Any) -> float | list[float]:
+        name = str(info.field_name)
+        if lists and isinstance(value, list):
+            return [quantity(item, to, f"{name}[{i}]") for i, item in enumerate(value)]
+        return quantity(value, to, name)
+
+    return convert
 
 
 def unit_scale(text: object, to: str | None, name: str) -> float:

@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .. import _check
 from .._check import FloatArray
-from ..contact import Contact, ContactSum, LineLoad, transforms_of
+from ..contact import Contact, ContactSum, LineLoad
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
 from ..finger import Finger
@@ -230,7 +230,7 @@ def _resultants(contact: Contact) -> list[_Force]:
         normal, tangential = float(part.normal_force), float(part.tangential_force)
         # far away F = -(N + M/z + ...)/z with M the first moment; a kilometre is far from any finger
         far = np.array([1e3j], dtype=np.complex128)
-        t = transforms_of(part, far)
+        t = part.transforms(far)
         first, load = (t.p, normal) if normal else (t.q, tangential)
         position = 1e3 * float((first * far).imag[0]) / load if load else 0.0
         size, angle = float(np.hypot(normal, tangential)), float(np.arctan2(tangential, normal))

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from .._check import ComplexArray, FloatArray
-from ..contact.base import Contact, Transforms, sum_of, transforms_of
+from ..contact.base import Contact, Transforms, sum_of
 
 __all__ = ["DEEPEST", "periodic_transforms"]
 
@@ -28,7 +28,7 @@ _FREQUENCIES = 0.125 * np.arange(1, 17)
 def periodic_transforms(contact: Contact, z: ComplexArray, radius: float) -> Transforms:
     """Transforms of the contact repeated round the circle, at z = y + i R log(R / r), |y - contact| <= pi R."""
     images = (0, *(side * m for m in range(1, _IMAGES + 1) for side in (-1, 1)))
-    total = sum_of([transforms_of(contact, z + m * 2 * np.pi * radius) for m in images])
+    total = sum_of([contact.transforms(z + m * 2 * np.pi * radius) for m in images])
     shape = np.broadcast_shapes(contact.shape, z.shape)
     sums = [np.zeros(shape, dtype=np.complex128) for _ in range(4)]
     every: FloatArray = np.stack([_FREQUENCIES, _shares()]) / radius

@@ -12,7 +12,9 @@ from .._check import ComplexArray, FloatArray
 from ..contact import Contact, LocalContact
 from ..errors import GeometryError, InvalidValueError, SingularPointWarning
 
-__all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "long_only", "points", "wave_points"]
+__all__ = ["blank_local", "blank_singular", "complex_points", "local_points", "not_local", "points", "wave_points"]
+
+_METRES = {"x": {"unit": "m"}, "y": {"unit": "m"}}
 
 
 def points(
@@ -25,7 +27,8 @@ def points(
     GeometryError
         A point above the surface or beneath the skin, or shapes that do not broadcast.
     """
-    xs, ys = _check.real("x", x, unit="m"), _check.real("y", y, unit="m")
+    values, shape = _check.batch({"x": x, "y": y}, _METRES)
+    xs, ys = values.values()
     if (xs < 0).any():
         raise GeometryError(f"x = {float(xs.min()):.6g} m", "points lie in the skin, x >= 0 is the depth", "use -x")
     if (xs > thickness * (1 + 1e-12)).any():
@@ -33,7 +36,6 @@ def points(
         raise GeometryError(seen, f"the skin is only {thickness:.6g} m thick", "a smaller depth")
     if z is not None:
         return local_points(xs, ys, z)[:2]
-    shape = _check.broadcast(x=xs, y=ys)
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape)
 
 
@@ -47,19 +49,11 @@ def local_points(
     return np.broadcast_to(xs, shape), np.broadcast_to(ys, shape), np.broadcast_to(zs, shape)
 
 
-def long_only(contact: Contact | LocalContact, skin: object) -> Contact:
-    """A contact that does not change along z, as a skin needs it which is solved in a plane.
-
-    Raises
-    ------
-    InvalidValueError
-        A local contact.
-    """
-    if isinstance(contact, LocalContact):
-        seen = f"a {type(contact).__name__} on a {type(skin).__name__}"
-        rule = "it acts on an area, and this skin is solved in a plane, for contacts that do not change along z"
-        raise InvalidValueError(seen, rule, "HalfSpace(material) for it, or a long contact such as LineLoad")
-    return contact
+def not_local(contact: LocalContact, skin: object) -> InvalidValueError:
+    """The error of a local contact on a skin that is solved in a plane."""
+    seen = f"a {type(contact).__name__} on a {type(skin).__name__}"
+    rule = "it acts on an area, and this skin is solved in a plane, for contacts that do not change along z"
+    return InvalidValueError(seen, rule, "HalfSpace or Layered for it, or a long contact such as LineLoad")
 
 
 def wave_points(k: npt.ArrayLike, x: npt.ArrayLike, thickness: float = np.inf) -> tuple[FloatArray, FloatArray]:

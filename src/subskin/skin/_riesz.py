@@ -41,7 +41,7 @@ class Fields(NamedTuple):
         both = -((1 + 2 * nu) * w + xw) + 2 * (1 + nu) * h + xh
         half, turned = 0.5 * both, 0.5 * difference
         yy, zz = half + turned.real, half - turned.real
-        return Stress(*each_read_only(-w + xw - xh, yy, zz, shear.real, shear.imag, turned.imag))
+        return Stress(-w + xw - xh, yy, zz, shear.real, shear.imag, turned.imag)
 
     def strain(self, material: Material) -> Strain:
         """Strain [-]; at nu = 1/2 not as a difference of stresses, which are large beside it near the surface."""
@@ -51,7 +51,7 @@ class Fields(NamedTuple):
         half = 0.5 * (-((1 - 2 * nu) * w + xw) + 2 * (1 - nu) * h + xh)
         turned = 0.5 * difference
         parts = xx, half + turned.real, half - turned.real, shear.real, shear.imag, turned.imag
-        return Strain(*each_read_only(*(soft * part for part in parts)))
+        return Strain(*(soft * part for part in parts))
 
 
 def fields_of(contact: LocalContact, nu: float, x: FloatArray, y: FloatArray, z: FloatArray) -> Fields:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,7 @@ class Skin(Frozen, ABC):
     """An elastic medium with a surface at depth x = 0.
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
-    writes `materials`, `state`, `wave` and `surface_influence`, and overrides `interfaces`, `thickness`, `curvature`,
+    writes `materials`, `at`, `wave` and `surface_influence`, and overrides `interfaces`, `thickness`, `curvature`,
     `takes_local`, `with_` and `__str__`, a description for people, where those of a flat skin without end, solved in a
     plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen
     dataclass.
@@ -42,7 +42,6 @@ class Skin(Frozen, ABC):
     def materials(self) -> tuple[Material, ...]:
         """The materials from the surface down; that of a half plane beneath the layers is the last."""
 
-    @abstractmethod
     def state(
         self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> State:
@@ -69,13 +68,16 @@ class Skin(Frozen, ABC):
         SingularPointWarning
             A point of the surface where the stress is infinite; every component in the plane is NaN there.
         """
+        points = (x, y) if z is None else (x, y, z)  # a skin of one's own may know no z
+        return self.at(*points)(contact)
 
+    @abstractmethod
     def at(
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
         """The `state` at fixed points as a function of the contact, for many contacts one after the other.
 
-        What depends on the points alone is worked out once, where the skin knows how.
+        What depends on the points alone is worked out once.
 
         Parameters
         ----------
@@ -89,19 +91,18 @@ class Skin(Frozen, ABC):
         >>> felt(ss.LineLoad(force=40.0)).strain.xx.round(6).tolist()
         [-0.023873, -0.011459]
         """
-        return lambda contact: self.state(*_known(contact, x, y, z))
 
     def stress(
         self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Stress:
         """Stress [Pa] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""
-        return self.state(*_known(contact, x, y, z)).stress
+        return self.state(contact, x, y, z).stress
 
     def strain(
         self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Strain:
         """Strain [-] beneath `contact`; see `state` for parameters, shapes, errors and warnings."""
-        return self.state(*_known(contact, x, y, z)).strain
+        return self.state(contact, x, y, z).strain
 
     def displacement(
         self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
@@ -116,7 +117,7 @@ class Skin(Frozen, ABC):
             A skin that knows no displacement under such a contact: that of a long contact has no end in a half plane.
         """
         seen = f"the displacement under a {type(contact).__name__} in {self}"
-        return self.state(*_known(contact, x, y, z)).moved(seen)
+        return self.state(contact, x, y, z).moved(seen)
 
     @abstractmethod
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:
@@ -315,8 +316,3 @@ class Skin(Frozen, ABC):
         """How far the undeformed surface lies beneath its tangent at y = 0 [m], at `y` [m]; 0 for a flat skin."""
         ys, c = _check.real("y", y, unit="m"), self.curvature
         return np.asarray(2 / c * np.sin(0.5 * c * ys) ** 2) if c else np.zeros_like(ys)
-
-
-def _known(contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None) -> Any:
-    """What `state` is given: no z where there is none, for a skin of one's own may know none."""
-    return (contact, x, y) if z is None else (contact, x, y, z)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Literal, Self
+from functools import cached_property
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only, read_only
-from ..contact.base import Contact, transforms_of
+from ..contact.base import Contact
 from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import Deferred, State, Strain, Stress, SurfaceGradient, Wave
-from ._points import blank_singular, complex_points, long_only, points, wave_points
+from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
+from ._points import blank_singular, complex_points, not_local, points, wave_points
 from .base import Materials, Skin
 
 __all__ = ["HalfPlane"]
@@ -78,11 +78,6 @@ class HalfPlane(Skin):
     def __str__(self) -> str:
         return f"a half plane ({self.material})" + (", plane stress" if self.plane == "stress" else "")
 
-    def state(  # noqa: D102
-        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
-    ) -> State:
-        return self.at(x, y, z)(contact)
-
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
@@ -90,9 +85,14 @@ class HalfPlane(Skin):
         z, surface = complex_points(xs, ys), not (xs > 0).all()
 
         def state(contact: Contact | LocalContact) -> State:
-            contact = long_only(contact, self)
-            fields = _in_blocks(contact, z, surface)
-            return Deferred(partial(self._stress, *fields), partial(self._strain, *fields))
+            if isinstance(contact, LocalContact):
+                raise not_local(contact, self)
+            try:
+                fields = _in_blocks(contact, z, surface)
+            except ValueError:
+                _check.broadcast(contact=np.empty(contact.shape), points=xs)  # says which shapes do not
+                raise
+            return _PlaneState(self, *fields)
 
         return state
 
@@ -113,7 +113,8 @@ class HalfPlane(Skin):
             share = fall / waves[:, None, None]
             ux = share * np.concatenate([straight + deep, -across - deep], axis=-1)
             uy = share * np.concatenate([deep - across, straight - deep], axis=-1)
-        return Wave(self._stress(*fields), self._strain(*fields), ux, uy)
+        state = _PlaneState(self, *fields)
+        return Wave(state.stress, state.strain, ux, uy)
 
     def surface_gradient(self, contact: Contact, y: npt.ArrayLike) -> SurfaceGradient:
         """Displacement gradient along the surface x = 0: du_x/dy and du_y/dy [-] at y [m].
@@ -134,7 +135,7 @@ class HalfPlane(Skin):
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
         with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below
-            t = transforms_of(contact, complex_points(zeros, ys))
+            t = contact.transforms(complex_points(zeros, ys))
             big_t = t.q / np.pi
             big_f = big_t + 1j * t.p / np.pi
             nu = self.material.poisson
@@ -166,24 +167,38 @@ class HalfPlane(Skin):
             return 2 * (1 - nu**2) / e, (1 + nu) * (1 - 2 * nu) / e
         return 2 / e, (1 - nu) / e
 
-    def _stress(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Stress:
-        zz = 2 * self.material.poisson * mean if self.plane == "strain" else np.zeros(mean.shape)
-        return Stress(*each_read_only(mean - half, mean + half, zz, xy))
 
-    def _strain(self, mean: FloatArray, half: FloatArray, xy: FloatArray) -> Strain:
-        """Hooke's law (memo eq. 6), for the mean and half the difference of the two stresses.
+class _PlaneState(State):
+    """From the mean and half the difference of sigma_y and sigma_x, and tau_xy; what is not asked for is not made."""
 
-        At nu = 1/2 the difference alone strains the skin. Near the surface it is a small part of either
-        stress, and would be lost in them.
+    def __init__(self, skin: HalfPlane, mean: FloatArray, half: FloatArray, xy: FloatArray) -> None:
+        self.__dict__.update(_skin=skin, _fields=(mean, half, xy))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """It travels as what it has to say."""
+        return State, (self.stress, self.strain)
+
+    @cached_property
+    def stress(self) -> Stress:
+        skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
+        zz = 2 * skin.material.poisson * mean if skin.plane == "strain" else np.zeros(mean.shape)
+        return Stress(mean - half, mean + half, zz, xy)
+
+    @cached_property
+    def strain(self) -> Strain:
+        """Hooke's law (memo eq. 6).
+
+        At nu = 1/2 the difference of the stresses alone strains the skin. Near the surface it is a small part of
+        either, and would be lost in them.
         """
-        e, nu = self.material.young, self.material.poisson
+        skin, (mean, half, xy) = self.__dict__["_skin"], self.__dict__["_fields"]
+        e, nu = skin.material.young, skin.material.poisson
         turned = (1 + nu) / e * half
-        if self.plane == "strain":
+        if skin.plane == "strain":
             widened, zz = (1 + nu) * (1 - 2 * nu) / e * mean, np.zeros(mean.shape)
         else:
             widened, zz = (1 - nu) / e * mean, -2 * nu / e * mean
-        xx, yy = widened - turned, widened + turned
-        return Strain(*each_read_only(xx, yy, zz, (1 + nu) / e * xy))
+        return Strain(widened - turned, widened + turned, zz, (1 + nu) / e * xy)
 
 
 def _hat_logarithm(count: int) -> FloatArray:
@@ -207,10 +222,7 @@ def _hat_logarithm(count: int) -> FloatArray:
 
 def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """`_fields` over all points; a single contact's over blocks of them."""
-    shape = contact.shape
-    if shape:
-        _check.broadcast(contact=np.empty(shape), points=z.real)
-    if shape or z.size <= _BLOCK:
+    if z.size <= _BLOCK or contact.shape:
         return _fields(contact, z, surface)
     flat = z.reshape(-1)
     out = tuple(np.empty(z.size) for _ in range(3))
@@ -224,7 +236,7 @@ def _in_blocks(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatA
 def _fields(contact: Contact, z: ComplexArray, surface: bool) -> tuple[FloatArray, ...]:
     """(sigma_y + sigma_x)/2, (sigma_y - sigma_x)/2 and tau_xy from the transforms (docs/theory.md)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
-        p, dp, q, dq, hq = transforms_of(contact, z)
+        p, dp, q, dq, hq = contact.transforms(z)
         x = z.imag
         if surface:  # there F' grows more slowly than 1/x
             dp, dq = (np.where(x == 0, 0.0, d) for d in (dp, dq))

@@ -84,11 +84,6 @@ class HalfSpace(Skin):
         """As `Skin.surface_influence`, for hats that do not change along z."""
         return self._plane.surface_influence(step, count)
 
-    def state(  # noqa: D102
-        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
-    ) -> State:
-        return self.at(x, y, z)(contact)
-
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:

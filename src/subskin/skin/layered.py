@@ -193,11 +193,6 @@ class Layered(Skin):
     def _total(self) -> float:
         return float(self.modes.tops[-1])
 
-    def state(  # noqa: D102
-        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
-    ) -> State:
-        return self.at(x, y, z)(contact)
-
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
@@ -274,7 +269,7 @@ class Layered(Skin):
 
         def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
             components = ("xx", "yy", "zz", "xy")
-            return [_check.read_only(np.choose(positions, [getattr(t, c) for t in tensors])) for c in components]
+            return [np.choose(positions, [getattr(t, c) for t in tensors]) for c in components]
 
         return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))
 

@@ -19,7 +19,7 @@ from ..material import Material
 from ..tensor import State, Wave
 from ._around import DEEPEST, periodic_transforms
 from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
-from ._points import blank_singular, complex_points, long_only, points, wave_points
+from ._points import blank_singular, complex_points, not_local, points, wave_points
 from ._ring_modes import Ring
 from ._synthesis import hooke, remembered, synthesise
 from .base import Materials, Skin
@@ -120,11 +120,6 @@ class Round(Skin):
         """The harmonics that the core sends back: what is left out is less than exp(-42) of them."""
         return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
 
-    def state(  # noqa: D102
-        self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
-    ) -> State:
-        return self.at(x, y, z)(contact)
-
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
@@ -139,7 +134,8 @@ class Round(Skin):
             return answer
 
         def state(contact: Contact | LocalContact) -> State:
-            contact = long_only(contact, self)
+            if isinstance(contact, LocalContact):
+                raise not_local(contact, self)
             shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), self.material)

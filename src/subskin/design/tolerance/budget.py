@@ -9,7 +9,6 @@ import numpy as np
 
 from ... import _check
 from ...errors import InvalidValueError, SubskinError
-from ...estimate.frames import checked_friction
 from ...finger import Finger
 from .._common import whole
 from ..touches import Touches
@@ -251,7 +250,7 @@ def tolerance_budget(
         raise InvalidValueError(f"quantile = {share:.6g}", "has to be < 1", "quantile=0.95")
     root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0)
     methods = _methods(self_calibration, terms_for(finger, amounts))
-    mu = touches.friction if friction is None else checked_friction(friction)
+    mu = touches.friction if friction is None else _check.friction(friction)
     position, angle = touches.grid(positions, angles, finger)
     costs = Costs(Study(finger, touches, position, angle, mu, search), draws, share, root)
     advance = progress or (lambda: None)

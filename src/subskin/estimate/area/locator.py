@@ -13,7 +13,7 @@ from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...radial import RadialResponse
 from ..estimate import Estimate
-from ..frames import Framewise, checked_friction, sensor_rows
+from ..frames import Framewise, sensor_rows
 from ..layout import AREA
 from .tiles import boxes_beyond, nearest_share, nodes_beyond, tiles_of
 
@@ -72,7 +72,7 @@ class AreaLocator(Framewise):
             seen = f"a response of {response.sensors} sensors, an array of {len(array)}"
             raise GeometryError(seen, "they have to match", "array.select(...)")
         self.response, self.search = response, search
-        self.friction = checked_friction(friction)
+        self.friction = _check.friction(friction)
         self.unknowns = 3 + 2 * (self.friction > 0)
         self.layout = AREA
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)

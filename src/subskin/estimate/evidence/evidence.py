@@ -14,7 +14,7 @@ from ...contact.families import family_of
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
-from ..frames import Framewise, checked_friction, packed, scan_geometry, sensor_rows
+from ..frames import Framewise, packed, scan_geometry, sensor_rows
 from .columns import EACH, KIND, STATUS
 from .kind import NONE, PAIR, Kind
 
@@ -94,7 +94,7 @@ class Evidence(Framewise):
         y, depth = np.asarray(array.y), np.asarray(array.depth)
         if search is None:
             search = (float(y.min() - 0.5 * depth.max()), float(y.max() + 0.5 * depth.max()))
-        self.friction = checked_friction(friction)
+        self.friction = _check.friction(friction)
         needed = 4 if self.friction > 0 else 3
         super().__init__(array, needed=needed, columns=KIND + EACH * len(names), status=STATUS)
         self.allow_for(finger, self.friction)

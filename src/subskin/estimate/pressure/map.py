@@ -78,7 +78,7 @@ class PressureMap(FrameTable):
     def _columns(self) -> dict[str, Any]:
         names = ("normal_force", "tangential_force", "angle", "centre")
         errors = ("normal_std", "tangential_std", "angle_std", "centre_std", "residual")
-        return {name: getattr(self, name) for name in (*names, *errors)}
+        return {name: getattr(self, name) for name in (*names, *errors)} | super()._columns()
 
     @property
     def y(self) -> FloatArray:

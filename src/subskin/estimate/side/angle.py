@@ -22,7 +22,6 @@ from ...contact.families import Family, family_of
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ..estimate import Status
-from ..frames import checked_friction
 from .row import LEAST, Changes, Frames, Mask, count_of, known_only, stencil
 
 __all__ = ["MOST_STD", "SideAngle", "side_angle"]
@@ -114,7 +113,7 @@ def checked_bounds(friction: float, most_std: float) -> tuple[float, float]:
     most = float(most_std)
     if not most > 0:
         raise InvalidValueError(f"most_std = {most:g}", "has to be > 0 [rad]", "most_std=np.deg2rad(10)")
-    return float(np.arctan(checked_friction(friction))), most
+    return float(np.arctan(_check.friction(friction))), most
 
 
 def checked_width(
