@@ -29,6 +29,7 @@ are a stream that begins with the skin free: offsets are followed while nothing 
 """
 
 
+_DRAWN = (("truth", ""), ("position", ""), ("position", "_std"))
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth", "beside",
     "point_probability", "position_std", "position_y_std", "position_z_std", "status",
@@ -62,13 +63,17 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidValueError("--skip-used", "it needs --every or --rows to say what was used", "--every 2")
     if options.figure is not None and options.truth is None:
         raise InvalidValueError("--figure", "it needs the true positions", "--truth position")
-    drawn = ("truth", "position", "position_std") if options.figure is not None else ()
+    axes = ("",) if options.truth is None or "," not in options.truth else ("_y", "_z")
+    names = [f"{name}{axis}{more}" for name, more in _DRAWN for axis in axes]
+    drawn = names if options.figure is not None else []
     kept = Kept(None if options.json else () if options.truth is None else ("error", "status", *drawn))
+    sensors: Any = None
     beyond, score = 0, None
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
         for answers in answers_of(options, lambda file: file.locator(**_chosen(options))):
-            columns = estimate_columns(answers)
+            columns, origin = estimate_columns(answers), (answers.file.origin, 0.0)
+            sensors = answers.file.finger.array.points + origin
             if options.truth is not None:
                 columns |= against(columns, answers, options.truth)
                 beyond += int(columns.pop("beyond").sum())
@@ -90,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
             lambda: {"frames": kept.frames, "status": kept.status, "against_truth": score, "columns": kept.columns},
             people,
             {options.out: lambda _: outputs.close()},
-            lambda plot: _drawn(plot, kept.columns),
+            lambda plot: _drawn(plot, kept.columns, sensors),
         )
 
 
@@ -106,15 +111,18 @@ def _chosen(options: argparse.Namespace) -> dict[str, Any]:
     return chosen
 
 
-def _drawn(plot: Any, columns: dict[str, Any]) -> Any:
+def _drawn(plot: Any, columns: dict[str, Any], sensors: Any) -> Any:
     import numpy as np
 
     from ..estimate.estimate import Status
 
     status = np.array([Status[name.upper()] for name in columns["status"]], dtype=np.int8)
-    return plot.truth_against_estimate(
-        columns["truth"], columns["position"], std=columns["position_std"], status=status
-    )
+    if "truth" in columns:
+        std = columns["position_std"]
+        return plot.truth_against_estimate(columns["truth"], columns["position"], std=std, status=status)
+    truth, found, std = (np.stack([columns[f"{name}_{axis}{more}"] for axis in "yz"], axis=-1) for name, more in _DRAWN)
+    covariance = std[..., None] ** 2 * np.eye(2)
+    return plot.truth_above(found, truth, status=status, covariance=covariance, sensors=sensors)
 
 
 def _score(error: npt.NDArray[np.float64], status: npt.NDArray[np.str_]) -> dict[str, Any]:

@@ -96,6 +96,7 @@ class Either(FrameTable):
             "position_std": self.position_std,
             "point_probability": self.point_probability,
             **forces,
+            **super()._columns(),
         }
 
 

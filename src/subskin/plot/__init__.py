@@ -38,6 +38,7 @@ from .strips import contact_strip, probability_strip
 from .style import finished, save
 from .tolerance import tolerance_figure
 from .truth import truth_against_estimate
+from .truth_above import truth_above
 from .two_point import two_point_figure, two_point_study_figure
 
 __all__ = [
@@ -70,6 +71,7 @@ __all__ = [
     "side_angle_figure",
     "slip_figure",
     "tolerance_figure",
+    "truth_above",
     "truth_against_estimate",
     "two_point_figure",
     "two_point_study_figure",

@@ -38,6 +38,7 @@ from .section import (
 from .strips import contact_strip
 from .style import BLACK, DOUBLE, GREY, MM, SINGLE, finished, new_figure
 from .truth import truth_against_estimate
+from .truth_above import truth_above
 
 __all__ = ["estimate_figure", "field_map", "finger_figure"]
 
@@ -204,8 +205,8 @@ def estimate_figure(
         Of a frame, or of frames in the order of time.
     finger : Finger, optional
         The finger of a single frame: it is drawn too, with the field of the load that was found.
-    truth : array_like, shape (m,), optional
-        True positions [m], against which those found are drawn.
+    truth : array_like, shape (m,) or (m, 2), optional
+        True positions [m], against which those found are drawn; of touches on an area (y, z), seen from above.
     origin : float, optional
         The finger's y = 0 on the axis of the figure [m]; of many frames.
 
@@ -223,6 +224,10 @@ def estimate_figure(
     >>> [axes.get_ylabel() for axes in found.plot().axes]
     ['position along the skin, $y$ [mm]', 'force [N/m]']
     """
+    if found.layout.dim == 2 and finger is None:
+        frames = found if found.shape else found[None]
+        at, d = _check.real("truth", truth, unit="m") if truth is not None else None, slice(0, 2)
+        return truth_above(frames.position, at, status=frames.status, covariance=frames.load.covariance[:, d, d])
     if truth is not None:
         where = _check.real("truth", truth, unit="m") - origin
         return truth_against_estimate(np.atleast_1d(where), found if found.shape else found[None])

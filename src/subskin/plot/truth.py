@@ -31,13 +31,14 @@ class _Look(NamedTuple):
     name: str
 
 
-_LOOK = {
+LOOKS = {
     Status.OK: _Look("o", BLUE, "ok"),
     Status.AMBIGUOUS: _Look("D", ORANGE, "ambiguous"),
     Status.NO_CONTACT: _Look("P", GREY, "no contact"),
     Status.UNEXPLAINED: _Look("X", VERMILLION, "unexplained"),
     Status.INCOMPLETE: _Look("s", PINK, "incomplete"),
 }
+"""How a frame of each status is drawn."""
 
 
 class _Frames(NamedTuple):
@@ -158,7 +159,7 @@ def _found(axes: Axes, frames: _Frames) -> list[PolyCollection]:
         if kind == Status.OK and group.truth.size > MANY:
             clouds.append(_density(axes, group.truth, group.found))
         else:
-            _points(axes, kind, group, group.found, f"{_LOOK[kind].name} ({group.truth.size})")
+            _points(axes, kind, group, group.found, f"{LOOKS[kind].name} ({group.truth.size})")
     axes.axline((0.0, 0.0), slope=1.0, color=BLACK, linewidth=0.6, zorder=0.9)
     lost = frames.where(~np.isfinite(frames.found))
     if lost.truth.size:
@@ -183,7 +184,7 @@ def _errors(axes: Axes, frames: _Frames) -> list[PolyCollection]:
         for side, marker in ((1, "^"), (-1, "v")):
             at = beyond.truth[np.sign(beyond.error) == side]
             look: dict[str, Any] = {"ms": 3.5 if at.size < 100 else 1.5, "mew": 0, "zorder": 3}
-            look |= {"color": _LOOK[kind].colour, "label": "beyond the axis" if at.size else "_"}
+            look |= {"color": LOOKS[kind].colour, "label": "beyond the axis" if at.size else "_"}
             axes.plot(at, np.full(at.size, side * reach), marker, **look)
     zero_line(axes)
     if good.truth.size:
@@ -222,7 +223,7 @@ def _reach(frames: _Frames, good: _Frames) -> float:
 
 
 def _points(axes: Axes, kind: Status, frames: _Frames, height: FloatArray, label: str = "_") -> None:
-    look, few = _LOOK[kind], frames.truth.size <= 200
+    look, few = LOOKS[kind], frames.truth.size <= 200
     thin, height = frames.thinned(), height[:: frames.truth.size // MANY + 1]
     bars = thin.half if few and np.isfinite(thin.half).any() else None
     style: dict[str, Any] = {"color": look.colour, "ms": 3.0 if few else 1.5, "mew": 0, "elinewidth": 0.6, "zorder": 2}
