@@ -72,7 +72,7 @@ def main() -> None:
     options = arguments(__doc__, frames=20_000, peer=50, singles=2000)
     rows, speeds = [], []
     for kind in KINDS:
-        for side, pitch in ((3, 1.0), (4, 0.75), (4, 1.0), (8, 1.0), (16, 1.0)):
+        for side, pitch in ((3, 0.75), (3, 1.0), (4, 0.75), (4, 1.0), (8, 1.0), (16, 1.0)):
             for noise in (1e-3, 1e-2):
                 tip, search = finger(side, pitch, noise, kind), ends(side, pitch)
                 count = max(options.frames // (1 if side <= 4 else 4 if side == 8 else 20), 1)

@@ -10,6 +10,7 @@ import subskin as ss
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.estimate.area import observable
 from subskin.estimate.area.cone import eliminate
+from subskin.estimate.area.field import ROWS, field_at
 from subskin.radial import tabulate_radial
 from subskin.transducer import Displacement, LateralStrain, ShearStrain
 
@@ -56,6 +57,32 @@ def test_tables_are_the_forward_model(transducer, functions):
     assert np.abs(table(at) - truth).max() < 2e-9 * np.abs(truth).max()
     assert table.coefficients.shape[2] <= functions
     assert (table.pair is not None) == (functions == 2)
+
+
+@pytest.mark.parametrize("transducer", [ss.NormalStrain(), LateralStrain(0.4)], ids=["pair", "harmonics"])
+def test_compiled_columns_and_slopes_are_those_of_the_table(transducer):
+    table = tabulate_radial(finger_of((3, 3), transducer), 10 * D)
+    cubics, error = table.cubics()
+    assert error < 1e-7
+    sensors = np.stack([*table.points.T, table.depth**-2.0, table.gain])
+    cells, terms = cubics.shape[1], table.terms if table.pair is None else table.terms[:0]
+    if table.pair is not None:
+        cubics = np.stack([sign * cubics[:, :, k] for k, sign in table.pair], axis=2)
+    first, a = np.append(table.kind * cells, cells - 1), np.zeros((ROWS, 9))
+    h = 1e-4 * D
+    for y, z in np.random.default_rng(0).uniform(-4 * D, 4 * D, (20, 2)):
+        field_at.py_func(sensors, first, cubics.reshape(len(cubics) * cells, -1), terms, y, z, a, a.view(np.int64))
+        columns, by_y, by_z = a[5:8], a[8:11], a[11:14]
+        if table.pair is not None:
+            (dy, dz), (f, df, g, dg) = a[:2], a[5:9]
+            columns = np.stack([f, dy * g, dz * g])
+            by_y = np.stack([dy * df, dy * dy * dg - g, dz * dy * dg])
+            by_z = np.stack([dz * df, dy * dz * dg, dz * dz * dg - g])
+        size = np.abs(table(np.zeros(2))).max()
+        assert np.abs(columns.T - table((y, z))).max() < 1e-7 * size
+        for slope, step in ((by_y, (h, 0.0)), (by_z, (0.0, h))):
+            ahead, behind = table(np.add((y, z), step)), table(np.subtract((y, z), step))
+            assert np.abs(slope.T - (ahead - behind) / (2 * h)).max() < 1e-4 * size / D
 
 
 @pytest.mark.parametrize("friction", [0.4, 1.0])
@@ -113,6 +140,33 @@ def test_errors_are_those_of_the_bound(touches, found):
     assert np.abs((error**2 / spread**2).mean(0) - 1).max() < 0.15  # 600 frames: 0.06 is one standard deviation
     assert np.abs((np.abs(error) < 1.96 * spread).mean(0) - 0.95).max() < 0.03
     assert found.residual.mean() == pytest.approx(11, rel=0.08)
+
+
+def misses(shape, noise, count):
+    """Errors over standard deviations and in depths, and status, of touches over sensors 0.75 depths apart."""
+    array = ss.SensorArray.grid(shape, 0.75 * D, D, noise=noise * FULL)
+    finger, rng, half = ss.Finger(SKIN, array), np.random.default_rng(6), 0.375 * D * (np.array(shape) - 1)
+    at, lean = rng.uniform(-half, half, (count, 2)), rng.uniform(0, 0.7, count)
+    touch = ss.PointLoad(force=np.ones(count), angle=lean, azimuth=rng.uniform(-np.pi, np.pi, count), position=at)
+    seen = finger.locate(finger.read(touch, rng), search=tuple((-h - D / 2, h + D / 2) for h in half))
+    error = np.concatenate([seen.position - at, seen.load.components - touch.components], -1)
+    return error / np.sqrt(np.diagonal(seen.load.covariance, axis1=1, axis2=2)), np.abs(error[:, :2]) / D, seen.ok
+
+
+def test_intervals_hold_where_readings_bend_within_the_noise():
+    error, _, ok = misses((4, 4), 1e-2, 6000)
+    assert ok.mean() > 0.92
+    inside = (np.abs(error[ok]) < 1.96).mean(0)
+    assert inside.min() > 0.935  # 0.92 by the curvature at the top alone
+    assert inside.max() < 0.97
+
+
+def test_two_tops_near_each_other_are_both_seen():
+    error, away, ok = misses((3, 3), 1e-3, 4000)
+    wrong = ((np.abs(error[:, :2]) > 6) & (away > 0.1)).any(-1)
+    assert ok.mean() > 0.9
+    assert (wrong & ok).sum() <= 1  # 40 where the best node of the scan alone is climbed from
+    assert (np.abs(error[ok]) < 1.96).mean() > 0.93
 
 
 def test_fields_of_an_answer(found):

@@ -6,6 +6,10 @@ Marquardt, within a box.
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from ..._compiled import compiled
 from . import cone as _cone
 from . import field as _field
@@ -16,51 +20,88 @@ FIT = 32
 """Numbers of a fit: 0-10 as of `cone.eliminate`; 11-16 A^T A; 17 chi-square left; 18, 19 gradient of S/2 in y, z;
 20-22 U^T U, U the readings' slopes; 23-28 A^T U, of y then of z; 29, 30 the position."""
 _STEPS = 40
+_TURNS = 2 * np.pi * np.arange(8) / 8
+ROUND = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 
 
-@compiled(built_on=(_cone, _field))
-def project(w, sensors, first, flat, terms, mu, y, z, a, whole, fit):
+@compiled(inline=True)
+def project(w, sensors, first, table, terms, mu, y, z, a, whole, fit):
     """The best admissible forces at (y, z)."""
-    field_at(sensors, first, flat, terms, y, z, a, whole)
+    field_at(sensors, first, table, terms, y, z, a, whole)
     g00 = g01 = g02 = g11 = g12 = g22 = b0 = b1 = b2 = 0.0
-    for i in range(w.size):
-        a0, a1, a2, r = a[0, i], a[1, i], a[2, i], w[i]
-        g00 += a0 * a0
-        g01 += a0 * a1
-        g02 += a0 * a2
-        g11 += a1 * a1
-        g12 += a1 * a2
-        g22 += a2 * a2
-        b0 += a0 * r
-        b1 += a1 * r
-        b2 += a2 * r
+    if terms.shape[0] == 0:
+        for i in range(w.size):
+            a0, g, r = a[5, i], a[7, i], w[i]
+            a1, a2 = a[0, i] * g, a[1, i] * g
+            g00 += a0 * a0
+            g01 += a0 * a1
+            g02 += a0 * a2
+            g11 += a1 * a1
+            g12 += a1 * a2
+            g22 += a2 * a2
+            b0 += a0 * r
+            b1 += a1 * r
+            b2 += a2 * r
+    else:
+        for i in range(w.size):
+            a0, a1, a2, r = a[5, i], a[6, i], a[7, i], w[i]
+            g00 += a0 * a0
+            g01 += a0 * a1
+            g02 += a0 * a2
+            g11 += a1 * a1
+            g12 += a1 * a2
+            g22 += a2 * a2
+            b0 += a0 * r
+            b1 += a1 * r
+            b2 += a2 * r
     eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
     fit[11], fit[12], fit[13], fit[14], fit[15], fit[16] = g00, g01, g02, g11, g12, g22
     fit[29], fit[30] = y, z
 
 
-@compiled()
-def slopes(w, a, fit):
+@compiled(inline=True)
+def slopes(w, terms, a, fit):
     """Chi-square left, the gradient of S/2, and the sums for its curvature and for the covariance."""
     n, ty, tz = fit[0], fit[1], fit[2]
     left = gy = gz = uyy = uyz = uzz = p0 = p1 = p2 = r0 = r1 = r2 = 0.0
-    for i in range(w.size):
-        a0, a1, a2 = a[0, i], a[1, i], a[2, i]
-        rho = w[i] - a0 * n - a1 * ty - a2 * tz
-        uy = a[3, i] * n + a[4, i] * ty + a[5, i] * tz
-        uz = a[6, i] * n + a[7, i] * ty + a[8, i] * tz
-        left += rho * rho
-        gy += rho * uy
-        gz += rho * uz
-        uyy += uy * uy
-        uyz += uy * uz
-        uzz += uz * uz
-        p0 += a0 * uy
-        p1 += a1 * uy
-        p2 += a2 * uy
-        r0 += a0 * uz
-        r1 += a1 * uz
-        r2 += a2 * uz
+    if terms.shape[0] == 0:
+        for i in range(w.size):
+            dy, dz, a0, g = a[0, i], a[1, i], a[5, i], a[7, i]
+            turned = dy * ty + dz * tz
+            rho = w[i] - a0 * n - g * turned
+            along = a[6, i] * n + a[8, i] * turned
+            uy, uz = dy * along - g * ty, dz * along - g * tz
+            a1, a2 = dy * g, dz * g
+            left += rho * rho
+            gy += rho * uy
+            gz += rho * uz
+            uyy += uy * uy
+            uyz += uy * uz
+            uzz += uz * uz
+            p0 += a0 * uy
+            p1 += a1 * uy
+            p2 += a2 * uy
+            r0 += a0 * uz
+            r1 += a1 * uz
+            r2 += a2 * uz
+    else:
+        for i in range(w.size):
+            a0, a1, a2 = a[5, i], a[6, i], a[7, i]
+            rho = w[i] - a0 * n - a1 * ty - a2 * tz
+            uy = a[8, i] * n + a[9, i] * ty + a[10, i] * tz
+            uz = a[11, i] * n + a[12, i] * ty + a[13, i] * tz
+            left += rho * rho
+            gy += rho * uy
+            gz += rho * uz
+            uyy += uy * uy
+            uyz += uy * uz
+            uzz += uz * uz
+            p0 += a0 * uy
+            p1 += a1 * uy
+            p2 += a2 * uy
+            r0 += a0 * uz
+            r1 += a1 * uz
+            r2 += a2 * uz
     fit[17], fit[18], fit[19], fit[20], fit[21], fit[22] = left, gy, gz, uyy, uyz, uzz
     fit[23], fit[24], fit[25], fit[26], fit[27], fit[28] = p0, p1, p2, r0, r1, r2
 
@@ -104,21 +145,24 @@ def _step(y, z, gy, gz, yy, yz, zz, box):
     return to_y, to_z
 
 
-@compiled(built_on=(_cone, _field))
-def climb(w, sensors, first, flat, terms, mu, box, y, z, tolerance, smallest, a, whole, fit, trial):
+@compiled(borrows=True, built_on=(_cone, _field))
+def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, straight, needed, a, whole, fit, trial):
     """Climb from (y, z) within box = (y low, y high, z low, z high); the top is in fit.
 
-    Ends with a step that raises S by less than `tolerance`, or is shorter than `smallest`; it is still made, and the
-    forces carried along, where nothing binds them.
+    Ends with a step that raises S by less than `tolerance`, or is shorter than `smallest`, or so short beside a
+    hundredfold of `straight`, over which readings bend, that it leaves a hundredth of a standard deviation; it is still
+    made, and the forces carried along, where nothing binds them. It also ends where not even four times what the next
+    step gains leads to S = `needed`.
     """
     to_y, to_z = min(max(y, box[0]), box[1]), min(max(z, box[2]), box[3])
     damping, fit[3] = 1e-5, -1.0
     yy = yz = zz = i0 = i1 = i2 = j0 = j1 = j2 = 0.0
     for _ in range(_STEPS):
-        project(w, sensors, first, flat, terms, mu, to_y, to_z, a, whole, trial)
+        project(w, sensors, first, table, terms, mu, to_y, to_z, a, whole, trial)
         if trial[3] > fit[3]:
-            slopes(w, a, trial)
-            fit[:] = trial
+            slopes(w, terms, a, trial)
+            for k in range(FIT):
+                fit[k] = trial[k]
             yy, yz, zz, i0, i1, i2, j0, j1, j2 = _curvature(fit)
             damping = 0.1 * damping
         else:
@@ -129,10 +173,30 @@ def climb(w, sensors, first, flat, terms, mu, box, y, z, tolerance, smallest, a,
         to_y, to_z = _step(y, z, gy, gz, yy * more + floor, yz, zz * more + floor, box)
         my, mz = to_y - y, to_z - z
         gain = gy * my + gz * mz
-        if not gain >= tolerance or abs(my) + abs(mz) < smallest:
+        if not gain >= max(tolerance, straight * math.sqrt(yy + zz)) or abs(my) + abs(mz) < smallest:
             n, ty, tz = fit[0] - i0 * my - j0 * mz, fit[1] - i1 * my - j1 * mz, fit[2] - i2 * my - j2 * mz
             if gain > 0.0 and fit[10] > 0.0 and n >= 0.0 and ty * ty + tz * tz <= mu * mu * n * n:
                 fit[0], fit[1], fit[2], fit[29], fit[30] = n, ty, tz, to_y, to_z
                 fit[3] += gain
                 fit[17] -= gain
             return
+        if fit[3] + 4.0 * gain < needed:
+            return
+
+
+@compiled(borrows=True, built_on=(_cone, _field))
+def drops(w, sensors, first, table, terms, mu, box, fit, base, root, reach, a, whole, trial, best, out):
+    """How much lower S is than `base` round the top in fit, at `reach` standard deviations; into out.
+
+    root: Cholesky's of the covariance of (y, z), three numbers. A position higher than that in `best` goes there.
+    Outside the box S is taken to fall as at the top.
+    """
+    for k in range(out.size):
+        c, s = reach * ROUND[k, 0], reach * ROUND[k, 1]
+        y, z = fit[29] + root[0] * c, fit[30] + root[1] * c + root[2] * s
+        out[k] = reach * reach
+        if box[0] <= y <= box[1] and box[2] <= z <= box[3]:
+            project(w, sensors, first, table, terms, mu, y, z, a, whole, trial)
+            out[k] = base - trial[3]
+            if trial[3] > best[3]:
+                best[3], best[29], best[30] = trial[3], y, z

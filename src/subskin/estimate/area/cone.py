@@ -9,9 +9,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..._compiled import compiled
 
-_DIRECTIONS, _STEPS = 12, 12
+_STEPS = 12
+_TURNS = 2 * np.pi * np.arange(12) / 12
+_DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 
 
 @compiled(inline=True)
@@ -35,7 +39,7 @@ def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
         on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
 
 
-@compiled()
+@compiled(borrows=True)
 def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
     """The same on the cone: fit[10] is 0."""
     for k in range(11):
@@ -53,18 +57,16 @@ def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
         return
     h01, h02 = 2.0 * mu * g01, 2.0 * mu * g02
     half, across, twice = 0.5 * mu * mu * (g11 + g22), 0.5 * mu * mu * (g11 - g22), mu * mu * g12
-    best, phi = 0.0, 0.0
-    for k in range(_DIRECTIONS):
-        angle = 2.0 * math.pi * k / _DIRECTIONS
-        c, s = math.cos(angle), math.sin(angle)
-        along = b0 + mu * (b1 * c + b2 * s)
-        size = g00 + half + h01 * c + h02 * s + across * (c * c - s * s) + 2.0 * twice * c * s
+    best, c, s = 0.0, 1.0, 0.0
+    for k in range(_DIRECTIONS.shape[0]):
+        x, y = _DIRECTIONS[k, 0], _DIRECTIONS[k, 1]
+        along = b0 + mu * (b1 * x + b2 * y)
+        size = g00 + half + h01 * x + h02 * y + across * (x * x - y * y) + 2.0 * twice * x * y
         if along > 0.0 and along * along > best * size:
-            best, phi = along * along / size, angle
+            best, c, s = along * along / size, x, y
     if best <= 0.0:
         return
     for _ in range(_STEPS):
-        c, s = math.cos(phi), math.sin(phi)
         c2, s2 = c * c - s * s, 2.0 * c * s
         along, size = b0 + mu * (b1 * c + b2 * s), g00 + half + h01 * c + h02 * s + across * c2 + twice * s2
         d_along, d_size = mu * (b2 * c - b1 * s), h02 * c - h01 * s + 2.0 * (twice * c2 - across * s2)
@@ -73,10 +75,10 @@ def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
         curve = 2.0 * dd_along * size + d_along * d_size - along * dd_size
         step = -slope / curve if curve < 0.0 else math.copysign(0.1, slope)
         step = min(max(step, -0.3), 0.3)
-        phi += step
-        if abs(step) < 1e-10:
+        one = 1.0 / math.sqrt(1.0 + step * step)  # a turn by atan(step), which ends where one by step does
+        c, s = one * (c - s * step), one * (s + c * step)
+        if abs(step) < 1e-7:  # the next would be of its square
             break
-    c, s = math.cos(phi), math.sin(phi)
     along = b0 + mu * (b1 * c + b2 * s)
     g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)
     size = g00 + mu * (g01 * c + g02 * s) + mu * (c * g_e1 + s * g_e2)

@@ -1,4 +1,8 @@
-"""Compiled: whitened readings under unit forces at (y, z), and their slopes, from radial tables."""
+"""Compiled: whitened readings under unit forces at (y, z), and their slopes, from radial tables.
+
+Tables are those of `RadialResponse.cubics`. Where a reading is N f(u) + (Ty dy + Tz dz) g(u), d from the load to the
+sensor, f, g and their slopes in u are all that is kept; else the nine columns are.
+"""
 
 from __future__ import annotations
 
@@ -6,72 +10,65 @@ import numpy as np
 
 from ..._compiled import compiled
 
-_SHIFT, _ONE, _EXPONENT = np.int64(48), np.int64(1023 << 52), np.int64(0x7FF << 52)
-_REST, _FIRST, _TWICE = np.int64((1 << 48) - 1), np.int64(1023 << 4), np.int64(2046 << 52)
+ROWS = 14
+"""Rows of scratch a sensor needs."""
+_SHIFT, _ONE, _EXPONENT = np.int64(46), np.int64(1023 << 52), np.int64(0x7FF << 52)
+_REST, _FIRST, _TWICE = np.int64((1 << 46) - 1), np.int64(1023 << 6), np.int64(2046 << 52)
+_CELLS = 64.0
 
 
 @compiled(inline=True)
-def _cells(sensors, first, size, y, z, last, a, whole):
-    """Of each sensor: the two parts of delta, where the coefficients of its cell begin, how far in it, and dt/du.
+def field_at(sensors, first, table, terms, y, z, a, whole):
+    """Fill a (14, n): 0 dy, 1 dz, 5 f, 6 the slope of f over -2 dy or -2 dz, 7 g, 8 the same of g; or 5 to 13 columns.
 
-    The first four digits of v = 1 + u / depth^2 behind its leading one count the cells of an octave, the rest says
-    where in the cell (`radial.PER_OCTAVE`). first: where the table of its kind begins; size: numbers a cell.
+    sensors (4, n): y, z, 1 / depth^2, scale; table (kinds cells, 4 functions): powers 0 to 3 of each function in turn;
+    first (n + 1,): the first row of each sensor's kind, then the last cell; terms (terms, 5), or none for harmonics
+    0 and 1 alone. whole is the same memory as a, as integers.
+
+    The first six digits of v = 1 + u / depth^2 behind its leading one count the cells of an octave, the rest says
+    where in the cell (`radial.CELLS`).
     """
     n = sensors.shape[1]
+    last = first[n]
     for i in range(n):
         dy, dz = sensors[0, i] - y, sensors[1, i] - z
-        a[9, i], a[10, i] = dy, dz
-        a[11, i] = 1.0 + (dy * dy + dz * dz) * sensors[2, i]
+        a[0, i], a[1, i] = dy, dz
+        a[2, i] = 1.0 + (dy * dy + dz * dz) * sensors[2, i]
     for i in range(n):
-        bits = whole[11, i]
+        bits = whole[2, i]
         cell = (bits >> _SHIFT) - _FIRST
-        whole[12, i] = first[i] + size * (cell if cell < last else last)
-        whole[13, i] = _TWICE - (bits & _EXPONENT)
-        whole[11, i] = (bits & _REST) | _ONE
-    for i in range(n):
-        a[11, i] = (a[11, i] - 1.0) * 16.0 - 0.5
-        a[13, i] *= 32.0 * sensors[2, i]
-
-
-@compiled()
-def field_at(sensors, first, flat, terms, y, z, a, whole):
-    """Fill a: rows 0 to 2 the readings under unit N, Ty, Tz at (y, z), 3 to 5 their slopes in y, 6 to 8 in z.
-
-    sensors (4, n): y, z, 1 / depth^2, scale; flat: the tables (kinds, cells, functions, 6) one number after the other;
-    first (n + 2,): where each sensor's kind begins in them, then how many numbers a cell has, and the last cell;
-    terms (terms, 5), or none for harmonics 0 and 1 alone. a (18, n), whole the same memory as integers.
-    """
-    n = sensors.shape[1]
-    _cells(sensors, first, first[n], y, z, first[n + 1], a, whole)
+        whole[3, i] = first[i] + (cell if cell < last else last)
+        whole[4, i] = _TWICE - (bits & _EXPONENT)
+        whole[2, i] = (bits & _REST) | _ONE
     if terms.shape[0] == 0:
         for i in range(n):
-            k, t = whole[12, i], a[11, i]
-            f = df = g = dg = 0.0
-            for j in range(5, -1, -1):
-                df, dg = df * t + f, dg * t + g
-                f, g = f * t + flat[k + j], g * t + flat[k + 6 + j]
-            a[14, i], a[15, i], a[16, i], a[17, i] = f, df, g, dg
+            k, t = np.uint64(whole[3, i]), a[2, i] * _CELLS - (_CELLS + 0.5)
+            f1, f2, f3 = table[k, 1], table[k, 2], table[k, 3]
+            g1, g2, g3 = table[k, 5], table[k, 6], table[k, 7]
+            a[5, i], a[6, i] = table[k, 0] + t * (f1 + t * (f2 + t * f3)), f1 + t * (2.0 * f2 + 3.0 * t * f3)
+            a[7, i], a[8, i] = table[k, 4] + t * (g1 + t * (g2 + t * g3)), g1 + t * (2.0 * g2 + 3.0 * t * g3)
         for i in range(n):
-            dy, dz, scale = a[9, i], a[10, i], sensors[3, i]
-            slope = -scale * a[13, i]
-            g, df, dg = scale * a[16, i], slope * a[15, i], slope * a[17, i]
-            a[0, i], a[1, i], a[2, i] = scale * a[14, i], dy * g, dz * g
-            a[3, i], a[6, i] = dy * df, dz * df
-            cross = dy * dz * dg
-            a[4, i], a[5, i], a[7, i], a[8, i] = dy * dy * dg - g, cross, cross, dz * dz * dg - g
-        return
-    for i in range(n):
-        for row in range(9):
+            scale = sensors[3, i]
+            slope = -2.0 * _CELLS * scale * a[4, i] * sensors[2, i]
+            a[5, i], a[6, i], a[7, i], a[8, i] = scale * a[5, i], slope * a[6, i], scale * a[7, i], slope * a[8, i]
+    else:
+        _harmonics(sensors, table, terms, a, whole)
+
+
+@compiled(borrows=True)
+def _harmonics(sensors, table, terms, a, whole):
+    """Rows 5 to 7 the readings under unit N, Ty, Tz, 8 to 10 their slopes in y, 11 to 13 in z, of any harmonics."""
+    for i in range(sensors.shape[1]):
+        for row in range(5, 14):
             a[row, i] = 0.0
-        t, slope, dy, dz = a[11, i], a[13, i], a[9, i], a[10, i]
+        k, t, dy, dz = whole[3, i], a[2, i] * _CELLS - (_CELLS + 0.5), a[0, i], a[1, i]
+        steep = 2.0 * _CELLS * a[4, i] * sensors[2, i]
         for j in range(terms.shape[0]):
-            row, order, part, scale = terms[j, 0], terms[j, 1], terms[j, 2], sensors[3, i] * terms[j, 4]
-            k = whole[12, i] + 6 * terms[j, 3]
-            f = df = 0.0
-            for e in range(5, -1, -1):
-                df = df * t + f
-                f = f * t + flat[k + e]
-            f, df = scale * f, scale * slope * df
+            row, order, part, scale = 5 + terms[j, 0], terms[j, 1], terms[j, 2], sensors[3, i] * terms[j, 4]
+            e = 4 * terms[j, 3]
+            c1, c2, c3 = table[k, e + 1], table[k, e + 2], table[k, e + 3]
+            f = scale * (table[k, e] + t * (c1 + t * (c2 + t * c3)))
+            df = scale * steep * (c1 + t * (2.0 * c2 + 3.0 * t * c3))
             re, im, below_re, below_im = 1.0, 0.0, 0.0, 0.0  # zeta^order and zeta^(order - 1)
             for _ in range(order):
                 below_re, below_im = re, im

@@ -15,7 +15,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA
-from .tiles import boxes_beyond, nearest_share, nodes_beyond, tiles_of
+from .tiles import boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
 
@@ -23,8 +23,9 @@ BEYOND = 8.0
 """Depths beside the default search up to which a load is thought of."""
 _STEP, _FINER = 0.4, 5.0
 _REACH = 1.5
-_STRONG = 34.0
+_STRONG = 22.0
 """Noises from which the strongest reading is a sensor's that stands near the load (`tiles.py`)."""
+_CURVED = 0.02
 _MOST_FINE = 4_000_000
 
 
@@ -136,9 +137,8 @@ class AreaLocator(Framewise):
         tiles = tiles_of(response, scale, box, self._step, finer, self.friction)
         boxes = boxes_beyond(box, self._beyond)
         outer, nodes = nodes_beyond(response, scale, boxes, self._depth, self.friction)
-        far = nodes[-outer.table[-1, 6] :]
-        nearest = nearest_share(response, scale, boxes, far, self.friction)
         strongest = np.abs(response(np.array([[p.mean() for p in box]])) * scale[:, None]).max()
+        table, error = response.cubics()
         options = np.array(
             [
                 self.friction,
@@ -148,20 +148,30 @@ class AreaLocator(Framewise):
                 0.02 * self._depth,  # two maxima nearer than this are one contact
                 0.1 * self._depth,  # a profile wider than this may be ambiguous
                 _STRONG,
-                nearest,
+                _CURVED * self._depth,  # from this standard deviation on the profile need not be a parabola
                 1e-9 * self._depth,
                 *box.reshape(-1),
-                len(array) * (response.error * strongest) ** 2,  # of a unit force, by the table
+                len(array) * (error * strongest) ** 2,  # of a unit force, by the table
             ]
         )
         sensors = np.stack([*response.points.T, response.depth**-2.0, response.gain * scale])
-        pair = response.pair
-        table, terms = (response.coefficients, response.terms) if pair is None else (pair, response.terms[:0])
-        first = np.append(response.kind * table[0].size, [table[0, 0].size, table.shape[1] - 1]).astype(np.int64)
-        arrays = tuple(tuple(t) for t in (tiles, outer))
+        cells, terms, pair = table.shape[1], response.terms, response.pair
+        if pair is not None:
+            table = np.stack([sign * table[:, :, function] for function, sign in pair], axis=2)
+            terms = terms[:0]
+        first = np.append(response.kind * cells, cells - 1).astype(np.int64)
+        widest = max(int(t.table[:, 3].max()) for t in (tiles, outer))
+        sizes = np.array([widest, int(tiles.table[:, 6].max()) + 2])
+        # of the sensors near each tile, and of one that reads nothing
+        every, kinds = np.column_stack([sensors, np.zeros(4)]), np.append(first[:-1], 0)
+        parts = [tiles.near[i : i + k] for i, k in tiles.table[:, :2]]
+        near_sensors = np.concatenate([every[:, near].reshape(-1) for near in parts])
+        near_first = np.concatenate([np.append(kinds[near], cells - 1) for near in parts])
         return (
-            sensor_rows(array), np.ascontiguousarray(sensors), first, np.array(table).reshape(-1),
-            np.ascontiguousarray(terms).astype(np.int64), *arrays, nodes, boxes, options,
+            sensor_rows(array), np.ascontiguousarray(sensors), first,
+            np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
+            np.ascontiguousarray(terms).astype(np.int64), tuple(tiles), near_sensors, near_first, tuple(outer), nodes,
+            boxes, sizes, options,
         )  # fmt: skip
 
 

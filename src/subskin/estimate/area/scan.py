@@ -17,26 +17,34 @@ TINY = np.float32(1e-30)
 HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float32(0)
 
 
-@compiled(inline=True)
+@compiled(borrows=True)
 def scan(w, near, basis, shapes, mu, c, s):
-    """S at each node into s (nodes,).
+    """S at each node into s (nodes,), and the squares of the readings that count.
 
-    w (n,), single; near (k,): the sensors that count, k even; basis (k, 3, nodes); shapes (9, nodes): columns of A in
-    the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22; c (3, at least nodes): scratch.
+    w (n,), single; near (k,): the sensors that count, k even; basis (k, 3 nodes); shapes (9, nodes): columns of A in
+    the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22; c (at least 3 nodes): scratch.
     """
-    k, _, m = basis.shape
-    for p in range(m):
-        c[0, p] = c[1, p] = c[2, p] = NOUGHT
-    for i in range(0, k, 2):
+    k, whole = basis.shape
+    m = whole // 3
+    for p in range(whole):
+        c[p] = NOUGHT
+    i, total = 0, NOUGHT
+    while i + 4 <= k:  # four sensors a pass: the running sums go through memory less often
+        w0, w1, w2, w3 = w[near[i]], w[near[i + 1]], w[near[i + 2]], w[near[i + 3]]
+        total += (w0 * w0 + w1 * w1) + (w2 * w2 + w3 * w3)
+        for p in range(whole):
+            c[p] += (w0 * basis[i, p] + w1 * basis[i + 1, p]) + (w2 * basis[i + 2, p] + w3 * basis[i + 3, p])
+        i += 4
+    while i < k:
         w0, w1 = w[near[i]], w[near[i + 1]]
-        for p in range(m):
-            c[0, p] += w0 * basis[i, 0, p] + w1 * basis[i + 1, 0, p]
-            c[1, p] += w0 * basis[i, 1, p] + w1 * basis[i + 1, 1, p]
-            c[2, p] += w0 * basis[i, 2, p] + w1 * basis[i + 1, 2, p]
+        total += w0 * w0 + w1 * w1
+        for p in range(whole):
+            c[p] += w0 * basis[i, p] + w1 * basis[i + 1, p]
+        i += 2
     steep = np.float32(mu) if mu < math.inf else ONE
     one, square = (ONE if mu < math.inf else NOUGHT), np.float32(mu * mu)
     for p in range(m):
-        c0, c1, c2 = c[0, p], c[1, p], c[2, p]
+        c0, c1, c2 = c[p], c[m + p], c[2 * m + p]
         r00, r01, r02, r11, r12, r22 = (
             shapes[0, p], shapes[1, p], shapes[2, p], shapes[3, p], shapes[4, p], shapes[5, p]
         )  # fmt: skip
@@ -54,55 +62,75 @@ def scan(w, near, basis, shapes, mu, c, s):
         bound = on if on > up else up
         free = c0 * c0 + c1 * c1 + c2 * c2
         s[p] = free if (n > NOUGHT) & (t2 <= square * n * n) else bound
+    return total
 
 
-@compiled()
-def peaks(s, rows, columns, share, score, at):
-    """Nodes above their eight neighbours, the best first, with the height of the parabola through these: their number.
+@compiled(inline=True)
+def _angle2(s, over):
+    """Square of the angle between the readings and the best load at a node, which has explained s of 1 / over.
 
-    s (rows columns,); those below `share` of the highest are left out. score (most,), at (most, 2): row and column.
+    It grows with the square of the distance from the top much further than S falls so.
+    """
+    x = min(max(ONE - s * over, NOUGHT), ONE)
+    return x * (ONE + x * (np.float32(1 / 3) + np.float32(8 / 45) * x))
+
+
+@compiled(borrows=True)
+def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
+    """Nodes above their eight neighbours, the best first, at the top of the parabola through these: their number.
+
+    S stands in heights from `lead` on, m nodes in rows of `stride`, of which the last is none, with less than 0 before
+    and after. total: what could be explained; nodes below `share` of the highest are left out. words (at least m / 8)
+    and peak, the same as bytes, of which m are scratch; score (most,), at (most, 2): row and column.
     """
     most, count = score.size, 0
-    top = NOUGHT
-    for p in range(rows * columns):
-        top = max(top, s[p])
-    if not top > NOUGHT:
-        return 0
-    least = np.float32(share) * top
-    for p in range(rows * columns):
-        if s[p] < least:
+    for p in range(m):
+        q = lead + p
+        here = heights[q]
+        before = (here > heights[q - stride - 1]) & (here > heights[q - stride]) & (here > heights[q - stride + 1])
+        after = (here >= heights[q + stride - 1]) & (here >= heights[q + stride]) & (here >= heights[q + stride + 1])
+        peak[p] = before & after & (here > heights[q - 1]) & (here >= heights[q + 1])
+    over = ONE / (total + TINY)
+    for word in range(m // 8):
+        if words[word] == 0:
             continue
-        here, j, k = s[p], p // columns, p % columns
-        lower = True
-        for dj in range(-1, 2):
-            for dk in range(-1, 2):
-                a, b = j + dj, k + dk
-                if (dj != 0 or dk != 0) and 0 <= a < rows and 0 <= b < columns:
-                    other = s[a * columns + b]
-                    before = dj < 0 or (dj == 0 and dk < 0)
-                    lower &= not (other > here or (before and other == here))
-        if not lower:
-            continue
-        height, row, column = float(here), float(j), float(k)
-        if 0 < j < rows - 1 and 0 < k < columns - 1:
-            up, down, left, right = s[p + columns], s[p - columns], s[p + 1], s[p - 1]
-            gj, gk = HALF * (up - down), HALF * (left - right)
-            hjj, hkk = up - TWO * here + down, left - TWO * here + right
-            hjk = np.float32(0.25) * (s[p + columns + 1] - s[p + columns - 1] - s[p - columns + 1] + s[p - columns - 1])
-            det = hjj * hkk - hjk * hjk
-            if hjj < NOUGHT and det > np.float32(0.05) * hjj * hkk:
-                mj, mk = (hjk * gk - hkk * gj) / det, (hjk * gj - hjj * gk) / det
-                mj, mk = min(max(mj, -ONE), ONE), min(max(mk, -ONE), ONE)
-                row, column = j + mj, k + mk
-                height += 0.5 * (gj * mj + gk * mk)
-        rank = count
-        while rank > 0 and score[rank - 1] < height:
-            rank -= 1
-        if rank < most:
-            for e in range(min(count, most - 1), rank, -1):
-                score[e] = score[e - 1]
-                at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
-            score[rank] = height
-            at[rank, 0], at[rank, 1] = row, column
-            count = min(count + 1, most)
+        for p in range(8 * word, 8 * word + 8):
+            q = lead + p
+            here = heights[q]
+            if peak[p] == 0 or not here > NOUGHT:
+                continue
+            height, row, column = float(here), float(p // stride), float(p % stride)
+            least = here
+            for j in range(-1, 2):
+                for k in range(-1, 2):
+                    least = min(least, heights[q + j * stride + k])
+            if least > NOUGHT:
+                up, down = _angle2(heights[q + stride], over), _angle2(heights[q - stride], over)
+                left, right, middle = (
+                    _angle2(heights[q + 1], over), _angle2(heights[q - 1], over), _angle2(here, over)
+                )  # fmt: skip
+                gj, gk = HALF * (up - down), HALF * (left - right)
+                hjj, hkk = up - TWO * middle + down, left - TWO * middle + right
+                hjk = np.float32(0.25) * (
+                    _angle2(heights[q + stride + 1], over) - _angle2(heights[q + stride - 1], over)
+                    - _angle2(heights[q - stride + 1], over) + _angle2(heights[q - stride - 1], over)
+                )  # fmt: skip
+                det = hjj * hkk - hjk * hjk
+                if hjj > NOUGHT and det > np.float32(0.05) * hjj * hkk:
+                    mj, mk = (hjk * gk - hkk * gj) / det, (hjk * gj - hjj * gk) / det
+                    mj, mk = min(max(mj, -ONE), ONE), min(max(mk, -ONE), ONE)
+                    row, column = row + mj, column + mk
+                    height = max(height, height - total * HALF * (gj * mj + gk * mk))
+            rank = count
+            while rank > 0 and score[rank - 1] < height:
+                rank -= 1
+            if rank < most:
+                for e in range(min(count, most - 1), rank, -1):
+                    score[e] = score[e - 1]
+                    at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
+                score[rank] = height
+                at[rank, 0], at[rank, 1] = row, column
+                count = min(count + 1, most)
+    while count > 0 and score[count - 1] < share * score[0]:
+        count -= 1
     return count

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ...radial import RadialResponse
 
-__all__ = ["Tiles", "boxes_beyond", "nearest_share", "nodes_beyond", "tiles_of"]
+__all__ = ["Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
 
 _STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
 _RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)
@@ -28,9 +28,10 @@ _MARGIN = 0.95
 class Tiles(NamedTuple):
     """Tiles as compiled loops want them.
 
-    table (tiles, 7): where the sensors, the basis and the shapes of a tile begin, how many sensors and nodes these
-    have, then rows and columns; origin (tiles, 4): y and z of its first node and both steps, or instead of y the
-    first of `nodes`; near, basis and shapes as of `scan.scan`, one tile after the other.
+    table (tiles, 7): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
+    then rows, and nodes of a row, the last of which is none; origin (tiles, 4): y and z of its first node and both
+    steps, or instead of y the first of `nodes`; near, basis and shapes as of `scan.scan`, one tile after the other.
+    A sensor that is one more than there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
@@ -100,12 +101,15 @@ class _Builder:
     ) -> None:
         """A tile of nodes that have `fields` (nodes, n, 3), of which the sensors `near` count."""
         basis, shapes = _orthonormal(fields[:, near])
-        nodes, k = len(fields) + -len(fields) % 16, near.size + near.size % 2
+        (rows, columns), n = shape, fields.shape[1]
+        stride = columns + (rows > 1)
+        nodes, k = rows * stride + -(rows * stride) % 16, near.size + near.size % 2
+        at = (np.arange(rows)[:, None] * stride + np.arange(columns)).reshape(-1)
         full, wide = np.zeros((k, 3, nodes)), np.zeros((9, nodes))
-        full[: near.size, :, : len(fields)], wide[:, : len(fields)] = np.moveaxis(basis, 0, 2), shapes
-        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], *shape))
+        full[: near.size, :, at], wide[:, at] = np.moveaxis(basis, 0, -1), shapes
+        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride))
         self.origins.append(origin)
-        for i, part in enumerate((np.resize(near, k), full.reshape(-1), wide.reshape(-1))):
+        for i, part in enumerate((np.append(near, [n] * (k - near.size)), full.reshape(-1), wide.reshape(-1))):
             self.parts[i].append(part)
             self.sizes[i] += part.size
 
@@ -173,46 +177,67 @@ def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
 def nodes_beyond(
     response: RadialResponse, scale: FloatArray, boxes: FloatArray, depth: float, friction: float
 ) -> tuple[Tiles, FloatArray]:
-    """A tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 3): y, z, which box.
+    """A tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 4): y, z, which box, and a share.
 
-    Rings of nodes stand closer near the search, `_RINGS` depths from it.
+    Rings of nodes stand closer near the search, `_RINGS` depths from it. A load of a box explains at most what one of
+    its nodes does over that node's share.
     """
     y0, y1, z0, z1 = boxes[0, 1], boxes[1, 0], boxes[2, 3], boxes[3, 2]
-    rings = []
+    rings, ring = [], []
     for away in _RINGS if boxes[0, 0] < y0 else _RINGS[:1]:
         step, out = 0.25 * depth * max(1.0, 1.2 * away), away * depth
         y = np.linspace(y0 - out, y1 + out, max(math.ceil((y1 - y0 + 2 * out) / step) + 1, 3))
         z = np.linspace(z0 - out, z1 + out, max(math.ceil((z1 - z0 + 2 * out) / step) + 1, 3))
         rings += [np.column_stack([np.full(z.size, end), z]) for end in (y[0], y[-1])]
         rings += [np.column_stack([y[1:-1], np.full(y.size - 2, end)]) for end in (z[0], z[-1])]
+        ring += [away] * (2 * z.size + 2 * (y.size - 2))
     at = np.concatenate(rings)
     which = np.where(at[:, 0] <= y0, 0, np.where(at[:, 0] >= y1, 1, np.where(at[:, 1] <= z0, 2, 3)))
-    nodes = np.column_stack([at, which])
-    fields = response(nodes[:, :2]) * scale[:, None]
-    hot, share = _strength(fields, friction)
+    fields = response(at) * scale[:, None]
+    share = _shares(response, scale, boxes, fields, at, which, np.array(ring), depth, friction)
+    nodes = np.column_stack([at, which, share])
+    hot, near_share = _strength(fields, friction)
     build, chosen, start = _Builder(), [], 0
     for sensor in range(response.sensors + 1):
         whole = sensor == response.sensors
-        at = np.arange(len(nodes)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
-        near = np.arange(response.sensors) if whole else _near(share[at]) if at.size else np.arange(2)
-        build.add(fields[at], near, (1, at.size), (float(start), 0.0, 0.0, 0.0))
-        chosen.append(nodes[at])
-        start += at.size
+        some = np.arange(len(nodes)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
+        near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
+        build.add(fields[some], near, (1, some.size), (float(start), 0.0, 0.0, 0.0))
+        chosen.append(nodes[some])
+        start += some.size
     return build.done(), np.concatenate(chosen)
 
 
-def nearest_share(
-    response: RadialResponse, scale: FloatArray, boxes: FloatArray, nodes: FloatArray, friction: float
-) -> float:
-    """Least share of what a load in the boxes explains that the best node of its box explains, less a margin."""
+def _shares(
+    response: RadialResponse,
+    scale: FloatArray,
+    boxes: FloatArray,
+    fields: FloatArray,
+    nodes: FloatArray,
+    which: npt.NDArray[np.intp],
+    ring: FloatArray,
+    depth: float,
+    friction: float,
+) -> FloatArray:
+    """Of each node: the least share of a load in its box that a node of its ring explains where it is the best one."""
     rng = np.random.default_rng(0)
-    worst = 1.0
+    out = np.ones(len(nodes))
+    least = np.ones(len(nodes))
     for b, (y0, y1, z0, z1) in enumerate(boxes):
-        own = nodes[nodes[:, 2] == b, :2]
-        basis, _ = _orthonormal(response(own) * scale[:, None])
-        at = np.stack([rng.uniform(y0, y1, _SAMPLES), rng.uniform(z0, z1, _SAMPLES)], axis=-1)
+        own = np.flatnonzero(which == b)
+        basis, _ = _orthonormal(fields[own])
+        at = np.stack([rng.uniform(y0, y1, 2 * _SAMPLES), rng.uniform(z0, z1, 2 * _SAMPLES)], axis=-1)
+        # as many again near the search, where the nodes are close and the share is large
+        span, far = 2.0 * depth, y1 - y0 if b < 2 else z1 - z0
+        across = int(b >= 2)
+        edge = boxes[b, 1] if b == 0 else boxes[b, 0] if b == 1 else boxes[b, 3] if b == 2 else boxes[b, 2]
+        side = -1.0 if b % 2 == 0 else 1.0
+        at[_SAMPLES:, across] = edge + side * rng.uniform(0.0, min(span, far), _SAMPLES)
         made = np.einsum("pnj,dj->pdn", response(at) * scale[:, None], directions(friction))
         made /= np.maximum(np.linalg.norm(made, axis=-1, keepdims=True), 1e-300)
-        parts = np.einsum("pdn,qnj->pdqj", made, basis, optimize=True)
-        worst = min(worst, float((parts**2).sum(axis=-1).max(axis=-1).min()))
-    return _MARGIN * worst
+        parts = (np.einsum("pdn,qnj->pdqj", made, basis, optimize=True) ** 2).sum(axis=-1)
+        best = parts.argmax(axis=-1).reshape(-1)
+        np.minimum.at(least, own[best], parts.max(axis=-1).reshape(-1))
+    for away in np.unique(ring):
+        out[ring == away] = _MARGIN * least[ring == away].min()
+    return out
