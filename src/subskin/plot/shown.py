@@ -226,8 +226,8 @@ def estimate_figure(
     """
     if found.layout.dim == 2 and finger is None:
         frames = found if found.shape else found[None]
-        at, d = _check.real("truth", truth, unit="m") if truth is not None else None, slice(0, 2)
-        return truth_above(frames.position, at, status=frames.status, covariance=frames.load.covariance[:, d, d])
+        square = frames.table[:, frames.layout.square[:2, :2]]
+        return truth_above(frames.position, truth, status=frames.status, covariance=square)
     if truth is not None:
         where = _check.real("truth", truth, unit="m") - origin
         return truth_against_estimate(np.atleast_1d(where), found if found.shape else found[None])

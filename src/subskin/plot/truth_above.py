@@ -78,7 +78,7 @@ def truth_above(
     points = None if sensors is None else MM * _check.real("sensors", sensors, unit="m")
     if points is not None:
         axes.plot(*points.T, "s", color=GREY, ms=5, mew=0, alpha=0.35, zorder=0.5, label="sensor")
-    known = np.isfinite(at).all(axis=1)
+    known = np.asarray(np.isfinite(at).all(axis=1))
     scale = 1.0
     if truth is not None:
         scale = _larger(true, at, known)
