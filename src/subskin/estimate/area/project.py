@@ -83,7 +83,7 @@ def _search(
 
 
 @compiled(inline=True)
-def _covariance(fit, mu, row):
+def covariance(fit, mu, row):
     """Inverse Fisher information of (y, z, N, Ty, Tz): 15 entries; and the largest variance of a direction in (y, z).
 
     Infinite, or NaN, where the readings do not say.
@@ -309,7 +309,7 @@ def project_frames(readings, rows, sensors, first, flat, terms, tiles, outer, no
         fit, status = fits[best], _OK
         row[0], row[1] = fit[29], fit[30]
         row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit[0], fit[1], fit[2]
-        spread = _covariance(fit, options[0], row)
+        spread = covariance(fit, options[0], row)
         if second >= 0:
             row[_RIVAL], row[_RIVAL + 1] = fits[second, 29], fits[second, 30]
             row[_RIVAL + 2], row[_RIVAL + 3], row[_RIVAL + 4] = fits[second, 0], fits[second, 1], fits[second, 2]
