@@ -14,7 +14,7 @@ from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...measured import MeasuredResponse
 from ..estimate import Estimate
-from ..frames import Framewise, checked_friction, sensor_rows
+from ..frames import Framewise, sensor_rows
 from ..layout import AREA
 
 __all__ = ["InPlaceLocator"]
@@ -78,7 +78,7 @@ class InPlaceLocator(Framewise):
             raise GeometryError(seen, "they have to match", "array.select(...)")
         else:
             array = replace(array, **own)
-        self.response, self.friction = response, checked_friction(friction)
+        self.response, self.friction = response, _check.friction(friction)
         if self.friction > 0 and response.components == 1:
             rule = "the response knows no drag: it is that of normal forces"
             raise InvalidValueError(f"friction = {friction!r}", rule, "friction=0, or touches with (N, Ty, Tz)")
