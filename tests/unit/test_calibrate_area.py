@@ -136,11 +136,11 @@ def wrong_field():
     drawn = grid(transducer=ss.NormalStrain(), noise=15.0)
     found = ss.calibrate(drawn, readings, on_motor(at), fit=("gain", "depth", "origin", "turn"), force=1.5)
     inside = touches(150, rng, half=4e-3)
-    return found, inside, true.read(ss.PointLoad(1.5, position=inside), rng)
+    return found, inside, true.read(ss.PointLoad(1.5, position=inside), rng), true
 
 
 def test_what_the_field_misses_is_put_right_in_place(wrong_field):
-    found, at, readings = wrong_field
+    found, at, readings, _ = wrong_field
     assert found.finger.measured is not None
     truth = found.on_finger(on_motor(at))
     located = found.finger.locate(readings, friction=0)
@@ -153,13 +153,37 @@ def test_what_the_field_misses_is_put_right_in_place(wrong_field):
 
 
 def test_the_intervals_of_a_corrected_field_hold_the_truth(wrong_field):
-    found, at, readings = wrong_field
+    found, at, readings, _ = wrong_field
     located = found.finger.locate(readings, friction=0)
     std = np.sqrt(np.diagonal(located.load.covariance, axis1=1, axis2=2)[:, :2])
     error = np.abs(located.position - found.on_finger(on_motor(at)))
     held = (error <= 1.96 * std)[located.ok].mean()
     assert 0.85 < held <= 1.0
     assert found.held_out[0] > 5
+
+
+def test_the_table_knows_how_far_it_is_off(wrong_field):
+    found, _, _, true = wrong_field
+    table = found.finger.measured
+    rows, columns = (np.flatnonzero(np.abs(nodes) < 6e-3)[::3] for nodes in (table.y, table.z))
+    nodes = np.stack(np.meshgrid(table.y[rows], table.z[columns], indexing="ij"), axis=-1)
+    off = table.values[np.ix_(rows, columns)][..., 0] - true.receptive_field(nodes)[..., 0]
+    z = off / np.sqrt(table.variance[np.ix_(rows, columns)][..., 0])
+    assert 0.3 < np.sqrt((z**2).mean()) < 1.5
+    size = np.sqrt(table.variance[..., 0].mean(axis=2))
+    assert size[0, 0] > 2 * size[len(table.y) // 2, len(table.z) // 2]  # beyond the touches less is known
+
+
+def test_a_finger_file_does_not_lose_the_table_unsaid(wrong_field):
+    from subskin.io.finger_file import parse_finger
+
+    text = """
+    skin = {kind = "half_space", young = "0.4 MPa"}
+    sensors = {layout = "grid", shape = [3, 3], pitch = "4 mm", depth = "4 mm", noise = 1.0}
+    """
+    file = parse_finger(text)
+    with pytest.raises(ss.errors.InvalidValueError, match="no room for a response measured"):
+        file.with_finger(wrong_field[0].finger, 0.0)
 
 
 def test_what_cannot_be_is_refused():
