@@ -13,7 +13,7 @@ from ._check import FloatArray
 from ._frozen import Frozen
 from .errors import ConvergenceError, GeometryError
 
-__all__ = ["MeasuredResponse", "nodes_of"]
+__all__ = ["MeasuredResponse"]
 
 _LENGTHS = np.geomspace(1.0, 16.0, 9)
 """Lengths tried over which readings change, in distances between touches."""
