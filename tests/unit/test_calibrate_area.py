@@ -91,7 +91,7 @@ def test_thickness_and_depth_of_a_layer_come_back():
     at = touches(40, rng)
     readings = true.read(ss.PointLoad(1.5, position=at), rng)
     fit = ("gain", "depth", "thickness", "origin", "turn")
-    found = ss.calibrate(start, readings, on_motor(at), fit=fit, force=1.5)
+    found = ss.calibrate(start, readings, on_motor(at), fit=fit, force=1.5, origin=ORIGIN + 0.5e-3)
     truth = {"thickness": 7e-3, "depth": DEPTH, "turn": TURN}
     named = {p.name: p for p in found.parameters if p.name in truth}
     for name, value in truth.items():
