@@ -7,12 +7,12 @@ out, and so are the learned peers where scikit-learn is (`pip install subskin[be
 
 underwater/: eight barometers in a grid of 2 x 4 under silicone, pressed with one force at every half millimetre. The
 touched rectangle is cut into 4 x 4 cells, and in the middle half of each one touch is drawn; these 16 calibrate, all
-others are located as straight loads. The finger is drawn as a half space with sensors of strain along the depth, which
-fits both boards best of the fields with one depth alone. Cells: medians over the draws. R^2 is the least sensor's, with all
-readings and without those that lie more than 15 % of the sensor's range off the median of their eight neighbours (1 of
-22 400 and 6 of 27 104: a reading lost). "inside" is the rectangle of the sensors. A touch is wrong where it is OK, more
-than 2 mm off, and by more than three of its own standard errors along y or z. "held" counts the 95 % intervals, along y
-and along z, of OK answers inside.
+others are located as straight loads. The finger is drawn as a half space with sensors of strain along the depth,
+which fits both boards best of the fields with one depth alone. Cells: medians over the draws. R^2 is the least
+sensor's, with all readings and without those that lie more than 15 % of the sensor's range off the median of their
+eight neighbours (1 of 22 400 and 6 of 27 104: a reading lost). "inside" is the rectangle of the sensors. A touch is
+wrong where it is OK, more than 2 mm off, and by more than three of its own standard errors along y or z. "held"
+counts the 95 % intervals, along y and along z, of OK answers inside.
 
 eflesh/spatial_20250317/: five magnetometers of three axes beneath magnets in a printed lattice, 480 positions, five
 touches each. The table is made of every second position, and each touch at the others is located by itself; then the
