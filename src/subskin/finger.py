@@ -19,6 +19,7 @@ from ._shown import Drawing, html_table, lines, many_of, span
 from .array import SensorArray
 from .contact import Contact, LineLoad, LocalContact, PointLoad
 from .errors import GeometryError, InvalidValueError
+from .measured import MeasuredResponse
 from .skin.base import Skin
 from .spread import Spread
 from .tensor import State
@@ -90,6 +91,9 @@ class Finger(Frozen):
         `calibrate` measures it on touches held out; without it they are those of independent noise.
     trusted : bool, optional
         Whether the model is that of the skin. No frame of a finger that is not trusted is OK.
+    measured : MeasuredResponse, optional
+        On an area, the response in place that touches gave, with its doubt: `locate` goes by it. `calibrate` makes it
+        where the skin's own field leaves more than noise.
 
     Raises
     ------
@@ -118,6 +122,7 @@ class Finger(Frozen):
     array: SensorArray
     spread: Spread | None = None
     trusted: bool = True
+    measured: MeasuredResponse | None = None
 
     if TYPE_CHECKING:
         tabulate, locator, locate, fit, blind_spots = _tabulate, _locator, _locate, _fit, _blind_spots
@@ -138,6 +143,10 @@ class Finger(Frozen):
         if not isinstance(self.spread, Spread | None):
             rule = "a Spread is needed, or none"
             raise InvalidValueError(f"spread = {self.spread!r}", rule, "Spread([0.0], straight=[1.0], leaning=[1.0])")
+        known = self.measured
+        if not isinstance(known, MeasuredResponse | None) or (known is not None and known.sensors != len(self.array)):
+            rule = f"a MeasuredResponse of {len(self.array)} sensors is needed, or none"
+            raise InvalidValueError(f"measured = {known!r}", rule, "MeasuredResponse.from_touches(...)")
         deepest = float(np.asarray(self.array.depth).max())
         self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):

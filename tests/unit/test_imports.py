@@ -31,6 +31,7 @@ ORDER = (
     "lattice",
     "array",
     "spread",
+    "measured",
     "finger",
     "prepared",
     "response",

@@ -10,7 +10,8 @@ import pytest
 
 import subskin as ss
 from subskin.calibration.correlated import Correlated, Residuals
-from subskin.calibration.known import Fit, fitted
+from subskin.calibration.fit import Fit
+from subskin.calibration.known import fitted
 from subskin.calibration.spread import measured, size_of
 from subskin.spread import Spread
 

@@ -61,9 +61,11 @@ class Forward:
     base: no sensor leaves the skin on the way.
     """
 
+    terms: tuple[str, ...] = TERMS
+
     def __init__(self, finger: Finger, names: Sequence[str]) -> None:
         self.finger = finger
-        self.names = tuple(t for t in TERMS if t in names)
+        self.names = tuple(t for t in self.terms if t in names)
         n = len(finger.array)
         self.tied = "position" in self.names and "origin" in self.names and n > 1
         material = finger.skin.single_material
@@ -74,9 +76,13 @@ class Forward:
                 rule = f"a {type(finger.skin).__name__} like this has no single {name}"
                 fix = "one layer on a rigid base and a round finger have both; a half plane has poisson"
                 raise InvalidValueError(f"fit = {name}", rule, fix)
-        counts = {"depths": n, "position": n - 1 if self.tied else n}
+        counts = self._counts(self.names, n)
         self.slices = slices({name: counts.get(name, 1) for name in self.names})
         self.size = sum(part.stop - part.start for part in self.slices.values())
+
+    def _counts(self, names: Sequence[str], sensors: int) -> dict[str, int]:
+        """How many numbers there are of a name, where it is not one."""
+        return {"depths": sensors, "position": sensors - 1 if self.tied else sensors}
 
     @property
     def depth(self) -> slice | None:
@@ -90,7 +96,7 @@ class Forward:
     def _radius(self) -> float:
         return self.finger.skin.period / (2 * np.pi)
 
-    def start(self, origin: float, depth_factor: float = 1.0, height: float = 3.0) -> FloatArray:
+    def start(self, origin: Any, depth_factor: float = 1.0, height: float = 3.0) -> FloatArray:
         """Starting values: the finger as drawn, with the given origin, depths scaled, and `height` of these thick.
 
         Within the bounds.
@@ -143,6 +149,12 @@ class Forward:
         """The origin in p, or the fixed one."""
         return float(p[self.slices["origin"]][0]) if "origin" in self.names else fixed
 
+    def moved(
+        self, p: FloatArray, fixed: float, positions: FloatArray, load: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Touches at `positions` (m,) on the motor's axis with `load` (m, 2), as they lie on the finger."""
+        return positions - self.origin(p, fixed), load
+
     def apply(self, p: FloatArray) -> Finger:
         """The finger with the parameters p."""
         array, skin = self.finger.array, self.finger.skin
@@ -150,8 +162,7 @@ class Forward:
         if self.depth:
             changes["depth"] = self._depths() + p[self.depth]
         if "position" in self.names:
-            moves = p[self.slices["position"]]
-            changes["y"] = np.asarray(array.y) + (np.append(moves, -moves.sum()) if self.tied else moves)
+            changes |= self._moves(p)
         if "width" in self.names:
             changes["width"] = np.broadcast_to(p[self.slices["width"]], (len(array),))
         if "poisson" in self.names:
@@ -163,6 +174,15 @@ class Forward:
             thickness = min(deepest + float(p[self.slices["thickness"]][0]), _THICKEST * self._radius)
             skin = skin.with_(thickness=thickness)
         return Finger(skin, replace(array, **changes))
+
+    def _moves(self, p: FloatArray) -> dict[str, FloatArray]:
+        """Where the sensors are."""
+        moves = p[self.slices["position"]]
+        return {"y": np.asarray(self.finger.array.y) + (np.append(moves, -moves.sum()) if self.tied else moves)}
+
+    def pooled(self, noise: FloatArray, gain: FloatArray) -> FloatArray:
+        """Each sensor's noise (n,), by its own residuals."""
+        return noise
 
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read, shape (m, n): touches at `positions` (m,) with loads (N, T) (m, 2)."""

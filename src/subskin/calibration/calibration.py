@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ from .._frozen import Frozen
 from .._shown import html_table, lines, many_of, with_error
 from ..errors import GeometryError
 from ..finger import Finger
-from ._forward import Forward
+from ._forward_area import forward_of
 from .misfit import Misfit
 
 __all__ = [
@@ -36,6 +37,7 @@ WEAK_SHARE = 0.5
 """Gain, as a share of the median's, below which a sensor is weak."""
 FEWEST_SPARE = 2
 """Spare readings that a sensor, or a frame, needs before a misfit is noticed: one may fit by chance."""
+_PLACES = ("origin", "origin_y", "origin_z", "turn")
 _LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
 
 
@@ -104,8 +106,8 @@ class Calibration(Frozen):
     finger : Finger
         The finger with the fitted values; its noise is the residuals' standard deviation, and no less than it was
         before; dead sensors have gain 0. Where residuals are no noise it has a `spread`, measured on touches held out.
-    origin : float
-        Where the finger's y = 0 lies on the motor's axis [m]: y = position - origin.
+    origin : float, or ndarray of shape (2,)
+        Where the finger's y = 0 lies on the motor's axis [m]: y = position - origin. On an area where its (0, 0) lies.
     parameters : tuple of Parameter
         Every fitted number with its standard error.
     covariance : ndarray, shape (k, k)
@@ -125,10 +127,12 @@ class Calibration(Frozen):
     held_out : (int, int)
         Positions of touches held out, each twice, by which the finger's `spread` was measured: those that are OK, of
         straight and of leaning loads; 0 where they were too few, or residuals are noise.
+    turn : float
+        On an area, by how much the finger's y lies turned from the motor's, towards z [rad].
     """
 
     finger: Finger
-    origin: float
+    origin: Any
     parameters: tuple[Parameter, ...]
     covariance: FloatArray
     health: tuple[Health, ...]
@@ -138,6 +142,7 @@ class Calibration(Frozen):
     force: FloatArray
     angle: FloatArray
     held_out: tuple[int, int] = (0, 0)
+    turn: float = 0.0
 
     @property
     def r2(self) -> float:
@@ -176,7 +181,7 @@ class Calibration(Frozen):
         finger whose standard error exceeds a tenth of them, and pairs of these that are hardly separable (correlation
         above 0.95).
         """
-        whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name != "origin"]
+        whole = [i for i, p in enumerate(self.parameters) if p.sensor is None and p.name not in _PLACES]
         said = []
         live = int(self.finger.array.live.sum())
         if self.spare < max(len(self.parameters), FEWEST_SPARE * live):
@@ -225,6 +230,29 @@ class Calibration(Frozen):
         """
         return int(self.finger.array.live.sum()) - (2 if friction == 0 else 3)
 
+    def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
+        """Positions of the motor as they lie on the finger [m].
+
+        Parameters
+        ----------
+        positions : array_like, shape (...) or (..., 2)
+            On the motor's axis, or axes (y, z) [m].
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
+        >>> positions = np.linspace(0, 30e-3, 16)
+        >>> found = ss.calibrate(finger, finger.read(ss.LineLoad(1.0, position=positions - 15e-3)), positions)
+        >>> round(float(found.on_finger(16e-3)) * 1e3, 3)
+        1.0
+        """
+        at = _check.real("positions", positions, unit="m")
+        if np.ndim(self.origin) == 0:
+            return np.asarray(at - self.origin)
+        cos, sin = np.cos(self.turn), np.sin(self.turn)
+        return np.asarray((at - self.origin) @ np.array([[cos, -sin], [sin, cos]]))
+
     def evaluate(
         self,
         readings: npt.ArrayLike,
@@ -232,10 +260,21 @@ class Calibration(Frozen):
         *,
         force: npt.ArrayLike | None = None,
         angle: npt.ArrayLike = 0.0,
+        azimuth: npt.ArrayLike = 0.0,
     ) -> Score:
-        """The score on touches held out; `readings`, `positions`, `force` and `angle` as in `calibrate`."""
-        data, y, load = checked_touches(self.finger, readings, positions, 1.0 if force is None else force, angle)
-        model = Forward(self.finger, ()).readings(np.empty(0), y - self.origin, load)
+        """The score on touches held out; `readings`, `positions` and the loads as in `calibrate`."""
+        loads = (1.0 if force is None else force, angle, azimuth)
+        data, y, load = checked_touches(self.finger, readings, positions, *loads)
+        if np.ndim(self.origin):
+            y = self.on_finger(y)
+            load = np.column_stack([load[:, :1], self.on_finger(load[:, 1:] + self.origin)])
+        else:
+            y = y - self.origin
+        measured = self.finger.measured
+        if measured is None:
+            model = forward_of(self.finger, ()).readings(np.empty(0), y, load)
+        else:
+            model = (measured(y) * load[:, None, : measured.components]).sum(axis=-1) + measured.offset
         return score(data, model, self.finger.array.live)
 
 
@@ -268,20 +307,35 @@ def checked_readings(readings: npt.ArrayLike, sensors: int) -> FloatArray:
 
 
 def checked_touches(
-    finger: Finger, readings: npt.ArrayLike, positions: npt.ArrayLike, force: npt.ArrayLike, angle: npt.ArrayLike
+    finger: Finger,
+    readings: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    force: npt.ArrayLike,
+    angle: npt.ArrayLike,
+    azimuth: npt.ArrayLike = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Readings (m, n), positions (m,) and loads (N, T) (m, 2), checked."""
+    """Readings (m, n), positions (m,) and loads (N, T) (m, 2), checked; on an area (m, 2) and (N, Ty, Tz) (m, 3)."""
     data = checked_readings(readings, len(finger.array))
     y = _check.real("positions", positions, unit="m")
-    if y.shape != data.shape[:1]:
+    if finger.array.on_area:
+        if y.shape != (len(data), 2):
+            rule = f"the sensors are on an area: one position (y, z) for each of the {len(data)} touches"
+            raise GeometryError(f"positions of shape {y.shape}", rule, f"shape ({len(data)}, 2)")
+    elif np.any(azimuth):
+        rule = "a row of sensors knows loads along it: angle says how they lean"
+        raise GeometryError(f"azimuth = {_check.shown(azimuth)}", rule, "leave it out")
+    elif y.shape != data.shape[:1]:
         raise GeometryError(
             f"positions of shape {y.shape}",
             f"one position for each of the {len(data)} touches",
             f"shape ({len(data)},)",
         )
-    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape)
-    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape)
+    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape[:1])
+    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape[:1])
     usable = np.where(finger.array.inside(data), data, np.nan)
+    if finger.array.on_area:
+        b = np.broadcast_to(_check.real("azimuth", azimuth, unit="rad"), y.shape[:1])
+        return usable, y, np.stack([p * np.cos(a), p * np.sin(a) * np.cos(b), p * np.sin(a) * np.sin(b)], axis=-1)
     return usable, y, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
 
 

@@ -30,7 +30,8 @@ class Correlated(Frozen):
 
     k = exp(-(x - x')^2 / (2 length^2)). `own` is a misfit that each sensor has for itself, `shared` the same function
     of the touch's position relative to the sensor for all of them, as a field of the wrong shape gives it, times the
-    weights w; both have one value for each length, shape (4,).
+    weights w; both have one value for each length, shape (4,). On an area the shared one is a function of the distance
+    alone, as of every isotropic flat skin under straight loads, and both fall with it as a field does, 1 / (1 + r^2).
     """
 
     noise: float
@@ -39,18 +40,37 @@ class Correlated(Frozen):
 
     def misfit(self, a: Residuals, b: Residuals) -> FloatArray:
         """Covariance of the misfit, without the noise, of residuals `a` with `b`, shape (len(a), len(b))."""
-        square = (a.at[:, None] - b.at) ** 2
         same, weight = a.sensor[:, None] == b.sensor, a.weight[:, None] * b.weight
-        out = np.zeros(square.shape)
+        out = np.zeros(same.shape)
+        if a.at.ndim == 2:
+            far, near = (np.linalg.norm(part.at, axis=1) for part in (a, b))
+            fall = 1.0 / ((1.0 + far[:, None] ** 2) * (1.0 + near**2))
+            square = ((a.at[:, None] - b.at) ** 2).sum(axis=-1)
+            apart, through = (far[:, None] - near) ** 2, (far[:, None] + near) ** 2
+            for length, own, shared in zip(LENGTHS, self.own, self.shared, strict=True):
+                if own:
+                    out += own**2 * same * fall * np.exp(-0.5 * square / length**2)
+                if shared:  # even in the distance, so that it is smooth above the sensor
+                    radial = np.exp(-0.5 * apart / length**2) + np.exp(-0.5 * through / length**2)
+                    out += shared**2 * weight * fall * radial
+            return out
+        square = (a.at[:, None] - b.at) ** 2
         for length, own, shared in zip(LENGTHS, self.own, self.shared, strict=True):
             if own or shared:
                 out += np.exp(-0.5 * square / length**2) * (own**2 * same + shared**2 * weight)
         return out
 
+    def variance(self, a: Residuals) -> FloatArray:
+        """Of the misfit of residuals `a` on an area, shape (len(a),)."""
+        square = (a.at**2).sum(axis=1)
+        radial = 1.0 + np.exp(-2.0 * square[:, None] / LENGTHS**2)
+        each = (self.own**2 + a.weight[:, None] ** 2 * self.shared**2 * radial).sum(axis=1)
+        return np.asarray(each / (1.0 + square) ** 2)
+
 
 @dataclass(frozen=True)
 class Residuals(Frozen):
-    """Residuals (k,), each with its sensor, position relative to that [depth] and weight in a shared misfit."""
+    """Residuals (k,), each with its sensor, position relative to that [depth], and weight in a shared misfit."""
 
     value: FloatArray
     sensor: npt.NDArray[np.intp]
@@ -62,7 +82,7 @@ class Residuals(Frozen):
 
     def thinned(self, most: int) -> npt.NDArray[np.intp]:
         """No more than `most` of them, even over the sensors and the positions."""
-        order = np.lexsort((self.at, self.sensor))
+        order = np.lexsort((*self.at.T, self.sensor) if self.at.ndim == 2 else (self.at, self.sensor))
         return np.asarray(order[:: max(-(-len(order) // most), 1)])
 
 
@@ -88,8 +108,12 @@ def correlated(residuals: Residuals, jacobian: FloatArray, *, noise_like: bool) 
     across = np.linalg.qr(q, mode="complete")[0][:, q.shape[1] :]
     left = across.T @ part.value
     sizes = np.array([(own, shared) for own in _SIZES for shared in _SIZES])
-    likelihood, scale = np.empty((2, len(LENGTHS), len(sizes)))
+    likelihood, scale = np.full((2, len(LENGTHS), len(sizes)), -np.inf)
+    # along a row a misfit may have the length of a sensor's width; on an area it is the field's own, which is smooth
+    first = int(part.at.ndim == 2)
     for at, unit in enumerate(np.eye(len(LENGTHS))):
+        if at < first:
+            continue
         kernels = [
             across.T @ Correlated(0.0, *shares).misfit(part, part) @ across
             for shares in ((unit, 0 * unit), (0 * unit, unit))
@@ -97,10 +121,10 @@ def correlated(residuals: Residuals, jacobian: FloatArray, *, noise_like: bool) 
         for i, (own, shared) in enumerate(sizes):
             covariance = np.eye(free) + own * kernels[0] + shared * kernels[1]
             likelihood[at, i], scale[at, i] = _likelihood(covariance, left)
-    if (noise_like or free >= _TELLING * q.shape[1]) and likelihood.max() < likelihood[0, 0] + _WORTH:
+    if (noise_like or free >= _TELLING * q.shape[1]) and likelihood.max() < likelihood[first, 0] + _WORTH:
         return None
     share = np.exp(likelihood - likelihood.max())
-    share *= scale / share.sum()
+    share *= np.where(share > 0, scale, 0.0) / share.sum()
     own, shared = np.sqrt(np.einsum("ls,sk->kl", share, sizes))
     return Correlated(float(np.sqrt(share.sum())), own, shared)
 

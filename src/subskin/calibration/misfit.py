@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 
-__all__ = ["Misfit", "misfit_of"]
+__all__ = ["Misfit", "misfit_of", "neighbours"]
 
 _SIGMA = 4.0
 """Standard errors by which a correlation has to differ from that of noise: by chance, one calibration in 15 000."""
@@ -102,9 +102,9 @@ def misfit_of(
 
     `noise` (n,) is the size of each sensor's residuals. `alike` says that every touch was taken to carry the same load.
     """
-    order = np.argsort(positions, kind="stable")
-    scaled = (rest / noise)[order]
-    along, sigma = _together(scaled[:-1], scaled[1:])
+    scaled = rest / noise
+    one, next_ = neighbours(positions)
+    along, sigma = _together(scaled[one], scaled[next_])
     pairs = [_together(a, b) for a, b in zip(scaled.T[:-1], scaled.T[1:], strict=True)]
     pairs = [pair for pair in pairs if np.isfinite(pair[0])]
     across = float(np.sqrt(np.mean([r**2 for r, _ in pairs]))) if pairs else 0.0
@@ -113,6 +113,18 @@ def misfit_of(
     structured = sigma > _SIGMA or excess > _SIGMA**2 / np.sqrt(2)
     unequal = _unequal(rest, model, noise) if alike else 0.0
     return Misfit(share, over_noise, float(along), across, bool(structured), unequal, stretched)
+
+
+def neighbours(positions: FloatArray) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Touches that are neighbours: one after the other along a row; on an area each and the nearest, once."""
+    if positions.ndim == 1:
+        order = np.argsort(positions, kind="stable")
+        return order[:-1], order[1:]
+    from scipy.spatial import KDTree
+
+    nearest = np.asarray(KDTree(positions).query(positions, k=2)[1])[:, 1]
+    pairs = np.unique(np.sort(np.stack([np.arange(len(positions)), nearest], axis=-1), axis=1), axis=0)
+    return pairs[:, 0], pairs[:, 1]
 
 
 def stretched(name: str, drawn: float, found: float, at_end: bool) -> str:

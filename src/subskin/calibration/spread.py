@@ -55,7 +55,7 @@ def _along(found: Calibration, fit: Any, sizes: tuple[float, float]) -> Spread:
 def measured(fit: Any) -> tuple[tuple[float, float], tuple[int, int]]:
     """Errors of positions over the standard errors of the process of the misfit, of touches located by the others.
 
-    `fit` is a solved `known.Fit`, whose file imports this. Every fifth touch is left out in turn, then each of five
+    `fit` is a solved `fit.Fit`, whose file imports this. Every fifth touch is left out in turn, then each of five
     blocks of neighbours: the first stand for new touches among those of the calibration, the second for touches in a
     gap. A fold in which the fit cannot do without its touches counts for nothing. With the size for straight and
     leaning loads comes the number of touches that it rests on; where they are too few, or residuals are noise, it is 1,

@@ -28,33 +28,40 @@ class Uncertainty(Frozen):
     Residuals are noise unless a process explains them much better. Where they are few and larger than the stated noise,
     they are what the model misses, and a field's misfit is smooth: a process even where too few touches show it.
 
-    `fit` is a `known.Fit` that is solved; it makes this, so its file is not imported here.
+    `fit` is a `fit.Fit` that is solved; it makes this, so its file is not imported here.
     """
 
     def __init__(self, fit: Any) -> None:
         self._fit = fit
-        self._array = fit.forward.apply(fit.p).array
+        self.array = fit.forward.apply(fit.p).array
         jacobian = fit.jacobian(fit.positions, fit.load)[fit.seen]
-        self._size = np.linalg.norm(jacobian, axis=0)
-        self._size[self._size == 0] = 1.0
-        self._jacobian = jacobian / self._size
-        values, vectors = np.linalg.eigh(self._jacobian.T @ self._jacobian)
+        self.size = np.linalg.norm(jacobian, axis=0)
+        self.size[self.size == 0] = 1.0
+        self.jacobian = jacobian / self.size
+        values, vectors = np.linalg.eigh(self.jacobian.T @ self.jacobian)
         known = values > 1e-13 * values[-1]
         # what the readings say nothing of has an infinite variance, not none
         self._blind = (vectors[:, ~known] ** 2).sum(axis=1) > 1e-6
         self._inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
 
     @cached_property
-    def _residuals(self) -> Residuals:
+    def moved(self) -> FloatArray:
+        """The touches' positions on the finger, (m,) or (m, 2)."""
+        fit = self._fit
+        return np.asarray(fit.forward.moved(fit.p, fit.origin, fit.positions, fit.load)[0])
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """Of all readings of the fit, in noises."""
         fit = self._fit
         touch, sensor = np.nonzero(fit.seen)
         rest = ((fit.data - fit.gain * fit.unit - fit.offset) / fit.noise)[fit.seen]
-        moved = fit.positions - fit.forward.origin(fit.p, fit.origin)
-        return self._of_model(rest, moved[touch], sensor)
+        return self.of_model(rest, self.moved[touch], sensor)
 
-    def _of_model(self, value: FloatArray, y: FloatArray, sensor: npt.NDArray[np.intp]) -> Residuals:
-        """Residuals `value` (k,) of the sensors `sensor` (k,) at touches at `y` (k,) along the finger."""
-        at = (y - np.asarray(self._array.y)[sensor]) / float(np.mean(np.asarray(self._array.depth)))
+    def of_model(self, value: FloatArray, y: FloatArray, sensor: npt.NDArray[np.intp]) -> Residuals:
+        """Residuals `value` (k,) of the sensors `sensor` (k,) at touches at `y` (k,), or (k, 2), on the finger."""
+        sensors = np.asarray(self.array.y) if y.ndim == 1 else self.array.points
+        at = (y - sensors[sensor]) / float(np.mean(np.asarray(self.array.depth)))
         weight = self._fit.gain / self._fit.noise
         weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
         return Residuals(value, sensor, at, weight[sensor])
@@ -72,17 +79,17 @@ class Uncertainty(Frozen):
     @cached_property
     def process(self) -> Correlated | None:
         """How residuals go together over neighbouring touches; None where they are noise."""
-        return correlated(self._residuals, self._jacobian, noise_like=self.noise_like)
+        return correlated(self.residuals, self.jacobian, noise_like=self.noise_like)
 
     @cached_property
     def covariance(self) -> FloatArray:
         """Of all parameters, (p, p): those of the forward model, then gains, then offsets."""
         covariance = self._inverse
         if self.process is not None:
-            covariance = covariance @ scatter(self.process, self._residuals, self._jacobian) @ covariance
+            covariance = covariance @ scatter(self.process, self.residuals, self.jacobian) @ covariance
         covariance = np.array(covariance)
         covariance[self._blind, self._blind] = np.inf
-        return np.asarray(covariance / np.outer(self._size, self._size))
+        return np.asarray(covariance / np.outer(self.size, self.size))
 
     def of_positions(self, y: FloatArray) -> FloatArray:
         """Standard errors of positions at `y` (k,) [m] over those of independent noise, (2, k): straight, leaning.
@@ -95,21 +102,21 @@ class Uncertainty(Frozen):
         fit, process = self._fit, self.process
         if process is None:
             return np.ones((2, len(y)))
-        rows = self._residuals.thinned(_MOST)
-        old, n = self._residuals[rows], fit.noise.size
+        rows = self.residuals.thinned(_MOST)
+        old, n = self.residuals[rows], fit.noise.size
         # parameters change by this of each residual of the fit
-        gained = self._inverse @ self._jacobian[rows].T * (len(self._jacobian) / len(rows))
+        gained = self._inverse @ self.jacobian[rows].T * (len(self.jacobian) / len(rows))
         among = process.misfit(old, old)
         step = _STEP * float(np.mean(np.asarray(fit.finger.array.depth)))
         force = float(np.median(np.hypot(*fit.load.T)))
         normal, tangential = (np.tile(load, (len(y), 1)) for load in ([force, 0.0], [0.0, force]))
         origin, scale = fit.forward.origin(fit.p, fit.origin), fit.gain / fit.noise
-        new = fit.jacobian(y + origin, normal) / self._size
+        new = fit.jacobian(y + origin, normal) / self.size
         down, along = (fit.forward.unit(fit.p, y, load) * scale for load in (normal, tangential))
         moved = [fit.forward.unit(fit.p, y + h, normal) * scale for h in (step, -step)]
         out = np.empty((2, len(y)))
         for k, at in enumerate(y):
-            here = self._of_model(np.zeros(n), np.full(n, at), np.arange(n))
+            here = self.of_model(np.zeros(n), np.full(n, at), np.arange(n))
             between, own = process.misfit(here, old), process.misfit(here, here)
             columns = [(moved[0][k] - moved[1][k]) / (2 * step), down[k], along[k]]
             for i, count in enumerate((2, 3)):

@@ -12,10 +12,11 @@ from ..contact import Hertz, LineLoad
 from ..contact.families import Family, family_of
 from ..errors import InvalidValueError
 from ..finger import Finger
+from ..measured import MeasuredResponse
 from ..prepared import prepared
 from ..radial import tabulate_radial
 from ..response import Response, tabulate
-from .area import AreaLocator
+from .area import AreaLocator, InPlaceLocator
 from .area.locator import search_of
 from .area.observable import refuse_blind
 from .beside import PointLocator, farthest_beside, points_beside
@@ -51,10 +52,11 @@ def locator(
     stick: float | tuple[float, float] | None = None,
     beside: float | None = None,
     **_unknown: Never,
-) -> Locator | AreaLocator | EitherLocator:
+) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
-    Where the sensors are on an area it is an `AreaLocator`, of point loads.
+    Where the sensors are on an area it is an `AreaLocator`, of point loads; an `InPlaceLocator` where the finger has a
+    response `measured` in place.
 
     Parameters
     ----------
@@ -167,11 +169,13 @@ def _refuse(options: dict[str, Any], rule: str) -> None:
 
 def _on_area(
     finger: Finger, family: str | Family, search: Any, others: dict[str, Any], values: dict[str, Any]
-) -> AreaLocator:
+) -> AreaLocator | InPlaceLocator:
     """The locator of point loads by sensors on an area."""
     if family != "point" and family != "line":
         rule = "sensors on an area locate loads on a point"
         raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
+    if finger.measured is not None:
+        return _in_place(finger, finger.measured, search, others, values)
     _refuse(others, "it belongs to sensors in a row; loads on an area know no such option")
     refuse_blind(finger)
     box, beyond = search_of(finger.array, search)
@@ -184,6 +188,23 @@ def _on_area(
         return made.allow_for(finger, float(values["friction"]))
 
     return prepared(finger).get(("area", tuple(box.reshape(-1)), beyond, *values.values()), make)
+
+
+def _in_place(
+    finger: Finger, response: MeasuredResponse, search: Any, others: dict[str, Any], values: dict[str, Any]
+) -> InPlaceLocator:
+    """The locator by a response measured in place."""
+    given = {**others, "scan_step": values["scan_step"]}
+    force = given.pop("normal_force")
+    _refuse(given, "a response measured in place knows no such option")
+    box = None if search is None else tuple(tuple(ends) for ends in search_of(finger.array, search)[0].tolist())
+    options = {**values, "normal_force": force, "search": box}
+    del options["scan_step"]
+
+    def make() -> InPlaceLocator:
+        return InPlaceLocator(response, finger.array, **options).allow_for(finger, float(values["friction"]))
+
+    return prepared(finger).get(("in place", *options.values()), make)
 
 
 @overload
@@ -334,7 +355,7 @@ def fit(
 def _quick(finger: Finger, family: str | Family, *options: Any) -> Any:
     """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
-    def make() -> Locator | AreaLocator | EitherLocator:
+    def make() -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
         return locator(finger, family, **dict(zip(_OPTIONS.split(", "), options, strict=True)))
 
     try:

@@ -112,6 +112,10 @@ def _recording(table: _schema.RecordingTable, length: float | None) -> Recording
 
 def model_facts(finger: Finger) -> dict[str, Any]:
     """What [calibration] says of how far the finger's model is that of the skin; nothing where all is usual."""
+    if finger.measured is not None:
+        rule = "a finger file has no room for a response measured in place"
+        fix = "pickle the finger, or dataclasses.replace(finger, measured=None)"
+        raise InvalidValueError(f"measured = {finger.measured!r}", rule, fix)
     facts: dict[str, Any] = {} if finger.trusted else {"accepted_misfit": True}
     if finger.spread is not None:
         y, of = finger.spread.y, finger.spread

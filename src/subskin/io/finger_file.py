@@ -24,7 +24,7 @@ from .files import write_bytes
 if TYPE_CHECKING:
     from ..decide import TypeDecision
     from ..estimate import Estimate, Locator
-    from ..estimate.area import AreaLocator
+    from ..estimate.area import AreaLocator, InPlaceLocator
     from ..estimate.either import EitherLocator
     from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
@@ -133,7 +133,7 @@ class FingerFile:
         more = {"beside": beside} if beside is not None else {}
         return {**more, **self._with(changes), **({} if load is None else {"load": load})}
 
-    def locator(self, **changes: Any) -> Locator | AreaLocator | EitherLocator:
+    def locator(self, **changes: Any) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
         """`Finger.locator` with the options of the file; `changes` override some, and `load` of `locate`.
 
         Raises

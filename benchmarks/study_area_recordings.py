@@ -1,0 +1,220 @@
+"""Calibrating on an area, on recordings of real skins: from few touches at known positions, all the others located.
+
+    python benchmarks/study_area_recordings.py [--data FOLDER] [--draws 8] [--json FILE]
+
+FOLDER (../shared/data) holds the recordings, which do not ship with this package. A recording that is absent is left
+out, and so are the learned peers where scikit-learn is (`pip install subskin[bench]`).
+
+underwater/: eight barometers in a grid of 2 x 4 under silicone, pressed with one force at every half millimetre. The
+touched rectangle is cut into 4 x 4 cells, and in the middle half of each one touch is drawn; these 16 calibrate, all
+others are located as straight loads. The finger is drawn as a half space with sensors of strain along the depth,
+which fits both boards best of the fields with one depth alone. Cells: medians over the draws. R^2 is the least
+sensor's, with all readings and without those that lie more than 15 % of the sensor's range off the median of their
+eight neighbours (1 of 22 400 and 6 of 27 104: a reading lost). "inside" is the rectangle of the sensors. A touch is
+wrong where it is OK, more than 2 mm off, and by more than three of its own standard errors along y or z. "held"
+counts the 95 % intervals, along y and along z, of OK answers inside.
+
+eflesh/spatial_20250317/: five magnetometers of three axes beneath magnets in a printed lattice, 480 positions, five
+touches each. The table is made of every second position, and each touch at the others is located by itself; then the
+mean of the five is.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import subskin as ss
+from _common import arguments, show
+from subskin.estimate.area import InPlaceLocator
+from subskin.measured import MeasuredResponse
+
+PSI = 6894.757  # Pa
+BOARDS = {
+    "2 x 4, pitch 6.75 mm": ("DS10_atm_6.75_10_samples_cast-bond_trial1.csv", 1, 6.75e-3),
+    "2 x 4, pitch 9.9 mm": ("DS20_25PSI_9.9_10_samples_cast-bond_trial1.csv", 0, 9.9e-3),
+}
+FIT = ("gain", "depth", "origin", "turn")
+NOISE, DEPTH = 20.0, 6e-3  # Pa: 0.003 PSI, the steps of the readings at rest; m, of a skin 8 mm thick
+CELLS, LOST = 4, 0.15
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+def board(data: Path, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions (m, 2) [m], readings (m, 8) [Pa], and which of these are no lost reading."""
+    from scipy.spatial import KDTree
+
+    file, header, _ = BOARDS[name]
+    raw = np.loadtxt(data / "underwater" / file, delimiter=",", skiprows=header)
+    at, readings = 1e-3 * raw[:, :2], PSI * raw[:, 2:]
+    near = KDTree(at).query(at, k=9)[1][:, 1:]
+    return at, readings, np.abs(readings - np.median(readings[near], axis=1)) < LOST * readings.max(axis=0)
+
+
+def drawn(name: str) -> ss.Finger:
+    """The board as drawn: s0 to s3 up the right column, s4 to s7 down the left one."""
+    pitch = BOARDS[name][2]
+    y = pitch * np.repeat([0.5, -0.5], 4)
+    z = pitch * np.array([-1.5, -0.5, 0.5, 1.5, 1.5, 0.5, -0.5, -1.5])
+    array = ss.SensorArray(y=y, z=z, depth=DEPTH, transducer=ss.NormalStrain(), noise=NOISE)
+    return ss.Finger(ss.HalfSpace(ss.Material(young=0.3e6)), array)
+
+
+def spread_out(at: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """One touch in the middle half of each of 4 x 4 cells."""
+    low, size = at.min(axis=0), np.ptp(at, axis=0)
+    cells = np.stack(np.meshgrid(*[np.arange(CELLS)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+    chosen = low + (cells + rng.uniform(0.25, 0.75, cells.shape)) / CELLS * size
+    return np.argmin(((at - chosen[:, None]) ** 2).sum(axis=-1), axis=1)
+
+
+def learned() -> dict[str, Callable[[], object]]:
+    """Peers that learn positions from readings, each made anew; none without scikit-learn."""
+    try:
+        from sklearn.compose import TransformedTargetRegressor
+        from sklearn.gaussian_process import GaussianProcessRegressor, kernels
+        from sklearn.linear_model import RidgeCV
+        from sklearn.neighbors import KNeighborsRegressor
+        from sklearn.neural_network import MLPRegressor
+        from sklearn.pipeline import make_pipeline
+        from sklearn.preprocessing import PolynomialFeatures, StandardScaler
+    except ImportError:
+        return {}
+    kernel = kernels.ConstantKernel() * kernels.RBF(3.0, (0.1, 100.0)) + kernels.WhiteKernel(1e-2)
+    steps = np.logspace(-4, 4, 17)
+    settings = {"hidden_layer_sizes": (64, 64), "max_iter": 3000, "random_state": 0, "alpha": 1e-3}
+    return {
+        "neural network": lambda: make_pipeline(StandardScaler(), MLPRegressor(**settings)),
+        "neural network, targets scaled": lambda: TransformedTargetRegressor(
+            make_pipeline(StandardScaler(), MLPRegressor(**settings)), transformer=StandardScaler()
+        ),
+        "Gaussian process": lambda: make_pipeline(
+            StandardScaler(), GaussianProcessRegressor(kernel, normalize_y=True, n_restarts_optimizer=2)
+        ),
+        "nearest neighbours": lambda: make_pipeline(StandardScaler(), KNeighborsRegressor(3, weights="distance")),
+        "ridge": lambda: make_pipeline(StandardScaler(), RidgeCV(steps)),
+        "ridge, squares too": lambda: make_pipeline(StandardScaler(), PolynomialFeatures(2), RidgeCV(steps)),
+    }
+
+
+def r2(model: np.ndarray, readings: np.ndarray, kept: np.ndarray) -> float:
+    """The least sensor's, of the readings `kept`."""
+    return min(1 - np.mean((m - r)[k] ** 2) / np.var(r[k]) for m, r, k in zip(model.T, readings.T, kept.T, strict=True))
+
+
+def ours(name: str, at: np.ndarray, readings: np.ndarray, kept: np.ndarray, used: np.ndarray) -> list[float]:
+    """Numbers of one draw, in the order of the table; `calibrate` may refuse, which is NaN."""
+    rest = np.setdiff1d(np.arange(len(at)), used)
+    found = ss.calibrate(drawn(name), readings[used], at[used], fit=FIT)
+    truth, points = found.on_finger(at[rest]), found.finger.array.points
+    inside = ((truth >= points.min(axis=0)) & (truth <= points.max(axis=0))).all(axis=1)
+    located = found.finger.locate(readings[rest], friction=0)
+    off = located.position - truth
+    far, ok = np.linalg.norm(off, axis=1), located.status == ss.Status.OK
+    std = np.sqrt(np.diagonal(located.load.covariance, axis1=1, axis2=2)[:, :2])
+    wrong = ok & (far > 2e-3) & (np.abs(off) > 3 * std).any(axis=1)
+    both, measured = ok & inside, found.finger.measured
+    model = (measured or found.finger.receptive_field)(truth)[..., 0]
+    return [
+        r2(model, readings[rest], np.ones_like(kept[rest])),
+        r2(model, readings[rest], kept[rest]),
+        *(1e3 * np.nanquantile(far[inside], [0.5, 0.95])),
+        100 * both.sum() / inside.sum(),
+        *(1e3 * np.quantile(far[both], [0.5, 0.95])),
+        100 * wrong[inside].mean(),
+        100 * wrong.mean(),
+        100 * np.mean(np.abs(off[both]) <= 1.959964 * std[both]),
+    ]
+
+
+def theirs(
+    make: Callable[[], object], at: np.ndarray, readings: np.ndarray, used: np.ndarray, name: str
+) -> list[float]:
+    """Median and 95 % of the errors inside of a learned peer [mm]."""
+    rest = np.setdiff1d(np.arange(len(at)), used)
+    peer = make().fit(readings[used], 1e3 * at[used])
+    far = np.linalg.norm(peer.predict(readings[rest]) - 1e3 * at[rest], axis=1)
+    pitch = 1e3 * BOARDS[name][2]
+    middle = 1e3 * (at.min(axis=0) + at.max(axis=0)) / 2
+    inside = (np.abs(1e3 * at[rest] - middle) < [0.5 * pitch, 1.5 * pitch]).all(axis=1)
+    return [*np.quantile(far[inside], [0.5, 0.95])]
+
+
+def barometers(data: Path, draws: int) -> list[list[str]]:
+    """Rows of the first table."""
+    rows = []
+    for name in BOARDS:
+        at, readings, kept = board(data, name)
+        chosen = [spread_out(at, np.random.default_rng(seed)) for seed in range(draws)]
+        each = np.array([ours(name, at, readings, kept, used) for used in chosen])
+        for label, numbers in (("subskin", np.median(each, axis=0)), ("subskin, worst draw", worst(each))):
+            form = ("{:.3f}", "{:.3f}", "{:.2f}", "{:.2f}", "{:.0f}", "{:.2f}", "{:.2f}", "{:.1f}", "{:.1f}", "{:.0f}")
+            rows.append([name, label, *(f.format(x) for f, x in zip(form, numbers, strict=True))])
+        for label, make in learned().items():
+            numbers = np.median([theirs(make, at, readings, used, name) for used in chosen], axis=0)
+            rows.append([name, label, "", "", *(f"{x:.2f}" for x in numbers), *[""] * 6])
+    return rows
+
+
+def worst(each: np.ndarray) -> np.ndarray:
+    """Of each number, over draws, the worse end: least of R^2, of what is OK and of what is held, else largest."""
+    least = [0, 1, 4, 9]
+    out = each.max(axis=0)
+    out[least] = each.min(axis=0)[least]
+    return out
+
+
+def lattice(data: Path) -> list[list[str]]:
+    """Rows of the second table."""
+    raw = np.loadtxt(data / "eflesh" / "spatial_20250317" / "touches.csv", delimiter=",", skiprows=1)
+    at, readings = 1e-3 * np.round(raw[:, 1:3], 2), raw[:, 4:]
+    at -= at.mean(axis=0)
+    row = np.round(1e3 * (at - at.min(axis=0))).astype(int)
+    rows = []
+    splits = {"every second row": row[:, 0] % 2 == 0, "a checkerboard": (row.sum(axis=1) // 2) % 2 == 0}
+    for split, used in splits.items():
+        begin = time.perf_counter()
+        table = MeasuredResponse.from_touches(readings[used], at[used])
+        locator = InPlaceLocator(table, friction=0, normal_force=(1.0, 1.0))  # every touch carries the same load
+        located = locator(readings[~used])
+        took = time.perf_counter() - begin
+        off = located.position - at[~used]
+        far, ok = 1e3 * np.linalg.norm(off, axis=1), located.status == ss.Status.OK
+        std = np.sqrt(np.diagonal(located.load.covariance, axis1=1, axis2=2)[:, :2])
+        held = 100 * np.mean(np.abs(off[ok]) <= 1.959964 * std[ok])
+        middle, most = np.quantile(far[ok], [0.5, 0.95])
+        numbers = (f"{100 * ok.mean():.0f}", f"{middle:.2f}", f"{most:.2f}", f"{held:.0f}", f"{took:.1f}")
+        rows.append([split, "subskin, OK", *numbers])
+        place = np.unique(row[~used], axis=0, return_inverse=True)[1].reshape(-1)
+        every = range(place.max() + 1)
+        means, there = (np.stack([x[~used][place == k].mean(axis=0) for k in every]) for x in (readings, at))
+        located = locator(means)
+        far = 1e3 * np.linalg.norm(located.position - there, axis=1)[located.ok]
+        numbers = (f"{100 * located.ok.mean():.0f}", f"{np.median(far):.2f}", f"{np.quantile(far, 0.95):.2f}", "", "")
+        rows.append([split, "the same, five touches averaged", *numbers])
+        for label, make in learned().items():
+            peer = make().fit(readings[used], 1e3 * at[used]) if label != "Gaussian process" else None
+            if peer is not None:
+                numbers = np.linalg.norm(peer.predict(readings[~used]) - 1e3 * at[~used], axis=1)
+                rows.append([split, label, "", *(f"{x:.2f}" for x in np.quantile(numbers, [0.5, 0.95])), "", ""])
+    return rows
+
+
+def main() -> None:
+    """Print both tables."""
+    options = arguments(__doc__, data=DATA, draws=8)
+    heads = ["board", "by", "R^2", "R^2, none lost", "inside: median [mm]", "95 % [mm]", "OK [%]", "OK: median [mm]"]
+    heads += ["OK: 95 % [mm]", "wrong, inside [%]", "wrong [%]", "held [%]"]
+    if (options.data / "underwater").is_dir():
+        rows = barometers(options.data, options.draws)
+        show("16 touches at known positions, all others located", heads, rows, options.json)
+    if (options.data / "eflesh" / "spatial_20250317").is_dir():
+        more = ["the table is of", "by", "OK [%]", "median [mm]", "95 % [mm]", "held [%]", "time [s]"]
+        show("Every second position, the others located", more, lattice(options.data), options.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,324 @@
+"""The least-squares problem of a calibration on touches at known positions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _check
+from .._check import FloatArray
+from .._frozen import Frozen
+from ..errors import ConvergenceError
+from ..finger import Finger
+from ._forward_area import AreaForward, forward_of, with_origin
+from .calibration import Calibration, Health, Parameter, score, weak
+from .misfit import Misfit, misfit_of, neighbours, stretched
+from .uncertainty import Uncertainty
+
+__all__ = ["LINEAR", "Fit"]
+
+LINEAR = ("gain", "offset")
+_ROUNDS = 4  # of re-weighting sensors by their residuals
+_DEAD_SIGMA = 4.0
+_MOVES = 10.0
+"""Noises from lowest to highest reading (noise alone: 8 in ten thousand touches) beyond which a sensor works."""
+_HEIGHTS = (1.3, 2.0, 5.0, 20.0)
+"""Thicknesses tried, in depths: a base near the sensors and one far below may both be local minima."""
+
+
+class Fit(Frozen):
+    """One weighted least-squares problem, for the sensors that are thought alive."""
+
+    def __init__(
+        self,
+        finger: Finger,
+        names: tuple[str, ...],
+        data: FloatArray,
+        positions: FloatArray,
+        load: FloatArray,
+        live: npt.NDArray[np.bool_],
+        origin: Any,
+        *,
+        scan: bool,
+    ) -> None:
+        self.finger, self.names, self.positions, self.load = finger, names, positions, load
+        self.live, self.scan, self.origin = live, scan, origin
+        self.given, self.data = data, data[:, live]
+        self.seen = np.isfinite(self.data)
+        part = replace(finger, array=finger.array.select(live))
+        self.forward = forward_of(part, names)
+        self.unknowns = self.forward.size + sum(name in names for name in LINEAR) * int(live.sum())
+        self.spare = int(self.seen.sum()) - self.unknowns
+        if self.spare < live.sum():
+            seen = f"{self.seen.sum()} readings for {self.unknowns} parameters"
+            rule = "more readings than parameters are needed, by one a sensor at least: they alone show the misfit"
+            raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
+        self.stated = np.asarray(part.array.noise)
+        self.noise = np.ones(int(live.sum()))
+
+    def unit_readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """What unit gains would read of touches at `positions` (m,) on the motor's axis, with `load` (m, 2)."""
+        return self.forward.unit(p, *self.forward.moved(p, self.origin, positions, load))
+
+    def linear(self, unit: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gains and offsets that fit best to what unit gains would read."""
+        array = self.forward.finger.array
+        gain, offset = np.array(array.gain), np.array(array.offset)
+        m = self.seen
+        fit_gain, fit_offset = "gain" in self.names, "offset" in self.names
+        count = m.sum(axis=0)
+        d, u = np.where(m, self.data, 0.0), np.where(m, unit, 0.0)
+        if fit_gain and fit_offset:
+            mean_u, mean_d = u.sum(axis=0) / count, d.sum(axis=0) / count
+            du, dd = np.where(m, unit - mean_u, 0.0), np.where(m, self.data - mean_d, 0.0)
+            gain = (du * dd).sum(axis=0) / _divisor((du * du).sum(axis=0))
+            offset = mean_d - gain * mean_u
+        elif fit_gain:
+            gain = (u * np.where(m, self.data - offset, 0.0)).sum(axis=0) / _divisor((u * u).sum(axis=0))
+        elif fit_offset:
+            offset = (d - gain * u).sum(axis=0) / count
+        return gain, offset
+
+    def residual(self, p: FloatArray, unit: FloatArray | None = None) -> FloatArray:
+        """What parameters p leave of the readings that there are, in noises."""
+        unit = self.unit_readings(p, self.positions, self.load) if unit is None else unit
+        gain, offset = self.linear(unit)
+        return np.asarray(((self.data - gain * unit - offset) / self.noise)[self.seen])
+
+    def without(self, rows: npt.NDArray[np.intp]) -> Fit:
+        """The same, fitted to the other touches, from where this one came to lie."""
+        kept = np.setdiff1d(np.arange(len(self.given)), rows)
+        parts = (self.given[kept], self.positions[kept], self.load[kept])
+        part = Fit(self.finger, self.names, *parts, self.live, self.origin, scan=False)
+        part.noise = self.noise
+        return part.solve(self.p)
+
+    def solve(self, near: FloatArray | None = None) -> Fit:
+        """Settle parameters and noise; `near` a solution of nearly the same touches, where one is known."""
+        starts = self._starts() if near is None else [near]
+        p = starts[0]
+        if len(starts) > 1:
+            p = min((self._least(start, 1e-5) for start in starts), key=lambda found: float(found.cost)).x
+        for _ in range(_ROUNDS if near is None else 1):
+            if p.size:
+                found = self._least(p, 1e-12 if near is None else 1e-6)
+                if not found.success:
+                    raise ConvergenceError("the fit did not settle", found.message, "fit fewer parameters")
+                p = found.x
+            unit = self.unit_readings(p, self.positions, self.load)
+            gain, offset = self.linear(unit)
+            rest = np.where(self.seen, self.data - gain * unit - offset, 0.0)
+            degrees = np.maximum(self.seen.sum(axis=0) - self.unknowns / self.noise.size, 1.0)
+            noise = np.sqrt((rest**2).sum(axis=0) / degrees)
+            # touches that happen to fit tell less of the noise than the finger as it was
+            noise = self.forward.pooled(np.maximum(noise, self.stated), gain)
+            # a floor keeps one sensor that happens to fit exactly from taking all the weight
+            self.noise = np.maximum(
+                noise, max(1e-2 * float(np.median(noise)), 1e-12 * float(np.abs(self.data[self.seen]).max()))
+            )
+        self.p, self.unit, self.gain, self.offset = p, unit, gain, offset
+        return self
+
+    def _least(self, p: FloatArray, tolerance: float) -> Any:
+        from scipy.optimize import least_squares
+
+        lower, upper = self.forward.bounds()
+        options: dict[str, Any] = dict.fromkeys(("xtol", "ftol", "gtol"), tolerance)
+        options |= {"bounds": (lower, upper), "x_scale": self.forward.scale(), "method": "trf", "max_nfev": 400}
+        return least_squares(self.residual, np.clip(p, lower, upper), **options)
+
+    def _starts(self) -> list[FloatArray]:
+        """The best of a scan over origin (where it is fitted and not given) and depth; one for each thickness tried."""
+        if isinstance(self.forward, AreaForward):
+            return self._starts_on_area(self.forward)
+        origins = [self.origin]
+        if "origin" in self.names and self.scan:
+            y = np.asarray(self.forward.finger.array.y)
+            step = 0.25 * float(np.asarray(self.forward.finger.array.depth).min())
+            first, last = self.positions.min() - y.max(), self.positions.max() - y.min()
+            origins = list(np.linspace(first, last, max(int((last - first) / step), 8)))
+        depths = (0.6, 1.0, 1.6) if self.forward.depth else (1.0,)
+        if not self.forward.size:
+            return [self.forward.start(self.origin)]
+        best = []
+        for h in _HEIGHTS if "thickness" in self.names else (1.0,):
+            costs = np.array([self._costs(self.forward.start(self.origin, d, h), origins) for d in depths]).T
+            o, d = divmod(int(np.argmin(np.nan_to_num(costs, nan=np.inf))), len(depths))
+            best.append(self.forward.start(origins[o], depths[d], h))
+        return best
+
+    def _starts_on_area(self, forward: AreaForward) -> list[FloatArray]:
+        """The same on an area."""
+        tried: list[tuple[Any, float]] = [(self.origin, 0.0)]
+        if "origin" in self.names and self.scan:
+            tried = forward.starts(self.data, self.positions, self.origin)
+        best = []
+        for h in _HEIGHTS if "thickness" in self.names else (1.0,):
+            starts, costs = [], []
+            for depth in (0.6, 1.0, 1.6) if forward.depth else (1.0,):
+                begin = forward.start(0.0, depth, h)
+                starts += [with_origin(forward, begin, *each) for each in tried]
+                turned = [each for each in tried if each[1]]
+                still = with_origin(forward, begin, 0.0, 0.0)
+                for each in turned:
+                    costs += self._costs(with_origin(forward, begin, *each), [each[0]])
+                costs += self._costs(still, [each[0] for each in tried if not each[1]])
+            best.append(starts[int(np.argmin(np.nan_to_num(costs, nan=np.inf)))])
+        return best
+
+    def _costs(self, p: FloatArray, origins: list[float]) -> list[float]:
+        """What each origin leaves, squared and summed."""
+        units = self.forward.from_origins(p, origins, self.positions, self.load)
+        return [float((self.residual(p, unit) ** 2).sum()) for unit in units]
+
+    def jacobian(self, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """Change of readings with all parameters, in noises, (m, n, p): forward model, then gains, then offsets."""
+        columns = []
+        lower, upper = self.forward.bounds()
+        for k, h in enumerate(1e-4 * self.forward.scale()):
+            ends = [self.p.copy(), self.p.copy()]
+            ends[0][k] = min(self.p[k] + h, upper[k])
+            ends[1][k] = max(self.p[k] - h, lower[k])
+            change = self.unit_readings(ends[0], positions, load) - self.unit_readings(ends[1], positions, load)
+            columns.append(self.gain * change / (ends[0][k] - ends[1][k]))
+        unit = self.unit_readings(self.p, positions, load)
+        for name, values in (("gain", unit), ("offset", np.ones_like(unit))):
+            if name in self.names:
+                columns += [np.where(np.arange(self.noise.size) == i, values, 0.0) for i in range(self.noise.size)]
+        return np.stack([c / self.noise for c in columns], axis=-1)
+
+    def jacobian_at(self, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """As `jacobian`, for loads on the finger, at `positions` of its own."""
+        if not isinstance(self.forward, AreaForward):
+            return self.jacobian(positions + self.forward.origin(self.p, self.origin), load)
+        turn = self.forward.turn(self.p)
+        cos, sin = np.cos(turn), np.sin(turn)
+        out = np.array([[cos, sin], [-sin, cos]])
+        on_motor = positions @ out + self.forward.origin(self.p, self.origin)
+        return self.jacobian(on_motor, np.column_stack([load[:, :1], load[:, 1:] @ out]))
+
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """How far all of it is off."""
+        return Uncertainty(self)
+
+    def _reported_covariance(self) -> FloatArray:
+        """The covariance of what is reported: infinite variances stay, and reach what rests on them."""
+        own = self.forward.expansion(self.p)
+        covariance = self.uncertainty.covariance
+        more = len(covariance) - self.forward.size
+        turn = np.zeros((len(own) + more, len(covariance)))
+        turn[: len(own), : self.forward.size] = own
+        turn[len(own) :, self.forward.size :] = np.eye(more)
+        blind = np.isinf(np.diag(covariance))
+        out = turn @ np.where(np.isinf(covariance), 0.0, covariance) @ turn.T
+        reached = np.flatnonzero((turn[:, blind] != 0).any(axis=1))
+        out[reached, reached] = np.inf
+        return np.asarray(out)
+
+    def dead(self) -> npt.NDArray[np.bool_]:
+        """Which sensors' gains are zero within their errors, while their readings do not move beyond noise."""
+        out = np.zeros(self.live.size, dtype=bool)
+        if "gain" in self.names:
+            first = self.forward.size
+            std = np.sqrt(np.diag(self.uncertainty.covariance))[first : first + self.noise.size]
+            out[self.live] = (np.abs(self.gain) < _DEAD_SIGMA * std) & ~self._moves()
+        return out
+
+    def _moves(self) -> npt.NDArray[np.bool_]:
+        """Which sensors' readings move by many noises."""
+        out = []
+        one, next_ = neighbours(self.positions)
+        for values, noise in zip(self.data.T, self.stated, strict=True):
+            steps = values[next_] - values[one]
+            # where no noise is stated, the steps between neighbouring touches are no smaller than it
+            least = noise if noise > 0 else np.sqrt(np.nanmean(steps**2) / 2)
+            out.append(np.nanmax(values) - np.nanmin(values) > _MOVES * least)
+        return np.array(out)
+
+    def _at_end(self) -> set[str]:
+        """Names of what is fitted and has come to an end of its range."""
+        lower, upper = self.forward.bounds()
+        near = 1e-3 * self.forward.scale()
+        at_end = (self.p <= lower + near) | (self.p >= upper - near)
+        return {name for name, part in self.forward.slices.items() if at_end[part].any()}
+
+    def _misfit(self, rest: FloatArray, r2: float, depth: float, at_end: bool) -> Misfit:
+        stated = np.where(self.stated > 0, self.stated, np.nan)
+        return misfit_of(
+            rest,
+            self.gain * self.unit,
+            self.positions,
+            self.noise,
+            share=float(np.sqrt(max(1.0 - r2, 0.0))),
+            over_noise=float(np.sqrt(np.sum((rest / stated)[self.seen] ** 2) / self.spare)),
+            stretched=stretched("depth", float(np.mean(np.asarray(self.forward.finger.array.depth))), depth, at_end),
+            alike=bool((self.load == self.load[0]).all()) and "gain" in self.names,
+        )
+
+    def finger_found(self) -> Finger:
+        """The finger with the fitted values; gains of dead sensors are 0."""
+        index = np.flatnonzero(self.live)
+        fitted, whole = self.forward.apply(self.p), self.finger.array
+        fields: dict[str, Any] = {
+            name: np.array(getattr(whole, name)) for name in ("y", "z", "depth", "width", "gain", "offset", "noise")
+        }
+        for name in ("y", "z", "depth", "width"):
+            fields[name][index] = np.asarray(getattr(fitted.array, name))
+        fields["gain"][:] = 0.0
+        fields["gain"][index], fields["offset"][index] = self.gain, self.offset
+        fields["noise"][index] = self.noise
+        return Finger(fitted.skin, replace(whole, **fields))
+
+    def result(self) -> Calibration:
+        """What was found, without a spread or a response in place."""
+        index = np.flatnonzero(self.live)
+        parameters = self.forward.parameters(self.p, index)
+        for name, values in (("gain", self.gain), ("offset", self.offset)):
+            if name in self.names:
+                parameters += [(name, int(i), float(v), "") for i, v in zip(index, values, strict=True)]
+        covariance = self._reported_covariance()
+        std = np.sqrt(np.diag(covariance))
+        finger = self.finger_found()
+        live = finger.array.select(self.live)
+        health = [Health.DEAD] * self.live.size
+        for i, feeble in zip(index, weak(self.gain, live.transducers), strict=True):
+            health[i] = Health.WEAK if feeble else Health.OK
+        ends = self._at_end()
+        data = np.full((len(self.data), self.live.size), np.nan)
+        data[:, self.live] = self.data
+        model = np.full_like(data, np.nan)
+        model[:, self.live] = self.gain * self.unit + self.offset
+        fit = score(data, model, self.live)
+        depth = float(np.mean(np.asarray(live.depth)))
+        drag = self.load[:, 1] if self.load.shape[1] == 2 else np.hypot(self.load[:, 1], self.load[:, 2])
+        return Calibration(
+            finger=finger,
+            origin=self.forward.origin(self.p, self.origin),
+            parameters=tuple(
+                Parameter(name, sensor, value, float(error), unit, _term(name, sensor) in ends)
+                for (name, sensor, value, unit), error in zip(parameters, std, strict=True)
+            ),
+            covariance=_check.read_only(covariance),
+            health=tuple(health),
+            score=fit,
+            spare=self.spare,
+            misfit=self._misfit(self.data - model[:, self.live], fit.r2, depth, bool(ends & {"depth", "depths"})),
+            force=_check.read_only(np.hypot(self.load[:, 0], drag)),
+            angle=_check.read_only(np.arctan2(drag, self.load[:, 0])),
+            turn=self.forward.turn(self.p) if isinstance(self.forward, AreaForward) else 0.0,
+        )
+
+
+def _term(name: str, sensor: int | None) -> str:
+    """What `fit` calls a reported number."""
+    each = {"depth": "depths", "y": "position"}
+    return name if sensor is None else each.get(name, name)
+
+
+def _divisor(square: FloatArray) -> FloatArray:
+    return np.where(square > 0, square, 1.0)

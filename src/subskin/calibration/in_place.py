@@ -1,0 +1,140 @@
+"""The response of a calibrated finger in place: its skin's field, the doubt of what was fitted, and what it misses.
+
+Readings at a position are those of the fitted field, plus what a change of its numbers makes of them, plus a Gaussian
+process of the misfit (`correlated.py`), plus noise. Given the residuals of the touches all of it has a mean and a
+variance everywhere: universal kriging (Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), section
+2.7), with a model's discrepancy (Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 425 (2001)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._check import FloatArray
+from ..estimate.area import InPlaceLocator
+from ..estimate.estimate import Status
+from ..finger import Finger
+from ..measured import MeasuredResponse, nodes_of
+from .calibration import Calibration
+from .spread import size_of
+
+__all__ = ["placed"]
+
+_STEP, _REACH, _NEAR = 0.125, 1.5, 1.0
+"""Between nodes, beyond the outermost sensor or touch, and about a touch held out [depth]."""
+_MOST, _MOST_TOUCHES, _FEWEST = 1000, 60, 5
+"""Residuals that correct the field, and touches held out, at most; and at least, for errors to be measured."""
+
+
+def placed(found: Calibration, fit: Any) -> Calibration:
+    """What was `found` by the `fit` on an area, its finger with the response in place where residuals are no noise."""
+    finger, touches = replace(found.finger, trusted=not found.misfit.wrong), 0
+    if fit.uncertainty.process is not None:
+        known = _Kriging(fit)
+        size, touches = known.held_out()
+        finger = replace(finger, measured=known.response(finger).widened(size))
+    return replace(found, finger=finger, held_out=(touches, 0))
+
+
+class _Kriging:
+    """The response given the residuals of a fit, all of them or some."""
+
+    def __init__(self, fit: Any) -> None:
+        self.fit, self.unsure, self.process = fit, fit.uncertainty, fit.uncertainty.process
+        rows = self.unsure.residuals.thinned(_MOST)
+        self.seen, self.jacobian = self.unsure.residuals[rows], self.unsure.jacobian[rows]
+        self.touch = np.nonzero(fit.seen)[0][rows]
+        self.alike = self.process.misfit(self.seen, self.seen) + self.process.noise**2 * np.eye(len(rows))
+        self.array = fit.forward.apply(fit.p).array
+        self.depth = float(np.mean(np.asarray(self.array.depth)))
+        force = np.hypot(fit.load[:, 0], np.hypot(fit.load[:, 1], fit.load[:, 2]))
+        self.force = float(np.median(force))
+        self.noise = np.maximum(self.process.noise * fit.noise, fit.stated)
+
+    def at(
+        self, y: FloatArray, z: FloatArray, kept: npt.NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """At nodes y (k,), z (l,) of live sensors by the residuals `kept`: values, variances (k l, n), offsets' change.
+
+        Per unit of a normal force.
+        """
+        from scipy.linalg import cho_factor, cho_solve
+
+        fit, unsure, n = self.fit, self.unsure, len(self.array)
+        seen, jacobian = self.seen[np.flatnonzero(kept)], self.jacobian[kept]
+        factor = cho_factor(self.alike[np.ix_(kept, kept)])
+        solved = cho_solve(factor, jacobian)
+        doubt = np.linalg.pinv(jacobian.T @ solved, hermitian=True)
+        change = doubt @ (solved.T @ seen.value)  # of the numbers fitted, in their sizes
+        weights = cho_solve(factor, seen.value - jacobian @ change)
+        nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
+        straight = np.tile([self.force, 0.0, 0.0], (len(nodes), 1))
+        of_numbers, shift = fit.jacobian_at(nodes, straight) / unsure.size, np.zeros(n)
+        if "offset" in fit.names:
+            shift = (change / unsure.size)[-n:]
+            of_numbers[..., -n:] = 0.0  # a load's reading is without it
+        values, variance = fit.gain * fit.forward.unit(fit.p, nodes, straight / self.force), np.empty((len(nodes), n))
+        scale = fit.noise / self.force
+        for i in range(n):
+            here = unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i))
+            known = self.process.misfit(here, seen)
+            away = of_numbers[:, i] - known @ solved
+            left = self.process.variance(here) - (known * cho_solve(factor, known.T).T).sum(axis=1)
+            left = np.maximum(left, 0.0) + np.einsum("ip,pq,iq->i", away, doubt, away)
+            values[:, i] += scale[i] * (of_numbers[:, i] @ change + known @ weights)
+            variance[:, i] = scale[i] ** 2 * left
+        return values, variance, shift
+
+    def response(self, finger: Finger) -> MeasuredResponse:
+        """By all residuals, of all sensors of the `finger` found."""
+        fit, live = self.fit, np.flatnonzero(self.fit.live)
+        ends, beyond = np.concatenate([self.array.points, self.unsure.moved]), _REACH * self.depth
+        y, z = (nodes_of(c.min() - beyond, c.max() + beyond, _STEP * self.depth) for c in ends.T)
+        normal, doubt, shift = self.at(y, z, np.ones(len(self.touch), dtype=bool))
+        nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
+        values, variance = np.zeros((2, len(nodes), len(finger.array), 3))
+        values[:, live, 0], variance[:, live, 0] = normal, doubt
+        for j in (1, 2):
+            drag = np.tile(np.eye(3)[j], (len(nodes), 1))
+            values[:, live, j] = fit.gain * fit.forward.unit(fit.p, nodes, drag)
+        for i, sensor in enumerate(live):  # of what the field misses under drag, touches here are not asked
+            here = self.unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i))
+            alone = (fit.noise[i] / self.force) ** 2 * self.process.variance(here)
+            variance[:, sensor, 1:] = alone[:, None]
+        shape = (len(y), len(z), len(finger.array), 3)
+        offset, noise = np.array(finger.array.offset), np.ones(len(finger.array))
+        offset[live] += shift
+        noise[live] = self.noise
+        return MeasuredResponse(y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force)
+
+    def held_out(self) -> tuple[float, int]:
+        """Errors of positions over their standard errors, of touches each located by the others; and of how many.
+
+        The doubts of sensors are taken as independent, but share what the field misses. Each touch is looked for near
+        where it was: not whether it is found is asked, but how well.
+        """
+        errors: list[float] = []
+        count = 0
+        straight = np.flatnonzero((self.fit.load[:, 1:] == 0).all(axis=1) & self.fit.seen.all(axis=1))
+        for t in straight[:: -(-len(straight) // _MOST_TOUCHES)]:
+            truth = self.unsure.moved[t]
+            steps = np.arange(-_NEAR, _NEAR + _STEP / 2, _STEP) * self.depth
+            y, z = truth[0] + steps, truth[1] + steps
+            values, variance, shift = self.at(y, z, self.touch != t)
+            shape = (len(y), len(z), len(self.array), 1)
+            near = MeasuredResponse(
+                y, z, values.reshape(shape), variance.reshape(shape), self.fit.offset + shift, self.noise,
+                load=self.force,
+            )  # fmt: skip
+            found = InPlaceLocator(near, friction=0)(self.fit.data[t])
+            if found.status == Status.OK:
+                assert found.load.covariance is not None
+                std = np.sqrt(np.diag(found.load.covariance)[:2])
+                errors += (np.abs(found.position - truth) / std).tolist()
+                count += 1
+        # few touches that happen to be found well do not make the others so
+        return (max(size_of(np.array(errors)), 1.0), count) if count >= _FEWEST else (1.0, 0)

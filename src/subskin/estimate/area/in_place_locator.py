@@ -1,0 +1,192 @@
+"""The estimator of local contacts by a response measured in place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...errors import GeometryError, InvalidValueError
+from ...measured import MeasuredResponse
+from ..estimate import Estimate
+from ..frames import Framewise, sensor_rows
+from ..layout import AREA
+
+__all__ = ["InPlaceLocator"]
+
+
+class InPlaceLocator(Framewise):
+    """Finds the load in frames of readings by a `MeasuredResponse`; prepared once, then called on a frame or on many.
+
+    Chi-square at a position is weighted by the noise of the readings and the doubt of the response there, which grows
+    with the force. The force is eliminated exactly; the position is the best of all nodes, then between nodes.
+
+    Parameters
+    ----------
+    response : MeasuredResponse
+        Readings under unit forces, each with its doubt.
+    array : SensorArray, optional
+        Range of each sensor, and which are dead (gain 0); without it all readings are taken as they are.
+    friction : float, optional
+        As in `Finger.locate` [-]; 0 for loads that press straight down, and of a response that knows no drag.
+    normal_force : (float, float), optional
+        Least and largest normal force [N]; ends that are the same say that it is known. Only without friction.
+    search : ((float, float), (float, float)), optional
+        Ends of the positions y, and of z [m]; by default all nodes.
+    false_alarm, ambiguity, outliers
+        As in `Finger.locate`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Friction where no drag is known, ends out of order, sensors that do not match.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> at = np.stack(np.meshgrid(np.arange(6.0), np.arange(6.0)), axis=-1).reshape(-1, 2) * 1e-3
+    >>> sensors = np.array([(1e-3, 1e-3), (4e-3, 1e-3), (1e-3, 4e-3), (4e-3, 4e-3)])
+    >>> readings = 1e6 / (1.0 + ((at[:, None] - sensors) ** 2).sum(-1) / 4e-6)
+    >>> locator = InPlaceLocator(MeasuredResponse.from_touches(readings, at), friction=0)
+    >>> (locator(readings[14]).position * 1e3).round(1).tolist()  # the touch at (2, 2) mm
+    [2.0, 2.0]
+    """
+
+    def __init__(
+        self,
+        response: MeasuredResponse,
+        array: SensorArray | None = None,
+        *,
+        friction: float = 1.0,
+        normal_force: tuple[float, float] | None = None,
+        search: tuple[tuple[float, float], tuple[float, float]] | None = None,
+        false_alarm: float = 1e-6,
+        ambiguity: float = 13.8,
+        outliers: int = 0,
+    ) -> None:
+        n = response.sensors
+        own: dict[str, Any] = {"offset": response.offset, "noise": response.noise}
+        if array is None:
+            array = SensorArray(y=np.zeros(n), depth=1e-3, **own)
+        elif len(array) != n:
+            seen = f"a response of {n} sensors, an array of {len(array)}"
+            raise GeometryError(seen, "they have to match", "array.select(...)")
+        else:
+            array = replace(array, **own)
+        self.response, self.friction = response, _check.friction(friction)
+        if self.friction > 0 and response.components == 1:
+            rule = "the response knows no drag: it is that of normal forces"
+            raise InvalidValueError(f"friction = {friction!r}", rule, "friction=0, or touches with (N, Ty, Tz)")
+        ends = _check.ends("normal_force", normal_force, "normal_force=(1.0, 1.0)")
+        if ends is not None and self.friction > 0:
+            rule = "bounds on the force are for loads that press straight down"
+            raise InvalidValueError(f"normal_force = {normal_force!r}", rule, "friction=0")
+        self._force = (0.0, np.inf) if ends is None else ends
+        self._search = search
+        self.unknowns = 3 + 2 * (self.friction > 0) - (self._force[0] == self._force[1])
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
+        super().__init__(
+            array, needed=self.unknowns, columns=AREA.columns, status=AREA.status, layout=AREA,
+            outliers=outliers, ambiguity=self._ambiguity,
+        )  # fmt: skip
+
+    def __call__(self, readings: npt.ArrayLike) -> Estimate:
+        """The contact in each frame.
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            Raw readings, offset included. NaN marks a missing one; it, and a saturated one, are left out of its frame.
+
+        Returns
+        -------
+        Estimate
+            Fields of shape (...); positions end in 2, components in 3, covariances in (5, 5). Positions within the
+            outermost step of the nodes are AMBIGUOUS.
+
+        Raises
+        ------
+        GeometryError
+            A last axis that is not the number of sensors.
+        """
+        table, used = self._frames(readings)
+        return Estimate(table, used, self.friction, self.unknowns, AREA)
+
+    def covers(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether positions lie where loads are looked for.
+
+        Parameters
+        ----------
+        position : array_like, shape (..., 2)
+            Positions (y, z) [m].
+        """
+        y, z, _ = self._nodes()
+        at = np.asarray(position, dtype=np.float64)
+        return np.asarray(((at >= [y[0], z[0]]) & (at <= [y[-1], z[-1]])).all(axis=-1))
+
+    def _kernel(self) -> Any:
+        from .in_place import in_place_frames
+
+        return in_place_frames
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
+        from scipy.special import chdtri
+
+        y, z, inside = self._nodes()
+        components = 3 if self.friction > 0 else 1
+        values, variance = (
+            np.ascontiguousarray(table[inside][:, :, pattern, :components])
+            for table in (self.response.values, self.response.variance)
+        )
+        options = np.array(
+            [
+                self.friction,
+                *self._force,
+                self._stride(values),
+                2 * np.log(1 / self._false_alarm),
+                float(chdtri(max(int(pattern.sum()) - self.unknowns, 1), self._false_alarm)),
+                self._ambiguity,
+            ]
+        )
+        typical = np.array([self.response.load, 0.0, 0.0])
+        noise = self.response.noise[pattern]
+        assert self.response.correlation is not None
+        together = self.response.correlation[np.ix_(pattern, pattern)]
+        root = np.linalg.cholesky(together)
+        mix = np.linalg.inv(root) / noise
+        values = np.ascontiguousarray(np.einsum("ij,kljc->klic", mix, values, optimize=True))
+        doubt = np.sqrt(variance).swapaxes(2, 3)[..., None, :] * mix  # (k, l, c, n, n)
+        variance = np.ascontiguousarray((np.matmul(doubt, root) ** 2).sum(axis=-1).swapaxes(2, 3))
+        steps = (np.array([nodes[0], nodes[1] - nodes[0]]) for nodes in (y, z))
+        return (sensor_rows(self.array.select(pattern)), mix, *steps, values, variance, typical, options)
+
+    def _nodes(self) -> tuple[FloatArray, FloatArray, tuple[slice, slice]]:
+        """Nodes y and z within the search, and where they are among all."""
+        parts = []
+        for i, nodes in enumerate((self.response.y, self.response.z)):
+            low, high = (nodes[0], nodes[-1]) if self._search is None else self._search[i]
+            near = np.flatnonzero((nodes >= low) & (nodes <= high))
+            if near.size < 4:
+                seen, rule = f"search = {self._search!r}", "it has to hold four of the response's nodes each way"
+                raise InvalidValueError(seen, rule, "the search in metres, within the touches")
+            parts.append(slice(int(near[0]), int(near[-1]) + 1))
+        rows, columns = parts
+        return self.response.y[rows], self.response.z[columns], (rows, columns)
+
+    @staticmethod
+    def _stride(values: FloatArray) -> int:
+        """Nodes between those of the scan: as many as change the strongest reading by no more than a third."""
+        normal = values[..., 0]
+        peak = np.abs(normal).max()
+        for stride in range(1, min(normal.shape[:2]) // 3):
+            steps = (np.abs(normal[stride:] - normal[:-stride]), np.abs(normal[:, stride:] - normal[:, :-stride]))
+            if max(float(step.max()) for step in steps) > 0.35 * peak:
+                return max(stride - 1, 1)
+        return 1

@@ -1,0 +1,141 @@
+"""A response measured in place, without a model, and loads located by it."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.estimate.area import InPlaceLocator
+from subskin.measured import MeasuredResponse
+
+NOISE = 1.0
+
+
+@pytest.fixture(scope="module")
+def finger():
+    skin, pitch = ss.HalfSpace(ss.Material(young=0.4e6)), 4e-3
+    array = ss.SensorArray.grid(shape=(3, 3), pitch=pitch, depth=4e-3, transducer=ss.MeanPressure(), noise=NOISE)
+    return ss.Finger(skin, replace(array, gain=0.02, offset=5.0))
+
+
+def lattice(step, half=6e-3):
+    nodes = np.arange(-half, half + step / 2, step)
+    return np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+@pytest.fixture(scope="module")
+def known(finger):
+    """The table of touches every 1.5 mm under forces that differ and lean, with the forces known."""
+    rng = np.random.default_rng(0)
+    at = np.repeat(lattice(1.5e-3), 3, axis=0)
+    normal = rng.uniform(1.0, 3.0, len(at))
+    forces = np.column_stack([normal, normal[:, None] * rng.uniform(-0.4, 0.4, (len(at), 2))])
+    readings = finger.read(ss.PointLoad(components=forces, position=at), rng)
+    return MeasuredResponse.from_touches(readings, at, components=forces, offset=5.0)
+
+
+@pytest.fixture(scope="module")
+def straight(finger):
+    """The table of touches every 1.5 mm of one force, taken as 1."""
+    at = lattice(1.5e-3)
+    readings = finger.read(ss.PointLoad(2.0, position=at), np.random.default_rng(1))
+    return MeasuredResponse.from_touches(readings, at)
+
+
+def test_the_table_is_the_fingers_response_within_its_doubt(finger, known):
+    at = lattice(1e-3, half=4.5e-3) + 0.2e-3
+    field, found = finger.receptive_field(at), known(at)
+    assert np.abs(found - field)[..., 0].max() < 0.04 * np.abs(field[..., 0]).max()
+    assert np.abs(found - field)[..., 1:].max() < 0.05 * np.abs(field[..., 0]).max()
+    rows, columns = (np.searchsorted(nodes, c) for nodes, c in ((known.y, at[:, 0]), (known.z, at[:, 1])))
+    nodes = np.stack([known.y[rows], known.z[columns]], axis=-1)
+    z = (known.values[rows, columns] - finger.receptive_field(nodes)) / np.sqrt(known.variance[rows, columns])
+    assert np.sqrt((z**2).mean()) < 1.6
+    assert 0.5 * NOISE < known.noise.mean() < 2.5 * NOISE
+
+
+def test_position_and_all_three_components_are_found(finger, known):
+    rng = np.random.default_rng(2)
+    at = rng.uniform(-4e-3, 4e-3, (200, 2))
+    forces = np.column_stack([np.full(200, 2.0), rng.uniform(-0.6, 0.6, (200, 2))])
+    found = InPlaceLocator(known)(finger.read(ss.PointLoad(components=forces, position=at), rng))
+    assert found.ok.mean() > 0.95
+    error, std = found.position - at, np.sqrt(np.diagonal(found.load.covariance, axis1=1, axis2=2))
+    assert np.median(np.linalg.norm(error, axis=1)[found.ok]) < 0.1e-3
+    both = np.column_stack([error, found.load.components - forces])[found.ok] / std[found.ok]
+    assert 0.88 < (np.abs(both) < 1.96).mean() <= 1.0
+    np.testing.assert_allclose(np.median(found.load.components[:, 0]), 2.0, rtol=0.02)
+
+
+def test_a_force_that_is_known_is_not_looked_for(finger, straight):
+    at = np.random.default_rng(3).uniform(-4e-3, 4e-3, (100, 2))
+    readings = finger.read(ss.PointLoad(2.0, position=at), np.random.default_rng(4))
+    found = InPlaceLocator(straight, friction=0, normal_force=(1.0, 1.0))(readings)
+    assert found.ok.mean() > 0.95
+    np.testing.assert_allclose(found.load.components[found.ok], [[1.0, 0.0, 0.0]] * int(found.ok.sum()))
+    assert (found.load.covariance[found.ok][:, 2, 2] == 0).all()
+    assert np.nanmedian(np.linalg.norm(found.position - at, axis=1)) < 0.1e-3
+
+
+def test_channels_that_err_together_are_weighed_together():
+    rng = np.random.default_rng(5)
+    at = np.repeat(lattice(1.5e-3), 2, axis=0)
+    centres = np.array([(-2e-3, 0.0), (2e-3, 0.0), (0.0, 2e-3)])
+
+    def read(where):
+        field = 100 / (1 + ((where[:, None] - centres) ** 2).sum(axis=-1) / 9e-6)
+        common = rng.normal(0.0, 4.0, len(where))[:, None]  # as of a temperature, or of a device that moves
+        return np.column_stack([field + common, rng.normal(0.0, 0.3, len(where)) + common[:, 0]])
+
+    table = MeasuredResponse.from_touches(read(at), at)
+    assert table.correlation[0, 3] > 0.5
+    where = rng.uniform(-3e-3, 3e-3, (150, 2))
+    readings = read(where)
+    alone = replace(table, correlation=np.eye(4))
+    known = {"friction": 0, "normal_force": (1.0, 1.0)}
+    located = [InPlaceLocator(t, **known)(readings).position for t in (table, alone)]
+    errors = [np.nanmedian(np.linalg.norm(at - where, axis=1)) for at in located]
+    assert errors[0] < 0.7 * errors[1]
+
+
+def test_each_frame_has_its_status(finger, known):
+    locate = InPlaceLocator(known)
+    inside = finger.read(ss.PointLoad(2.0, position=(1e-3, 1e-3)))
+    frames = np.stack([inside, np.full(9, 5.0), inside * [5, -5, 5, -5, 5, -5, 5, -5, 5], np.full(9, np.nan)])
+    found = locate(frames)
+    assert [ss.Status(s).name for s in found.status] == ["OK", "NO_CONTACT", "UNEXPLAINED", "INCOMPLETE"]
+    outside = finger.read(ss.PointLoad(2.0, position=(9e-3, 0.0)))
+    assert locate(outside).status != ss.Status.OK
+    part = inside.copy()
+    part[4] = np.nan
+    again = locate(part)
+    assert again.status == ss.Status.OK
+    assert np.linalg.norm(again.position - 1e-3) < 0.2e-3
+
+
+def test_it_travels(known):
+    again = pickle.loads(pickle.dumps(known))
+    np.testing.assert_array_equal(again.values, known.values)
+    assert not again.values.flags.writeable
+
+
+def test_what_cannot_be_is_refused(known, straight):
+    at = lattice(1.5e-3)
+    with pytest.raises(ss.errors.GeometryError, match="one touch a row"):
+        MeasuredResponse.from_touches(np.ones((4, 2)), at)
+    with pytest.raises(ss.errors.ConvergenceError, match="same at every position"):
+        MeasuredResponse.from_touches(np.ones((len(at), 2)), at)
+    with pytest.raises(ss.errors.GeometryError, match="on one line"):
+        MeasuredResponse.from_touches(np.arange(40.0).reshape(20, 2), np.linspace(0, 1e-2, 20)[:, None] * [1.0, 0.0])
+    with pytest.raises(ss.errors.InvalidValueError, match="knows no drag"):
+        InPlaceLocator(straight, friction=1.0)
+    with pytest.raises(ss.errors.InvalidValueError, match="straight down"):
+        InPlaceLocator(known, normal_force=(1.0, 1.0))
+    with pytest.raises(ss.errors.GeometryError, match="array of 3"):
+        InPlaceLocator(known, ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, noise=1.0))
+    with pytest.raises(ss.errors.GeometryError, match="equal steps"):
+        MeasuredResponse([0, 1, 3], known.z, known.values, known.variance, known.offset, known.noise)
