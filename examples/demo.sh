@@ -23,3 +23,6 @@ step subskin segment "$here/finger.toml" "$out/recording.csv" -o "$out/presses.c
 step subskin calibrate "$here/finger.toml" "$out/presses.csv" -o "$out/calibrated.toml" --every 2
 step subskin locate "$out/calibrated.toml" "$out/presses.csv" -o "$out/located.csv" --every 2 --skip-used \
   --truth position --figure "$out/truth.png"
+
+# The same on an area: sixteen barometers under touches on points.
+step python "$here/area.py" "$out"

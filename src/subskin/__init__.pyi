@@ -9,6 +9,7 @@ from . import io as io
 from . import lattice as lattice
 from . import loads as loads
 from . import material as material
+from . import measured as measured
 from . import memo as memo
 from . import plot as plot
 from . import prepared as prepared

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -43,7 +43,7 @@ _UNIT_LOADS = LineLoad.of_components(np.eye(2)[:, None, None])  # on a sensor an
 _FAR = 100.0  # depths, from which nothing is felt
 
 
-@cache
+@lru_cache(maxsize=64)
 def _gauss(count: int) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on (-1, 1): a calibration makes hundreds of fingers of the same few sensors."""
     return np.polynomial.legendre.leggauss(count)

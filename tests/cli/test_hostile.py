@@ -219,8 +219,20 @@ class TestStreams:
             time.sleep(wait)
             running.send_signal(signal.SIGINT)
             _, error = running.communicate(timeout=60)
-        assert running.returncode in (130, -signal.SIGINT, 0)  # 0: it was quicker
+        assert running.returncode in (130, -signal.SIGINT, 0), error.decode()  # 0: it was quicker
         assert error.decode().strip() in ("subskin: stopped", "")
+
+
+def test_an_interrupt_that_an_import_turned_into_another_error(monkeypatch, subskin):
+    def stopped(*_):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            raise ImportError("cannot import name") from None
+
+    monkeypatch.setattr(sys.modules["subskin.cli.main"], "_run", stopped)
+    out = subskin("figures")
+    assert (out.code, out.err) == (130, "subskin: stopped\n")
 
 
 def test_stopped_before_the_command_line_is_there(monkeypatch, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 import subprocess
 import sys
 import time
@@ -36,6 +37,16 @@ def test_the_presses_held_out_are_located(demo: tuple[Path, str, float]) -> None
     error = np.array([float(row["position"]) for row in rows]) - np.arange(2.8e-3, 32.3e-3, 1e-3)
     assert np.median(np.abs(error)) < 0.03e-3
     assert np.abs(error).max() < 0.15e-3
+
+
+def test_touches_on_an_area_are_located(demo: tuple[Path, str, float]) -> None:
+    assert (demo[0] / "area.png").stat().st_size > 10_000
+    found = re.search(r"median ([\d.]+) mm, worst ([\d.]+) mm, of (\d+) ok touches", demo[1])
+    assert found is not None
+    median, worst, count = (float(number) for number in found.groups())
+    assert 0 < median < 0.05
+    assert worst < 0.3
+    assert count >= 35
 
 
 def test_the_dead_sensor_is_named_and_left_out(demo: tuple[Path, str, float]) -> None:

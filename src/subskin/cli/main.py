@@ -120,6 +120,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail(f"{error.filename or 'standard output'}: it cannot be written ({error.strerror or error}).", 2)
     except MemoryError:
         return _fail("not enough memory for this table. Fix: cut it into several files.", 2)
+    except Exception as error:
+        if not _of_interrupt(error):
+            raise
+        return _said("stopped", 130)
+
+
+def _of_interrupt(error: BaseException | None) -> bool:
+    """Whether an interrupt is behind an error: a module that is stopped while it is read may raise another."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _run(argv: Sequence[str] | None) -> int:
