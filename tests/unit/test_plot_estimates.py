@@ -4,12 +4,13 @@ import re
 
 import numpy as np
 import pytest
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.container import ErrorbarContainer
 from matplotlib.contour import ContourSet
 from matplotlib.patches import FancyArrowPatch
 
 import subskin as ss
+from subskin import plot
 from subskin.errors import GeometryError, InvalidValueError, NotLinearError
 from subskin.plot import COMPONENTS, finger_section, receptive_fields, truth_against_estimate
 
@@ -320,3 +321,37 @@ class TestReceptiveFields:
         energy = ss.Finger(SKIN, ss.SensorArray(y=[0.0], depth=2e-3, transducer=ss.EnergyDensity()))
         with pytest.raises(NotLinearError):
             receptive_fields(energy)
+
+
+class TestAbove:
+    """Touches on an area, from above."""
+
+    RNG = np.random.default_rng(0)
+    TRUE = RNG.uniform(-5e-3, 5e-3, (40, 2))
+    ERROR = RNG.normal(0, 2e-5, (40, 2))
+
+    def drawn(self, **more):
+        status = np.where(np.arange(40) < 30, ss.Status.OK, ss.Status.AMBIGUOUS)
+        covariance = np.broadcast_to(np.diag([4e-10, 1e-10]), (40, 2, 2))
+        return plot.truth_above(
+            self.TRUE + self.ERROR, self.TRUE, status=status, covariance=covariance, sensors=[(0.0, 0.0)], **more
+        )
+
+    def test_errors_are_drawn_larger_by_a_round_number_that_is_said(self):
+        axes = self.drawn().axes[0]
+        lines = next(part for part in axes.collections if isinstance(part, LineCollection))
+        ends = np.array(lines.get_segments())
+        factor = (ends[:, 1] - ends[:, 0]) / (1e3 * self.ERROR)
+        scale = float(np.median(factor))
+        np.testing.assert_allclose(factor, scale, rtol=1e-6)
+        assert f"errors are drawn {scale:g} times as large" in axes.get_title(loc="left")
+        median = np.median(np.linalg.norm(self.ERROR[:30], axis=1))
+        assert f"30 ok frames: median error {1e3 * median:.2g} mm" in axes.get_title(loc="left")
+
+    def test_only_what_is_ok_has_an_ellipse(self):
+        ellipses = next(part for part in self.drawn().axes[0].collections if isinstance(part, EllipseCollection))
+        assert len(ellipses.get_offsets()) == 30
+
+    def test_shapes_are_checked(self):
+        with pytest.raises(GeometryError, match="both need the shape"):
+            plot.truth_above(self.TRUE, self.TRUE[:3])

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import Estimate, Status
+from ._cone_area import AreaForces, area_forces, beyond_on_area
 from ._cone_kernel import EDGE, SURE, fill_cells
 
 __all__ = ["Forces", "beyond", "cells_beyond", "checked", "falling_root", "forces_of", "of_frames", "picked", "widths"]
@@ -34,15 +35,19 @@ class Forces(NamedTuple):
         return Forces(*(v.reshape(-1)[index] for v in self))
 
 
-def forces_of(estimate: Estimate) -> tuple[Forces, BoolArray, BoolArray]:
+def forces_of(estimate: Estimate) -> tuple[Forces | AreaForces, BoolArray, BoolArray]:
     """The forces of each frame; whether their error is known; whether the estimator's own cone cut them off.
 
     Readings are linear in (N, T), so that errors are Gaussian there.
     """
     checked(estimate)
     load, widest = estimate.load, estimate.friction
-    square = np.asarray(load.covariance)
-    forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
+    forces: Forces | AreaForces
+    if estimate.layout.dim == 2:
+        forces = area_forces(load)
+    else:
+        square = np.asarray(load.covariance)
+        forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
     found = (estimate.status == Status.OK) | (estimate.status == Status.AMBIGUOUS)
     # where the estimator was told that there is no friction, the drag was not measured
     told = found & np.isfinite(np.stack(forces)).all(axis=0) & (forces.tt > 0)
@@ -60,6 +65,9 @@ def checked(estimate: Estimate) -> Estimate:
             "what Finger.locate or Finger.fit returned is needed",
             "decide.slip(finger.fit(readings), friction=0.5)",
         )
+    if estimate.layout.aside:
+        rule = "a row does not tell the drag across it"
+        raise InvalidValueError("an estimate of a point beside a row", rule, "SensorArray.grid(...)")
     return estimate
 
 
@@ -100,13 +108,15 @@ def _both(load: Forces, edges: FloatArray) -> FloatArray:
     return np.asarray(np.clip(both, 0.0, np.minimum(ndtr(h), ndtr(k))))
 
 
-def beyond(load: Forces, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
+def beyond(load: Forces | AreaForces, edges: FloatArray, masses: FloatArray, scale: npt.ArrayLike = 1.0) -> FloatArray:
     """P(|T| > scale mu N) over the errors of (N, T) and the density of mu, shape (frames,).
 
     load and scale (frames,); edges (frames or 1, k + 1), masses (frames or 1, k).
     """
     frames, cells = load.normal.size, masses.shape[-1]
     factor = np.broadcast_to(np.asarray(scale, dtype=np.float64), (frames,))
+    if isinstance(load, AreaForces):
+        return beyond_on_area(load, edges, masses, factor)
     out = np.empty(frames)
     step = max(1, _BLOCK // cells)
     for first in range(0, frames, step):

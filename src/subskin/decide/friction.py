@@ -249,6 +249,9 @@ class Friction(Frozen):
     def _events(self, estimate: Estimate) -> tuple[Forces, npt.NDArray[np.bool_]]:
         """Loads and which of them tell, shape (frictions, events)."""
         load, told, edge = forces_of(estimate)
+        if not isinstance(load, Forces):
+            rule = "friction is learned from loads with one component of drag"
+            raise InvalidValueError("an estimate on an area", rule, "Friction.between(0.4, 0.8)")
         if estimate.shape[: len(self.shape)] != self.shape:
             raise GeometryError(
                 f"estimates of shape {estimate.shape}, frictions of shape {self.shape}",

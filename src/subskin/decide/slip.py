@@ -14,11 +14,12 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import Drawing
 from ..errors import InvalidValueError
-from ..estimate import Estimate, Layout
+from ..estimate import Estimate, Layout, Status
 from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, picked
+from ._cone_area import AreaForces
 from ._cone_kernel import CUT_OFF, JUDGED, UNSURE, VERDICT, judge_frames
 from .friction import Friction, density_of, friction_of, rows_of
 from .stick import checked_contact, stick_share, stick_zone
@@ -38,7 +39,7 @@ class Slip(Frozen):
     Attributes
     ----------
     normal, tangential : ndarray
-        N and T of the load found [N/m].
+        N and T of the load found [N/m]; on an area N and |T| [N].
     margin, margin_std : ndarray
         mu N - |T| [N/m], and its standard deviation by the errors of N, T and mu together.
     probability : ndarray
@@ -86,7 +87,7 @@ class Slip(Frozen):
         return [
             Shown("probability", self.probability, none, ""),
             Shown("ratio", self.ratio, none, ""),
-            Shown("margin", self.margin, self.margin_std, "N/m"),
+            Shown("margin", self.margin, self.margin_std, "N/m" if self.estimate.layout.dim == 1 else "N"),
         ]
 
     @property
@@ -96,8 +97,9 @@ class Slip(Frozen):
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of (N, T) [(N/m)^2], shape (..., 2, 2)."""
-        square = np.asarray(self.estimate.load.covariance)[..., 1:, 1:]
+        """Covariance of (N, T) [(N/m)^2], shape (..., 2, 2); on an area of (N, Ty, Tz) [N^2], shape (..., 3, 3)."""
+        d = self.estimate.layout.dim
+        square = np.asarray(self.estimate.load.covariance)[..., d:, d:]
         return _check.read_only(np.where(np.isnan(self.probability)[..., None, None], np.nan, square))
 
     def probability_at(
@@ -110,7 +112,8 @@ class Slip(Frozen):
         index = np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)]) if self.shape else np.array([0])
         n, t = np.broadcast_arrays(_check.real("normal", normal), _check.real("tangential", tangential))
         errors = (np.full(n.size, float(v.reshape(-1)[index[0]])) for v in forces_of(self.estimate)[0][2:])
-        values = beyond(Forces(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
+        kind = AreaForces if self.estimate.layout.dim == 2 else Forces
+        values = beyond(kind(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
         return _check.read_only(values.reshape(n.shape))
 
     @cached_property
@@ -155,7 +158,7 @@ def slip(
     """How close to slipping: margin to the friction cone, probability of slip, and what of the contact still sticks.
 
     The probability is that of |T| > mu N, for (N, T) normal with the estimate's covariance and mu with the friction's
-    density. Source: docs/slip.md.
+    density; on an area (N, Ty, Tz), and T is both components of the drag. Source: docs/slip.md.
 
     Parameters
     ----------
@@ -202,7 +205,11 @@ def slip(
     table = checked(estimate).table
     judged = np.empty((*table.shape[:-1], JUDGED))
     rows, every = judged.reshape(-1, JUDGED), rows_of(mu, estimate.shape)
-    judge_frames(table.reshape(-1, table.shape[-1]), _columns(estimate.layout), estimate.friction, *every, limits, rows)
+    if estimate.layout.dim == 2:
+        _judge_area(estimate, every, limits, rows)
+    else:
+        columns = _columns(estimate.layout)
+        judge_frames(table.reshape(-1, table.shape[-1]), columns, estimate.friction, *every, limits, rows)
     if rows[:, UNSURE].any():
         index = np.flatnonzero(rows[:, UNSURE])
         rows[index, 4] = beyond(forces_of(estimate)[0].at(index), *(picked(v, index) for v in every[:2]))
@@ -217,6 +224,28 @@ def slip(
         normal, tangential, margin, margin_std, probability, ratio, at_edge, verdict,
         estimate.status, estimate, mu, contact, bodies,
     )  # fmt: skip
+
+
+def _judge_area(
+    estimate: Estimate, every: tuple[FloatArray, FloatArray, FloatArray], limits: FloatArray, rows: FloatArray
+) -> None:
+    """Fill `rows` (frames, JUDGED), as `judge_frames` does, from loads on an area."""
+    edges, masses, facts = every
+    load, told, edge = forces_of(estimate)
+    told, edge = told.reshape(-1), edge.reshape(-1)
+    rows[:], rows[:, VERDICT], rows[:, UNSURE], rows[:, CUT_OFF] = np.nan, SlipVerdict.CANNOT_TELL, 0.0, edge
+    most = np.broadcast_to(facts[:, 2], told.shape)
+    index = np.flatnonzero(told & (load.normal.reshape(-1) > 0) & ~(edge & (estimate.friction < most)))
+    if not index.size:
+        return
+    part = load.at(index)
+    (mean, std, _), n, t = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0), *part[:2]
+    total = beyond(part, picked(edges, index), picked(masses, index))
+    across = part.tt - 2 * mean * part.nt + mean**2 * part.nn
+    margin_std = np.sqrt(np.maximum(across + std**2 * (n * n + part.nn), 0.0))
+    rows[index, :6] = np.stack([n, t, mean * n - t, margin_std, total, t / (mean * n)], axis=-1)
+    ok = estimate.status.reshape(-1)[index] == Status.OK
+    rows[index[ok], VERDICT] = np.searchsorted(limits, total[ok], side="right")
 
 
 @lru_cache(maxsize=16)
@@ -234,7 +263,7 @@ def _thresholds(values: Any) -> FloatArray:
     return pair
 
 
-def _ratio_at(load: Forces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
+def _ratio_at(load: Forces | AreaForces, edges: FloatArray, masses: FloatArray, probability: float) -> FloatArray:
     """The r for which |T| > r mu N with a probability, shape (frames,)."""
 
     def f(logarithm: FloatArray, index: npt.NDArray[np.intp]) -> FloatArray:

@@ -64,8 +64,8 @@ def truth_above(
     Examples
     --------
     >>> figure = truth_above([(0.1e-3, 0.0), (1e-3, 1e-3)], [(0.0, 0.0), (1e-3, 1.1e-3)])
-    >>> figure.axes[0].get_title(loc="left")
-    '2 ok frames: median error 0.1 mm, 95 % within 0.1 mm'
+    >>> figure.axes[0].get_title(loc="left").splitlines()
+    ['2 ok frames: median error 0.1 mm', '95 % within 0.1 mm']
     """
     at = MM * _check.real("found", found, unit="m", finite=False)
     true = at if truth is None else MM * _check.real("truth", truth, unit="m")
@@ -140,6 +140,6 @@ def _said(true: FloatArray, at: FloatArray, scale: float, good: npt.NDArray[np.b
     if not good.any():
         return "no frame is ok"
     error = np.linalg.norm(at - true, axis=1)[good] / scale
-    larger = f"\nerrors are drawn {scale:g} times as large" if scale > 1 else ""
-    size = f"median error {np.median(error):.2g} mm, 95 % within {np.quantile(error, 0.95):.2g} mm"
-    return f"{int(good.sum())} ok frames: {size}{larger}"
+    larger = f"; errors are drawn {scale:g} times as large" if scale > 1 else ""
+    within = f"95 % within {np.quantile(error, 0.95):.2g} mm"
+    return f"{int(good.sum())} ok frames: median error {np.median(error):.2g} mm\n{within}{larger}"
