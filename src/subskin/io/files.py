@@ -12,10 +12,11 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from ..errors import FileError
 
-__all__ = ["apart", "check_target", "opened", "read_bytes", "replacing", "to_standard_output", "write_bytes"]
+__all__ = ["apart", "check_target", "opened", "read_bytes", "replacing", "size_of", "to_standard_output", "write_bytes"]
 
 
 @contextlib.contextmanager
@@ -250,3 +251,12 @@ def _mode(target: Path) -> int:
 
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
+
+
+def size_of(file: BinaryIO) -> int | None:
+    """Bytes of a file that is open; None of a pipe or a device."""
+    try:
+        about = os.fstat(file.fileno())
+    except (OSError, ValueError):
+        return None
+    return about.st_size if stat.S_ISREG(about.st_mode) else None

@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from .._shown import html_table, lines, span
-from ..errors import FileError, InvalidValueError
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
 from ._document import model_facts, said
+from ._recorded import presses_of, table_of
 from ._skin import Misplaced
 from ._toml_errors import misplaced, read_text, validated
 from .files import write_bytes
@@ -157,11 +157,6 @@ class FingerFile:
         **changes
             Override options of the file; as in `Finger.locate`.
 
-        Returns
-        -------
-        Estimate or Either
-            As of `Finger.locate`.
-
         Raises
         ------
         FileError, InvalidValueError, GeometryError
@@ -199,7 +194,7 @@ class FingerFile:
         return contact_type(self.finger, self._readings(readings), **options)
 
     def _readings(self, given: Given) -> Any:
-        table = _table(given)
+        table = table_of(given)
         return given if table is None else table.readings(self.names)
 
     def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
@@ -283,7 +278,7 @@ class FingerFile:
         return tared
 
     def _raw(self, given: Any, time: npt.ArrayLike | None) -> tuple[npt.ArrayLike, npt.ArrayLike | None]:
-        table = _table(given)
+        table = table_of(given)
         return (given, time) if table is None else self.frames(table)
 
     def segment(self, recording: Table | Path, **changes: float) -> Presses:
@@ -301,26 +296,8 @@ class FingerFile:
         FileError, InvalidValueError
             A file without [recording], a table without its columns, a recording without a press.
         """
-        from ..stream import segment
-
-        how, table = self.recording, _table(recording)
-        if how is None:
-            fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
-            raise FileError(self.name, "it has no table [recording] that says how to read one", fix)
-        if table is None:
-            raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
-        if not len(table):
-            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames", "record again")
-        readings, time = self.frames(table)
-        tracks = {
-            name: table.numbers(column.name, finite=True, why=f"[recording] {name}") * column.scale
-            for name in ("position", "press", "force")
-            if (column := getattr(how, name)) is not None
-        }
-        options = {name: getattr(how, name) for name in ("early", "before", "hold")} | changes
-        values = readings * how.scale
-        inside = self._ranged(*self.limits).array.inside(values)
-        return segment(np.where(inside, values, np.nan), time, **tracks, **options)
+        array = self._ranged(*self.limits).array
+        return presses_of(recording, self.recording, array, self.frames, self.name, changes)
 
     def for_touches(self, table: Table) -> FingerFile:
         """The file as touches in a `table` are read: as differences where `segment` made it (t_start, t_end).
@@ -349,13 +326,6 @@ class FingerFile:
         written = parse_finger(self.text, self.name).finger
         text = edited(self.text, written, finger, origin, told)
         return replace(parse_finger(text, "the file as changed"), search=self.search, name=self.name)
-
-
-def _table(given: object) -> Table | None:
-    """The table that was given, by itself or by its path; None of anything else."""
-    from .tables import Table, read_table
-
-    return given if isinstance(given, Table) else read_table(given) if isinstance(given, str | Path) else None
 
 
 def load(path: str | Path) -> FingerFile:

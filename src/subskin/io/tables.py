@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-import os
 import re
-import stat
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +17,7 @@ from .._check import FloatArray
 from ..errors import FileError, InvalidValueError
 from ._csv import CsvReader, csv_head, csv_rows, number_of
 from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
-from .files import opened, replacing
+from .files import opened, replacing, size_of
 
 __all__ = ["Table", "TableReader", "TableWriter", "read_table", "reading", "write_table", "writing"]
 
@@ -260,7 +258,7 @@ def reading(path: str | Path) -> Iterator[TableReader]:
     """
     name = "standard input" if str(path) == "-" else str(path)
     with opened(path) as file:
-        size, start = _size(file), file.peek(4)[:4]
+        size, start = size_of(file), file.peek(4)[:4]
         if not start:
             raise FileError(
                 f"{name} is empty", "a table with a header is needed", "write a header line above the numbers"
@@ -269,15 +267,6 @@ def reading(path: str | Path) -> Iterator[TableReader]:
             yield TableReader(ParquetReader(file, name), size)
         else:
             yield TableReader(CsvReader(file, name), size)
-
-
-def _size(file: BinaryIO) -> int | None:
-    """Bytes of a file that is open; None of a pipe or a device."""
-    try:
-        about = os.fstat(file.fileno())
-    except (OSError, ValueError):
-        return None
-    return about.st_size if stat.S_ISREG(about.st_mode) else None
 
 
 def read_table(path: str | Path) -> Table:
