@@ -63,7 +63,7 @@ class Either(FrameTable):
 
     @property
     def position(self) -> FloatArray:
-        """Where it presses along the row, y [m], shape (...): the mean of both, by their probabilities."""
+        """Position along the row [m], shape (...), the mean of both by their probabilities."""
         return self.table[..., _POSITION]
 
     @property
