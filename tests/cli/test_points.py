@@ -94,6 +94,8 @@ def test_touches_on_an_area_are_simulated(tables, subskin):
         (("decide", "area.toml", "area.csv"), "sensors on an area"),
         (("pressure", "area.toml", "area.csv"), "sensors on an area"),
         (("check", "area.toml"), "sensors on an area"),
+        (("calibrate", "area.toml", "area.csv", "-o", "x.toml"), "the command calibrates a row"),
+        (("calibrate", "area.toml", "area.csv", "--blind", "-o", "x.toml"), "sensors on an area"),
         (("tolerances", "area.toml", "--force", "10"), "sensors on an area"),
         (("simulate", "area.toml", "--recording"), "a recording is of long contacts"),
         (("simulate", "row.toml", "--azimuth", "1 rad"), "the same at every z"),

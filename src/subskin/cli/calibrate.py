@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, InvalidValueError
 from ..io.files import write_bytes
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .choose import add_choose, choice_as_json, chosen, show_choice
@@ -82,7 +82,13 @@ def run(options: argparse.Namespace) -> int:
     refuse_blind_options(options)
     from ..calibration import calibrate
 
-    file, table = io.load(options.finger), io.read_table(options.touches)
+    file = io.load(options.finger)
+    if file.finger.array.on_area:
+        rule = "the command calibrates a row; Python does an area too (docs/calibrating_area.md)"
+        raise InvalidValueError(
+            f"{options.finger}: sensors on an area", rule, "subskin.calibrate(finger, readings, positions)"
+        )
+    table = io.read_table(options.touches)
     file, readings = file.for_touches(table), table.readings(file.names)
     if options.force_column is None and file.recording is not None and file.recording.force is not None:
         options.force_column = "force"  # the recording has one, which `segment` keeps under this name
