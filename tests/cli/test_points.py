@@ -42,9 +42,15 @@ def test_a_row_says_what_presses(tables, subskin):
     found, written = file.locate(table.readings(file.names)), ss.io.read_table("out.csv")
     np.testing.assert_allclose(written.numbers("position"), found.position, rtol=1e-12)
     np.testing.assert_allclose(written.numbers("point_probability"), found.point_probability, rtol=1e-9)
+    y, z = (table.numbers(axis) for axis in "yz")
+    sure = written.numbers("point_probability") > 0.5
+    assert sure.mean() > 0.9
+    assert np.abs(written.numbers("position") - y)[sure].max() < 0.2e-3
     assert subskin("locate", "row.toml", "row.csv", "--load", "point", "--beside", "4 mm", "-o", "p.csv").code == 0
     point = file.locate(table.readings(file.names), load="point", beside=4e-3)
-    np.testing.assert_allclose(ss.io.read_table("p.csv").numbers("beside"), point.beside, rtol=1e-12)
+    beside = ss.io.read_table("p.csv").numbers("beside")
+    np.testing.assert_allclose(beside, point.beside, rtol=1e-12)
+    assert np.median(np.abs(beside - np.abs(z))) < 0.05e-3
     line = subskin("locate", "row.toml", "row.csv", "--load", "line")
     assert line.code == 0
     assert "point_probability" not in line.out
@@ -59,6 +65,7 @@ def test_an_area_is_located(tables, subskin):
     file = ss.load("area.toml")
     found = file.locate(given.readings(file.names))
     np.testing.assert_allclose(table.numbers("position_z"), found.position[:, 1], rtol=1e-12)
+    assert np.abs(table.numbers("position_z") - given.numbers("z")).max() < 0.3e-3
     error = np.hypot(*(table.numbers(f"position_{axis}") - given.numbers(axis) for axis in "yz"))
     np.testing.assert_allclose(table.numbers("error"), error, rtol=1e-9)
     assert np.median(error) < 0.1e-3
