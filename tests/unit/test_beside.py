@@ -161,3 +161,22 @@ def test_blind_spots_know_touches_on_points(finger):
     assert {"point", "beside", "far_beside"} <= {row.name for row in spots.rows}
     told = finger.blind_spots(snr=300, count=50, family="point")
     assert "beside" not in {row.name for row in told.rows}
+
+
+def test_a_drag_across_makes_the_one_along_look_steeper_than_friction(space):
+    """T / (N - Tz z / depth) = 0.28 / 0.9 lies beyond mu = 0.3, and the load does not."""
+    touch = ss.PointLoad(components=(1.0, 0.28, 0.1), position=(0.5e-3, DEPTH))
+    found = space.locate(space.read(touch), load="point", friction=0.3, beside=1.2 * DEPTH)
+    assert found.ok
+    np.testing.assert_allclose(found.load.components, [0.9, 0.28], rtol=1e-3)
+    assert abs(found.beside - DEPTH) < 1e-5
+
+
+def test_four_sensors_take_a_line_for_the_likelier():
+    """A force that is unsure because of what a row does not see is no evidence for a point."""
+    four = ss.SensorArray.line(4, pitch=2e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=30.0)
+    rng = np.random.default_rng(7)
+    row = ss.Finger(ss.HalfPlane(RUBBER), four)
+    load = ss.LineLoad(150.0, rng.uniform(-0.6, 0.6, 300), rng.uniform(-3e-3, 3e-3, 300))
+    found = row.locate(row.read(load, rng), load="either")
+    assert np.nanmean(found.point_probability) < 0.15
