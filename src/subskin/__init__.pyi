@@ -7,6 +7,7 @@ from . import estimate as estimate
 from . import finger as finger
 from . import io as io
 from . import lattice as lattice
+from . import live as live
 from . import loads as loads
 from . import material as material
 from . import measured as measured

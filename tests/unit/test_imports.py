@@ -47,6 +47,7 @@ ORDER = (
     "io",
     "plot",
     "report",
+    "live",
     "cli",
     "__main__",
 )

@@ -1,0 +1,3 @@
+from .frames import DeviceFrames
+
+__all__ = ["DeviceFrames"]

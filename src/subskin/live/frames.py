@@ -1,0 +1,70 @@
+"""What a device has sent: frames as it counts, times and names them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _check
+from .._check import FloatArray
+from .._frozen import Frozen
+from ..errors import GeometryError
+
+__all__ = ["DeviceFrames"]
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceFrames(Frozen):
+    """DeviceFrames that a driver found in the bytes of a device, in their order.
+
+    Parameters
+    ----------
+    values : array_like, shape (n, c)
+        A row for each frame, a column for each channel, in the units of the device; NaN is a missing value.
+    device_time : array_like, shape (n,), optional
+        Time of each frame by the clock of the device [s]; NaN where the device sends none (the default).
+    sequence : array_like of int, shape (n,), optional
+        Number that the device gave each frame; -1 where it counts none (the default).
+    lost : int
+        DeviceFrames that the device sent and that did not arrive, as far as its numbers tell.
+    bad : int
+        DeviceFrames that arrived broken, and were left out.
+
+    Raises
+    ------
+    GeometryError
+        `values` that are no table, or times and numbers of another length.
+
+    Examples
+    --------
+    >>> frames = DeviceFrames([[1.0, 2.0], [1.5, 2.5]], sequence=[7, 9], lost=1)
+    >>> len(frames), frames.lost, frames.device_time.tolist()
+    (2, 1, [nan, nan])
+    """
+
+    values: FloatArray
+    device_time: FloatArray = None  # type: ignore[assignment]
+    sequence: np.typing.NDArray[np.int64] = None  # type: ignore[assignment]
+    lost: int = 0
+    bad: int = 0
+
+    def __post_init__(self) -> None:
+        values = _check.real("values", self.values, finite=False)
+        if values.ndim != 2:
+            rule = "a row for each frame, (n, c), is needed"
+            raise GeometryError(f"values of shape {values.shape}", rule, "values[None] for one frame")
+        n = len(values)
+        time = np.full(n, np.nan) if self.device_time is None else np.asarray(self.device_time, dtype=np.float64)
+        number = np.full(n, -1) if self.sequence is None else np.asarray(self.sequence)
+        for name, column in (("device_time", time), ("sequence", number)):
+            if column.shape != (n,):
+                rule = f"one for each of the {n} frames is needed"
+                raise GeometryError(f"{name} of shape {column.shape}", rule, f"{name} of shape ({n},)")
+        for name, column in (("values", values), ("device_time", time), ("sequence", number.astype(np.int64))):
+            closed = column.view()
+            closed.flags.writeable = False
+            object.__setattr__(self, name, closed)
+
+    def __len__(self) -> int:
+        return len(self.values)
