@@ -1,0 +1,98 @@
+"""What a driver is: bytes of a device in, its frames out; it opens nothing and asks no clock."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._registry import Named
+from ...errors import GeometryError
+from ..frames import DeviceFrames
+
+__all__ = ["Driver"]
+
+
+class Driver(Named, ABC):
+    r"""Finds the frames of a device in its bytes, however they are cut; what is unfinished is kept inside.
+
+    Any bytes may come: noise, frames with bytes lost or changed, the output of another device. None of them makes a
+    driver raise, and what it keeps is bounded. The same bytes give the same frames to the last bit, in pieces or at
+    once.
+
+    Examples
+    --------
+    A driver of one's own is found by its name, in files too. Frames of this one are single bytes.
+
+    >>> import numpy as np
+    >>> class Bytes(Driver, name="single_bytes"):
+    ...     channels = ("level",)
+    ...     def feed(self, data):
+    ...         return DeviceFrames(np.frombuffer(bytes(data), np.uint8)[:, None])
+    ...     def reset(self):
+    ...         pass
+    ...     def encode(self, values, device_time=None, sequence=None):
+    ...         return np.asarray(values, np.uint8).tobytes()
+    >>> from subskin.live.drivers import named
+    >>> named("single_bytes").feed(b"\x05\x07").values.tolist()
+    [[5.0], [7.0]]
+    """
+
+    channels: tuple[str, ...]
+    """Names of the values of a frame, in their order."""
+
+    start: bytes = b""
+    """What is written to the device before it is read."""
+
+    stop: bytes = b""
+    """What is written to the device when reading ends."""
+
+    @abstractmethod
+    def feed(self, data: bytes) -> DeviceFrames:
+        """Frames that are complete with `data`, the bytes that came after those given before.
+
+        Parameters
+        ----------
+        data : bytes
+            As many as there are, at any cut.
+        """
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Forget what is unfinished: the bytes that come next do not follow those that came."""
+
+    @abstractmethod
+    def encode(
+        self, values: npt.ArrayLike, device_time: npt.ArrayLike | None = None, sequence: npt.ArrayLike | None = None
+    ) -> bytes:
+        """Bytes that a device sends for frames: what simulations and tests read.
+
+        Parameters
+        ----------
+        values : array_like, shape (n, c)
+            In the units of the device; a row for each frame.
+        device_time : array_like, shape (n,), optional
+            Time of each frame by the clock of the device [s], where its frames have one.
+        sequence : array_like of int, shape (n,), optional
+            Number of each frame, where its frames have one.
+
+        Raises
+        ------
+        GeometryError
+            Values of another number of channels.
+        """
+
+    def rows(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """`values` as by `encode`, checked.
+
+        Raises
+        ------
+        GeometryError
+            Values of another number of channels.
+        """
+        table = np.asarray(values, dtype=np.float64)
+        if table.ndim != 2 or table.shape[1] != len(self.channels):
+            rule = f"a row of {len(self.channels)} values for each frame is needed"
+            raise GeometryError(f"values of shape {table.shape}", rule, f"shape (n, {len(self.channels)})")
+        return table

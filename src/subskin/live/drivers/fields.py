@@ -1,0 +1,146 @@
+"""The values in frames of one length: where each lies, of which type, and what it is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ...errors import InvalidValueError
+from .checks import Bytes
+
+__all__ = ["TYPES", "Block", "Field", "blocks_of"]
+
+TYPES = {
+    **{f"u{8 * size}": (size, "u") for size in (1, 2, 3, 4, 8)},
+    **{f"i{8 * size}": (size, "i") for size in (1, 2, 3, 4, 8)},
+    **{f"f{8 * size}": (size, "f") for size in (2, 4, 8)},
+}
+"""Types by name: size in bytes and kind. u24 and i24 are what many converters send."""
+
+USES = ("value", "counter", "time", "skip")
+
+
+@dataclass(frozen=True)
+class Field:
+    """One number of a frame.
+
+    Parameters
+    ----------
+    name : str
+        What it is; its unit belongs to the name of a value.
+    type : str
+        One of `TYPES`.
+    use : {"value", "counter", "time", "skip"}
+        What it is for: a channel, the number of the frame, its time by the device's clock, or nothing.
+    scale : float
+        What one count is worth [units of the channel; s for the time].
+    offset : float
+        What is added then, in the same units.
+    low, high : float
+        Range of what the device can send, in the same units; it decides only where marks leave two positions open.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown type or use.
+
+    Examples
+    --------
+    >>> Field("pressure_Pa", "i24", scale=0.5).size
+    3
+    """
+
+    name: str
+    type: str
+    use: str = "value"
+    scale: float = 1.0
+    offset: float = 0.0
+    low: float = -np.inf
+    high: float = np.inf
+
+    def __post_init__(self) -> None:
+        if self.type not in TYPES:
+            raise InvalidValueError(f'type "{self.type}"', "no such type is known", f"known: {', '.join(TYPES)}")
+        if self.use not in USES:
+            raise InvalidValueError(f'use = "{self.use}"', "no such use is known", f"known: {', '.join(USES)}")
+        if self.use == "counter" and TYPES[self.type][1] != "u":
+            raise InvalidValueError(f'type "{self.type}" of a counter', "a counter counts up from 0", 'type = "u16"')
+
+    @property
+    def size(self) -> int:
+        """Its bytes."""
+        return TYPES[self.type][0]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Fields of one type that lie side by side: they are read at once."""
+
+    first: int
+    fields: tuple[Field, ...]
+    big: bool
+
+    @property
+    def _dtype(self) -> np.dtype[np.generic]:
+        size, kind = self.fields[0].size, TYPES[self.fields[0].type][1]
+        return np.dtype(f"{'>' if self.big else '<'}{kind}{4 if size == 3 else size}")
+
+    def read(self, rows: Bytes) -> npt.NDArray[np.generic]:
+        """The numbers as they were sent, shape (n, fields), of rows of bytes."""
+        size, count = self.fields[0].size, len(self.fields)
+        data = np.ascontiguousarray(rows[:, self.first : self.first + size * count])
+        if size != 3:
+            return data.view(self._dtype)
+        wide = np.zeros((len(data), count, 4), np.uint8)  # three bytes are the high ones of four
+        wide[:, :, slice(0, 3) if self.big else slice(1, 4)] = data.reshape(-1, count, 3)
+        return wide.view(self._dtype)[:, :, 0] >> 8
+
+    def write(self, rows: Bytes, numbers: npt.ArrayLike) -> None:
+        """Put `numbers`, shape (n, fields), into rows of bytes; whole numbers beyond their range wrap."""
+        size, count = self.fields[0].size, len(self.fields)
+        given = np.asarray(numbers)
+        if self._dtype.kind != "f":
+            given = np.rint(given).astype(np.int64)
+        data = np.ascontiguousarray(given.astype(self._dtype)).view(np.uint8).reshape(len(rows), count, -1)
+        if size == 3:
+            data = data[:, :, slice(1, 4) if self.big else slice(0, 3)]
+        rows[:, self.first : self.first + size * count] = data.reshape(len(rows), -1)
+
+
+def blocks_of(fields: Sequence[Field], first: int, big: bool, use: str) -> list[Block]:
+    """Blocks of the fields of one `use`, where the fields begin at byte `first`.
+
+    Parameters
+    ----------
+    fields : sequence of Field
+        All fields, in their order.
+    first : int
+        Where the first begins [byte].
+    big : bool
+        Numbers have their high byte first.
+    use : str
+        As of a `Field`.
+    """
+    blocks = []
+    for (kind, of), group in groupby(fields, key=lambda field: (field.type, field.use)):
+        together = tuple(group)
+        if of == use:
+            blocks.append(Block(first, together, big))
+        first += TYPES[kind][0] * len(together)
+    return blocks
+
+
+def scaled(numbers: Sequence[npt.NDArray[np.generic]], fields: Sequence[Field]) -> FloatArray:
+    """Numbers as they were sent, in the units of their fields, shape (n, fields)."""
+    values = np.concatenate([block.astype(np.float64) for block in numbers], axis=1)
+    scale, offset = np.array([f.scale for f in fields]), np.array([f.offset for f in fields])
+    if (scale != 1).any():
+        values *= scale
+    if offset.any():
+        values += offset
+    return values
