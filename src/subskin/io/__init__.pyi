@@ -1,3 +1,4 @@
+from ._live import LiveFormat
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .search_store import FolderStore
@@ -8,6 +9,7 @@ __all__ = [
     "FingerFile",
     "FolderStore",
     "GoalsFile",
+    "LiveFormat",
     "Table",
     "TableReader",
     "TableWriter",

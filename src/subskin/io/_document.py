@@ -11,6 +11,7 @@ from ..errors import InvalidValueError, SubskinError
 from ..finger import Finger
 from ..spread import Spread
 from ..stream.presses import Column, RecordingFormat
+from ._live import live_of
 from ._sensors import build_array, in_readings, reading_unit
 from ._skin import Misplaced, build_skin, key_of
 from .units import format_quantity, line_load_scale, si_unit, unit_scale
@@ -63,6 +64,8 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
             relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
         at = "recording"
         how = None if recording is None else _recording(recording, length)
+        at = "live"
+        live = None if document.live is None else live_of(document.live, count, 1.0 if how is None else how.scale)
         at = "tare"
         drift = document.tare.drift
         if drift is not None:
@@ -78,6 +81,7 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         "beside": given.beside,
         "options": options,
         "recording": how,
+        "live": live,
         "relaxation": relaxation,
         "drift": drift,
         "origin": told.origin,

@@ -16,6 +16,7 @@ __all__ = [
     "FingerDocument",
     "Length",
     "Lengths",
+    "LiveTable",
     "LocateTable",
     "Number",
     "RecordingTable",
@@ -173,6 +174,15 @@ class RecordingTable(StrictTable):
     hold: Time = 0.5
 
 
+class LiveTable(StrictTable):
+    """[live]: the board that the sensors are read by."""
+
+    port: StrictStr | None = None
+    driver: StrictStr | dict[str, Any] | None = None
+    channels: Names | None = None
+    unit: UnitText | list[UnitText] | None = None
+
+
 class RelaxationTable(StrictTable):
     """[relaxation]: what touches that are held lose, and how fast, as `fit_relaxation` finds it."""
 
@@ -226,6 +236,7 @@ class FingerDocument(StrictTable):
     sensors: SensorsTable
     locate: LocateTable = LocateTable()
     recording: RecordingTable | None = None
+    live: LiveTable | None = None
     relaxation: RelaxationTable | None = None
     tare: TareTable = TareTable()
     touch: ContactTable = ContactTable()

@@ -16,6 +16,7 @@ from .._shown import html_table, lines, span
 from ..finger import Finger
 from ..stream.presses import Column, RecordingFormat
 from ._document import model_facts, said
+from ._live import LiveFormat
 from ._recorded import presses_of, table_of
 from ._skin import Misplaced
 from ._toml_errors import misplaced, read_text, validated
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from .tables import Table
 
 __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
-
 
 _SHOWN = 12
 """Names of columns that are shown; of more only the first and the last."""
@@ -62,6 +62,8 @@ class FingerFile:
         Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
     recording : RecordingFormat or None
         How to read a raw recording; None where the file has no [recording].
+    live : LiveFormat or None
+        Which board the sensors are read by; None where the file has no [live].
     relaxation : Relaxation or None
         What the skin forgets of a touch that is held; None where the file has no [relaxation].
     drift : ndarray, shape () or (n,), or None
@@ -97,6 +99,7 @@ class FingerFile:
     beside: float | None = None
     options: Mapping[str, float] = field(default_factory=dict)
     recording: RecordingFormat | None = None
+    live: LiveFormat | None = None
     relaxation: Relaxation | None = None
     drift: npt.ArrayLike | None = None
     origin: float = 0.0

@@ -1,0 +1,25 @@
+"""Where the bytes of a device come from: serial ports, networks, files, pipes, simulations."""
+
+from .base import Port, PortEnded, PortLost
+from .demo import Demo
+from .descriptors import FilePort, StandardInput
+from .network import TcpPort, UdpPort
+from .opening import opened, schemes
+from .serial_port import SerialPort
+from .simulated import Faults, Simulated
+
+__all__ = [
+    "Demo",
+    "Faults",
+    "FilePort",
+    "Port",
+    "PortEnded",
+    "PortLost",
+    "SerialPort",
+    "Simulated",
+    "StandardInput",
+    "TcpPort",
+    "UdpPort",
+    "opened",
+    "schemes",
+]

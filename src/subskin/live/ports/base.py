@@ -1,0 +1,100 @@
+"""What a port is: where bytes of a device come from."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Self
+
+from ..._registry import Named
+from ...errors import SubskinError
+from ..drivers.base import Driver
+
+__all__ = ["Port", "PortEnded", "PortLost"]
+
+
+class PortLost(SubskinError):
+    """A port that is not there, or no longer: unplugged, refused, closed by the other side. `reopen` may bring it."""
+
+
+class PortEnded(SubskinError):
+    """A file or a pipe that is at its end: no more bytes will come."""
+
+
+class Port(Named, ABC):
+    """Bytes of a device, as they come.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> from subskin.live.ports import opened
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "log.txt")
+    ...     _ = path.write_bytes(b"1,2")
+    ...     with opened(f"file:{path}") as port:
+    ...         port.read(timeout=0.1)
+    b'1,2'
+    """
+
+    name: str = ""
+    """What messages call it."""
+
+    driver: Driver | None = None
+    """The driver that reads it, where the port knows; a device does not say."""
+
+    @abstractmethod
+    def read(self, timeout: float) -> bytes:
+        """All bytes that are there; b"" where none came within the time.
+
+        Parameters
+        ----------
+        timeout : float
+            How long to wait for the first byte [s].
+
+        Raises
+        ------
+        PortLost
+            The device is gone.
+        PortEnded
+            The file is at its end.
+        """
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Send `data` to the device.
+
+        Parameters
+        ----------
+        data : bytes
+            Commands of a driver; a file takes none, and lets them go.
+
+        Raises
+        ------
+        PortLost
+            The device is gone.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close it; more than once does no harm."""
+
+    @abstractmethod
+    def reopen(self) -> None:
+        """Open it again, after it was lost.
+
+        Raises
+        ------
+        PortLost
+            It is still away.
+        """
+
+    def clock(self) -> float:
+        """Host time of what was read last [s]: that of `time.monotonic`, of a simulation its own."""
+        return time.monotonic()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()

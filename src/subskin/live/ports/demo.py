@@ -1,0 +1,141 @@
+"""The board of a finger file, simulated under a touch that moves, presses and leans: `--port demo`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...contact import LineLoad, PointLoad
+from ...errors import InvalidValueError
+from ..drivers.fields import Field
+from ..drivers.fixed import Fixed
+from .simulated import Faults, Simulated
+
+if TYPE_CHECKING:
+    from ...finger import Finger
+    from ...io import FingerFile
+
+__all__ = ["Demo", "board", "touch"]
+
+_KNOTS = 240
+_ROUND = 17.0
+"""Time in which the touch comes round [s]; a press takes `_PRESS` of it."""
+_PRESS, _PRESSED = 3.0, 0.6
+_LOUD = 300.0
+"""The strongest reading, in its noise."""
+
+
+def touch(finger: Finger, force: float | None = None) -> tuple[FloatArray, FloatArray]:
+    """Positions of the touch on its way round, and the readings of unit components there.
+
+    Parameters
+    ----------
+    finger : Finger
+        Whose sensors are touched.
+    force : float, optional
+        Largest normal force [N/m, on an area N]; by default what the sensors read well.
+
+    Returns
+    -------
+    tuple of ndarray
+        Positions [m], shape (k,) or (k, 2), and readings [reading] under the largest force, of each component,
+        shape (k, d + 1, n).
+    """
+    array, way = finger.array, 2 * np.pi * np.arange(_KNOTS) / _KNOTS
+    y, z = np.asarray(array.y), np.asarray(array.z)
+    along = y.mean() + 0.5 * np.ptp(y) * np.sin(way)
+    pushes: list[LineLoad | PointLoad] = []
+    if array.on_area:
+        at = np.stack([along, z.mean() + 0.5 * np.ptp(z) * np.sin(2 * way)], axis=-1)
+        pushes = [PointLoad(1.0, position=at), *(PointLoad(2**0.5, np.pi / 4, a, position=at) for a in (0, np.pi / 2))]
+    else:
+        at = along
+        pushes = [LineLoad(1.0, position=at), LineLoad(2**0.5, np.pi / 4, position=at)]
+    free = np.asarray(array.offset)
+    pressed, *leant = (np.asarray(finger.read(push)) - free for push in pushes)
+    unit = np.stack([pressed, *(one - pressed for one in leant)], axis=-2)
+    if force is None:
+        noise = np.broadcast_to(np.asarray(array.noise), unit.shape[-1:])
+        loudest = np.abs(unit[:, 0] / np.where(noise > 0, noise, np.inf)).max()
+        force = _LOUD / loudest if loudest > 0 else 1.0
+    return at, force * unit
+
+
+def board(names: tuple[str, ...]) -> Fixed:
+    """The format of the demo: a number, a time in us, a double for each sensor, a check."""
+    head = [Field("frame", "u32", "counter"), Field("time", "u32", "time", 1e-6)]
+    values = [Field(name, "f64") for name in names]
+    return Fixed([*head, *values], start=b"\xa5\x5a", check="crc16_ccitt")
+
+
+class Demo(Simulated, name="demo"):
+    """`demo?rate=1000&faults=0.2&seed=0`: readings of a finger's own sensors [SI], in real time.
+
+    Parameters
+    ----------
+    file : FingerFile or None
+        The finger.
+    rate : str
+        Frames a second [1/s].
+    faults : str
+        Mean number of faults of each kind a second [1/s].
+    seed : str
+        Seed of noise, drift and faults.
+    batch : str
+        Simulated time [s], as of `Simulated`; "" for real time.
+    duration : str
+        When it ends [s].
+
+    Raises
+    ------
+    InvalidValueError
+        No finger; an option that is no number.
+    """
+
+    def __init__(
+        self,
+        file: FingerFile | None,
+        rate: str = "500",
+        faults: str = "0",
+        seed: str = "0",
+        batch: str = "",
+        duration: str = "inf",
+    ) -> None:
+        if file is None:
+            raise InvalidValueError(
+                "port demo", "it needs a finger to simulate", "subskin live finger.toml --port demo"
+            )
+        told = {"rate": rate, "faults": faults, "seed": seed, "batch": batch or "1", "duration": duration}
+        numbers = {}
+        for key, text in told.items():
+            try:
+                numbers[key] = float(text)
+            except ValueError:
+                raise InvalidValueError(f"demo?{key}={text}", "a number is needed", f"demo?{key}=1") from None
+        array = file.finger.array
+        self._free = np.broadcast_to(np.asarray(array.offset), (len(array),))
+        self._readings = touch(file.finger)[1]
+        noise = np.broadcast_to(np.asarray(array.noise), (len(array),))
+        super().__init__(
+            self._pressed, board(file.names), rate=numbers["rate"], faults=Faults.all(numbers["faults"]), noise=noise,
+            drift=0.3 * noise, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
+            batch=numbers["batch"] if batch else None,
+        )  # fmt: skip
+        self.name = "demo"
+
+    def _pressed(self, time: FloatArray) -> FloatArray:
+        """Readings at times [s]: the first press begins after 1.2 s, and each third leans until it would slip."""
+        knot, share = np.divmod(time / _ROUND % 1 * _KNOTS, 1)
+        low = knot.astype(np.int64) % _KNOTS
+        between = share[:, None, None]
+        unit = (1 - between) * self._readings[low] + between * self._readings[(low + 1) % _KNOTS]
+        press, phase = np.divmod(time / _PRESS, 1)
+        within = np.clip((phase - (1 - _PRESSED)) / _PRESSED, 0, 1)
+        normal = np.sin(np.pi * within) ** 2
+        lean = np.where(press % 3 == 2, 0.9 * within, 0.25 * np.sin(2 * np.pi * within))
+        weights = np.zeros((len(time), unit.shape[1]))
+        weights[:, 0] = normal
+        weights[:, 1] = normal * lean
+        return np.asarray(self._free + (weights[:, :, None] * unit).sum(axis=1))

@@ -1,0 +1,102 @@
+"""Bytes of a file, a pipe, a named pipe, standard input."""
+
+from __future__ import annotations
+
+import os
+import select
+import stat
+import sys
+
+from ...errors import FileError
+from .base import Port, PortEnded, PortLost
+
+__all__ = ["FilePort", "StandardInput"]
+
+_MOST = 1 << 16
+
+
+class _Descriptor(Port):
+    """What an open descriptor gives; a regular file as fast as it is read."""
+
+    _number = -1
+
+    def read(self, timeout: float) -> bytes:
+        if self._number < 0:
+            raise PortLost(self.name, "it is closed", "open it again")
+        try:
+            if self._waits() and not select.select([self._number], [], [], timeout)[0]:
+                return b""
+            data = os.read(self._number, _MOST)
+        except BlockingIOError:
+            return b""
+        except OSError as error:
+            raise PortLost(self.name, f"it cannot be read ({error.strerror})", "check the cable") from None
+        if not data:
+            raise PortEnded(self.name, "it is at its end")
+        return data
+
+    def _waits(self) -> bool:
+        """Whether bytes come in their own time: not of a regular file, and not known of a pipe on Windows."""
+        return os.name == "posix" and not stat.S_ISREG(os.fstat(self._number).st_mode)
+
+    def write(self, data: bytes) -> None:
+        pass
+
+
+class FilePort(_Descriptor, name="file"):
+    """`file:PATH`: bytes that were recorded, or a named pipe.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+
+    Raises
+    ------
+    FileError
+        There is no such file, or it cannot be read.
+    """
+
+    def __init__(self, path: str) -> None:
+        self.name, self._path = path, path
+        self.reopen()
+
+    def reopen(self) -> None:  # noqa: D102
+        self.close()
+        if not self._path:
+            raise FileError("file:", "the name of a file is needed", "file:log.bin")
+        try:
+            self._number = os.open(self._path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        except OSError as error:
+            raise FileError(self._path, f"it cannot be read ({error.strerror})", "check the name") from None
+        if stat.S_ISDIR(os.fstat(self._number).st_mode):
+            self.close()
+            raise FileError(self._path, "it is a folder", "name a file in it")
+
+    def close(self) -> None:  # noqa: D102
+        number, self._number = self._number, -1
+        if number >= 0:
+            os.close(number)
+
+
+class StandardInput(_Descriptor, name="-"):
+    """`-`: what is piped in.
+
+    Raises
+    ------
+    PortLost
+        Standard input is closed.
+    """
+
+    def __init__(self) -> None:
+        self.name = "standard input"
+        self.reopen()
+
+    def reopen(self) -> None:  # noqa: D102
+        try:
+            self._number = sys.stdin.fileno()
+        except (AttributeError, OSError, ValueError):
+            raise PortLost(self.name, "it is closed", "pipe bytes into it") from None
+
+    def close(self) -> None:  # noqa: D102
+        self._number = -1

@@ -1,0 +1,29 @@
+"""Packages that only some ports need."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from ...errors import SubskinError
+
+__all__ = ["needed"]
+
+_PACKAGES = {"serial": "pyserial", "websockets": "websockets"}
+
+
+def needed(module: str, extra: str) -> Any:
+    """The module, or an error that says how to install it.
+
+    Raises
+    ------
+    SubskinError
+        It is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        package = _PACKAGES[module.split(".")[0]]
+        raise SubskinError(
+            f"{package} is not installed", "this port needs it", f'pip install "subskin[{extra}]"'
+        ) from None
