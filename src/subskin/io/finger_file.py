@@ -60,10 +60,8 @@ class FingerFile:
         The largest distance beside the row of a point load [m]; None for the default of `Finger.locator`.
     options : mapping
         Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
-    recording : RecordingFormat or None
-        How to read a raw recording; None where the file has no [recording].
-    live : LiveFormat or None
-        Which board the sensors are read by; None where the file has no [live].
+    recording, live : RecordingFormat, LiveFormat or None
+        How to read a raw recording, and a board; None where the file has no [recording], no [live].
     relaxation : Relaxation or None
         What the skin forgets of a touch that is held; None where the file has no [relaxation].
     drift : ndarray, shape () or (n,), or None

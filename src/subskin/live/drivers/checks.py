@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["CHECKS", "Bytes", "Check"]
+__all__ = ["CHECKS", "Bytes", "Checksum"]
 
 Bytes = npt.NDArray[np.uint8]
 
 
-class Check(NamedTuple):
+class Checksum(NamedTuple):
     """A check: its width in bytes, and what it makes of each row of bytes, shape (n, length)."""
 
     size: int
@@ -58,12 +58,12 @@ def _modbus(data: bytes) -> int:
 
 
 CHECKS = {
-    "sum8": Check(1, _sum8),
-    "xor8": Check(1, _xor8),
-    "sum16": Check(2, _sum16),
-    "crc16_xmodem": Check(2, _row_by_row(lambda data: binascii.crc_hqx(data, 0))),
-    "crc16_ccitt": Check(2, _row_by_row(lambda data: binascii.crc_hqx(data, 0xFFFF))),
-    "crc16_modbus": Check(2, _row_by_row(_modbus)),
-    "crc32": Check(4, _row_by_row(zlib.crc32)),
+    "sum8": Checksum(1, _sum8),
+    "xor8": Checksum(1, _xor8),
+    "sum16": Checksum(2, _sum16),
+    "crc16_xmodem": Checksum(2, _row_by_row(lambda data: binascii.crc_hqx(data, 0))),
+    "crc16_ccitt": Checksum(2, _row_by_row(lambda data: binascii.crc_hqx(data, 0xFFFF))),
+    "crc16_modbus": Checksum(2, _row_by_row(_modbus)),
+    "crc32": Checksum(4, _row_by_row(zlib.crc32)),
 }
 """The checks by name. CRC-16/XMODEM, /CCITT-FALSE (IBM-3740) and /MODBUS, and CRC-32 as of Ethernet and zip."""

@@ -106,10 +106,14 @@ class Block:
         given = np.asarray(numbers)
         if self._dtype.kind != "f":
             given = np.rint(given).astype(np.int64)
-        data = np.ascontiguousarray(given.astype(self._dtype)).view(np.uint8).reshape(len(rows), count, -1)
+        data = (
+            np.ascontiguousarray(given.astype(self._dtype))
+            .view(np.uint8)
+            .reshape(len(rows), count, self._dtype.itemsize)
+        )
         if size == 3:
             data = data[:, :, slice(1, 4) if self.big else slice(0, 3)]
-        rows[:, self.first : self.first + size * count] = data.reshape(len(rows), -1)
+        rows[:, self.first : self.first + size * count] = data.reshape(len(rows), size * count)
 
 
 def blocks_of(fields: Sequence[Field], first: int, big: bool, use: str) -> list[Block]:

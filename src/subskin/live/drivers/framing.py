@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .checks import Bytes, Check
+from .checks import Bytes, Checksum
 
 __all__ = ["Framer", "Shape"]
 
@@ -41,7 +41,7 @@ class Shape:
         Bytes of a frame, all told.
     start, end : bytes
         Marks; one of the two may be b"".
-    check : Check or None
+    check : Checksum or None
         The check that lies before the end mark.
     covers : int
         First byte of those that the check is made of; the last is before the check.
@@ -54,7 +54,7 @@ class Shape:
     length: int
     start: bytes = b""
     end: bytes = b""
-    check: Check | None = None
+    check: Checksum | None = None
     covers: int = 0
     big: bool = False
     plausible: Callable[[Bytes], Flags] | None = None
@@ -222,10 +222,10 @@ class Framer:
             stands[0] &= fits[last]
             if not stands[0]:
                 return 1
-            places = np.flatnonzero(stands)
-            if len(places) > 1 and plausible is not None:
-                likely = plausible(np.lib.stride_tricks.sliding_window_view(buffer[here:], length)[places])
-                places = places[likely] if likely.any() else places
-            if len(places) == 1:
-                return int(places[0])
+            positions = np.flatnonzero(stands)
+            if len(positions) > 1 and plausible is not None:
+                likely = plausible(np.lib.stride_tricks.sliding_window_view(buffer[here:], length)[positions])
+                positions = positions[likely] if likely.any() else positions
+            if len(positions) == 1:
+                return int(positions[0])
         return length

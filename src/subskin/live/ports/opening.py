@@ -64,7 +64,7 @@ def opened(where: str, file: FingerFile | None = None) -> Port:
         close = difflib.get_close_matches(kind, list(known), n=1)
         fix = f"did you mean {close[0]}:" if close else "serial:/dev/ttyACM0, tcp:host:port, udp:, ws:, file:, -, demo"
         raise InvalidValueError(f'port "{where}"', "no such kind of port is known", fix)
-    place, _, query = rest.rpartition("?") if "?" in rest and kind not in ("file", "ws") else (rest, "", "")
+    position, _, query = rest.rpartition("?") if "?" in rest and kind not in ("file", "ws") else (rest, "", "")
     options_given: dict[str, Any] = dict(parse_qsl(query, keep_blank_values=True))
     takes = inspect.signature(known[kind]).parameters
     allowed = [name for name in takes if name not in ("file", _first(takes))]
@@ -74,7 +74,7 @@ def opened(where: str, file: FingerFile | None = None) -> Port:
             raise UnknownOptionError(f'option "{option}"', rule, f"known: {', '.join(allowed) or 'none'}")
     if "file" in takes:
         options_given["file"] = file
-    return known[kind](place, **options_given) if _first(takes) else known[kind](**options_given)
+    return known[kind](position, **options_given) if _first(takes) else known[kind](**options_given)
 
 
 def _first(takes: Any) -> str:
