@@ -23,15 +23,15 @@ class Checksum(NamedTuple):
 
 
 def _sum8(rows: Bytes) -> npt.NDArray[np.int64]:
-    return rows.sum(axis=1, dtype=np.int64) & 0xFF
+    return np.asarray(rows.sum(axis=1, dtype=np.int64) & 0xFF)
 
 
 def _sum16(rows: Bytes) -> npt.NDArray[np.int64]:
-    return rows.sum(axis=1, dtype=np.int64) & 0xFFFF
+    return np.asarray(rows.sum(axis=1, dtype=np.int64) & 0xFFFF)
 
 
 def _xor8(rows: Bytes) -> npt.NDArray[np.int64]:
-    return np.bitwise_xor.reduce(rows, axis=1).astype(np.int64)
+    return np.asarray(np.bitwise_xor.reduce(rows, axis=1), dtype=np.int64)
 
 
 def _row_by_row(of: Callable[[bytes], int]) -> Callable[[Bytes], npt.NDArray[np.int64]]:

@@ -99,11 +99,10 @@ class Fixed(Driver):
 
     def feed(self, data: bytes) -> DeviceFrames:  # noqa: D102
         rows, bad = self._framer.feed(data)
-        number = time = None
-        lost = 0
-        if self._counter:
+        number, time, lost = np.full(len(rows), -1), np.full(len(rows), np.nan), 0
+        if self._count is not None:
             number = self._counter[0].read(rows)[:, 0].astype(np.int64)
-            lost = self._count.lost(number)  # type: ignore[union-attr]
+            lost = self._count.lost(number)
         if self._clock:
             ticks = self._clock[0].read(rows)
             time = self._ticks.time(ticks[:, 0]) if self._ticks else scaled([ticks], self._clock[0].fields)[:, 0]
@@ -147,7 +146,7 @@ class Fixed(Driver):
         with np.errstate(invalid="ignore", over="ignore"):
             values = self._read(rows)
             inside = (values >= [f.low for f in self._values]) & (values <= [f.high for f in self._values])
-        return (inside & np.isfinite(values)).all(axis=1)
+        return np.asarray((inside & np.isfinite(values)).all(axis=1))
 
 
 _RANGE: Mapping[str, tuple[float, float]] = {"C": (-60.0, 150.0), "uT": (-1e5, 1e5)}
@@ -191,5 +190,8 @@ def chips(count: int) -> list[Field]:
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= 255:
         raise InvalidValueError(f"sensors = {count!r}", "a board has 1 to 255 chips", "sensors = 5")
     each = (("t", "C"), ("x", "uT"), ("y", "uT"), ("z", "uT"))
-    ends = {unit: {"low": low, "high": high} for unit, (low, high) in _RANGE.items()}
-    return [Field(f"{axis}{i}_{unit}", "f32", **ends[unit]) for i in range(count) for axis, unit in each]
+    return [
+        Field(f"{axis}{i}_{unit}", "f32", low=_RANGE[unit][0], high=_RANGE[unit][1])
+        for i in range(count)
+        for axis, unit in each
+    ]

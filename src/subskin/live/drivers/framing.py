@@ -162,7 +162,7 @@ class Framer:
             here = slice(max(low, 0), min(low + wide - 1, wide))
             inside[:, here.start - low : here.stop - low] &= rows[:, here] == byte
             inside[:, : here.start - low] = False
-        return inside.any(axis=1)
+        return np.asarray(inside.any(axis=1))
 
     def _run(self, buffer: Bytes, at: int) -> tuple[int, bool]:
         """Frames from `at` on that follow each other, and whether the next needs more bytes."""
@@ -218,7 +218,7 @@ class Framer:
             last = here + (count - 1) * length
             if last >= len(fits):
                 return None
-            stands = fits[here:last].reshape(count - 1, length).all(axis=0)
+            stands = np.asarray(fits[here:last].reshape(count - 1, length).all(axis=0))
             stands[0] &= fits[last]
             if not stands[0]:
                 return 1

@@ -119,9 +119,11 @@ class Lines(Driver, name="lines"):
         self._long = self._long or len(rest) > _LONGEST
         self._kept = b"" if self._long else rest
         table = np.array(rows, dtype=np.float64).reshape(len(rows), self._size)
-        time = None if self._time is None else self._times(table[:, self._time])
-        number = None if self._counter is None else table[:, self._counter].astype(np.int64)
-        lost = 0 if number is None else self._count.lost(number)
+        time = np.full(len(rows), np.nan) if self._time is None else self._times(table[:, self._time])
+        number, lost = np.full(len(rows), -1), 0
+        if self._counter is not None:
+            number = table[:, self._counter].astype(np.int64)
+            lost = self._count.lost(number)
         return DeviceFrames(table[:, self._values], time, number, lost, bad)
 
     def _times(self, counts: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

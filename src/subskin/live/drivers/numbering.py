@@ -76,7 +76,7 @@ class Clock:
         """Time of each count [s]; the counts follow those given before."""
         now = np.asarray(counts).astype(np.int64) if self._size <= 1 << 62 else np.asarray(counts)
         if not now.size or self._size > 1 << 62:
-            return now * self._tick
+            return np.asarray(now * self._tick, dtype=np.float64)
         before = np.concatenate([[self._last if self._last >= 0 else now[0]], now[:-1]])
         turned = (now < before) & ((now - before + self._size) * self._tick <= _TURN)
         restarted = (now < before) & ~turned
@@ -85,4 +85,4 @@ class Clock:
             at = np.maximum.accumulate(np.where(restarted, np.arange(len(now)), -1))
             turns = np.where(at >= 0, turns - turns[np.maximum(at, 0)], turns)
         self._last, self._turns = int(now[-1]), int(turns[-1])
-        return (now + turns * self._size) * self._tick
+        return np.asarray((now + turns * self._size) * self._tick, dtype=np.float64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
@@ -66,7 +67,8 @@ def opened(where: str, file: FingerFile | None = None) -> Port:
         raise InvalidValueError(f'port "{where}"', "no such kind of port is known", fix)
     position, _, query = rest.rpartition("?") if "?" in rest and kind not in ("file", "ws") else (rest, "", "")
     options_given: dict[str, Any] = dict(parse_qsl(query, keep_blank_values=True))
-    takes = inspect.signature(known[kind]).parameters
+    kind_of: Callable[..., Port] = known[kind]
+    takes = inspect.signature(kind_of).parameters
     allowed = [name for name in takes if name not in ("file", _first(takes))]
     for option in options_given:
         if option not in allowed:
@@ -74,7 +76,7 @@ def opened(where: str, file: FingerFile | None = None) -> Port:
             raise UnknownOptionError(f'option "{option}"', rule, f"known: {', '.join(allowed) or 'none'}")
     if "file" in takes:
         options_given["file"] = file
-    return known[kind](position, **options_given) if _first(takes) else known[kind](**options_given)
+    return kind_of(position, **options_given) if _first(takes) else kind_of(**options_given)
 
 
 def _first(takes: Any) -> str:
