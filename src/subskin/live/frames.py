@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
@@ -45,7 +47,7 @@ class DeviceFrames(Frozen):
 
     values: FloatArray
     device_time: FloatArray = None  # type: ignore[assignment]
-    sequence: np.typing.NDArray[np.int64] = None  # type: ignore[assignment]
+    sequence: npt.NDArray[np.int64] = None  # type: ignore[assignment]
     lost: int = 0
     bad: int = 0
 
@@ -65,6 +67,19 @@ class DeviceFrames(Frozen):
             closed = column.view()
             closed.flags.writeable = False
             object.__setattr__(self, name, closed)
+
+    @classmethod
+    def made(cls, values: FloatArray, time: FloatArray, number: npt.NDArray[np.int64], lost: int, bad: int) -> Self:
+        """Frames of arrays that are right for certain, and the driver's own: they are closed, and nothing is checked.
+
+        Parameters
+        ----------
+        values, time, number, lost, bad
+            As `values`, `device_time`, `sequence`, `lost` and `bad`.
+        """
+        frames = object.__new__(cls)
+        frames.__setstate__({"values": values, "device_time": time, "sequence": number, "lost": lost, "bad": bad})
+        return frames
 
     def __len__(self) -> int:
         return len(self.values)

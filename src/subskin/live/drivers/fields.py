@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -11,9 +12,9 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ...errors import InvalidValueError
-from .checks import Bytes
+from .framing import Bytes
 
-__all__ = ["TYPES", "Block", "Field", "blocks_of"]
+__all__ = ["TYPES", "Block", "Field", "blocks_of", "in_units"]
 
 TYPES = {
     **{f"u{8 * size}": (size, "u") for size in (1, 2, 3, 4, 8)},
@@ -85,7 +86,7 @@ class Block:
     fields: tuple[Field, ...]
     big: bool
 
-    @property
+    @cached_property
     def _dtype(self) -> np.dtype[np.generic]:
         size, kind = self.fields[0].size, TYPES[self.fields[0].type][1]
         return np.dtype(f"{'>' if self.big else '<'}{kind}{4 if size == 3 else size}")
@@ -139,12 +140,17 @@ def blocks_of(fields: Sequence[Field], first: int, big: bool, use: str) -> list[
     return blocks
 
 
-def scaled(numbers: Sequence[npt.NDArray[np.generic]], fields: Sequence[Field]) -> FloatArray:
-    """Numbers as they were sent, in the units of their fields, shape (n, fields)."""
-    values = np.concatenate([block.astype(np.float64) for block in numbers], axis=1)
+def in_units(fields: Sequence[Field]) -> Callable[[Sequence[npt.NDArray[np.generic]]], FloatArray]:
+    """What turns numbers as they were sent, blocks of shape (n, k), into the units of `fields`, shape (n, fields)."""
     scale, offset = np.array([f.scale for f in fields]), np.array([f.offset for f in fields])
-    if (scale != 1).any():
-        values *= scale
-    if offset.any():
-        values += offset
-    return values
+    plain, centred = bool((scale == 1).all()), not offset.any()
+
+    def turned(numbers: Sequence[npt.NDArray[np.generic]]) -> FloatArray:
+        values = (numbers[0] if len(numbers) == 1 else np.concatenate(numbers, axis=1)).astype(np.float64)
+        if not plain:
+            values *= scale
+        if not centred:
+            values += offset
+        return values
+
+    return turned

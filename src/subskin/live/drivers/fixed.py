@@ -10,9 +10,9 @@ import numpy.typing as npt
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
-from .checks import CHECKS, Bytes
-from .fields import Field, blocks_of, scaled
-from .framing import Flags, Framer, Shape
+from .checks import CHECKS
+from .fields import Field, blocks_of, in_units
+from .framing import Bytes, Flags, Framer, Shape
 from .numbering import Clock, Counter
 
 __all__ = ["AnySkin", "Fixed"]
@@ -92,8 +92,9 @@ class Fixed(Driver):
         self._blocks, self._counter, self._clock = (
             blocks_of(fields, len(start), big_endian, use) for use in ("value", "counter", "time")
         )
-        self._framer = Framer(self._shape)
+        self._framer, self._in_units = Framer(self._shape), in_units(self._values)
         self._count = Counter(256 ** self._counter[0].fields[0].size) if self._counter else None
+        self._in_seconds = in_units(self._clock[0].fields) if self._clock else self._in_units
         whole = bool(self._clock) and self._clock[0].fields[0].type[0] != "f"
         self._ticks = Clock(self._clock[0].fields[0].scale, 256 ** self._clock[0].fields[0].size) if whole else None
 
@@ -105,8 +106,8 @@ class Fixed(Driver):
             lost = self._count.lost(number)
         if self._clock:
             ticks = self._clock[0].read(rows)
-            time = self._ticks.time(ticks[:, 0]) if self._ticks else scaled([ticks], self._clock[0].fields)[:, 0]
-        return DeviceFrames(self._read(rows), time, number, lost, bad)
+            time = self._ticks.time(ticks[:, 0]) if self._ticks else self._in_seconds([ticks])[:, 0]
+        return DeviceFrames.made(self._read(rows), time, number, lost, bad)
 
     def reset(self) -> None:  # noqa: D102
         self._framer.reset()
@@ -132,15 +133,15 @@ class Fixed(Driver):
                 blocks[0].write(rows, np.asarray(given)[:, None] / scale if scale != 1 else np.asarray(given)[:, None])
         back = shape.length - len(shape.end)
         if shape.check is not None:
-            told = shape.check.of(rows[:, shape.covers : back - shape.check.size])
-            order = range(shape.check.size)
-            for k, at in enumerate(reversed(order) if shape.big else order):
-                rows[:, back - shape.check.size + at] = told >> 8 * k & 0xFF
+            first, order = back - shape.check.size, "big" if shape.big else "little"
+            for row in rows:
+                told = shape.check.of(row[shape.covers : first].tobytes())
+                row[first:back] = list(told.to_bytes(shape.check.size, order))
         rows[:, back:] = np.frombuffer(shape.end, np.uint8)
         return rows.tobytes()
 
     def _read(self, rows: Bytes) -> npt.NDArray[np.float64]:
-        return scaled([block.read(rows) for block in self._blocks], self._values)
+        return self._in_units([block.read(rows) for block in self._blocks])
 
     def _plausible(self, rows: Bytes) -> Flags:
         with np.errstate(invalid="ignore", over="ignore"):

@@ -18,16 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .checks import Bytes, Checksum
+from .checks import Checksum
 
-__all__ = ["Framer", "Shape"]
+__all__ = ["Bytes", "Flags", "Framer", "Shape"]
 
 _WINDOW = 8
 """Frames over which a mark in the data is compared with the true one, before the first of them is given up."""
 
-_SLAB = 1 << 15
-"""Bytes that are looked through at a time."""
-
+Bytes = npt.NDArray[np.uint8]
 Flags = npt.NDArray[np.bool_]
 
 
@@ -92,9 +90,12 @@ class Framer:
     """
 
     def __init__(self, shape: Shape) -> None:
-        self.shape = shape
-        self._marks = [(at, byte) for at, byte in enumerate(shape.start)]
-        self._marks += [(shape.seen - len(shape.tail) + at, byte) for at, byte in enumerate(shape.tail)]
+        self.shape, self._strong, self._seen, self._tail = shape, shape.strong, shape.seen, shape.tail
+        joint, back = shape.end + shape.start, len(shape.end)
+        self._joint = joint  # what stands between two frames, in a frame perhaps cut off at its end
+        self._parts = tuple(joint[:size] for size in range(back + 1, len(joint)))
+        self._first, self._within = 0 if shape.end else 1, shape.length if shape.start else shape.length - 1
+        self._need = shape.seen + (0 if self._strong else shape.length)
         self.reset()
 
     def reset(self) -> None:
@@ -105,127 +106,102 @@ class Framer:
 
     def feed(self, data: bytes) -> tuple[Bytes, int]:
         """The frames that are complete with `data`, shape (n, length), and how many were found broken."""
-        found, bad = [np.empty((0, self.shape.length), np.uint8)], 0
-        for first in range(0, len(data), _SLAB):
-            bad += self._feed(data[first : first + _SLAB], found)
-        return np.concatenate(found), bad
-
-    def _feed(self, data: bytes, found: list[Bytes]) -> int:
-        length, bad = self.shape.length, 0
-        buffer = np.frombuffer(self._kept + data, np.uint8)
-        at = self._lead
+        data = self._kept + data
+        length, bad, at, found = self.shape.length, 0, self._lead, []
         while True:
             if self._locked:
-                count, waits = self._run(buffer, at)
-                found.append(buffer[at : at + count * length].reshape(count, length))
-                at += count * length
+                end, waits = self._run(data, at)
+                found.append(data[at:end])
+                at = end
                 if waits:
                     break
                 self._locked = False
-            sure, start = self._search(buffer, at)
-            self._skipped += start - at
-            self._fresh = self._fresh and start == at and not sure
-            at = start
+            sure, begin = self._search(data, at)
+            self._skipped += begin - at
+            self._fresh = self._fresh and begin == at and not sure
+            at = begin
             # a frame that was joined in its middle is not broken
             broken = -(-self._skipped // length) if sure and not self._joining else self._skipped // length
             bad, self._told = bad + max(broken - self._told, 0), max(broken, self._told)
             if not sure:
                 break
             self._locked, self._joining, self._skipped, self._told = True, False, 0, 0
-        lead = min(at, len(self.shape.end))
-        self._kept, self._lead = buffer[at - lead :].tobytes(), lead
-        return bad
+        self._lead = min(at, len(self.shape.end))
+        self._kept = data[at - self._lead :]
+        return np.frombuffer(b"".join(found), np.uint8).reshape(-1, length), bad
 
-    def _holds(self, rows: Bytes) -> Flags:
-        """Which rows, each of the bytes `seen`, have the marks of a frame, and its check."""
-        good = np.ones(len(rows), dtype=bool)
-        for at, byte in self._marks:
-            good &= rows[:, at] == byte
+    def _fits(self, data: bytes, at: int) -> bool:
+        """Whether the bytes from `at` on have the marks of a frame, and its check."""
         shape = self.shape
-        if shape.check is not None and good.any():
-            end = shape.length - len(shape.end) - shape.check.size
-            told = rows[:, end : end + shape.check.size][good].astype(np.int64)
-            weights = 256 ** np.arange(shape.check.size)
-            right = shape.check.of(rows[good, shape.covers : end]) == told @ (weights[::-1] if shape.big else weights)
-            good[good] = right
-        return good
+        if not data.startswith(self._tail, at + self._seen - len(self._tail)) or not data.startswith(shape.start, at):
+            return False
+        if shape.check is None:
+            return True
+        end = at + shape.length - len(shape.end) - shape.check.size
+        told = int.from_bytes(data[end : end + shape.check.size], "big" if shape.big else "little")
+        return shape.check.of(data[at + shape.covers : end]) == told
 
-    def _marked(self, rows: Bytes) -> Flags:
-        """Which rows have the marks between two frames in them, also in part at their end."""
-        shape = self.shape
-        joint, back = shape.end + shape.start, len(shape.end)
-        wide = shape.length
-        inside = np.ones((len(rows), wide - 1), dtype=bool)
-        first = 1 - back  # the joint may begin at -back, the true one; the others are tried
-        for k, byte in enumerate(joint):
-            low = first + k
-            here = slice(max(low, 0), min(low + wide - 1, wide))
-            inside[:, here.start - low : here.stop - low] &= rows[:, here] == byte
-            inside[:, : here.start - low] = False
-        return np.asarray(inside.any(axis=1))
+    def _run(self, data: bytes, at: int) -> tuple[int, bool]:
+        """Where the frames from `at` on that follow each other end, and whether the next needs more bytes."""
+        length, last = self.shape.length, len(data) - self._seen
+        while at <= last:
+            if not self._fits(data, at):
+                return at, False
+            mixed = not self._strong and (
+                data.find(self._joint, at + self._first, at + self._within) >= 0
+                or data.endswith(self._parts, at, at + length)
+            )
+            if mixed and at + length > last:
+                return at, True
+            if mixed and not self._fits(data, at + length):
+                return at, False
+            at += length
+        return at, True
 
-    def _run(self, buffer: Bytes, at: int) -> tuple[int, bool]:
-        """Frames from `at` on that follow each other, and whether the next needs more bytes."""
-        length, seen = self.shape.length, self.shape.seen
-        if len(buffer) - at < seen:
-            return 0, True
-        count = (len(buffer) - at - seen) // length + 1
-        rows = np.lib.stride_tricks.as_strided(buffer[at:], (count, seen), (length, 1), writeable=False)
-        good = self._holds(rows)
-        if self.shape.strong:
-            right, unknown = good, False
-        else:
-            mixed = self._marked(rows[:, :length])
-            follows = np.append(good[1:], False)
-            right, unknown = good & (~mixed | follows), bool(good[-1] and mixed[-1])
-        if right.all():
-            return count, True
-        first = int(np.argmin(right))
-        return first, unknown and first == count - 1
-
-    def _search(self, buffer: Bytes, at: int) -> tuple[bool, int]:
+    def _search(self, data: bytes, at: int) -> tuple[bool, int]:
         """Whether frames start at a position from `at` on, and the position; else the first that may still be it."""
-        shape, length, seen = self.shape, self.shape.length, self.shape.seen
-        if len(buffer) - at < (seen if shape.strong else seen + length):
-            return False, at
-        fits = self._holds(np.lib.stride_tricks.sliding_window_view(buffer[at:], seen))
-        begins = fits if shape.strong else fits[:-length] & fits[length:]
-        if shape.end and not shape.start and not shape.strong:
-            begins &= self._behind(buffer, at, len(begins))
-        here = 0
-        while (more := np.flatnonzero(begins[here:])).size:
-            here += int(more[0])
-            step = 0 if shape.strong else self._alone(buffer[at:], fits, here)
-            if step is None or step == 0:
-                return step == 0, at + here
-            here += step
-        return False, at + max(here, len(begins))
+        length, last = self.shape.length, len(data) - self._need
+        while (at := self._next(data, at)) <= last:
+            step: int | None = 1
+            if self._fits(data, at):
+                step = 0 if self._strong else self._alone(data, at) if self._fits(data, at + length) else 1
+            if not step:
+                return step == 0, at
+            at += step
+        return False, at
 
-    def _behind(self, buffer: Bytes, at: int, count: int) -> Flags:
-        """Which of the `count` positions from `at` on lie behind an end mark, or where the bytes begin."""
-        behind = np.ones(count, dtype=bool)
-        for k, byte in enumerate(reversed(self.shape.end), start=1):
-            early = min(max(k - at, 0), count)
-            behind[:early] = False
-            behind[early:] &= buffer[at + early - k : at + count - k] == byte
-        behind[0] |= self._fresh
-        return behind
+    def _next(self, data: bytes, at: int) -> int:
+        """The first position from `at` on that a frame may start at: with its mark, or behind one."""
+        start, end = self.shape.start, self.shape.end
+        if start:
+            found = data.find(start, at)
+            return found if found >= 0 else max(at, len(data) - len(start) + 1)
+        if self._fresh and at == 0:
+            return at
+        if self._strong:
+            found = data.find(end, at + self.shape.length - len(end))
+            return found - self.shape.length + len(end) if found >= 0 else max(at, len(data) - self._need + 1)
+        found = data.find(end, max(at - len(end), 0))
+        return found + len(end) if found >= 0 else len(data)
 
-    def _alone(self, buffer: Bytes, fits: Flags, here: int) -> int | None:
-        """0 where frames start `here` and nowhere else, None where more bytes have to come, or how far to go on."""
+    def _alone(self, data: bytes, at: int) -> int | None:
+        """0 where frames start `at` and nowhere else, None where more bytes have to come, or how far to go on."""
         length, plausible = self.shape.length, self.shape.plausible
+        rivals = [other for other in range(at + 1, at + length) if self._fits(data, other)]
         for count in range(2, _WINDOW + 1):
-            last = here + (count - 1) * length
-            if last >= len(fits):
+            last = at + (count - 1) * length
+            if last + self._seen > len(data):
                 return None
-            stands = np.asarray(fits[here:last].reshape(count - 1, length).all(axis=0))
-            stands[0] &= fits[last]
-            if not stands[0]:
+            if not self._fits(data, last):
                 return 1
-            positions = np.flatnonzero(stands)
-            if len(positions) > 1 and plausible is not None:
-                likely = plausible(np.lib.stride_tricks.sliding_window_view(buffer[here:], length)[positions])
-                positions = positions[likely] if likely.any() else positions
-            if len(positions) == 1:
-                return int(positions[0])
+            rivals = [other for other in rivals if self._fits(data, other + (count - 2) * length)]
+            if rivals and plausible is not None:
+                rows = np.array([list(data[first : first + length]) for first in (at, *rivals)], np.uint8)
+                likely = plausible(rows)
+                if likely[0] and not likely[1:].any():
+                    return 0
+                if not likely[0] and likely[1:].sum() == 1:
+                    return int(rivals[int(np.argmax(likely[1:]))] - at)
+            if not rivals:
+                return 0
         return length

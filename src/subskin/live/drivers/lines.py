@@ -124,7 +124,7 @@ class Lines(Driver, name="lines"):
         if self._counter is not None:
             number = table[:, self._counter].astype(np.int64)
             lost = self._count.lost(number)
-        return DeviceFrames(table[:, self._values], time, number, lost, bad)
+        return DeviceFrames.made(table[:, self._values], time, number, lost, bad)
 
     def _times(self, counts: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Whole counts of ms or us run on where those of 32 bits, as micros() of a sketch has them, begin again."""
