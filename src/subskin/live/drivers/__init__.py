@@ -2,9 +2,27 @@
 
 from .base import Driver
 from .checks import CHECKS
+from .described import Described, load
 from .fields import Field
 from .fixed import AnySkin, Fixed
 from .lines import Lines, TakkTile
 from .names import from_table, kinds, named
+from .pts import Contactile
+from .xela import Xela
 
-__all__ = ["CHECKS", "AnySkin", "Driver", "Field", "Fixed", "Lines", "TakkTile", "from_table", "kinds", "named"]
+__all__ = [
+    "CHECKS",
+    "AnySkin",
+    "Contactile",
+    "Described",
+    "Driver",
+    "Field",
+    "Fixed",
+    "Lines",
+    "TakkTile",
+    "Xela",
+    "from_table",
+    "kinds",
+    "load",
+    "named",
+]

@@ -12,6 +12,7 @@ from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
 from .numbering import Clock, Counter
+from .splitting import Splitter
 
 __all__ = ["Lines", "TakkTile"]
 
@@ -79,6 +80,8 @@ class Lines(Driver, name="lines"):
         if (columns is None) == (sensors is None):
             rule = "the numbers of a line are named by one of the two"
             raise InvalidValueError("lines with both or none of columns and sensors", rule, "sensors = 5")
+        if not (columns is None or isinstance(columns, list | tuple)):
+            raise InvalidValueError(f"columns = {columns!r}", "a list of names is needed", 'columns = ["t", "p0"]')
         names = _numbered(sensors) if columns is None else tuple(columns)
         if not all(isinstance(name, str) and name for name in names) or len(set(names)) != len(names):
             raise InvalidValueError(f"columns = {names}", "each column has a name of its own", 'columns = ["t", "p0"]')
@@ -97,27 +100,24 @@ class Lines(Driver, name="lines"):
         self.channels = tuple(names[i] for i in self._values)
         self._tick, self._size = _TICKS[tick], len(names)
         self._begin, self._end, self._check = begin.encode(), end.encode(), bool(check)
-        self._count, self._clock = Counter(), Clock(self._tick, 1 << 32)
+        self._splitter, self._count, self._clock = Splitter(_LONGEST), Counter(), Clock(self._tick, 1 << 32)
         self.reset()
 
     def reset(self) -> None:  # noqa: D102
-        self._kept, self._skips, self._long = b"", not self._begin, False
+        self._splitter.reset()
+        self._skips = not self._begin
         self._count.reset()
         self._clock.reset()
 
     def feed(self, data: bytes) -> DeviceFrames:  # noqa: D102
-        *lines, rest = (self._kept + data).split(b"\n")
         rows, bad = [], 0
-        for line in lines:
+        for line in self._splitter.feed(data):
             skipped, self._skips = self._skips, False
-            long, self._long = self._long or len(line) > _LONGEST, False
-            row = None if long or skipped else self._row(line)
+            row = None if line is None or skipped else self._row(line)
             if row is not None:
                 rows.append(row)
-            elif not skipped and line.strip():
+            elif not skipped and (line is None or line.strip()):
                 bad += 1
-        self._long = self._long or len(rest) > _LONGEST
-        self._kept = b"" if self._long else rest
         table = np.array(rows, dtype=np.float64).reshape(len(rows), self._size)
         time = np.full(len(rows), np.nan) if self._time is None else self._times(table[:, self._time])
         number, lost = np.full(len(rows), -1), 0

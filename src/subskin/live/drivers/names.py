@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -56,6 +57,11 @@ def named(name: str, **options: Any) -> Driver:
         if option not in takes:
             rule = f"the driver {name} has no such option"
             raise UnknownOptionError(f'option "{option}"', rule, f"known: {', '.join(takes) or 'none'}")
+        usual = takes[option].default
+        if isinstance(usual, str | bool | int) and type(options[option]) is not type(usual):
+            rule = "a text" if isinstance(usual, str) else "true or false" if isinstance(usual, bool) else "a number"
+            fix = f"{option} = {json.dumps(usual)}"
+            raise InvalidValueError(f"{option} = {options[option]!r} of driver {name}", f"{rule} is needed", fix)
     missing = [key for key, one in takes.items() if one.default is one.empty and key not in options]
     if missing:
         raise InvalidValueError(f"driver {name} without {missing[0]}", "it is needed", f"{missing[0]} = ...")

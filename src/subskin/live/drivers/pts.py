@@ -1,0 +1,249 @@
+"""Contactile's PapillArray, protocol PTSCOM 2.0: packets whose index says what is in them."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import InvalidValueError
+from ..frames import DeviceFrames
+from .base import Driver
+from .numbering import Counter
+
+__all__ = ["Contactile"]
+
+_START, _END = b"\x55\x66\x77\x88", b"\xaa\xbb\xcc\xdd"
+_LONGEST = 8192
+_HUB, _PILLARS, _GLOBAL, _PILLAR_SLIP, _SLIP = 1, 3, 4, 5, 6
+_SIX, _STATE_FRICTION, _STATE_TWO = struct.Struct("<6f"), struct.Struct("<bf"), struct.Struct("<B2f")
+_RATES = (100, 250, 500, 1000)
+Read: TypeAlias = Callable[[bytes, int], tuple[list[float], int]]
+
+
+class _Packet(NamedTuple):
+    counter: int
+    time: float
+    values: list[float]
+
+
+class _Wrong(Exception):
+    """The bytes are no packet of this layout."""
+
+
+class Contactile(Driver, name="contactile"):
+    r"""Contactile's controller: forces [N] and displacements [mm] of pillars, force and torque [N mm] of each sensor.
+
+    A packet is handed on when its marks stand where its index says, and its sum of 16 bits is right. The sum of bytes
+    does not see two bytes that changed places, nor a zero that is lost together with one that is added. Marks within
+    the data do no harm. Format: PTSCOM_2.0_SPEC_SEP22, and langxin11/contactile_pts_lab, python_ws/pts_protocol.py.
+
+    Parameters
+    ----------
+    sensors : int
+        Arrays at the controller, 1 or 2.
+    pillars : int
+        Pillars of an array.
+    slip : bool
+        Also what the controller says of slip: state and friction of each pillar; state, friction and target force of
+        each sensor. NaN where a packet does not have it.
+    rate : int
+        Packets a second that the controller is told to send: 100, 250, 500 or 1000 [1/s]; 0 leaves it as it is.
+
+    Raises
+    ------
+    InvalidValueError
+        Another number of arrays or pillars than there can be, an unknown rate.
+
+    Examples
+    --------
+    >>> board = Contactile(rate=500)
+    >>> board.channels[:6]
+    ('s0_p0_Fx_N', 's0_p0_Fy_N', 's0_p0_Fz_N', 's0_p0_Dx_mm', 's0_p0_Dy_mm', 's0_p0_Dz_mm')
+    >>> board.channels[-6:], board.start
+    (('s0_Fx_N', 's0_Fy_N', 's0_Fz_N', 's0_Tx_Nmm', 's0_Ty_Nmm', 's0_Tz_Nmm'), b'f500\n')
+    """
+
+    def __init__(self, sensors: int = 1, pillars: int = 9, slip: bool = False, rate: int = 0) -> None:
+        for name, value, most in (("sensors", sensors, 2), ("pillars", pillars, 100)):
+            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+                raise InvalidValueError(f"{name} = {value!r}", f"has to be 1 to {most}", f"{name} = {min(most, 9)}")
+        if rate and rate not in _RATES:
+            rule = f"the controller has {', '.join(map(str, _RATES))} packets a second"
+            raise InvalidValueError(f"rate = {rate!r}", rule, "rate = 500")
+        self._sensors, self._pillars, self._slip = sensors, pillars, slip
+        self.start = b"f%d\n" % rate if rate else b""
+        axes = ("Fx_N", "Fy_N", "Fz_N", "Dx_mm", "Dy_mm", "Dz_mm")
+        whole = ("Fx_N", "Fy_N", "Fz_N", "Tx_Nmm", "Ty_Nmm", "Tz_Nmm")
+        names = [f"s{s}_p{p}_{axis}" for s in range(sensors) for p in range(pillars) for axis in axes]
+        names += [f"s{s}_{axis}" for s in range(sensors) for axis in whole]
+        if slip:
+            names += [f"s{s}_p{p}_{of}" for s in range(sensors) for p in range(pillars) for of in ("slip", "friction")]
+            names += [f"s{s}_{of}" for s in range(sensors) for of in ("slip", "friction", "target_N")]
+        self.channels = tuple(names)
+        self._count = Counter(1 << 32)
+        self.reset()
+
+    def reset(self) -> None:  # noqa: D102
+        self._kept, self._looked = b"", 0
+        self._count.reset()
+
+    def feed(self, data: bytes) -> DeviceFrames:
+        """As by `Driver`. Packets are judged in the order in which they end, each from the latest start on.
+
+        Parameters
+        ----------
+        data : bytes
+            As many as there are, at any cut.
+        """
+        data = self._kept + data
+        first, at, bad, found = 0, self._looked, 0, []
+        while (end := data.find(_END, at)) >= 0:
+            at = end + 1
+            start = data.rfind(_START, first, end)
+            while start >= max(first, end - _LONGEST):
+                try:
+                    packet = self._packet(data[start + 4 : end])
+                except (_Wrong, struct.error):
+                    start = data.rfind(_START, first, start + 3)
+                    continue
+                found.append(packet)
+                bad += data.count(_START, first, start)
+                first = at = end + 4
+                break
+        keep = max(first, len(data) - _LONGEST - len(_END))
+        bad += data.count(_START, first, min(keep + 3, len(data)))
+        self._kept, self._looked = data[keep:], max(at, len(data) - 3, keep) - keep
+        values = np.array([packet.values for packet in found], dtype=np.float64).reshape(-1, len(self.channels))
+        number = np.array([packet.counter for packet in found], dtype=np.int64)
+        time = np.array([packet.time for packet in found], dtype=np.float64)
+        return DeviceFrames.made(values, time, number, self._count.lost(number), bad)
+
+    def _packet(self, body: bytes) -> _Packet:
+        """What the bytes between the marks say."""
+        end = len(body) - 2
+        if end < 1 or sum(body[:end]) & 0xFFFF != _u16(body, end):
+            raise _Wrong
+        wide = body[0]
+        blocks: dict[int, int] = {}
+        at, first = 1, end
+        while at < first:
+            kind, offset = _u16(body, at), int.from_bytes(body[at + 2 : at + 2 + wide], "little")
+            at += 2 + wide
+            if not 0 < wide <= 4 or kind in blocks or not at <= offset < end:
+                raise _Wrong
+            blocks[kind], first = offset, min(first, offset)
+        if at != first or not {_HUB, _PILLARS, _GLOBAL} <= set(blocks):
+            raise _Wrong
+        counter, ticks = struct.unpack_from("<IQ", body, blocks[_HUB])
+        ends = {_HUB: blocks[_HUB] + 12}
+        values, ends[_PILLARS] = self._each_pillar(body, blocks[_PILLARS], wide, _pillar)
+        whole, ends[_GLOBAL] = self._each_sensor(body, blocks[_GLOBAL], wide, _pillar)
+        values += whole
+        for kind, each, read, count in (
+            (_PILLAR_SLIP, self._each_pillar, _pillar_slip, 2 * self._pillars), (_SLIP, self._each_sensor, _slip, 3)
+        ):  # fmt: skip
+            if kind in blocks:
+                more, ends[kind] = each(body, blocks[kind], wide, read)
+            else:
+                more = self._sensors * count * [math.nan]
+            values += more if self._slip else []
+        starts = sorted([*blocks.values(), end])
+        for kind, stop in ends.items():  # each block fills the bytes up to the next
+            if stop != starts[starts.index(blocks[kind]) + 1]:
+                raise _Wrong
+        return _Packet(counter, ticks * 1e-6, values)
+
+    def _each_sensor(self, body: bytes, at: int, wide: int, read: Read) -> tuple[list[float], int]:
+        """The numbers of each sensor in the block that begins `at`, and where it ends."""
+        if _u16(body, at) != self._sensors:
+            raise _Wrong
+        at += 2 + self._sensors * wide
+        values: list[float] = []
+        for _ in range(self._sensors):
+            more, at = read(body, at)
+            values += more
+        return values, at
+
+    def _each_pillar(self, body: bytes, at: int, wide: int, read: Read) -> tuple[list[float], int]:
+        """The same, of each pillar of each sensor."""
+
+        def pillars(body: bytes, at: int) -> tuple[list[float], int]:
+            if _u16(body, at) != self._pillars:
+                raise _Wrong
+            at += 2 + self._pillars * wide
+            values: list[float] = []
+            for _ in range(self._pillars):
+                more, at = read(body, at)
+                values += more
+            return values, at
+
+        return self._each_sensor(body, at, wide, pillars)
+
+    def encode(  # noqa: D102
+        self, values: npt.ArrayLike, device_time: npt.ArrayLike | None = None, sequence: npt.ArrayLike | None = None
+    ) -> bytes:
+        table = self.rows(values)
+        numbers = np.zeros(len(table), np.int64) if sequence is None else np.asarray(sequence)
+        times = np.zeros(len(table)) if device_time is None else np.asarray(device_time)
+        sixes = 6 * self._sensors * self._pillars
+        packets = []
+        for row, number, time in zip(table, numbers.tolist(), times.tolist(), strict=True):
+            pillars = [b"\x02\0" + _SIX.pack(*six) for six in row[:sixes].reshape(-1, 6)]
+            sensors = [_listed(pillars[i * self._pillars : (i + 1) * self._pillars]) for i in range(self._sensors)]
+            whole = [b"\x02\0" + _SIX.pack(*six) for six in row[sixes : sixes + 6 * self._sensors].reshape(-1, 6)]
+            hub = struct.pack("<IQ", number % (1 << 32), round(time * 1e6))
+            blocks = {_HUB: hub, _PILLARS: _listed(sensors), _GLOBAL: _listed(whole)}
+            if self._slip:
+                blocks |= self._slip_blocks(row[sixes + 6 * self._sensors :])
+            at = 1 + 4 * len(blocks)
+            body = b"\x02"
+            for kind, block in blocks.items():
+                body += struct.pack("<HH", kind, at)
+                at += len(block)
+            body += b"".join(blocks.values())
+            packets.append(_START + body + struct.pack("<H", sum(body) & 0xFFFF) + _END)
+        return b"".join(packets)
+
+    def _slip_blocks(self, row: npt.NDArray[np.float64]) -> dict[int, bytes]:
+        count = 2 * self._sensors * self._pillars
+        pillars = [b"\x01\0" + struct.pack("<bf", int(of), friction) for of, friction in row[:count].reshape(-1, 2)]
+        arrays = [_listed(pillars[i * self._pillars : (i + 1) * self._pillars]) for i in range(self._sensors)]
+        sensors = [b"\x01\0" + struct.pack("<Bff", int(of), *more) for of, *more in row[count:].reshape(-1, 3)]
+        return {_PILLAR_SLIP: _listed(arrays), _SLIP: _listed(sensors)}
+
+
+def _u16(body: bytes, at: int) -> int:
+    return int.from_bytes(body[at : at + 2], "little")
+
+
+def _entry(body: bytes, at: int, kind: int, form: struct.Struct) -> tuple[list[float], int]:
+    """The numbers of an entry of a kind, and where it ends."""
+    if _u16(body, at) != kind:
+        raise _Wrong
+    return list(form.unpack_from(body, at + 2)), at + 2 + form.size
+
+
+def _pillar(body: bytes, at: int) -> tuple[list[float], int]:
+    return _entry(body, at, 2, _SIX)
+
+
+def _pillar_slip(body: bytes, at: int) -> tuple[list[float], int]:
+    return _entry(body, at, 1, _STATE_FRICTION)
+
+
+def _slip(body: bytes, at: int) -> tuple[list[float], int]:
+    return _entry(body, at, 1, _STATE_TWO)
+
+
+def _listed(parts: list[bytes]) -> bytes:
+    """A block of parts: how many, where each begins, the parts."""
+    at, offsets = 2 + 2 * len(parts), []
+    for part in parts:
+        offsets.append(at)
+        at += len(part)
+    return struct.pack(f"<{1 + len(parts)}H", len(parts), *offsets) + b"".join(parts)

@@ -1,0 +1,87 @@
+"""Messages of a WebSocket, each on a line of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Port, PortLost
+from .needs import needed
+
+__all__ = ["WebSocketPort"]
+
+_LARGEST = 1 << 18
+"""Bytes of a message at most: of a larger one the connection ends."""
+_WAITING = 256
+"""Messages that wait to be read at most; then the sender has to wait."""
+_MOST = 1 << 20
+_PATIENCE = 5.0
+
+
+class WebSocketPort(Port, name="ws"):
+    """`ws://HOST:PORT`: a server that sends messages, such as Xela's at ws://localhost:5000.
+
+    Parameters
+    ----------
+    where : str
+        What follows "ws:".
+
+    Raises
+    ------
+    PortLost
+        Nobody answers, or not as a WebSocket.
+    """
+
+    def __init__(self, where: str) -> None:
+        self.name = f"ws:{where}"
+        self._open: Any = None
+        self.reopen()
+
+    def reopen(self) -> None:  # noqa: D102
+        client = needed("websockets.sync.client", "live")
+        exceptions = needed("websockets.exceptions", "live")
+        self.close()
+        limits = {"max_size": _LARGEST, "max_queue": _WAITING, "open_timeout": _PATIENCE, "close_timeout": 1.0}
+        try:
+            self._open = client.connect(self.name, compression=None, proxy=None, **limits)
+        except (OSError, ValueError, EOFError, exceptions.WebSocketException) as error:
+            rule = f"no WebSocket answers ({str(error)[:100]})"
+            raise PortLost(self.name, rule, "check the address, ws://localhost:5000") from None
+
+    def read(self, timeout: float) -> bytes:  # noqa: D102
+        if self._open is None:
+            raise PortLost(self.name, "it is closed", "open it again")
+        closed = needed("websockets.exceptions", "live").ConnectionClosed
+        parts: list[bytes] = []
+        size = 0
+        while size < _MOST:
+            try:
+                message = self._open.recv(timeout=0.0 if parts else timeout)
+            except TimeoutError:
+                break
+            except closed as error:
+                if parts:  # said at the next call
+                    break
+                self.close()
+                rule = f"the connection is gone ({str(error)[:100]})"
+                raise PortLost(self.name, rule, "start the server again") from None
+            parts.append(_line(message))
+            size += len(parts[-1])
+        return b"".join(parts)
+
+    def write(self, data: bytes) -> None:  # noqa: D102
+        if self._open is not None and data:
+            try:
+                self._open.send(data)
+            except needed("websockets.exceptions", "live").ConnectionClosed:
+                self.close()
+                raise PortLost(self.name, "the connection is gone", "start the server again") from None
+
+    def close(self) -> None:  # noqa: D102
+        its, self._open = self._open, None
+        if its is not None:
+            its.close()
+
+
+def _line(message: str | bytes) -> bytes:
+    """A text on one line: within JSON the end of a line is but space. Bytes are as they came."""
+    return message if isinstance(message, bytes) else message.replace("\n", " ").encode(errors="replace") + b"\n"
