@@ -30,6 +30,7 @@ _COMMANDS = {
     "compliance": "say how soft a skin should be to find a particle on a flat",
     "tolerances": "say what each tolerance of a finger costs in locating",
     "design": "find the fingers that meet your goals, with a report",
+    "ports": "list the boards that are plugged in, and guess their drivers",
     "figures": "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19",
 }
 """What each command does. Its module, of its name, has `add`, which says what it takes, and `run`."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
+from .checks import CHECKS, Checksum
 from .numbering import Clock, Counter
 from .splitting import Splitter
 
@@ -47,8 +48,9 @@ class Lines(Driver, name="lines"):
     begin, end : str
         What each line begins and ends with; a line that lacks it is no frame. The first line counts where `begin` is
         given.
-    check : {"", "xor8"}
-        "xor8": a line ends with * and two hexadecimal digits, the exclusive or of all bytes before the *.
+    check : str
+        "" or one of `subskin.live.drivers.CHECKS`: a line ends with * and the check of all bytes before it, in
+        hexadecimal digits. "xor8" is that of NMEA 0183; it does not see a digit that is doubled, "crc16_ccitt" does.
 
     Raises
     ------
@@ -90,8 +92,8 @@ class Lines(Driver, name="lines"):
                 raise InvalidValueError(f'{key} = "{name}"', "it is none of the columns", f"one of {', '.join(names)}")
         if tick not in _TICKS:
             raise InvalidValueError(f'tick = "{tick}"', "no such unit is known here", f"known: {', '.join(_TICKS)}")
-        if check not in ("", "xor8"):
-            raise InvalidValueError(f'check = "{check}"', "no such check is known", 'check = "xor8"')
+        if check and check not in CHECKS:
+            raise InvalidValueError(f'check = "{check}"', "no such check is known", f"known: {', '.join(CHECKS)}")
         self._at = {name: i for i, name in enumerate(names)}
         self._time, self._counter = self._at.get(time), self._at.get(counter)
         self._values = [i for i in range(len(names)) if i not in (self._time, self._counter)]
@@ -99,7 +101,7 @@ class Lines(Driver, name="lines"):
             raise InvalidValueError(f"columns = {names}", "one of them at least is a channel", 'columns = ["t", "p0"]')
         self.channels = tuple(names[i] for i in self._values)
         self._tick, self._size = _TICKS[tick], len(names)
-        self._begin, self._end, self._check = begin.encode(), end.encode(), bool(check)
+        self._begin, self._end, self._check = begin.encode(), end.encode(), CHECKS.get(check)
         self._splitter, self._count, self._clock = Splitter(_LONGEST), Counter(), Clock(self._tick, 1 << 32)
         self.reset()
 
@@ -134,9 +136,9 @@ class Lines(Driver, name="lines"):
     def _row(self, line: bytes) -> list[float] | None:
         """The numbers of a line, or None where it is no frame."""
         line = line.strip(b"\r \t")
-        if self._check:
-            line, star, told = line.rpartition(b"*")
-            if not star or not _is_check(told, line):
+        if self._check is not None:
+            line, _, told = line.rpartition(b"*")
+            if told.upper() != _sum(self._check, line):
                 return None
         if not (line.startswith(self._begin) and line.endswith(self._end)):
             return None
@@ -171,7 +173,7 @@ class Lines(Driver, name="lines"):
         lines = []
         for row in full.tolist():
             line = self._begin + ",".join(_written(value) for value in row).encode() + self._end
-            lines.append(line + (b"*%02X" % _xor(line) if self._check else b"") + b"\r\n")
+            lines.append(line + (b"" if self._check is None else b"*" + _sum(self._check, line)) + b"\r\n")
         return b"".join(lines)
 
 
@@ -203,12 +205,6 @@ def _written(value: float) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-def _xor(line: bytes) -> int:
-    value = 0
-    for byte in line:
-        value ^= byte
-    return value
-
-
-def _is_check(told: bytes, line: bytes) -> bool:
-    return len(told) == 2 and told.upper() == b"%02X" % _xor(line)
+def _sum(check: Checksum, line: bytes) -> bytes:
+    """The check of a line, in hexadecimal digits."""
+    return b"%0*X" % (2 * check.size, check.of(line))

@@ -3,15 +3,18 @@
 from .base import Port, PortEnded, PortLost
 from .demo import Demo
 from .descriptors import FilePort, StandardInput
+from .listing import PluggedIn, listed
 from .network import TcpPort, UdpPort
 from .opening import opened, schemes
 from .serial_port import SerialPort
 from .simulated import Faults, Simulated
+from .websocket import WebSocketPort
 
 __all__ = [
     "Demo",
     "Faults",
     "FilePort",
+    "PluggedIn",
     "Port",
     "PortEnded",
     "PortLost",
@@ -20,6 +23,8 @@ __all__ = [
     "StandardInput",
     "TcpPort",
     "UdpPort",
+    "WebSocketPort",
+    "listed",
     "opened",
     "schemes",
 ]
