@@ -29,6 +29,8 @@ __all__ = ["Slip", "slip"]
 
 _INTERVAL = (0.025, 0.975)
 _FARTHEST = 1e9
+_THRESHOLDS = (1e-3, 0.5)
+_USUAL = _check.read_only(np.array(_THRESHOLDS))
 _NAMES = {int(verdict): verdict.name for verdict in SlipVerdict}
 
 
@@ -153,7 +155,7 @@ def slip(
     contact: str = "hertz",
     skin: Skin | None = None,
     indenter: Indenter | None = None,
-    thresholds: tuple[float, float] = (1e-3, 0.5),
+    thresholds: tuple[float, float] = _THRESHOLDS,
 ) -> Slip:
     """How close to slipping: margin to the friction cone, probability of slip, and what of the contact still sticks.
 
@@ -255,6 +257,8 @@ def _columns(layout: Layout) -> tuple[int, int, int, int, int]:
 
 
 def _thresholds(values: Any) -> FloatArray:
+    if values is _THRESHOLDS:
+        return _USUAL
     pair = _check.real("thresholds", values, at_least=0.0, at_most=1.0)
     if pair.shape != (2,) or not pair[0] <= pair[1]:
         raise InvalidValueError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,11 @@ __all__ = ["checked_contact", "stick_share", "stick_zone"]
 
 def checked_contact(contact: str) -> str:
     """The name of a contact whose stick zone is known in closed form."""
+    return _known(contact) if isinstance(contact, str) else _known.__wrapped__(contact)
+
+
+@lru_cache(maxsize=64)  # a name that is good stays so
+def _known(contact: str) -> str:
     laws = [name for name, family in families().items() if family.GROWTH is not None]
     if contact not in laws:
         raise InvalidValueError(

@@ -129,7 +129,7 @@ class Framewise(ABC):
             used = self.array.usable(frames)
             self._run_patterns(frames, used, pending, out)
         else:
-            used = np.broadcast_to(self._all, frames.shape)
+            used = self._all[None] if len(frames) == 1 else np.broadcast_to(self._all, frames.shape)
         if self._outliers:
             used = self._without_outliers(frames, used, out)
         used.flags.writeable = False

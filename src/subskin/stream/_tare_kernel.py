@@ -21,7 +21,7 @@ last one changed, and how many equal ones have come since; the window's mean whe
 
 ROWS = 10
 # Rows of what is known of the sensors.
-NOISE, DRIFT, LOW, HIGH, ALIVE, LIVELY = range(6)
+NOISE, DRIFT, LOW, HIGH, ALIVE, LIVELY, OWN = range(7)
 
 _FEWEST = 20
 """Equal readings before a sensor is called frozen."""
@@ -38,20 +38,23 @@ def _median(a, b, c):
 
 
 @compiled(exact=True)
-def follow(readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, offset, free, frozen):
+def follow(readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, given, offset, free, frozen):
     """Follow the offsets over the frames from `begin`; returns (next frame, oldest frame of the window, question).
 
-    readings, smooth, offset, frozen (m, n), time, free (m,): frames before `begin` have been seen, and of these only
-    `smooth` and `time` are read. sensors (6, n); options: guard, settle and patience [s]; limits (n + 1,): chi-square
+    readings, given, offset, frozen (m, n), free (m,); smooth (w + m, n) and time (w + m,) begin with a window of w
+    frames that were seen before. sensors (7, n); options: guard, settle and patience [s]; limits (n + 1,): chi-square
     that noise exceeds so rarely, by number of sensors. rows (10, n) and numbers (4,) are the state and change in place.
-    It returns with question 1 after a frame at which a touch has lasted for `patience` since it began or was last
-    asked about.
+    `given` are the readings as if the offsets were the finger's own. It returns with question 1 after a frame at which
+    a touch has lasted for `patience` since it began or was last asked about.
     """
     frames, n = readings.shape
+    window = time.size - frames
     guard, settle, patience = options[0], options[1], options[2]
     for k in range(begin, frames):
-        t = time[k]
-        elapsed = t - numbers[CLOCK] if numbers[CLOCK] == numbers[CLOCK] else 0.0
+        t = time[window + k]
+        if numbers[CLOCK] != numbers[CLOCK]:  # the first frame, perhaps of a touch that began before a break
+            numbers[CLOCK] = numbers[ASKED] = t
+        elapsed = t - numbers[CLOCK]
         numbers[CLOCK] = t
         chi2, count = 0.0, 0
         for i in range(n):
@@ -67,7 +70,7 @@ def follow(readings, time, begin, head, sensors, options, limits, rows, numbers,
             # one wild reading between two good ones is no touch, and is not learnt from
             v = _median(rows[BEFORE, i], rows[LAST, i], raw) if usable else math.nan
             rows[BEFORE, i], rows[LAST, i] = rows[LAST, i], raw
-            smooth[k, i] = v
+            smooth[window + k, i] = v
             if not usable:
                 continue
             if rows[BASE, i] != rows[BASE, i]:
@@ -118,7 +121,14 @@ def follow(readings, time, begin, head, sensors, options, limits, rows, numbers,
                 numbers[FREE] = 1.0
         free[k] = numbers[FREE] > 0
         for i in range(n):
-            offset[k, i] = rows[OFFSET, i] if rows[SPREAD, i] < math.inf else math.nan
+            known = rows[SPREAD, i] < math.inf
+            offset[k, i] = rows[OFFSET, i] if known else math.nan
+            if sensors[ALIVE, i] <= 0:
+                given[k, i] = readings[k, i]
+            elif frozen[k, i] or not sensors[LOW, i] < readings[k, i] < sensors[HIGH, i]:
+                given[k, i] = math.nan  # saturated, wherever its offset has gone
+            else:
+                given[k, i] = readings[k, i] - offset[k, i] + sensors[OWN, i]
         if question:
             numbers[ASKED] = t
             return k + 1, head, True

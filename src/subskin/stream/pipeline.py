@@ -83,3 +83,16 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
                 left[name], out[name] = None, stage(given)
             given = getattr(out[name], "readings", out[name])
         return left, out
+
+    def prepare(self) -> None:
+        """Prepare each stage; as `Stage.prepare`."""
+        for stage in self.stages.values():
+            if isinstance(stage, Stage):
+                stage.prepare()
+
+    def resumed(self, state: dict[str, Any] | None) -> dict[str, Any] | None:
+        """The state of each stage for a stream that begins anew; as `Stage.resumed`."""
+        if state is None:
+            return None
+        stages = self.stages
+        return {n: stages[n].resumed(left) if isinstance(stages[n], Stage) else None for n, left in state.items()}

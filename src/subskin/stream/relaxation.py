@@ -11,7 +11,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError
-from ._relaxation_kernel import relax
+from ._relaxation_kernel import REST, relax
 from .stage import Stage, in_order
 
 __all__ = ["Relaxation", "RelaxationState", "Relaxing"]
@@ -142,3 +142,12 @@ class Relaxing(Stage[RelaxationState, FloatArray]):
         rows.flags.writeable = out.flags.writeable = False
         last = float(clock[-1]) if clock.size else np.nan if state is None else state.time
         return RelaxationState(rows, last), out
+
+    def resumed(self, state: RelaxationState | None) -> RelaxationState | None:
+        """The state for a stream that begins anew: the readings at rest are kept; as `Stage.resumed`."""
+        if state is None:
+            return None
+        rows = np.full_like(state.rows, np.nan)
+        rows[REST] = state.rows[REST]
+        rows.flags.writeable = False
+        return RelaxationState(rows, np.nan)

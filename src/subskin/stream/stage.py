@@ -67,6 +67,25 @@ class Stage(Frozen, ABC, Generic[State, Out]):
             Shapes that do not match, times that are not finite or go back.
         """
 
+    def prepare(self) -> None:
+        """Make now what the first frames of a stream, or a rare one, would wait for; it changes no answer."""
+        return
+
+    def resumed(self, state: State | None) -> State | None:
+        """The state for a stream that begins anew on the same sensors, its times too: what was learnt is kept.
+
+        Parameters
+        ----------
+        state : State or None
+            What was left of the stream before.
+
+        Returns
+        -------
+        State or None
+            None, unless the stage has learnt something that outlives a break.
+        """
+        return None
+
     def __call__(
         self,
         readings: npt.ArrayLike,
@@ -126,7 +145,8 @@ def in_order(
     readings: npt.ArrayLike, time: npt.ArrayLike | None, last: float = np.nan, sensors: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Readings (m, n) or (n,) and their times (m,), checked: none before `last`, as many `sensors` as are wanted."""
-    data = _check.real("readings", _check.readings(readings), finite=False)
+    data = _check.readings(readings).view()
+    data.flags.writeable = False
     if data.ndim not in (1, 2) or not data.shape[-1] or sensors not in (None, data.shape[-1]):
         rule = f"frames of {'some' if sensors is None else f'the {sensors}'} sensors, (m, n), are needed"
         raise GeometryError(f"readings of shape {data.shape}", rule, "readings[:, None] for a single sensor")
@@ -134,12 +154,14 @@ def in_order(
         raise InvalidValueError(
             "time is missing", "a stream needs the time of each frame [s]", "time=np.arange(frames) / rate"
         )
-    clock = _check.real("time", time, unit="s")
+    clock = _times(time)
     if clock.shape != data.shape[:-1]:
         raise GeometryError(
             f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed", "a time for each frame"
         )
     clock = clock.reshape(-1)
+    if clock.size == 1 and not clock[0] < last:  # the shortest way for a frame by itself
+        return data, clock
     before = np.concatenate([[last], clock[:-1]])
     back = np.flatnonzero(clock < before)
     if back.size:
@@ -147,3 +169,12 @@ def in_order(
         rule = f"time must not go back (it was {before[k]:.6g} s)"
         raise InvalidValueError(f"time[{k}] = {clock[k]:.6g} s", rule, "sort the frames by time")
     return data, clock
+
+
+def _times(time: npt.ArrayLike) -> FloatArray:
+    """Times as floats, all of them finite, and closed to writing."""
+    if type(time) is not np.ndarray or time.dtype != np.float64 or not np.isfinite(time).all():
+        return _check.real("time", time, unit="s")
+    clock = time.view()
+    clock.flags.writeable = False
+    return clock

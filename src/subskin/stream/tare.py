@@ -13,22 +13,16 @@ from scipy.special import chdtri
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..errors import GeometryError, InvalidValueError, NotLinearError
-from ..estimate.estimate import Status
+from ..errors import GeometryError, InvalidValueError
 from ..estimate.frames import check_noise
-from ..estimate.search import Locator
 from ..finger import Finger
-from ..response import tabulate
 from . import _tare_kernel as kernel
+from ._held import Held
 from .stage import Stage, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
 
 _DRIFT = 0.3  # fastest drift believed, of the noise, a second
-_STILL = 1e-2  # chance with which noise alone makes a step that stays look as if it moved
-_WRONG = 0.03  # of the largest departure: by so much the finger's model may be wrong in each
-_REACH = 4.0  # depths beyond the row at which a touch is still thought of
-_TOUCHES = (Status.OK, Status.AMBIGUOUS)
 _FAR = 0.5  # of the free skin's reading, and
 _FAR_NOISE = 100.0  # of the noise: an offset that is off by more is not one of the free skin
 
@@ -197,11 +191,12 @@ class Tare(Stage[TareState, Tared]):
 
     @cached_property
     def _sensors(self) -> FloatArray:
-        """What the compiled loop is told of the sensors, shape (6, n)."""
+        """What the compiled loop is told of the sensors, shape (7, n)."""
         array = self.finger.array
         # a sensor that is rounded to more than its noise may well stand still
         lively = np.asarray(array.resolution) <= np.asarray(self.noise)
-        rows = [self.noise, self.drift, array.low, array.high, array.live, lively]
+        own = np.zeros(len(array)) if self.differences else array.offset
+        rows = [self.noise, self.drift, array.low, array.high, array.live, lively, own]
         return np.stack([np.asarray(row, dtype=np.float64) for row in rows])
 
     @cached_property
@@ -213,42 +208,94 @@ class Tare(Stage[TareState, Tared]):
         self, state: TareState | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[TareState, Tared]:
         """Take the drift off the next frames of a stream; as `Stage.step`."""
-        array = self.finger.array
-        n = len(array)
+        n = self._sensors.shape[1]
         before = self._beginning() if state is None else state
         if before.rows.shape[1] != n:
             seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
             raise GeometryError(seen, "they have to match", "a state of this finger, or None to start")
         rows, numbers = before.rows.copy(), before.numbers.copy()
         data, clock = in_order(readings, time, numbers[kernel.CLOCK], n)
-        frames, first = data.reshape(-1, n), len(before.time)
-        every = np.concatenate([np.empty_like(before.frames), frames])
-        smooth = np.concatenate([before.frames, np.empty_like(frames)])
-        clocks = np.concatenate([before.time, clock])
-        offset, frozen = np.empty_like(every), np.zeros(every.shape, dtype=bool)
-        free = np.zeros(len(every), dtype=bool)
-        options = np.array([self.guard, self.settle, self.patience])
-        at, head, question = first, 0, False
-        while at < len(every):
+        frames = data.reshape(-1, n).copy()  # the loop is compiled for arrays that can be written
+        many = len(frames)
+        smooth, clocks = np.concatenate([before.frames, frames]), np.concatenate([before.time, clock])
+        given, offset = np.empty_like(frames), np.empty_like(frames)
+        free, frozen = np.zeros(many, dtype=bool), np.zeros(frames.shape, dtype=bool)
+        at = head = 0
+        while at < many:
             at, head, question = kernel.follow(
-                every, clocks, at, head, self._sensors, options, self._limits, rows, numbers,
-                smooth, offset, free, frozen,
+                frames, clocks, at, head, self._sensors, self._options, self._limits, rows, numbers,
+                smooth, given, offset, free, frozen,
             )  # fmt: skip
             if question:
-                self._ask(rows, frozen[at - 1])
-        own = np.zeros(n) if self.differences else np.asarray(array.offset)
-        given = np.where(array.live, frames - offset[first:] + own, frames)
-        given[array.live & ~array.inside(frames)] = np.nan  # saturated, wherever its offset has gone
-        given[frozen[first:]] = np.nan
+                self._held.ask(rows, frozen[at - 1])
         left = TareState(rows, numbers, smooth[head:].copy(), clocks[head:].copy())
         for part in (given, offset, free, frozen, *vars(left).values()):
             part.flags.writeable = False
-        each, shape = data.shape, data.shape[:-1]
-        out = Tared(
-            given.reshape(each), offset[first:].reshape(each), free[first:].reshape(shape),
-            frozen[first:].reshape(each), own, np.asarray(self.noise), self.differences,
-        )  # fmt: skip
+        if data.ndim == 1:
+            given, offset, free, frozen = given[0], offset[0], free.reshape(()), frozen[0]
+        out = Tared(given, offset, free, frozen, self._sensors[kernel.OWN], np.asarray(self.noise), self.differences)
         return left, out
+
+    def prepare(self) -> None:
+        """Tabulate what a touch that lasts is judged by; as `Stage.prepare`."""
+        self._held.prepare()
+
+    def resumed(self, state: TareState | None) -> TareState | None:
+        """The state for a stream that begins anew: offsets and how surely they are known are kept; as `Stage.resumed`.
+
+        Whether the skin was free is kept too. The last frames, and their times, are forgotten.
+        """
+        if state is None:
+            return None
+        start = self._beginning()
+        rows, numbers = np.array(start.rows), np.array(start.numbers)
+        rows[[kernel.OFFSET, kernel.SPREAD]] = state.rows[[kernel.OFFSET, kernel.SPREAD]]
+        numbers[kernel.FREE] = state.numbers[kernel.FREE]
+        return TareState(rows, numbers, start.frames, start.time)
+
+    def zeroed(self, state: TareState | None) -> TareState | None:
+        """The state after "zero now": nothing touches, and what was read in the last `guard` seconds are the offsets.
+
+        Parameters
+        ----------
+        state : TareState or None
+            As of `step`. Before the first frame there is nothing to do: that frame is the first offset.
+
+        Returns
+        -------
+        TareState or None
+            For the next frames. A sensor without a reading in these seconds takes its offset from its next one.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
+        >>> tare = ss.Tare(ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3, noise=1e-4)))
+        >>> time = np.arange(0.0, 2.0, 0.01)
+        >>> state, _ = tare.step(None, np.where(time[:, None] < 1.0, 0.0, 0.02) * np.ones(4), time)
+        >>> tare.zeroed(state).offset.round(6).tolist()
+        [0.02, 0.02, 0.02, 0.02]
+        """
+        if state is None:
+            return None
+        rows, numbers = state.rows.copy(), state.numbers.copy()
+        count, noise = rows[kernel.COUNT], self._sensors[kernel.NOISE]
+        seen, many = count > 0, np.maximum(count, 1.0)
+        rows[kernel.OFFSET] = np.where(seen, rows[kernel.BASE] + rows[kernel.SUM] / many, rows[kernel.OFFSET])
+        rows[kernel.SPREAD] = np.where(seen, noise / np.sqrt(many), np.inf)
+        rows[kernel.HELD] = np.nan
+        numbers[kernel.FREE], numbers[kernel.QUIET] = 1.0, np.inf
+        return TareState(rows, numbers, state.frames, state.time)
+
+    @cached_property
+    def _options(self) -> FloatArray:
+        return np.array([self.guard, self.settle, self.patience])
+
+    @cached_property
+    def _held(self) -> Held:
+        """Judges touches that last."""
+        noise, drift = np.asarray(self.noise), np.asarray(self.drift)
+        return Held(self.finger, noise, drift, self.patience, self._limits, self.false_alarm)
 
     def _beginning(self) -> TareState:
         n = len(self.finger.array)
@@ -257,56 +304,3 @@ class Tare(Stage[TareState, Tared]):
         rows[[kernel.BASE, kernel.BEFORE, kernel.LAST, kernel.HELD]] = np.nan
         numbers[[kernel.FREE, kernel.QUIET, kernel.CLOCK]] = 1.0, np.inf, np.nan
         return TareState(rows, numbers, np.empty((0, n)), np.empty(0))
-
-    def _ask(self, rows: FloatArray, frozen: npt.NDArray[np.bool_]) -> None:
-        """Is what has lasted a touch? If it cannot be, the offsets in `rows` are changed to what is read now."""
-        array = self.finger.array
-        noise = np.where(array.live, np.asarray(self.noise), 1.0)
-        spread, count = rows[kernel.SPREAD], np.maximum(rows[kernel.COUNT], 1)
-        told = array.live & (rows[kernel.COUNT] > 0) & ~frozen & np.isfinite(spread)
-        spread = np.where(told, spread, 0.0)
-        mean = rows[kernel.BASE] + rows[kernel.SUM] / count
-        variance = noise**2 / count
-        # what still moves is no offset: a touch that goes on, or rubber that comes back from one
-        moved = np.where(told, mean - rows[kernel.HELD], 0.0)
-        moved2 = moved**2 / (2 * variance + (np.asarray(self.drift) * self.patience) ** 2)
-        rows[kernel.HELD] = mean
-        if told.sum() < 2 or not moved2.sum() <= chdtri(told.sum(), _STILL):
-            return
-        away = np.where(told, mean - rows[kernel.OFFSET], np.nan)
-        if self._may_be_touch(away, spread, variance):
-            return
-        score = np.where(told, away**2 / (variance + spread**2), 0.0)
-        one = int(np.argmax(score))
-        if score.sum() - score[one] <= self._limits[told.sum() - 1]:
-            taken = np.arange(len(array)) == one
-        elif self._status(-away, np.hypot(noise, spread), friction=1.0) in _TOUCHES:
-            taken = told
-        else:
-            return
-        rows[kernel.OFFSET, taken] = mean[taken]
-        rows[kernel.SPREAD, taken] = np.sqrt(variance)[taken]
-        rows[kernel.HELD] = np.nan
-
-    def _may_be_touch(self, away: FloatArray, spread: FloatArray, variance: FloatArray) -> bool:
-        """Whether some pressing load, however it leans, makes these departures, by a model that is somewhat wrong."""
-        wrong = _WRONG * float(np.nanmax(np.abs(away)))
-        status = self._status(away, np.sqrt(np.asarray(self.noise) ** 2 + spread**2 + wrong**2), friction=np.inf)
-        # too little for a touch by a single frame and the drift meanwhile: by the mean, and without?
-        if status == Status.NO_CONTACT:
-            status = self._status(away, np.sqrt(variance + wrong**2), friction=np.inf)
-        return status not in (Status.UNEXPLAINED, Status.NO_CONTACT)
-
-    def _status(self, away: FloatArray, noise: FloatArray, friction: float) -> Status:
-        """Of the load that departures from the offsets would have."""
-        array, y = self.finger.array, np.asarray(self.finger.array.y)
-        reach = _REACH * float(np.asarray(array.depth).max())
-        middle, half = 0.5 * (y.min() + y.max()), 0.5 * np.ptp(y) + reach
-        half = min(half, 0.5 * self.finger.skin.period)
-        try:
-            table = tabulate(self.finger, (middle - half, middle + half))
-        except NotLinearError:  # no estimate can be made: anything may be a touch
-            return Status.INCOMPLETE
-        wide = replace(array, noise=np.maximum(noise, 1e-300), low=-np.inf, high=np.inf)
-        locator = Locator(table, wide, friction=friction, false_alarm=self.false_alarm)
-        return Status(int(locator(np.asarray(array.offset) + away).status))
