@@ -1,0 +1,269 @@
+"""What happens in a stream, told once and with its time: contact, slip, overload, sensors that are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import chdtri
+
+from .._check import FloatArray
+from .._frozen import Frozen
+from ..array import SensorArray
+from ..decide.verdict import SlipVerdict
+from ..estimate.estimate import Status
+
+if TYPE_CHECKING:
+    from ..stream import Tared
+
+__all__ = ["Event", "Switch", "Watch", "WatchState"]
+
+BoolArray = npt.NDArray[np.bool_]
+
+_CONTACT, _SLIP_RISK, _SLIP, _OVERLOAD, _SENSOR = (2, 3), (3, 10), (2, 10), (2, 10), (3, 5)
+"""Frames one after the other until it is told that something began, and that it ended."""
+_NOTHING, _INCOMPLETE = int(Status.NO_CONTACT), int(Status.INCOMPLETE)
+_HOLDS, _AT_RISK, _SLIPS = int(SlipVerdict.HOLDS), int(SlipVerdict.AT_RISK), int(SlipVerdict.SLIPS)
+_ALARM = 1e-6
+_FIRM = 0.5
+"""A contact has ended where noise is left: chi-square below this share of the way from its mean to the limit at which
+a frame is called a contact. Between the two a contact stays what it was."""
+
+
+@dataclass(frozen=True, eq=False)
+class Event(Frozen):
+    """One thing that happened.
+
+    Parameters
+    ----------
+    kind : str
+        "contact_on", "contact_off", "slip_risk", "slip", "overload", "sensor_lost", "sensor_back", "gap",
+        "lost_frames", "reset", "port_lost", "port_back", "zeroed" or "mark".
+    time : float
+        Host time of the frame at which it was certain [s].
+    frame : int
+        Number of that frame in the stream, from 0.
+    text : str
+        What a person reads.
+    values : mapping
+        Its numbers in SI; `since` is the host time of its first frame [s], where it took several to be certain.
+    """
+
+    kind: str
+    time: float
+    frame: int
+    text: str
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Switch(NamedTuple):
+    """On or off, with hysteresis: it takes some frames one after the other to turn it.
+
+    Parameters
+    ----------
+    on : bool
+        How it stands.
+    run : int
+        Frames that speak for the other way, one after the other, up to now.
+    since : float
+        Host time of the first of them [s].
+    """
+
+    on: bool = False
+    run: int = 0
+    since: float = np.nan
+
+    def turned(
+        self, begins: Sequence[bool], ends: Sequence[bool], time: FloatArray, patience: tuple[int, int]
+    ) -> tuple[Switch, list[tuple[int, bool, float]]]:
+        """How it stands after more frames, and when it turned: frame, which way, and since when.
+
+        Parameters
+        ----------
+        begins, ends : sequence of bool, m of them
+            Which frames speak for on, and which for off.
+        time : ndarray, shape (m,)
+            Host time of each [s].
+        patience : (int, int)
+            Frames one after the other that turn it on, and off.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> felt = [False, True, False, True, True, True]
+        >>> Switch().turned(felt, [not one for one in felt], np.arange(6.0), (2, 3))[1]
+        [(4, True, 3.0)]
+        """
+        on, run, since = self
+        if not any(ends if on else begins):
+            return (self if not run else Switch(on)), []
+        turns = []
+        for k, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+            if not (end if on else begin):
+                run = 0
+                continue
+            since = float(time[k]) if not run else since
+            run += 1
+            if run >= patience[on]:
+                on, run = not on, 0
+                turns.append((k, on, since))
+        return Switch(on, run, since), turns
+
+
+class WatchState(NamedTuple):
+    """What a `Watch` carries from batch to batch."""
+
+    contact: Switch = Switch()
+    risk: Switch = Switch()
+    slip: Switch = Switch()
+    overload: Switch = Switch()
+    sensors: tuple[Switch, ...] = ()
+    watched: bool = False
+    """Whether some sensor is lost, or may be."""
+
+
+class Watch:
+    """Tells events from what the chain makes of each frame.
+
+    Contact is told from the status of the tared frames, and does not wait until `Tare` is sure that the skin is free:
+    on after 2 frames that no noise makes, off after 3 that are noise. Where the offsets have drifted under a long
+    touch, noise is not what is left, and contact ends with `Tare`.
+
+    Parameters
+    ----------
+    array : SensorArray
+        Noise and number of the sensors.
+    names : sequence of str
+        What the sensors are called.
+    most : float, optional
+        Force from which a load is an overload [N/m, on an area N]; without it only a reading beyond its range is one.
+    """
+
+    def __init__(self, array: SensorArray, names: Sequence[str], most: float | None = None) -> None:
+        self.names, self.most = tuple(names), most
+        self._live = np.asarray(array.live)
+        noise = np.where(self._live, np.asarray(array.noise), np.inf)
+        self._weight = 1 / np.where(noise > 0, noise, np.inf)
+        count = int(self._live.sum())
+        self._firm = count + _FIRM * (float(chdtri(max(count, 1), _ALARM)) - count)
+        self.start = WatchState(sensors=(Switch(),) * len(self.names))
+
+    def step(
+        self, state: WatchState, values: FloatArray, tared: Tared, found: Any, decision: Any, time: FloatArray, first: int
+    ) -> tuple[WatchState, list[Event]]:
+        """Events of the next frames, in their order.
+
+        Parameters
+        ----------
+        state : WatchState
+            What the frames before left; `start` at the beginning.
+        values : ndarray, shape (m, n)
+            Readings as they came.
+        tared, found, decision
+            What the pipeline made of them, and whether they slip; None where that is not asked.
+        time : ndarray, shape (m,)
+            Host time of each [s].
+        first : int
+            Number of the first of them in the stream.
+        """
+        events: list[Event] = []
+        missing = np.isnan(tared.readings)
+        some = bool(missing.any())
+        # a reading that is there, and was taken out for its size
+        wide = (missing & np.isfinite(values) & ~tared.frozen)[:, self._live] if some else None
+        sensors, watched = state.sensors, state.watched
+        if some or watched:
+            gone = (~np.isfinite(values) | tared.frozen) & self._live
+            sensors = self._sensors(sensors, gone, tared.frozen, time, first, events)
+            watched = any(one.on or one.run for one in sensors)
+        overload = self._overload(state.overload, wide, found, time, first, events)
+        contact, ended = self._contact(state.contact, tared, found, time, first, events)
+        risk, slip = state.risk, state.slip
+        if decision is not None:
+            if ended and not contact.on:
+                risk = slip = Switch()
+            risk, slip = self._slip(risk, slip, decision, time, first, events)
+        if len(events) > 1:
+            events.sort(key=lambda event: event.frame)
+        return WatchState(contact, risk, slip, overload, sensors, watched), events
+
+    def _contact(
+        self, contact: Switch, tared: Tared, found: Any, time: FloatArray, first: int, events: list[Event]
+    ) -> tuple[Switch, bool]:
+        status = found.status.tolist()
+        felt = [one not in (_NOTHING, _INCOMPLETE) for one in status]
+        left = [one == _NOTHING for one in status]
+        if any(left) and (contact.on or any(felt)):
+            away = (tared.readings - tared.own) * self._weight
+            noise = np.nansum(away * away, axis=-1) < self._firm
+            left = [one and fine for one, fine in zip(left, (noise | tared.free).tolist(), strict=True)]
+        contact, turns = contact.turned(felt, left, time, _CONTACT)
+        for k, on, since in turns:
+            where: dict[str, Any] = {"since": since}
+            text = "contact has ended"
+            if on:
+                one = found[k]
+                load = getattr(one, "line", one)
+                where |= {"position": np.asarray(load.position).tolist(), "force": float(load.force)}
+                text = f"contact: {Status(status[k]).name.lower()}"
+            events.append(Event("contact_on" if on else "contact_off", float(time[k]), first + k, text, where))
+        return contact, bool(turns)
+
+    def _slip(
+        self, risk: Switch, slip: Switch, decision: Any, time: FloatArray, first: int, events: list[Event]
+    ) -> tuple[Switch, Switch]:
+        verdict = decision.verdict.tolist()
+        slides, holds = [one == _SLIPS for one in verdict], [one == _HOLDS for one in verdict]
+        doubtful = [one in (_SLIPS, _AT_RISK) for one in verdict]
+        risk, risks = risk.turned(doubtful, holds, time, _SLIP_RISK)
+        slip, slips = slip.turned(slides, [one in (_HOLDS, _AT_RISK) for one in verdict], time, _SLIP)
+        for kind, text, turns in (("slip_risk", "it may slip", risks), ("slip", "it slips", slips)):
+            for k, on, since in turns:
+                if on:
+                    values = {"since": since, "ratio": float(decision.ratio[k])}
+                    values["probability"] = float(decision.probability[k])
+                    told = f"{text}: {100 * values['ratio']:.0f} % of what friction holds"
+                    events.append(Event(kind, float(time[k]), first + k, told, values))
+        return risk, slip
+
+    def _overload(
+        self, overload: Switch, wide: BoolArray | None, found: Any, time: FloatArray, first: int, events: list[Event]
+    ) -> Switch:
+        if wide is None and self.most is None and not (overload.on or overload.run):
+            return overload
+        much = np.zeros(time.size, dtype=bool) if wide is None else wide.any(axis=-1)
+        if self.most is not None:
+            much = much | (getattr(found, "line", found).force > self.most)
+        overload, turns = overload.turned(much.tolist(), (~much).tolist(), time, _OVERLOAD)
+        for k, on, since in turns:
+            if not on:
+                continue
+            beyond = [] if wide is None else [self.names[i] for i in np.flatnonzero(self._live)[wide[k]]]
+            what = f"beyond the range of {', '.join(beyond)}" if beyond else f"more than {self.most:g}"
+            values = {"since": since, "sensors": beyond}
+            events.append(Event("overload", float(time[k]), first + k, f"overload: {what}", values))
+        return overload
+
+    def _sensors(
+        self,
+        sensors: tuple[Switch, ...],
+        gone: BoolArray,
+        frozen: BoolArray,
+        time: FloatArray,
+        first: int,
+        events: list[Event],
+    ) -> tuple[Switch, ...]:
+        left = []
+        for i, one in enumerate(sensors):
+            missing = gone[:, i].tolist()
+            switch, turns = one.turned(missing, [not lost for lost in missing], time, _SENSOR)
+            for k, on, since in turns:
+                why = ("stands still" if frozen[k, i] else "no reading") if on else "reads again"
+                kind = "sensor_lost" if on else "sensor_back"
+                values = {"since": since, "sensor": self.names[i]}
+                events.append(Event(kind, float(time[k]), first + k, f"sensor {self.names[i]}: {why}", values))
+            left.append(switch)
+        return tuple(left)
