@@ -278,3 +278,64 @@ def test_inputs_are_left_alone():
     found = ss.Tare(finger())(raw, time)
     np.testing.assert_array_equal(raw, kept)
     assert replace(found).readings is found.readings
+
+
+def test_a_held_touch_costs_no_stall_once_the_tare_is_prepared(monkeypatch):
+    """The wider table is made by `prepare`: no question of a stream waits for one."""
+    tip, time = finger(), clock(12)
+    tare = ss.Tare(tip, drift=0.05 * NOISE)
+    tare.prepare()
+    made = []
+    real = ss.response.Response.from_function
+    monkeypatch.setattr(ss.response.Response, "from_function", lambda *a, **k: made.append(1) or real(*a, **k))
+    raw = tip.read(ss.LineLoad(np.where(time > 2.0, 40.0, 0.0), 0.2, 0.0), np.random.default_rng(0))
+    found = tare(raw, time)
+    assert not found.free[time > 2.1].any()
+    assert made == []
+    fresh = ss.Tare(finger(noise=1.1 * NOISE), drift=0.05 * NOISE)
+    fresh(raw, time)
+    assert made
+
+
+def test_on_an_area_a_held_touch_stays_one_and_a_step_of_one_sensor_is_taken_up():
+    array = ss.SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3, transducer=ss.MeanPressure(), noise=20.0)
+    tip = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    time = clock(20, rate=50.0)
+    touch = tip.read(ss.PointLoad(1.5, 0.3, 0.8, position=(1e-3, -2e-3)))
+    raw = np.where(((time > 2.0) & (time < 10.0))[:, None], touch, 0.0)
+    raw += 20.0 * np.random.default_rng(0).standard_normal(raw.shape)
+    raw[time > 12.0, 5] += 800.0
+    found = ss.Tare(tip, drift=1.0)(raw, time)
+    assert not found.free[(time > 2.1) & (time < 10.0)].any()
+    assert np.abs(found.offset[(time > 3.0) & (time < 12.0)]).max() < 20.0
+    assert not found.free[(time > 12.1) & (time < 14.5)].any()
+    assert found.free[time > 18.5].all()
+    assert found.offset[-1, 5] == pytest.approx(800.0, abs=15.0)
+
+
+def test_a_stream_that_begins_anew_keeps_its_offsets_and_a_held_touch(drifting):
+    tip, time, force, _, raw = drifting
+    tare = ss.Tare(tip, drift=2e-4)
+    held = int(np.flatnonzero(force == 40.0)[50])
+    state, _ = tare.step(None, raw[:held], time[:held])
+    again = tare.resumed(state)
+    np.testing.assert_array_equal(again.offset, state.offset)
+    np.testing.assert_array_equal(again.std, state.std)
+    _, found = tare.step(again, raw[held : held + 100], time[:100])  # its clock began again
+    assert not found.free.any()
+    np.testing.assert_array_equal(found.offset, np.broadcast_to(state.offset, found.offset.shape))
+    assert tare.resumed(None) is None
+
+
+def test_zero_now_is_the_mean_of_the_last_quarter_of_a_second():
+    tip, time = finger(), clock(6)
+    tare = ss.Tare(tip)
+    raw = tip.read(ss.LineLoad(np.where(time > 3.0, 40.0, 0.0), 0.2, 0.0), np.random.default_rng(0))
+    state, found = tare.step(None, raw, time)
+    assert not found.free[-1]
+    zeroed = tare.zeroed(state)
+    np.testing.assert_allclose(zeroed.offset, raw[-26:].mean(axis=0), atol=0.6 * NOISE)
+    np.testing.assert_allclose(zeroed.std, NOISE / np.sqrt(26), rtol=0.03)
+    _, after = tare.step(zeroed, raw[-50:], time[-50:] + 0.5)
+    assert after.free.all()
+    np.testing.assert_allclose(after.readings, 0.3, atol=6 * NOISE)

@@ -1,3 +1,8 @@
+from .batch import Batch
+from .chain import Chain, ChainState
+from .clock import Clock, ClockState
+from .events import Event
 from .frames import DeviceFrames
+from .ring import RingBuffer
 
-__all__ = ["DeviceFrames"]
+__all__ = ["Batch", "Chain", "ChainState", "Clock", "ClockState", "DeviceFrames", "Event", "RingBuffer"]

@@ -29,9 +29,10 @@ class Batch(Frozen):
     sequence : ndarray of int, shape (n,)
         Number that the device gave each; -1 where it counts none.
     raw : ndarray, shape (n, c)
-        Values of the channels as they came.
+        Values of the channels as they came [reading].
     readings : ndarray, shape (n, s)
-        Readings of the sensors in SI with the drift taken off, as `Finger.locate` takes them; NaN where one is out.
+        Readings of the sensors in SI with the drift taken off, as `Finger.locate` takes them [reading]; NaN where one
+        is out.
     free : ndarray of bool, shape (n,)
         Which frames are free of contact for certain: offsets are learnt from these.
     lost, bad : int

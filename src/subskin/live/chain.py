@@ -24,13 +24,14 @@ from .clock import Clock, ClockState
 from .events import Event, Watch, WatchState
 from .frames import DeviceFrames
 
-__all__ = ["Chain", "ChainState"]
+__all__ = ["COMMANDS", "Chain", "ChainState", "file_of"]
 
 _GAP, _SILENCE = 4.5, 0.25
 """A gap is longer than so many periods of a device with a clock, or so many seconds of one without."""
 _STRONG = 200.0
 """Noises that the strongest sensor reads under the touch that a chain is warmed up with."""
 COMMANDS = ("zero", "mark", "port_lost", "port_back")
+"""What a chain can be asked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,8 @@ class Chain(Frozen):
     """What live streams, recordings that are replayed, and robots run: a pipeline with clocks, events and decisions.
 
     A chain never changes: what it remembers of a stream is the state that goes in and comes out of `step`. The same
-    steps give the same bits. The pipeline is the one that `FingerFile.pipeline` makes, of long and local contacts alike.
+    steps give the same bits. The pipeline is the one that `FingerFile.pipeline` makes, of long and local contacts
+    alike.
 
     Parameters
     ----------
@@ -114,11 +116,7 @@ class Chain(Frozen):
         drift: npt.ArrayLike | None = None,
         **options: Any,
     ) -> None:
-        if isinstance(file, Finger):
-            file = FingerFile(file, tuple(f"s{i}" for i in range(len(file.array))))
-        if not isinstance(file, FingerFile):
-            raise InvalidValueError(f"file = {file!r}", "a FingerFile or a Finger is needed", 'ss.load("finger.toml")')
-        self.file = file
+        self.file = file = file_of(file)
         given = {"fit": fit, "slip": slip, "overload": overload, "drift": drift, **options}
         self.options: Mapping[str, Any] = {name: value for name, value in given.items() if value is not None}
         most = None if overload is None else _check.scalar("overload", overload, above=0.0)
@@ -218,17 +216,18 @@ class Chain(Frozen):
         self.pipeline.prepare()
         finger, scale = self._tare.finger, 1.0 if self.file.recording is None else self.file.recording.scale
         array = finger.array
-        own, noise = np.asarray(self._tare._sensors[-1]), np.where(array.live, np.asarray(self._tare.noise), 1.0)
+        own: FloatArray = np.zeros(len(array)) if self._tare.differences else np.asarray(array.offset)
+        noise = np.where(array.live, np.asarray(self._tare.noise), 1.0)
         middle = array.points.mean(axis=0)
         field = finger.receptive_field(middle if array.on_area else middle[0])[..., 0]
         touch = field * (_STRONG / max(float(np.abs(field / noise)[array.live].max()), 1e-300))
-        frames = np.tile(own, (8, 1)) + noise * np.random.default_rng(0).standard_normal((8, own.size))
+        frames: FloatArray = np.tile(own, (8, 1)) + noise * np.random.default_rng(0).standard_normal((8, own.size))
         frames[3:] += touch
-        wide = np.zeros((8, len(self.channels)))
+        wide: FloatArray = np.zeros((8, len(self.channels)))
         wide[:, slice(None) if self._index is None else self._index] = frames / scale
         state: ChainState | None = None
         for first, last in ((0, 1), (1, 3), (3, 4), (4, 8)):
-            state, _ = self.step(state, DeviceFrames(wide[first:last], 1e-3 * np.arange(first, last)), 1e-3 * last)
+            state, _ = self.step(state, DeviceFrames(wide[first:last], 1e-3 * np.arange(first, last, dtype=np.float64)), 1e-3 * last)
         return timing.perf_counter() - began
 
     def _commanded(
@@ -237,7 +236,9 @@ class Chain(Frozen):
         if command not in COMMANDS:
             raise InvalidValueError(f'command = "{command}"', f"has to be one of {', '.join(COMMANDS)}", '"zero"')
         if len(frames):
-            raise InvalidValueError(f'"{command}" with {len(frames)} frames', "a command is a step of its own", "first the command")
+            raise InvalidValueError(
+                f'"{command}" with {len(frames)} frames', "a command is a step of its own", "first the command"
+            )
         text = str(values.get("text", ""))
         pipeline, clock, watch, events = before.pipeline, before.clock, before.watch, []
         if command == "zero":
@@ -262,7 +263,13 @@ class Chain(Frozen):
         return left, self._empty(frames, host, before.frames, events, command, values)
 
     def _empty(
-        self, frames: DeviceFrames, host: float, first: int, events: Sequence[Event], command: str = "", values: Any = None
+        self,
+        frames: DeviceFrames,
+        host: float,
+        first: int,
+        events: Sequence[Event],
+        command: str = "",
+        values: Any = None,
     ) -> Batch:
         none, no = np.empty(0), np.empty((0, len(self.file.names)))
         raw = np.empty((0, len(self.channels)))
@@ -271,9 +278,7 @@ class Chain(Frozen):
             None, None, tuple(events), host, first, command, values or {},
         )  # fmt: skip
 
-    def _paced(
-        self, before: ChainState, time: FloatArray, device: FloatArray, broken: bool
-    ) -> tuple[float, float]:
+    def _paced(self, before: ChainState, time: FloatArray, device: FloatArray, broken: bool) -> tuple[float, float]:
         """The time between frames, and the longest gap before one of these, NaN where there is none [s]."""
         last = np.nan if before.clock is None else before.clock.time
         period, own = before.period, bool(device[-1] == device[-1])
@@ -303,6 +308,22 @@ class Chain(Frozen):
         if gap == gap:
             return [Event("gap", time, before.frames, f"no frame for {gap:.3g} s", values)]
         return []
+
+
+def file_of(finger: FingerFile | Finger) -> FingerFile:
+    """A finger as if it came from a file; its sensors are s0, s1, ...
+
+    Raises
+    ------
+    InvalidValueError
+        Something that is neither.
+    """
+    if isinstance(finger, FingerFile):
+        return finger
+    if not isinstance(finger, Finger):
+        raise InvalidValueError(f"file = {finger!r}", "a FingerFile or a Finger is needed", 'ss.load("finger.toml")')
+    array = finger.array
+    return FingerFile(finger, tuple(f"s{i}" for i in range(len(array))), limits=(array.low, array.high))
 
 
 def _again(clock: ClockState | None) -> ClockState | None:
@@ -346,5 +367,7 @@ def _friction(given: Any) -> Friction:
     if values.shape == (2,):
         return Friction.between(float(values[0]), float(values[1]))
     if values.shape != ():
-        raise InvalidValueError(f"slip = {given!r}", "a coefficient of friction or a range is needed", "slip=(0.4, 0.8)")
+        raise InvalidValueError(
+            f"slip = {given!r}", "a coefficient of friction or a range is needed", "slip=(0.4, 0.8)"
+        )
     return Friction.known(float(values))

@@ -137,8 +137,8 @@ class Clock:
             return self._without(before, device.size, host)
         if not known.all():  # the time of the frame before it, or of the first that has one
             first = before.raw if np.isfinite(before.raw) else device[known][0]
-            at = np.maximum.accumulate(np.where(known, np.arange(device.size), -1))
-            device = np.where(at < 0, first, device[at])
+            source = np.maximum.accumulate(np.where(known, np.arange(device.size), -1))
+            device = np.where(source < 0, first, device[source])
         raw = float(device[-1])
         device, wrapped = _unwrapped(device, before, max(host - before.host, 0.0))
         last = float(device[-1])

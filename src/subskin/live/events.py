@@ -23,14 +23,13 @@ __all__ = ["Event", "Switch", "Watch", "WatchState"]
 
 BoolArray = npt.NDArray[np.bool_]
 
-_CONTACT, _SLIP_RISK, _SLIP, _OVERLOAD, _SENSOR = (2, 3), (3, 10), (2, 10), (2, 10), (3, 5)
+_CONTACT, _SLIP_RISK, _SLIP, _OVERLOAD, _SENSOR = (2, 1), (3, 25), (4, 25), (2, 10), (3, 5)
 """Frames one after the other until it is told that something began, and that it ended."""
 _NOTHING, _INCOMPLETE = int(Status.NO_CONTACT), int(Status.INCOMPLETE)
 _HOLDS, _AT_RISK, _SLIPS = int(SlipVerdict.HOLDS), int(SlipVerdict.AT_RISK), int(SlipVerdict.SLIPS)
-_ALARM = 1e-6
-_FIRM = 0.5
-"""A contact has ended where noise is left: chi-square below this share of the way from its mean to the limit at which
-a frame is called a contact. Between the two a contact stays what it was."""
+_FIRM = 1e-2
+"""A contact has ended where noise is left of the mean of three frames: all but so rarely it departs less from the
+offsets. A touch so light that every second frame is called one departs by four times as much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +119,8 @@ class WatchState(NamedTuple):
     risk: Switch = Switch()
     slip: Switch = Switch()
     overload: Switch = Switch()
+    tail: FloatArray | None = None
+    """Readings of the last two frames of a contact."""
     sensors: tuple[Switch, ...] = ()
     watched: bool = False
     """Whether some sensor is lost, or may be."""
@@ -129,7 +130,7 @@ class Watch:
     """Tells events from what the chain makes of each frame.
 
     Contact is told from the status of the tared frames, and does not wait until `Tare` is sure that the skin is free:
-    on after 2 frames that no noise makes, off after 3 that are noise. Where the offsets have drifted under a long
+    on after 2 frames that no noise makes, off after 3 whose mean is noise. Where the offsets have drifted under a long
     touch, noise is not what is left, and contact ends with `Tare`.
 
     Parameters
@@ -148,11 +149,18 @@ class Watch:
         noise = np.where(self._live, np.asarray(array.noise), np.inf)
         self._weight = 1 / np.where(noise > 0, noise, np.inf)
         count = int(self._live.sum())
-        self._firm = count + _FIRM * (float(chdtri(max(count, 1), _ALARM)) - count)
+        self._firm = float(chdtri(max(count, 1), _FIRM)) / 3
         self.start = WatchState(sensors=(Switch(),) * len(self.names))
 
     def step(
-        self, state: WatchState, values: FloatArray, tared: Tared, found: Any, decision: Any, time: FloatArray, first: int
+        self,
+        state: WatchState,
+        values: FloatArray,
+        tared: Tared,
+        found: Any,
+        decision: Any,
+        time: FloatArray,
+        first: int,
     ) -> tuple[WatchState, list[Event]]:
         """Events of the next frames, in their order.
 
@@ -180,7 +188,7 @@ class Watch:
             sensors = self._sensors(sensors, gone, tared.frozen, time, first, events)
             watched = any(one.on or one.run for one in sensors)
         overload = self._overload(state.overload, wide, found, time, first, events)
-        contact, ended = self._contact(state.contact, tared, found, time, first, events)
+        contact, ended = self._contact(state.contact, state.tail, tared, found, time, first, events)
         risk, slip = state.risk, state.slip
         if decision is not None:
             if ended and not contact.on:
@@ -188,17 +196,33 @@ class Watch:
             risk, slip = self._slip(risk, slip, decision, time, first, events)
         if len(events) > 1:
             events.sort(key=lambda event: event.frame)
-        return WatchState(contact, risk, slip, overload, sensors, watched), events
+        tail = None
+        if contact.on:
+            tail = tared.readings[-2:]
+            if len(tail) < 2 and state.tail is not None:
+                tail = np.concatenate([state.tail[-1:], tail])
+        return WatchState(contact, risk, slip, overload, tail, sensors, watched), events
 
     def _contact(
-        self, contact: Switch, tared: Tared, found: Any, time: FloatArray, first: int, events: list[Event]
+        self,
+        contact: Switch,
+        tail: FloatArray | None,
+        tared: Tared,
+        found: Any,
+        time: FloatArray,
+        first: int,
+        events: list[Event],
     ) -> tuple[Switch, bool]:
         status = found.status.tolist()
         felt = [one not in (_NOTHING, _INCOMPLETE) for one in status]
         left = [one == _NOTHING for one in status]
         if any(left) and (contact.on or any(felt)):
-            away = (tared.readings - tared.own) * self._weight
-            noise = np.nansum(away * away, axis=-1) < self._firm
+            before = np.full((2, self._weight.size), np.nan)
+            if tail is not None:
+                before[2 - len(tail) :] = tail
+            away = (np.concatenate([before, tared.readings]) - tared.own) * self._weight
+            mean = (away[2:] + away[1:-1] + away[:-2]) / 3
+            noise = np.isfinite(mean).any(axis=-1) & (np.nansum(mean * mean, axis=-1) < self._firm)
             left = [one and fine for one, fine in zip(left, (noise | tared.free).tolist(), strict=True)]
         contact, turns = contact.turned(felt, left, time, _CONTACT)
         for k, on, since in turns:
@@ -234,7 +258,9 @@ class Watch:
     ) -> Switch:
         if wide is None and self.most is None and not (overload.on or overload.run):
             return overload
-        much = np.zeros(time.size, dtype=bool) if wide is None else wide.any(axis=-1)
+        much: BoolArray = np.zeros(time.size, dtype=bool)
+        if wide is not None:
+            much = np.asarray(wide.any(axis=-1))
         if self.most is not None:
             much = much | (getattr(found, "line", found).force > self.most)
         overload, turns = overload.turned(much.tolist(), (~much).tolist(), time, _OVERLOAD)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .. import _check
 from .batch import Batch
 
-__all__ = ["Ring"]
+__all__ = ["RingBuffer"]
 
 _MOST = 64 << 20
 """Bytes that it takes at most: where frames are many and wide, it reaches less far back."""
@@ -18,7 +18,7 @@ _FIRST = 1024
 """Frames for which there is room at the beginning; the room doubles as it is needed."""
 
 
-class Ring:
+class RingBuffer:
     """Keeps times, readings, estimates and whether the skin was free, of the last frames.
 
     Parameters
@@ -28,7 +28,7 @@ class Ring:
 
     Examples
     --------
-    >>> ring = Ring(seconds=2.0)
+    >>> ring = RingBuffer(seconds=2.0)
     >>> for k in range(5):
     ...     ring.put(time=np.array([float(k)]), readings=np.full((1, 3), k))
     >>> ring.last()["time"].tolist(), ring.last(1.0)["readings"].shape
@@ -44,13 +44,25 @@ class Ring:
         return self._count
 
     def take(self, batch: Batch) -> None:
-        """Keep the frames of a batch."""
+        """Keep the frames of a batch.
+
+        Parameters
+        ----------
+        batch : Batch
+            What came out of a chain.
+        """
         if len(batch):
             table = {} if not hasattr(batch.found, "table") else {"found": batch.found.table}
             self.put(time=batch.time, readings=batch.readings, free=batch.free, status=batch.found.status, **table)
 
     def put(self, **columns: npt.NDArray[Any]) -> None:
-        """Keep frames: arrays by their names, whose first axis is the frames; `time` [s] is one of them."""
+        """Keep frames.
+
+        Parameters
+        ----------
+        **columns : ndarray, shape (n, ...)
+            By their names, the same each time; `time` [s] is one of them.
+        """
         frames = len(columns["time"])
         if not self._columns:
             self._columns = {n: np.empty((_FIRST, *v.shape[1:]), v.dtype) for n, v in columns.items()}
@@ -65,7 +77,13 @@ class Ring:
         self._count = min(self._count + kept, room)
 
     def last(self, seconds: float | None = None) -> dict[str, npt.NDArray[Any]]:
-        """The frames of the last `seconds`, oldest first, by the names of the columns; copies."""
+        """The last frames, oldest first, by the names of the columns; copies.
+
+        Parameters
+        ----------
+        seconds : float, optional
+            Of how long [s]; all of them if left out.
+        """
         if not self._columns:
             return {}
         order = (self._at - self._count + np.arange(self._count)) % self._room

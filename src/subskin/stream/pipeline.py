@@ -94,5 +94,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
         """The state of each stage for a stream that begins anew; as `Stage.resumed`."""
         if state is None:
             return None
-        stages = self.stages
-        return {n: stages[n].resumed(left) if isinstance(stages[n], Stage) else None for n, left in state.items()}
+        left: dict[str, Any] = {}
+        for name, stage in self.stages.items():
+            left[name] = stage.resumed(state[name]) if isinstance(stage, Stage) else None
+        return left

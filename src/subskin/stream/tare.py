@@ -231,9 +231,11 @@ class Tare(Stage[TareState, Tared]):
         left = TareState(rows, numbers, smooth[head:].copy(), clocks[head:].copy())
         for part in (given, offset, free, frozen, *vars(left).values()):
             part.flags.writeable = False
-        if data.ndim == 1:
-            given, offset, free, frozen = given[0], offset[0], free.reshape(()), frozen[0]
-        out = Tared(given, offset, free, frozen, self._sensors[kernel.OWN], np.asarray(self.noise), self.differences)
+        each, shape = data.shape, data.shape[:-1]
+        out = Tared(
+            given.reshape(each), offset.reshape(each), free.reshape(shape), frozen.reshape(each),
+            self._sensors[kernel.OWN], np.asarray(self.noise), self.differences,
+        )  # fmt: skip
         return left, out
 
     def prepare(self) -> None:
