@@ -227,7 +227,8 @@ class Chain(Frozen):
         wide[:, slice(None) if self._index is None else self._index] = frames / scale
         state: ChainState | None = None
         for first, last in ((0, 1), (1, 3), (3, 4), (4, 8)):
-            state, _ = self.step(state, DeviceFrames(wide[first:last], 1e-3 * np.arange(first, last, dtype=np.float64)), 1e-3 * last)
+            at: FloatArray = 1e-3 * np.arange(first, last)
+            state, _ = self.step(state, DeviceFrames(wide[first:last], at), 1e-3 * last)
         return timing.perf_counter() - began
 
     def _commanded(
