@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,10 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...radial import RadialResponse
+from ...radial_round import RoundResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
-from ..layout import AREA
+from ..layout import AREA, Layout
 from .tiles import boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
@@ -57,9 +58,13 @@ class AreaLocator(Framewise):
         A sensor without noise, a response whose sensors do not match the array's, an option out of range.
     """
 
+    layout: ClassVar[Layout] = AREA
+    wide = False
+    """Whether the contact has a half width that is not known."""
+
     def __init__(
         self,
-        response: RadialResponse,
+        response: RadialResponse | RoundResponse,
         array: SensorArray,
         search: tuple[tuple[float, float], tuple[float, float]],
         *,
@@ -75,8 +80,7 @@ class AreaLocator(Framewise):
             raise GeometryError(seen, "they have to match", "array.select(...)")
         self.response, self.search = response, search
         self.friction = _check.friction(friction)
-        self.unknowns = 3 + 2 * (self.friction > 0)
-        self.layout = AREA
+        self.unknowns = 3 + 2 * (self.friction > 0) + self.wide
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
@@ -84,7 +88,7 @@ class AreaLocator(Framewise):
         step = _STEP * self._depth if scan_step is None else scan_step
         self._step = _check.scalar("scan_step", step, unit="m", above=0.0)
         super().__init__(
-            array, needed=self.unknowns, columns=AREA.columns, status=AREA.status, layout=AREA,
+            array, needed=self.unknowns, columns=self.layout.columns, status=self.layout.status, layout=self.layout,
             outliers=outliers, ambiguity=self._ambiguity,
         )  # fmt: skip
 
