@@ -64,12 +64,13 @@ def further_tops(w, model, mu, box, away, best, count, room, tops, trial):
 
 
 @compiled(borrows=True, built_on=(_round_climb,))
-def width_profile(w, model, mu, box, best, h, only, room, fit, trial, ends, sides):
-    """The 95 % interval of q into `ends`, and how far the others move with a standard deviation of it into sides[2].
+def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
+    """The 95 % interval of q into sides[:2, 5], and how far the others move with a standard deviation of it, sides[2].
 
     At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top, h: its
-    information; only (6,), sides (3, 5): scratch. False where S is larger at another width: fit is there.
+    information; only (6,), sides (3, 6): scratch. False where S is larger at another width: trials[0] is there.
     """
+    fit = trials[0]
     minor = h[0, 0] * h[1, 1] - h[0, 1] * h[0, 1]
     first, second = h[1, 1] * h[0, 2] - h[0, 1] * h[1, 2], h[0, 0] * h[1, 2] - h[0, 1] * h[0, 2]
     told = h[2, 2] - (h[0, 2] * first + h[1, 2] * second) / minor
@@ -80,18 +81,18 @@ def width_profile(w, model, mu, box, best, h, only, room, fit, trial, ends, side
     shut = 0
     for side in range(2):
         sign, limit = (1.0 if side else -1.0), box[4 + side]
-        ends[side], closed, drop = limit, True, 0.0
+        sides[side, 5], closed, drop = limit, True, 0.0
         to, y, z = q + sign * reach, best[36], best[37]
         for k in range(5):
             sides[side, k] = 0.0
         for _ in range(_TRIES if limit != q else 0):
             here = min(max(to, box[4]), box[5])
             only[4] = only[5] = here
-            round_climb(w, model, mu, only, y, z, here, 0.1 * FINE, room, fit, trial)
+            round_climb(w, model, mu, only, y, z, here, 0.1 * FINE, room, fit, trials[1])
             drop, y, z = best[3] - fit[3], fit[36], fit[37]
             if drop < -0.1:
                 return False
-            ends[side], closed = here, here == limit and drop < _SURE2
+            sides[side, 5], closed = here, here == limit and drop < _SURE2
             if closed or abs(drop - _SURE2) < 0.05 * _SURE2:
                 break
             to = q + (here - q) * min(max(math.sqrt(_SURE2 / max(drop, _LEAST)), 0.3), 3.0)
@@ -99,11 +100,12 @@ def width_profile(w, model, mu, box, best, h, only, room, fit, trial, ends, side
             shut += 1 + side
         else:
             longer = math.sqrt(_SURE2 / max(drop, _LEAST))
-            ends[side] = min(max(q + (ends[side] - q) * longer, box[4]), box[5])
+            sides[side, 5] = min(max(q + (sides[side, 5] - q) * longer, box[4]), box[5])
         if limit != q:
             deviations = sign * (_SURE if closed else math.sqrt(max(drop, _LEAST)))
             for k in range(5):
-                sides[side, k] = ((fit[36 + k] if k < 2 else fit[k - 2]) - (best[36 + k] if k < 2 else best[k - 2])) / deviations
+                at = 36 + k if k < 2 else k - 2
+                sides[side, k] = (fit[at] - best[at]) / deviations
     for k in range(5):  # the side that the search cuts short says less than the other one
         low, high = sides[0, k], sides[1, k]
         larger = high if abs(high) > abs(low) else low
@@ -112,33 +114,41 @@ def width_profile(w, model, mu, box, best, h, only, room, fit, trial, ends, side
 
 
 @compiled(borrows=True, built_on=(_round_climb, _scan))
-def contact_outside(w, single, model, mu, tiles, nodes, t, widths, least, boxes, box, only, room, c, s, fit, trial):
-    """Whether S reaches `least` at a side of the search, or beyond, at any width."""
+def contact_outside(w, single, model, mu, tiles, nodes, t, widths, least, boxes, box, only, picked, room, c, s, trials):
+    """Whether S reaches `least` at a side of the search, or beyond, at any width.
+
+    picked (4, 4): scratch, of each box the best node of the scans: what S may be near it, y, z, q; trials: two fits.
+    """
     index, origin, near, basis, shapes = tiles
     for b in range(4):
-        only[0], only[1], only[2], only[3] = boxes[b, 0], boxes[b, 1], boxes[b, 2], boxes[b, 3]
-        only[4], only[5] = box[4], box[5]
-        best_y, best_z, best_q, top = 0.0, 0.0, -1.0, least
-        for j in range(widths.size):
-            e = t + j * (w.size + 1)
-            i0, k, m, count, start = index[e, 0], index[e, 1], index[e, 3], index[e, 6], int(origin[e, 0])
-            if count == 0:
-                continue
-            scan(
-                single,
-                near[i0 : i0 + k],
-                basis[index[e, 2] : index[e, 2] + 3 * k * m].reshape((k, 3 * m)),
-                shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)),
-                mu,
-                c,
-                s[:m],
-            )
-            for p in range(count):
-                if s[p] >= nodes[start + p, 3] * top and nodes[start + p, 2] == b:
-                    top = s[p] / nodes[start + p, 3]
-                    best_y, best_z, best_q = nodes[start + p, 0], nodes[start + p, 1], widths[j]
-        if best_q >= 0.0:
-            round_climb(w, model, mu, only, best_y, best_z, best_q, 0.05, room, fit, trial)
-            if fit[3] > least:
+        picked[b, 0] = least
+        picked[b, 3] = -1.0
+    for j in range(widths.size):
+        e = t + j * (w.size + 1)
+        i0, k, m, count, start = index[e, 0], index[e, 1], index[e, 3], index[e, 6], int(origin[e, 0])
+        if count == 0:
+            continue
+        scan(
+            single,
+            near[i0 : i0 + k],
+            basis[index[e, 2] : index[e, 2] + 3 * k * m].reshape((k, 3 * m)),
+            shapes[index[e, 4] : index[e, 4] + 9 * m].reshape((9, m)),
+            mu,
+            c,
+            s[:m],
+        )
+        for p in range(count):
+            b = int(nodes[start + p, 2])
+            if s[p] >= nodes[start + p, 3] * picked[b, 0]:
+                picked[b, 0] = s[p] / nodes[start + p, 3]
+                picked[b, 1], picked[b, 2], picked[b, 3] = nodes[start + p, 0], nodes[start + p, 1], widths[j]
+    only[4], only[5] = box[4], box[5]
+    for b in range(4):
+        if picked[b, 3] >= 0.0:
+            for k in range(4):
+                only[k] = boxes[b, k]
+            y, z, q = picked[b, 1], picked[b, 2], picked[b, 3]
+            round_climb(w, model, mu, only, y, z, q, 0.05, room, trials[0], trials[1])
+            if trials[0, 3] > least:
                 return True
     return False

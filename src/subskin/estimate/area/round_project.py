@@ -90,7 +90,7 @@ def _climbed(w, model, mu, box, starts, count, near, room, tops, trial):
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
     boxes, widths, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score,
-    at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, trial, other, only, ends, sides, point,
+    at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides, point,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
     frames, n = readings.shape
@@ -116,7 +116,7 @@ def _each(
                 w, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, tile, few, share,
                 options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts, levels,
             )  # fmt: skip
-            count = _climbed(w, model, mu, box, starts, begun, _NEAR * broad, room, tops, trial)
+            count = _climbed(w, model, mu, box, starts, begun, _NEAR * broad, room, tops, others[0])
             best, second = ranked(tops, count, h, apart)
             left, bound = total, largest
             if best >= 0:
@@ -131,7 +131,7 @@ def _each(
         if best < 0 or tops[best, 3] < detection:
             row[_STATUS] = _NO_CONTACT
             continue
-        count = further_tops(w, model, mu, box, 2.0 * broad, best, count, room, tops, trial)
+        count = further_tops(w, model, mu, box, 2.0 * broad, best, count, room, tops, others[0])
         best, second = ranked(tops, count, h, apart)
         shape, spread, told = 0, 0.0, True
         fit, found = fits[0], tops[best]
@@ -154,14 +154,14 @@ def _each(
             y, z, q = trials[2, 29], trials[2, 30], found[38]
             if shape >= 0 and free:
                 round_curvature(found, h)
-                told = width_profile(w, model, mu, box, found, h, only, room, other, trial, ends, sides)
-                y, z, q = other[36], other[37], other[38]
+                told = width_profile(w, model, mu, box, found, h, only, room, others, sides)
+                y, z, q = others[0, 36], others[0, 37], others[0, 38]
             if shape >= 0 and told:
                 break
-            round_climb(w, model, mu, box, y, z, q, FINE, room, other, trial)
-            if other[3] > found[3]:
+            round_climb(w, model, mu, box, y, z, q, FINE, room, others[0], others[1])
+            if others[0, 3] > found[3]:
                 for k in range(SIZE):
-                    found[k] = other[k]
+                    found[k] = others[0, k]
         status = _OK if shape == 0 or shape == 1 else _AMBIGUOUS
         if not told:
             status = _AMBIGUOUS
@@ -170,7 +170,7 @@ def _each(
         width_std = 0.0
         row[_INTERVAL] = row[_INTERVAL + 1] = half
         if free:
-            low, high = math.sqrt(min(ends[0], found[38])), math.sqrt(max(ends[1], found[38]))
+            low, high = math.sqrt(min(sides[0, 5], found[38])), math.sqrt(max(sides[1, 5], found[38]))
             row[_INTERVAL], row[_INTERVAL + 1], width_std = low, high, (high - low) / (2.0 * 1.959964)
             if found[38] >= box[5] or (box[4] > 0.0 and found[38] <= box[4]):
                 status = _AMBIGUOUS
@@ -216,8 +216,8 @@ def _each(
             ):  # fmt: skip
                 status = _AMBIGUOUS
         if status == _OK and contact_outside(
-            w, single, model, mu, outer, nodes, min(tile, n), widths, found[3] - ambiguity, boxes, box, only, room, c,
-            s, other, trial,
+            w, single, model, mu, outer, nodes, min(tile, n), widths, found[3] - ambiguity, boxes, box, only,
+            starts[2 * widths.size :], room, c, s, others,
         ):  # fmt: skip
             status = _AMBIGUOUS
         row[_STATUS] = status
@@ -246,18 +246,17 @@ def project_round(
     scratch = np.empty((ROWS, n + 1))
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
     fall, ratio, more = np.empty(8), np.empty(8), np.zeros(3)
-    starts, levels = np.empty((2 * widths.size, 4)), np.empty(widths.size)
+    starts, levels = np.empty((2 * widths.size + 4, 4)), np.empty(widths.size)
     room = (
         np.empty((3, 3)), np.empty((8, 4)), np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)),
         np.empty((COLUMNS, n)),
     )  # fmt: skip
     flat, tops = np.empty((sums.shape[0], sums.shape[1])), np.empty((_TOPS + MORE, SIZE))
-    trial, other, only, ends = np.empty(SIZE), np.empty(SIZE), np.empty(6), np.empty(2)
-    sides, point = np.zeros((3, 5)), np.empty(_POINT_COLUMNS)
+    others, only, sides, point = np.empty((2, SIZE)), np.empty(6), np.zeros((3, 6)), np.empty(_POINT_COLUMNS)
     box = np.array([options[9], options[10], options[11], options[12], limits[0], limits[1]])
     _each(
         readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
         boxes, widths, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single, part, scratch,
-        scratch.view(np.int64), score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, trial,
-        other, only, ends, sides, point,
+        scratch.view(np.int64), score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others,
+        only, sides, point,
     )  # fmt: skip
