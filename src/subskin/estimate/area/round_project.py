@@ -162,9 +162,7 @@ def _each(
             if others[0, 3] > found[3]:
                 for k in range(SIZE):
                     found[k] = others[0, k]
-        status = _OK if shape == 0 or shape == 1 else _AMBIGUOUS
-        if not told:
-            status = _AMBIGUOUS
+        status = _OK if told and (shape == 0 or shape == 1) and n > 5 + free else _AMBIGUOUS
         covariance(fit, mu, more, point)
         half = math.sqrt(found[38])
         width_std = 0.0
