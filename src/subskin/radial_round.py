@@ -23,7 +23,7 @@ from .radial import RadialResponse, sampled, shared, tabulate_radial
 
 __all__ = ["RoundResponse", "tabulate_round"]
 
-WIDTHS = 12
+WIDTHS = 14
 """Chebyshev nodes in the square of the half width."""
 _MOST_WIDE = 2.0
 """Depths up to which half widths are tabulated."""

@@ -196,7 +196,7 @@ def _on_area(
         else:
             depth = float(np.asarray(finger.array.depth).min())
             low, high = widths or (0.0, 1.5 * depth)
-            response = tabulate_round(finger, kind, reach, max(high, 1e-3 * depth))
+            response = tabulate_round(finger, kind, reach, max(high, 1.5 * depth))
             made = RoundLocator(response, finger.array, (y, z), (low, high), **options)
         return made.allow_for(finger, float(values["friction"]))
 
