@@ -138,7 +138,7 @@ class AreaLocator(Framewise):
         if response.pair is not None:
             table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
         terms = response.terms if response.pair is None else response.terms[:0]
-        sensors, first, *rest = self._looked_at([response], array, cells)
+        sensors, first, *rest = self._looked_at([response], [response], array, cells)
         return (
             sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
             np.ascontiguousarray(terms).astype(np.int64), *rest, self._options(array, response, error),
@@ -166,8 +166,10 @@ class AreaLocator(Framewise):
             ]
         )
 
-    def _looked_at(self, responses: Sequence[RadialResponse], array: SensorArray, cells: int) -> tuple[Any, ...]:
-        """Sensors and rows of tables, of all and of those near each tile; where the scans of `responses` look.
+    def _looked_at(
+        self, responses: Sequence[RadialResponse], beyond: Sequence[RadialResponse], array: SensorArray, cells: int
+    ) -> tuple[Any, ...]:
+        """Sensors and rows of tables, of all and of those near each tile; where the scans look, and those beyond.
 
         The responses are of the same sensors, in tables of so many `cells`.
         """
@@ -175,7 +177,7 @@ class AreaLocator(Framewise):
         finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
         tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction)
         boxes = boxes_beyond(box, self._beyond)
-        outer, nodes = nodes_beyond(responses, scale, boxes, self._depth, self.friction)
+        outer, nodes = nodes_beyond(beyond, scale, boxes, self._depth, self.friction)
         sensors = np.ascontiguousarray(np.stack([*response.points.T, response.depth**-2.0, response.gain * scale]))
         first = np.append(response.kind * cells, cells - 1).astype(np.int64)
         widest = max(int(t.table[:, 3].max()) for t in (tiles, outer))

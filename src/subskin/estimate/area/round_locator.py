@@ -82,10 +82,11 @@ class RoundLocator(AreaLocator):
         sums = np.ascontiguousarray(sums.reshape(sums.shape[0] * cells, -1, sums.shape[-1]))
         shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
         tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
-        sensors, first, tiles, near_sensors, near_first, *rest = self._looked_at(parts, array, cells)
+        far = [0, -1] if self.wide else [0]
+        sensors, first, *rest = self._looked_at(parts, [parts[i] for i in far], array, cells)
         limits = np.array([low, high, response.widest**2])
         return (
             sensor_rows(array), sensors, first, tables, np.ascontiguousarray(terms).astype(np.int64), sums,
-            np.ascontiguousarray(harmonics).astype(np.int64), tiles, near_sensors, near_first, *rest, widths, limits,
+            np.ascontiguousarray(harmonics).astype(np.int64), *rest, widths, widths[far], limits,
             self._options(array, parts[0], error),
         )  # fmt: skip

@@ -89,7 +89,7 @@ def _climbed(w, model, mu, box, starts, count, near, room, tops, trial):
 @compiled(borrows=True, built_on=(_climb, _judge, _project, _round_climb, _round_judge))
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
-    boxes, widths, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score,
+    boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score,
     at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides, point,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
@@ -214,7 +214,7 @@ def _each(
             ):  # fmt: skip
                 status = _AMBIGUOUS
         if status == _OK and contact_outside(
-            w, single, model, mu, outer, nodes, min(tile, n), widths, found[3] - ambiguity, boxes, box, only,
+            w, single, model, mu, outer, nodes, min(tile, n), far, found[3] - ambiguity, boxes, box, only,
             starts[2 * widths.size :], room, c, s, others,
         ):  # fmt: skip
             status = _AMBIGUOUS
@@ -224,13 +224,13 @@ def _each(
 @compiled(built_on=(_climb, _judge, _project, _round_climb, _round_judge))
 def project_round(
     readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
-    boxes, sizes, widths, limits, options, out,
+    boxes, sizes, widths, far, limits, options, out,
 ):  # fmt: skip
     """Fill `out`, one row a frame, as `project.project_frames` does, in the columns of `ROUND`.
 
-    widths (k,): squares of the half widths that are scanned, and tables (k, rows, numbers), theirs as of
-    `project_frames`, as are terms; sums (rows, numbers, widths) and harmonics: of any width; limits: the least and the
-    largest q of the search, and the largest of the sums.
+    widths (k,), far: squares of the half widths that are scanned in the search and beyond it; tables (k, rows,
+    numbers): those of `widths`, and terms, as of `project_frames`; sums (rows, numbers, widths) and harmonics: of any
+    width; limits: the least and the largest q of the search, and the largest of the sums.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
@@ -254,7 +254,7 @@ def project_round(
     box = np.array([options[9], options[10], options[11], options[12], limits[0], limits[1]])
     _each(
         readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
-        boxes, widths, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single, part, scratch,
+        boxes, widths, far, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single, part, scratch,
         scratch.view(np.int64), score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others,
         only, sides, point,
     )  # fmt: skip
