@@ -104,7 +104,7 @@ def main() -> None:
                 ratio = np.sqrt((every[seen] ** 2).mean(0) / variance[seen].mean(0))
                 inside = (np.abs(error[ok]) < 1.959964 * spread[ok]).mean(0)
                 away = np.abs(np.column_stack([error[:, :2], found.half_width - width]))
-                told = (high**2 - low**2) / (2 * 1.959964)
+                told = np.maximum(high**2 - found.half_width**2, found.half_width**2 - low**2) / 1.959964
                 beyond = np.column_stack([np.abs(error[:, :2]) > 6 * spread[:, :2], np.abs(squares) > 6 * told])
                 gross = ~np.isfinite(away).all(-1) | (beyond & (away > 0.1)).any(-1)
                 few = range(min(options.peer, count))

@@ -84,13 +84,13 @@ def local_families() -> dict[str, LocalFamily]:
     return {name: kind for name, kind in known if issubclass(kind, RoundContact | PointLoad)}
 
 
-def local_family_of(family: str | LocalFamily) -> LocalFamily:
+def local_family_of(family: str | Family | LocalFamily) -> LocalFamily:
     """The class of a named family on an area, or one's own.
 
     Parameters
     ----------
     family : str or subclass of RoundContact
-        A name of `local_families`, or the class itself.
+        A name of `local_families`, or the class itself; any other is refused.
 
     Raises
     ------

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from ..contact import Hertz, LineLoad, PointLoad
+from ..contact import Hertz, LineLoad, PointLoad, RoundContact
 from ..contact.families import Family, LocalFamily, family_of, local_family_of
 from ..errors import InvalidValueError
 from ..finger import Finger
@@ -174,15 +174,17 @@ def _on_area(
     finger: Finger, family: str | Family | LocalFamily, search: Any, others: dict[str, Any], values: dict[str, Any]
 ) -> AreaLocator | InPlaceLocator:
     """The locator of point loads, or of round contacts, by sensors on an area."""
-    kind = PointLoad if family == "line" else local_family_of(family)
-    point = issubclass(kind, PointLoad)
+    kind: LocalFamily = PointLoad if family == "line" else local_family_of(family)
+    round_kind = kind if issubclass(kind, RoundContact) else None
     if finger.measured is not None:
-        if not point:
+        if round_kind is not None:
             rule = "a response measured in place knows the contact of its touches alone"
             raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
         return _in_place(finger, finger.measured, search, others, values)
     given = dict(others)
-    widths = None if point else _check.ends("half_width", given.pop("half_width"), "half_width=(0.0, 3e-3)")
+    widths = (
+        None if round_kind is None else _check.ends("half_width", given.pop("half_width"), "half_width=(0.0, 3e-3)")
+    )
     _refuse(given, "it belongs to sensors in a row; contacts on an area know no such option")
     refuse_blind(finger)
     box, beyond = search_of(finger.array, search)
@@ -191,12 +193,12 @@ def _on_area(
         reach = np.sqrt(2.0) * (max(float(np.abs(finger.array.points - corner).max()) for corner in box.T) + beyond)
         (y, z) = (tuple(ends) for ends in box.tolist())
         options: dict[str, Any] = {"beyond": beyond, **values}
-        if point:
+        if round_kind is None:
             made = AreaLocator(tabulate_radial(finger, reach), finger.array, (y, z), **options)
         else:
             depth = float(np.asarray(finger.array.depth).min())
             low, high = widths or (0.0, 1.5 * depth)
-            response = tabulate_round(finger, kind, reach, max(high, 1.5 * depth))
+            response = tabulate_round(finger, round_kind, reach, max(high, 1.5 * depth))
             made = RoundLocator(response, finger.array, (y, z), (low, high), **options)
         return made.allow_for(finger, float(values["friction"]))
 

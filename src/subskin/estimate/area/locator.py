@@ -13,7 +13,6 @@ from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...radial import RadialResponse
-from ...radial_round import RoundResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
@@ -64,7 +63,7 @@ class AreaLocator(Framewise):
 
     def __init__(
         self,
-        response: RadialResponse | RoundResponse,
+        response: RadialResponse,
         array: SensorArray,
         search: tuple[tuple[float, float], tuple[float, float]],
         *,

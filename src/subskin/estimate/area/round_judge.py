@@ -1,4 +1,4 @@
-"""Compiled: how sure the best round contact of a frame is: other tops, the interval of its width, the search's sides."""
+"""Compiled: how sure the best round contact of a frame is: other tops, the width's interval, the search's sides."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def further_tops(w, model, mu, box, away, best, count, room, tops, trial):
 def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
     """The 95 % interval of q into sides[:2, 5], and how far the others move with a standard deviation of it, sides[2].
 
-    At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top, h: its
-    information; only (6,), sides (3, 6): scratch. False where S is larger at another width: trials[0] is there.
+    At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top; h:
+    its information; only (6,), sides (3, 6): scratch. False where S is larger at another width: trials[0] is there.
     """
     fit = trials[0]
     minor = h[0, 0] * h[1, 1] - h[0, 1] * h[0, 1]

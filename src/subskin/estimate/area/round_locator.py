@@ -1,4 +1,4 @@
-"""The estimator of round contacts of some half width: prepared once for a response on an area, then called on frames."""
+"""The estimator of round contacts of some half width: prepared once for a response on an area, called on frames."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class RoundLocator(AreaLocator):
     """
 
     layout: ClassVar[Layout] = ROUND
-    response: RoundResponse
+    response: RoundResponse  # type: ignore[assignment]
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class RoundLocator(AreaLocator):
             rule = f"ascending half widths up to {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule, "half_width=(0.0, 2e-3)")
         self.half_width, self.wide = (low, min(high, response.widest)), high > low
-        super().__init__(response, array, search, **options)
+        super().__init__(response, array, search, **options)  # type: ignore[arg-type]
 
     def _kernel(self) -> Any:
         from .round_project import project_round

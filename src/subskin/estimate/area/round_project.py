@@ -17,8 +17,8 @@ from ..layout import AREA, ROUND
 from . import climb as _climb
 from . import judge as _judge
 from . import project as _project
-from . import round_judge as _round_judge
 from . import round_climb as _round_climb
+from . import round_judge as _round_judge
 from .climb import FIT, climb
 from .field import ROWS
 from .judge import FINE, MOST, covariance, is_broad, look_round, unsure, widest_variance
@@ -89,8 +89,8 @@ def _climbed(w, model, mu, box, starts, count, near, room, tops, trial):
 @compiled(borrows=True, built_on=(_climb, _judge, _project, _round_climb, _round_judge))
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
-    boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score,
-    at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides, point,
+    boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole,
+    score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides, point,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
     frames, n = readings.shape
@@ -187,7 +187,11 @@ def _each(
         row[2], row[3], row[4] = found[0], found[1], found[2]
         best, second = ranked(tops, count, h, apart)
         if second >= 0:
-            row[_RIVAL], row[_RIVAL + 1], row[_RIVAL + 5] = tops[second, 36], tops[second, 37], math.sqrt(tops[second, 38])
+            row[_RIVAL], row[_RIVAL + 1], row[_RIVAL + 5] = (
+                tops[second, 36],
+                tops[second, 37],
+                math.sqrt(tops[second, 38]),
+            )
             for k in range(3):
                 row[_RIVAL + 2 + k] = tops[second, k]
             row[_RIVAL_CHI2] = max(found[3] - tops[second, 3], 0.0)

@@ -209,7 +209,8 @@ def nodes_beyond(
         rings += [np.column_stack([np.full(z.size, end), z]) for end in (y[0], y[-1])]
         rings += [np.column_stack([y[1:-1], np.full(y.size - 2, end)]) for end in (z[0], z[-1])]
         ring += [away] * (2 * z.size + 2 * (y.size - 2))
-    at, build, nodes = np.concatenate(rings), _Builder(), []
+    at, build = np.concatenate(rings), _Builder()
+    nodes: list[FloatArray] = []
     which = np.where(at[:, 0] <= y0, 0, np.where(at[:, 0] >= y1, 1, np.where(at[:, 1] <= z0, 2, 3)))
     for response in responses:
         fields = response(at) * scale[:, None]
@@ -220,7 +221,7 @@ def nodes_beyond(
             whole = sensor == response.sensors
             some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
             near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
-            build.add(fields[some], near, (1, some.size), (float(sum(map(len, nodes))), 0.0, 0.0, 0.0))
+            build.add(fields[some], near, (1, some.size), (float(sum(len(part) for part in nodes)), 0.0, 0.0, 0.0))
             nodes.append(every[some])
     return build.done(), np.concatenate(nodes)
 
