@@ -8,6 +8,7 @@ N f(u) + (Ty delta_y + Tz delta_z) g(u) on any such skin (docs/locating_area.md)
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy.typing as npt
 
 from ._check import FloatArray
 from ._frozen import Frozen
+from .contact import LocalContact, PointLoad
 from .errors import ConvergenceError, GeometryError
 from .finger import Finger
 from .prepared import prepared
@@ -106,12 +108,18 @@ class RadialResponse(Frozen):
         finer = np.einsum("skj,gcfj->gcsfk", fitted, self.coefficients)
         missed = (middles + between / share)[..., None] ** powers - np.vander(between, 4, increasing=True) @ fitted
         wrong = np.abs(np.einsum("stj,gcfj->gcstf", missed, self.coefficients)).max(axis=(2, 3))
+        weight = self.weights
+        size = (np.abs(self.coefficients[..., 0]) * weight).max()
+        return finer.reshape(kinds, cells * share, functions, 4), self.error + float((wrong * weight).max() / size)
+
+    @property
+    def weights(self) -> FloatArray:
+        """What makes readings of the functions: r^order in the middle of each cell, (cells, functions)."""
+        cells, functions = self.coefficients.shape[1:3]
         octave, inner = np.divmod(np.arange(cells), PER_OCTAVE)
         r = self.depth.min() * np.sqrt(2.0**octave * (1.0 + (inner + 0.5) / PER_OCTAVE) - 1.0)
         orders = np.array([self.terms[self.terms[:, 3] == f, 1].max() for f in range(functions)])
-        weight = r[:, None] ** orders
-        size = (np.abs(self.coefficients[..., 0]) * weight).max()
-        return finer.reshape(kinds, cells * share, functions, 4), self.error + float((wrong * weight).max() / size)
+        return np.asarray(r[:, None] ** orders)
 
     @property
     def radius(self) -> float:
@@ -195,18 +203,25 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
         keys = list(zip(kinds, depth.tolist(), np.asarray(array.width).tolist(), strict=True))
         each = {key: keys.index(key) for key in keys}
         octaves = np.ceil(np.log2(1.0 + (radius / depth.min()) ** 2))
-        sampled = [_sampled(finger, i, int(octaves) * PER_OCTAVE) for i in each.values()]
-        terms, tables, error = _shared(sampled)
+        every = [sampled(finger, i, int(octaves) * PER_OCTAVE) for i in each.values()]
+        terms, tables, error = shared(every)
         kind = np.array([list(each).index(key) for key in keys])
         return RadialResponse(array.points, depth, np.asarray(array.gain), kind, tables, terms, error)
 
     return prepared(finger).get(("radial", float(radius)), make)
 
 
-def _sampled(finger: Finger, sensor: int, cells: int) -> tuple[FloatArray, float, float]:
-    """Functions of u by component, order and part, (3, orders, 2, cells, nodes); largest reading; error."""
+def sampled(
+    finger: Finger, sensor: int, cells: int, load: Callable[..., LocalContact] = PointLoad, angles: int = _ANGLES
+) -> tuple[FloatArray, float, float]:
+    """Functions of u by component, order and part, (3, orders, 2, cells, nodes); largest reading; error.
+
+    load makes unit contacts from `components` and `position`; readings are taken at so many `angles`, more than twice
+    the highest order.
+    """
     one = finger.array.select([sensor])
     probe = replace(finger, array=replace(one, y=[0.0], z=[0.0], gain=1.0))
+    probe.receptive_field(np.zeros(2), "point")  # refuses a transducer without a linear part
     depth = float(np.asarray(one.depth)[0])
     octave, inner = np.divmod(np.arange(cells), PER_OCTAVE)
     centres = 2.0**octave * (1.0 + (inner + 0.5) / PER_OCTAVE)
@@ -215,27 +230,29 @@ def _sampled(finger: Finger, sensor: int, cells: int) -> tuple[FloatArray, float
     def readings(t: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         r = depth * np.sqrt(np.maximum(centres[:, None] + lengths[:, None] * t - 1.0, 0.0))
         away = r[..., None, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-        return r, probe.receptive_field(-away, "point")[..., 0, :]  # (cells, t, angles, 3)
+        touch = load(components=np.eye(3), position=-away[..., None, :])
+        return r, probe.measure(touch, linear=True)[..., 0]  # (cells, t, angles, 3)
 
-    angles = 2 * np.pi * np.arange(_ANGLES) / _ANGLES
-    r, values = readings(_NODES, angles)
-    waves = np.fft.rfft(values, axis=2)[:, :, : _HIGHEST + 1] * (2 / _ANGLES)
+    turns = 2 * np.pi * np.arange(angles) / angles
+    r, values = readings(_NODES, turns)
+    waves = np.fft.rfft(values, axis=2)[:, :, : (angles - 1) // 2 + 1][:, :, : _HIGHEST + 1] * (2 / angles)
     waves[:, :, 0] /= 2
+    waves = np.pad(waves, ((0, 0), (0, 0), (0, _HIGHEST + 1 - waves.shape[2]), (0, 0)))
     power = r[..., None, None] ** np.arange(_HIGHEST + 1)[:, None]
     parts = np.stack([waves.real, -waves.imag])  # of cos and sin m theta
     peak = float(np.abs(values).max())
     keep = np.abs(parts).max(axis=(1, 2)) > _KEPT * peak  # (2, orders, 3)
     functions = np.where(keep[:, None, None], parts / power, 0.0)
-    rc, seen = readings(_CHECKS, angles + _TURNED)
+    rc, seen = readings(_CHECKS, turns + _TURNED)
     at = np.einsum("kj,pcjmi->pcmki", _TO_POWERS, functions)
     there = np.einsum("pcmki,tk->pctmi", at, _CHECKS[:, None] ** np.arange(DEGREE + 1))
-    turned = np.exp(1j * np.arange(_HIGHEST + 1)[:, None] * (angles + _TURNED))
+    turned = np.exp(1j * np.arange(_HIGHEST + 1)[:, None] * (turns + _TURNED))
     there = there * (rc[..., None] ** np.arange(_HIGHEST + 1))[..., None]
     model = np.einsum("ctmi,ma->ctai", there[0], turned.real) + np.einsum("ctmi,ma->ctai", there[1], turned.imag)
     return np.moveaxis(functions, (0, 3, 4), (2, 1, 0)), peak, float(np.abs(model - seen).max()) / peak if peak else 0.0
 
 
-def _shared(sampled: list[tuple[FloatArray, float, float]]) -> tuple[npt.NDArray[np.intp], FloatArray, float]:
+def shared(sampled: list[tuple[FloatArray, float, float]]) -> tuple[npt.NDArray[np.intp], FloatArray, float]:
     """Terms and tables in which functions that are the same, or the negative, stand once."""
     error = max(each for *_, each in sampled)
     if error > _MOST:

@@ -36,6 +36,7 @@ ORDER = (
     "prepared",
     "response",
     "radial",
+    "radial_round",
     "pressing",
     "estimate",
     "calibration",

@@ -188,6 +188,7 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
 def _other_columns(answers: Answers) -> dict[str, Any]:
     """Columns of answers about points: those of `to_dict`, positions on the axis of the tables."""
     columns = {"row": answers.rows, **answers.found.to_dict(), "used": answers.used}
+    columns.pop("half_width_std", None)
     for name in ("position", "position_y", "second_position"):
         if name in columns:
             columns[name] = columns[name] + answers.file.origin

@@ -1,15 +1,19 @@
-"""`subskin fit`: readings -> a contact of some width: where, how hard, at what angle, how wide."""
+"""`subskin fit`: readings -> a contact of some width: where, how hard, at what angle, how wide; on a row or an area."""
 
 from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
-from ..contact import families
+from ..contact import families, local_families
 from .common import describe, give, quantity_range
 from .frames import MEANING, add_frames
+
+if TYPE_CHECKING:
+    from ..estimate import Estimate
+    from .answers import Answer
 
 _HERE = {
     **MEANING,
@@ -21,19 +25,28 @@ _EXAMPLES = """\
   subskin fit finger.toml readings.csv --family hertz -o fitted.csv
   subskin fit finger.toml readings.csv --family wedge --width "0.1..1 mm" --figure contacts.png
   subskin fit finger.toml readings.csv --stick 0.4..0.8
+  subskin fit area.toml readings.csv --family round_punch --width "0..3 mm" -o fitted.csv
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin fit finger.toml - --json
 """
 _NOTES = """\
 A contact has four unknowns: position, force, angle and half width. Any family explains four readings; only more
 sensors can speak against it. Half widths below about a twentieth of the depth are lost: their interval begins at 0.
-A contact that holds sticks in its middle: without --stick its drag is found too small.
+A contact that holds sticks in its middle: without --stick its drag is found too small. Sensors on an area fit round
+contacts, which have six unknowns: two of position, three of force, and the radius.
 """
+
+_SHOWN = (
+    "row", "position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "half_width_low",
+    "half_width_high", "status",
+)  # fmt: skip
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
-    parser.add_argument("--family", choices=tuple(families()), default="hertz", help="family of the contact (hertz)")
+    known = {**families(), **local_families()}
+    usual = "hertz; of sensors on an area round_hertz"
+    parser.add_argument("--family", choices=tuple(known), help=f"family of the contact ({usual})")
     parser.add_argument("--width", metavar="RANGE", help='range of half widths (default: "0..1.5" depths)')
     stick = "the coefficient of friction by which a hertz contact sticks in its middle, or a range of it"
     parser.add_argument("--stick", metavar="MU", help=f"{stick} (default: it slides)")
@@ -48,10 +61,17 @@ def run(options: argparse.Namespace) -> int:
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
     stick = None if options.stick is None else quantity_range(options.stick, "", "--stick")
     kept, drawn, spare, origin = Kept(None if options.json else ()), [], False, 0.0
+    family = options.family
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
-        chosen = {"family": options.family, "half_width": width, "stick": stick}
-        for answers in answers_of(options, lambda file: file.locator(**chosen)):
+        chosen = {"half_width": width, "stick": stick}
+
+        def prepare(file: io.FingerFile) -> Answer:
+            nonlocal family
+            family = family or ("round_hertz" if file.finger.array.on_area else "hertz")
+            return file.locator(family=family, **chosen)
+
+        for answers in answers_of(options, prepare):
             columns = estimate_columns(answers, width=True)
             kept.add(columns, answers.found.status)
             spare, origin = spare or bool(answers.found.spare.any()), answers.file.origin
@@ -66,13 +86,17 @@ def run(options: argparse.Namespace) -> int:
                 what = "any family would explain these as well (subskin decide weighs them)"
                 print(f"no reading to spare: {what}", file=out)
             if options.out is None:
-                widths = ("half_width", "half_width_low", "half_width_high")
-                show_first(out, kept.first, ["row", "position", "force", "angle", *widths, "status"])
+                show_first(out, kept.first, [name for name in _SHOWN if name in kept.first])
 
         return give(
             options,
-            lambda: {"frames": kept.frames, "family": options.family, "status": kept.status, "columns": kept.columns},
+            lambda: {"frames": kept.frames, "family": family, "status": kept.status, "columns": kept.columns},
             people,
             {options.out: lambda _: outputs.close()},
-            lambda plot: plot.contact_strip(join(drawn), origin=origin),
+            lambda plot: _drawn(plot, join(drawn), origin),
         )
+
+
+def _drawn(plot: Any, found: Estimate, origin: float) -> Any:
+    """The contacts along the skin, or from above."""
+    return plot.contact_strip(found, origin=origin) if found.layout.dim == 1 else plot.estimate_figure(found)

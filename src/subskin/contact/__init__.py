@@ -12,7 +12,7 @@ from .axial import AxialContact
 from .base import Contact, ContactSum, Spectrum, Transforms
 from .cone import Cone
 from .elliptic_hertz import EllipticHertz
-from .families import contact_of, families, family_of
+from .families import contact_of, families, family_of, local_families, local_family_of
 from .from_projections import FromProjections
 from .hertz import Hertz
 from .line import LineLoad
@@ -75,6 +75,8 @@ __all__ = [
     "contact_of",
     "families",
     "family_of",
+    "local_families",
+    "local_family_of",
     "local_potentials_of",
     "local_transforms_of",
 ]

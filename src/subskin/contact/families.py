@@ -12,13 +12,19 @@ from .. import _check
 from ..errors import InvalidValueError
 from .base import Contact
 from .line import LineLoad
+from .local import LocalContact
+from .point import PointLoad
 from .proportional import ProportionalContact
+from .round_contact import RoundContact
 from .spread import SpreadContact
 
-__all__ = ["Family", "contact_of", "families", "family_of"]
+__all__ = ["Family", "LocalFamily", "contact_of", "families", "family_of", "local_families", "local_family_of"]
 
 Family: TypeAlias = type[SpreadContact] | type[LineLoad]
 """A class of contacts that force, angle, position and, but for a line, a half width describe."""
+
+LocalFamily: TypeAlias = type[RoundContact] | type[PointLoad]
+"""A class of local contacts that components, position and, but for a point, a half width describe."""
 
 
 def families() -> dict[str, Family]:
@@ -62,6 +68,48 @@ def family_of(family: str | Family) -> Family:
         return family
     seen = f"family = {family!r}"
     raise InvalidValueError(seen, "a name or a subclass of SpreadContact is needed", f"one of {', '.join(known)}")
+
+
+def local_families() -> dict[str, LocalFamily]:
+    """The families on an area by name, one's own among them: what `fit` takes of sensors on an area.
+
+    A class joins by its definition, `class Mine(RoundContact, name="mine")`.
+
+    Examples
+    --------
+    >>> sorted(local_families())
+    ['cone', 'point', 'round_hertz', 'round_punch']
+    """
+    known = sorted(LocalContact._by_name.items())
+    return {name: kind for name, kind in known if issubclass(kind, RoundContact | PointLoad)}
+
+
+def local_family_of(family: str | Family | LocalFamily) -> LocalFamily:
+    """The class of a named family on an area, or one's own.
+
+    Parameters
+    ----------
+    family : str or subclass of RoundContact
+        A name of `local_families`, or the class itself; any other is refused.
+
+    Raises
+    ------
+    InvalidValueError
+        An unknown name, the name of a long contact, something that is no contact on a disc.
+
+    Examples
+    --------
+    >>> local_family_of("cone").__name__
+    'Cone'
+    """
+    known = local_families()
+    if isinstance(family, str) and family in known:
+        return known[family]
+    if isinstance(family, type) and issubclass(family, RoundContact | PointLoad):
+        return family
+    seen = f'family = "{family}"' if isinstance(family, str) else f"family = {_check.shown(family)}"
+    rule = f"on an area it has to be one of {', '.join(known)}, or a subclass of RoundContact"
+    raise InvalidValueError(seen, rule, 'family="round_hertz"')
 
 
 def contact_of(family: str | Family, half_width: npt.ArrayLike | None = None) -> Callable[..., ProportionalContact]:

@@ -101,7 +101,10 @@ class RoundContact(AxialContact):
         return np.asarray(self.disc_slope(r / self.half_width) / self.half_width**3)
 
     def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
-        return self.disc_spectrum(np.asarray(k * self.half_width))
+        a = self.half_width
+        if a.size > 1 and (a == a.flat[0]).all():  # a batch of one radius is one spectrum
+            return np.broadcast_to(self.disc_spectrum(np.asarray(k * a.flat[0])), np.broadcast_shapes(k.shape, a.shape))
+        return self.disc_spectrum(np.asarray(k * a))
 
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:  # noqa: D102
         a = self.half_width

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._frozen import Frozen
 
-__all__ = ["AREA", "BESIDE", "LINE", "WIDE", "Layout"]
+__all__ = ["AREA", "BESIDE", "LINE", "ROUND", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
@@ -78,4 +78,5 @@ class Layout(Frozen):
 
 
 LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)
-"""Of a line load, of a long contact of some width, of a point load, and of one beside a row."""
+ROUND = Layout(dim=2, wide=True)
+"""Of a line load, of a long contact of some width, of a point load, of one beside a row, and of a round contact."""

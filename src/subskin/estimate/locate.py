@@ -8,15 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from ..contact import Hertz, LineLoad
-from ..contact.families import Family, family_of
+from ..contact import Hertz, LineLoad, PointLoad, RoundContact
+from ..contact.families import Family, LocalFamily, family_of, local_family_of
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..measured import MeasuredResponse
 from ..prepared import prepared
 from ..radial import tabulate_radial
+from ..radial_round import tabulate_round
 from ..response import Response, tabulate
-from .area import AreaLocator, InPlaceLocator
+from .area import AreaLocator, InPlaceLocator, RoundLocator
 from .area.locator import search_of
 from .area.observable import refuse_blind
 from .beside import PointLocator, farthest_beside, points_beside
@@ -39,7 +40,7 @@ _OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, 
 
 def locator(
     finger: Finger,
-    family: str | Family = "line",
+    family: str | Family | LocalFamily = "line",
     *,
     search: Search = None,
     half_width: tuple[float, float] | None = None,
@@ -55,21 +56,23 @@ def locator(
 ) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
 
-    Where the sensors are on an area it is an `AreaLocator`, of point loads; an `InPlaceLocator` where the finger has a
-    response `measured` in place.
+    Where the sensors are on an area it is an `AreaLocator`, of point loads, or a `RoundLocator`, of round contacts; an
+    `InPlaceLocator` where the finger has a response `measured` in place.
 
     Parameters
     ----------
     finger : Finger
         The forward model, with the sensors' noise.
     family : {"line", "wedge", "hertz", "strip", "punch", "point", "either"} or class of contacts, optional
-        What presses, the drag being in proportion to the pressure. "point" and "either" as `load` of `locate`.
+        What presses, the drag being in proportion to the pressure. "point" and "either" as `load` of `locate`. On an
+        area "point" or a round contact: "round_hertz", "round_punch", "cone", one's own.
     search : (float, float) or ((float, float), (float, float)), optional
         Range of positions y [m], or of y and of z; contacts outside are taken to be impossible. The default
         reaches 1.5 depths beyond the outermost sensors, and a load further out that explains a frame as well makes it
         AMBIGUOUS.
     half_width : (float, float), optional
-        Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none.
+        Least and largest half width [m]; 0 to 1.5 depths of the shallowest sensor if left out. A line has none, nor has
+        a point.
     normal_force, friction, scan_step, false_alarm, ambiguity, outliers
         As in `Locator`.
     stick : float or (float, float), optional
@@ -105,7 +108,7 @@ def locator(
     if beside is not None:
         rule = "a long contact has no distance beside the row"
         raise InvalidValueError(f"beside = {_check.shown(beside)}", rule, 'load="point" or load="either"')
-    kind = family_of(family)
+    kind = family_of(family)  # type: ignore[arg-type]
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
     widths = _check.ends("half_width", half_width, "half_width=(0.0, 3e-3)")
     forces = _check.ends("normal_force", normal_force, "normal_force=(1.0, 100.0)")
@@ -168,26 +171,38 @@ def _refuse(options: dict[str, Any], rule: str) -> None:
 
 
 def _on_area(
-    finger: Finger, family: str | Family, search: Any, others: dict[str, Any], values: dict[str, Any]
+    finger: Finger, family: str | Family | LocalFamily, search: Any, others: dict[str, Any], values: dict[str, Any]
 ) -> AreaLocator | InPlaceLocator:
-    """The locator of point loads by sensors on an area."""
-    if family != "point" and family != "line":
-        rule = "sensors on an area locate loads on a point"
-        raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
+    """The locator of point loads, or of round contacts, by sensors on an area."""
+    kind: LocalFamily = PointLoad if family == "line" else local_family_of(family)
+    round_kind = kind if issubclass(kind, RoundContact) else None
     if finger.measured is not None:
+        if round_kind is not None:
+            rule = "a response measured in place knows the contact of its touches alone"
+            raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
         return _in_place(finger, finger.measured, search, others, values)
-    _refuse(others, "it belongs to sensors in a row; loads on an area know no such option")
+    given = dict(others)
+    widths = (
+        None if round_kind is None else _check.ends("half_width", given.pop("half_width"), "half_width=(0.0, 3e-3)")
+    )
+    _refuse(given, "it belongs to sensors in a row; contacts on an area know no such option")
     refuse_blind(finger)
     box, beyond = search_of(finger.array, search)
 
     def make() -> AreaLocator:
-        reach = max(float(np.abs(finger.array.points - corner).max()) for corner in box.T) + beyond
-        response = tabulate_radial(finger, np.sqrt(2.0) * reach)
+        reach = np.sqrt(2.0) * (max(float(np.abs(finger.array.points - corner).max()) for corner in box.T) + beyond)
         (y, z) = (tuple(ends) for ends in box.tolist())
-        made = AreaLocator(response, finger.array, (y, z), beyond=beyond, **values)
+        options: dict[str, Any] = {"beyond": beyond, **values}
+        if round_kind is None:
+            made = AreaLocator(tabulate_radial(finger, reach), finger.array, (y, z), **options)
+        else:
+            depth = float(np.asarray(finger.array.depth).min())
+            low, high = widths or (0.0, 1.5 * depth)
+            response = tabulate_round(finger, round_kind, reach, max(high, 1.5 * depth))
+            made = RoundLocator(response, finger.array, (y, z), (low, high), **options)
         return made.allow_for(finger, float(values["friction"]))
 
-    return prepared(finger).get(("area", tuple(box.reshape(-1)), beyond, *values.values()), make)
+    return prepared(finger).get(("area", kind, tuple(box.reshape(-1)), beyond, widths, *values.values()), make)
 
 
 def _in_place(
@@ -295,7 +310,7 @@ def locate(
 def fit(
     finger: Finger,
     readings: npt.ArrayLike,
-    family: str | Family = "hertz",
+    family: str | Family | LocalFamily | None = None,
     *,
     search: Search = None,
     half_width: tuple[float, float] | None = None,
@@ -311,21 +326,23 @@ def fit(
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
 
-    The search is global in position and half width. There are four unknowns: with four readings a pull and nonsense are
-    UNEXPLAINED, but only more sensors can object to the family. A fit of line loads is `locate`.
+    The search is global in position and half width. There are four unknowns, on an area six: with as many readings a
+    pull and nonsense are UNEXPLAINED, but only more sensors can object to the family. A fit of line loads is `locate`.
 
     Parameters
     ----------
     finger, readings
         As in `locate`.
-    family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside
+    family : str or class of contacts, optional
+        "hertz" if left out, on an area "round_hertz".
+    search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside
         As in `locator`.
 
     Returns
     -------
     Estimate
         Position [m], force [N/m], angle [rad], half width [m], their covariance, an interval of the half width, rival,
-        residual, status, each of shape (...).
+        residual, status, each of shape (...). On an area as of `locate`, and the half width; covariances (..., 6, 6).
 
     Raises
     ------
@@ -341,8 +358,15 @@ def fit(
     >>> found = ss.fit(finger, finger.read(roller), "hertz")
     >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3)
     ('OK', 1.2)
+    >>> array = ss.SensorArray.grid(shape=(4, 4), pitch=3e-3, depth=3e-3, transducer=ss.MeanPressure(), noise=20.0)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> tip = ss.RoundHertz(force=1.5, angle=0.3, position=(1e-3, -2e-3), half_width=2e-3)
+    >>> found = ss.fit(finger, finger.read(tip), "round_hertz")
+    >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3), found.covariance.shape
+    ('OK', 2.0, (6, 6))
     """
     _check.no_options(_unknown, _OPTIONS)
+    family = family or ("round_hertz" if finger.array.on_area else "hertz")
     if family == "either":
         raise InvalidValueError('family = "either"', "a fit is of one family", 'finger.locate(readings, load="either")')
     found: Estimate = _quick(
@@ -352,7 +376,7 @@ def fit(
     return found
 
 
-def _quick(finger: Finger, family: str | Family, *options: Any) -> Any:
+def _quick(finger: Finger, family: str | Family | LocalFamily, *options: Any) -> Any:
     """The locator of the options as they were given, in the order of `_OPTIONS`: the shortest way for one frame."""
 
     def make() -> Locator | AreaLocator | InPlaceLocator | EitherLocator:

@@ -165,7 +165,7 @@ class FingerFile:
         """
         return self.finger.locate(self._readings(readings), **self._load(changes))
 
-    def fit(self, readings: Given, family: Any = "hertz", **changes: Any) -> Estimate:
+    def fit(self, readings: Given, family: Any = None, **changes: Any) -> Estimate:
         """`Finger.fit` with the options of the file.
 
         Parameters

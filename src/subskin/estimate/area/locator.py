@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,7 @@ from ...errors import GeometryError, InvalidValueError
 from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
-from ..layout import AREA
+from ..layout import AREA, Layout
 from .tiles import boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
@@ -56,6 +57,10 @@ class AreaLocator(Framewise):
         A sensor without noise, a response whose sensors do not match the array's, an option out of range.
     """
 
+    layout: ClassVar[Layout] = AREA
+    wide = False
+    """Whether the contact has a half width that is not known."""
+
     def __init__(
         self,
         response: RadialResponse,
@@ -74,8 +79,7 @@ class AreaLocator(Framewise):
             raise GeometryError(seen, "they have to match", "array.select(...)")
         self.response, self.search = response, search
         self.friction = _check.friction(friction)
-        self.unknowns = 3 + 2 * (self.friction > 0)
-        self.layout = AREA
+        self.unknowns = 3 + 2 * (self.friction > 0) + self.wide
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
@@ -83,7 +87,7 @@ class AreaLocator(Framewise):
         step = _STEP * self._depth if scan_step is None else scan_step
         self._step = _check.scalar("scan_step", step, unit="m", above=0.0)
         super().__init__(
-            array, needed=self.unknowns, columns=AREA.columns, status=AREA.status, layout=AREA,
+            array, needed=self.unknowns, columns=self.layout.columns, status=self.layout.status, layout=self.layout,
             outliers=outliers, ambiguity=self._ambiguity,
         )  # fmt: skip
 
@@ -127,19 +131,25 @@ class AreaLocator(Framewise):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """Arguments of the compiled loop between the frames and the output, for the sensors of `pattern`."""
+        array, response = self.array.select(pattern), self.response.select(pattern)
+        table, error = response.cubics()
+        cells = table.shape[1]
+        if response.pair is not None:
+            table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
+        terms = response.terms if response.pair is None else response.terms[:0]
+        sensors, first, *rest = self._looked_at([response], [response], array, cells)
+        return (
+            sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
+            np.ascontiguousarray(terms).astype(np.int64), *rest, self._options(array, response, error),
+        )  # fmt: skip
+
+    def _options(self, array: SensorArray, response: RadialResponse, error: float) -> FloatArray:
+        """The numbers that the compiled loop goes by; `error` is that of its table."""
         from scipy.special import chdtri
 
-        array, response = self.array.select(pattern), self.response.select(pattern)
-        scale, box = 1 / np.asarray(array.noise), np.array(self.search)
-        rest = np.ptp(box, axis=1)
-        finest = float(np.sqrt(3 * len(array) * rest.prod() / _MOST_FINE))
-        finer = max(self._step / _FINER, finest)
-        tiles = tiles_of(response, scale, box, self._step, finer, self.friction)
-        boxes = boxes_beyond(box, self._beyond)
-        outer, nodes = nodes_beyond(response, scale, boxes, self._depth, self.friction)
-        strongest = np.abs(response(np.array([[p.mean() for p in box]])) * scale[:, None]).max()
-        table, error = response.cubics()
-        options = np.array(
+        box = np.array(self.search)
+        strongest = np.abs(response(np.array([[p.mean() for p in box]])) / np.asarray(array.noise)[:, None]).max()
+        return np.array(
             [
                 self.friction,
                 2 * np.log(1 / self._false_alarm),  # less than this explained: no contact
@@ -154,11 +164,20 @@ class AreaLocator(Framewise):
                 len(array) * (error * strongest) ** 2,  # of a unit force, by the table
             ]
         )
-        sensors = np.stack([*response.points.T, response.depth**-2.0, response.gain * scale])
-        cells, terms, pair = table.shape[1], response.terms, response.pair
-        if pair is not None:
-            table = np.stack([sign * table[:, :, function] for function, sign in pair], axis=2)
-            terms = terms[:0]
+
+    def _looked_at(
+        self, responses: Sequence[RadialResponse], beyond: Sequence[RadialResponse], array: SensorArray, cells: int
+    ) -> tuple[Any, ...]:
+        """Sensors and rows of tables, of all and of those near each tile; where the scans look, and those beyond.
+
+        The responses are of the same sensors, in tables of so many `cells`.
+        """
+        response, scale, box = responses[0], 1 / np.asarray(array.noise), np.array(self.search)
+        finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
+        tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction)
+        boxes = boxes_beyond(box, self._beyond)
+        outer, nodes = nodes_beyond(beyond, scale, boxes, self._depth, self.friction)
+        sensors = np.ascontiguousarray(np.stack([*response.points.T, response.depth**-2.0, response.gain * scale]))
         first = np.append(response.kind * cells, cells - 1).astype(np.int64)
         widest = max(int(t.table[:, 3].max()) for t in (tiles, outer))
         sizes = np.array([widest, int(tiles.table[:, 6].max()) + 2])
@@ -167,12 +186,7 @@ class AreaLocator(Framewise):
         parts = [tiles.near[i : i + k] for i, k in tiles.table[:, :2]]
         near_sensors = np.concatenate([every[:, near].reshape(-1) for near in parts])
         near_first = np.concatenate([np.append(kinds[near], cells - 1) for near in parts])
-        return (
-            sensor_rows(array), np.ascontiguousarray(sensors), first,
-            np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
-            np.ascontiguousarray(terms).astype(np.int64), tuple(tiles), near_sensors, near_first, tuple(outer), nodes,
-            boxes, sizes, options,
-        )  # fmt: skip
+        return sensors, first, tuple(tiles), near_sensors, near_first, tuple(outer), nodes, boxes, sizes
 
 
 def search_of(array: SensorArray, search: Any) -> tuple[FloatArray, float]:

@@ -23,8 +23,8 @@ from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
 from .scan import NOUGHT, peaks, scan
 
-_FEW, _AGAIN = 4, 3
-_MOST_CHI2 = 1e30
+FEW, _AGAIN = 4, 3
+MOST_CHI2 = 1e30
 _TINY = 12
 """Sensors that may leave two tops near each other."""
 _SMALL = 24
@@ -35,7 +35,7 @@ _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
 
 
 @compiled(borrows=True, built_on=(_climb, _scan))
-def _search(
+def search(
     w, single, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole,
     c, heights, lead, words, peak, score, at, fits, part,
 ):  # fmt: skip
@@ -100,7 +100,7 @@ def _search(
 
 
 @compiled(inline=True)
-def _whitened(frame, rows, w, single):
+def whitened(frame, rows, w, single):
     """Fill w and single (n + 1,), readings in units of noise, and give the sum of their squares; NaN if one is out."""
     total, usable = 0.0, True
     n = frame.size
@@ -114,7 +114,7 @@ def _whitened(frame, rows, w, single):
 
 
 @compiled(inline=True)
-def _strongest(single, n):
+def strongest(single, n):
     """The sensor with the largest reading, and its square."""
     hot, top = np.int64(0), NOUGHT
     for i in range(n):
@@ -135,19 +135,19 @@ def _each(
     detection, largest, ambiguity, strong = options[1], options[2], options[3], options[6]
     for f in range(frames):
         row = out[f]
-        total = _whitened(readings[f], rows, full, single)
+        total = whitened(readings[f], rows, full, single)
         for i in range(row.size):
             row[i] = math.nan
         row[_RIVAL_CHI2] = math.inf
-        if not total < _MOST_CHI2:
+        if not total < MOST_CHI2:
             row[_STATUS] = _PENDING
             continue
-        hot, top = _strongest(single, n)
+        hot, top = strongest(single, n)
         tile = hot if top >= strong * strong else n
         best = second = -1
         for attempt in range(2):
-            tile, most, share = (tile, _FEW, 0.25) if attempt == 0 else (n + 1, MOST, 0.05)
-            best, second = _search(
+            tile, most, share = (tile, FEW, 0.25) if attempt == 0 else (n + 1, MOST, 0.05)
+            best, second = search(
                 w, single, sensors, first, table, terms, tiles, near_sensors, near_first, tile, most, share, options,
                 scratch, whole, c, heights, lead, words, peak, score, at, fits, part,
             )  # fmt: skip

@@ -8,6 +8,7 @@ whole grid. Beyond the search, or along its sides, stand nodes of four boxes.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -140,17 +141,33 @@ def _fields(response: RadialResponse, scale: FloatArray, y: FloatArray, z: Float
 
 
 def tiles_of(
-    response: RadialResponse, scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
+    responses: Sequence[RadialResponse], scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
 ) -> Tiles:
-    """A tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`.
+    """Of each response a tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`.
 
     box ((y low, y high), (z low, z high)); scale (n,): 1 / noise.
     """
+    build = _Builder()
+    for response in responses:
+        _add_tiles(build, response, scale, box, step, finer, friction)
+    return build.done()
+
+
+def _add_tiles(
+    build: _Builder,
+    response: RadialResponse,
+    scale: FloatArray,
+    box: FloatArray,
+    step: float,
+    finer: float,
+    friction: float,
+) -> None:
+    """The tiles of one response."""
     y, z = _grid(box, step)
     steps = (float(y[1] - y[0]), float(z[1] - z[0]))
     fields = _fields(response, scale, y, z)
     hot, share = _strength(fields, friction)
-    build, columns = _Builder(), z.size
+    columns = z.size
     for sensor in range(response.sensors):
         here = hot[:, sensor] >= _STRONG
         here[np.argmax(hot[:, sensor])] = True
@@ -164,7 +181,6 @@ def tiles_of(
     y, z = _grid(box, finer)
     steps = (float(y[1] - y[0]), float(z[1] - z[0]))
     build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
-    return build.done()
 
 
 def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
@@ -175,9 +191,11 @@ def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
 
 
 def nodes_beyond(
-    response: RadialResponse, scale: FloatArray, boxes: FloatArray, depth: float, friction: float
+    responses: Sequence[RadialResponse], scale: FloatArray, boxes: FloatArray, depth: float, friction: float
 ) -> tuple[Tiles, FloatArray]:
-    """A tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 4): y, z, which box, and a share.
+    """Of each response a tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 4).
+
+    These are y, z, which box, and a share.
 
     Rings of nodes stand closer near the search, `_RINGS` depths from it. A load of a box explains at most what one of
     its nodes does over that node's share.
@@ -191,21 +209,21 @@ def nodes_beyond(
         rings += [np.column_stack([np.full(z.size, end), z]) for end in (y[0], y[-1])]
         rings += [np.column_stack([y[1:-1], np.full(y.size - 2, end)]) for end in (z[0], z[-1])]
         ring += [away] * (2 * z.size + 2 * (y.size - 2))
-    at = np.concatenate(rings)
+    at, build = np.concatenate(rings), _Builder()
+    nodes: list[FloatArray] = []
     which = np.where(at[:, 0] <= y0, 0, np.where(at[:, 0] >= y1, 1, np.where(at[:, 1] <= z0, 2, 3)))
-    fields = response(at) * scale[:, None]
-    share = _shares(response, scale, boxes, fields, at, which, np.array(ring), depth, friction)
-    nodes = np.column_stack([at, which, share])
-    hot, near_share = _strength(fields, friction)
-    build, chosen, start = _Builder(), [], 0
-    for sensor in range(response.sensors + 1):
-        whole = sensor == response.sensors
-        some = np.arange(len(nodes)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
-        near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
-        build.add(fields[some], near, (1, some.size), (float(start), 0.0, 0.0, 0.0))
-        chosen.append(nodes[some])
-        start += some.size
-    return build.done(), np.concatenate(chosen)
+    for response in responses:
+        fields = response(at) * scale[:, None]
+        share = _shares(response, scale, boxes, fields, at, which, np.array(ring), depth, friction)
+        every = np.column_stack([at, which, share])
+        hot, near_share = _strength(fields, friction)
+        for sensor in range(response.sensors + 1):
+            whole = sensor == response.sensors
+            some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
+            near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
+            build.add(fields[some], near, (1, some.size), (float(sum(len(part) for part in nodes)), 0.0, 0.0, 0.0))
+            nodes.append(every[some])
+    return build.done(), np.concatenate(nodes)
 
 
 def _shares(

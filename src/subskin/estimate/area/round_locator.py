@@ -1,0 +1,92 @@
+"""The estimator of round contacts of some half width: prepared once for a response on an area, called on frames."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ...array import SensorArray
+from ...errors import InvalidValueError
+from ...radial_round import RoundResponse
+from ..frames import sensor_rows
+from ..layout import ROUND, Layout
+from .locator import AreaLocator
+
+__all__ = ["RoundLocator"]
+
+_SCANNED = 5
+"""Half widths at which the scan looks."""
+
+
+class RoundLocator(AreaLocator):
+    """Finds the round contact of a family in frames of readings: position, forces and half width.
+
+    The search is global in all three coordinates; readings know the square of the half width, so that its interval
+    begins at 0 where they cannot tell the contact from a point (docs/fitting_area.md).
+
+    Parameters
+    ----------
+    response : RoundResponse
+        Readings under unit forces; it has to reach as that of an `AreaLocator`.
+    array, search
+        As of `AreaLocator`.
+    half_width : (float, float)
+        Least and largest half width [m]; twice the same where it is known.
+    options
+        `beyond`, `friction`, `scan_step`, `false_alarm`, `ambiguity`, `outliers`, as of `AreaLocator`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        As of `AreaLocator`; half widths that the response does not reach.
+    """
+
+    layout: ClassVar[Layout] = ROUND
+    response: RoundResponse  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        response: RoundResponse,
+        array: SensorArray,
+        search: tuple[tuple[float, float], tuple[float, float]],
+        half_width: tuple[float, float],
+        **options: Any,
+    ) -> None:
+        low, high = (_check.scalar("half_width", value, unit="m", at_least=0.0) for value in half_width)
+        if not low <= high <= response.widest * (1 + 1e-12):
+            rule = f"ascending half widths up to {response.widest:.6g} m are needed"
+            raise InvalidValueError(f"half_width = {half_width!r}", rule, "half_width=(0.0, 2e-3)")
+        self.half_width, self.wide = (low, min(high, response.widest)), high > low
+        super().__init__(response, array, search, **options)  # type: ignore[arg-type]
+
+    def _kernel(self) -> Any:
+        from .round_project import project_round
+
+        return project_round
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        array, response = self.array.select(pattern), self.response.select(pattern)
+        sums, error = response.cubics()
+        low, high = np.square(self.half_width)
+        widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
+        parts = [response.at(float(np.sqrt(q))) for q in widths]
+        pair, cells = response.table.pair, sums.shape[1]
+        harmonics = response.table.terms
+        if pair is not None:
+            sums = np.stack([sign * sums[:, :, function] for function, sign in pair], axis=2)
+            harmonics = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
+        terms = harmonics if pair is None else harmonics[:0]
+        sums = np.ascontiguousarray(sums.reshape(sums.shape[0] * cells, -1, sums.shape[-1]))
+        shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
+        tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
+        far = [0, -1] if self.wide else [0]
+        sensors, first, *rest = self._looked_at(parts, [parts[i] for i in far], array, cells)
+        limits = np.array([low, high, response.widest**2])
+        return (
+            sensor_rows(array), sensors, first, tables, np.ascontiguousarray(terms).astype(np.int64), sums,
+            np.ascontiguousarray(harmonics).astype(np.int64), *rest, widths, widths[far], limits,
+            self._options(array, parts[0], error),
+        )  # fmt: skip
