@@ -51,7 +51,7 @@ class HarmonicTable:
         count = 0 if size == 0 else int(np.ceil(_DIGITS / np.arcsinh(self._length / size)))
         self._count = count + 5
         self._pieces: dict[tuple[float, float], FloatArray | None] = {}
-        self._known: tuple[int, FloatArray, FloatArray] | None = None
+        self._known: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
     def at(self, zeta: ComplexArray, which: slice) -> FloatArray:
         """Fields at y + i z about the centre [m], shape (fields, n)."""
@@ -132,14 +132,14 @@ class HarmonicTable:
 
     def _waves(self, k: FloatArray, weights: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
         """Real and imaginary parts of the waves' harmonics, weighed, (harmonics, 18, k), and their sum; kept if few."""
-        if self._known is not None and k.size == total == self._known[0]:
+        if self._known is not None and np.array_equal(k, self._known[0]):
             return self._known[1:]
         answers = wave_answers(self._stack, k, np.array([self._depth]))[:, 0]
         waves = _on_circles(answers, k, self._spectrum, self._count) * (k * weights / (2 * np.pi))[:, None]
         size = np.abs(waves).sum(axis=(1, 2))
         both = np.ascontiguousarray(np.concatenate([waves.real, waves.imag]).transpose(2, 0, 1))
         if k.size == total:
-            self._known = total, both, size
+            self._known = k, both, size
         return both, size
 
 
