@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import subskin as ss
 from subskin.transducer import Displacement, MagnetDisplacement, rosette
@@ -131,8 +132,8 @@ def test_what_turns_with_its_touch_reads_the_same(skin):
 @each_skin
 def test_gauges_stretch_as_the_skin_moves(skin):
     """Strain along a direction and shear in a plane, by differences of the displacement of the eighth order."""
-    state = felt(skin, "round hertz")
-    skin, contact, h = TAKING[skin], LOCAL["round hertz"](), 0.02 * A
+    state = felt(skin, "twisted")
+    skin, contact, h = TAKING[skin], LOCAL["twisted"](), 0.02 * A
     steps, weights = h * np.arange(-4, 5), np.array([3, -32, 168, -672, 0, 672, -168, 32, -3]) / (840 * h)
 
     def along(x, y, z):
@@ -154,6 +155,8 @@ def test_gauges_stretch_as_the_skin_moves(skin):
         np.testing.assert_allclose(
             ss.ShearStrain(plane).measure(state), by[i][:, j] + by[j][:, i], rtol=1e-7, atol=1e-9
         )
+    for j, seen in ((1, state.tilt.y), (2, state.tilt.z)):  # and how far it turns: half the curl
+        np.testing.assert_allclose(seen, 0.5 * (by[0][:, j] - by[j][:, 0]), rtol=1e-7, atol=1e-9)
 
 
 def test_the_field_of_a_magnet_is_that_of_two_poles():
@@ -162,18 +165,23 @@ def test_the_field_of_a_magnet_is_that_of_two_poles():
     state = felt("half space", "point", 2.0)
     moved = np.stack([state.displacement.x, state.displacement.y, state.displacement.z], axis=-1)
     assert np.abs(moved).max() > 0.05 * gap  # far from linear
+    upright = np.array([1.0, 0.0, 0.0])
 
-    def field(u):
+    def field(u, way):
         out = np.zeros(np.shape(u))
         for sign in (1, -1):
-            r = np.array([gap - 0.5 * sign * apart, 0.0, 0.0]) - u
+            r = np.array([gap, 0.0, 0.0]) - 0.5 * sign * apart * way - u
             out = out + sign * 1e-7 * moment / apart * r / np.linalg.norm(r, axis=-1, keepdims=True) ** 3
         return out
 
-    expected = field(moved) - field(np.zeros(3))
-    for k, axis in enumerate("xyz"):
-        seen = MagnetDisplacement(axis, moment, gap, exact=True).measure(state)
-        np.testing.assert_allclose(seen, expected[:, k], rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+    turn = np.stack([0 * state.tilt.y, -state.tilt.z, state.tilt.y], axis=-1)  # what turns x towards y and z
+    assert np.abs(turn).max() > 0.1
+    leaning = Rotation.from_rotvec(turn).apply(upright)
+    for way, tilts in ((upright, False), (leaning, True)):
+        expected = field(moved, way) - field(np.zeros(3), upright)
+        for k, axis in enumerate("xyz"):
+            seen = MagnetDisplacement(axis, moment, gap, exact=True, tilts=tilts).measure(state)
+            np.testing.assert_allclose(seen, expected[:, k], rtol=1e-6, atol=1e-6 * np.abs(expected).max())
     below = MagnetDisplacement("x", moment, gap=0.1 * float(moved[:, 0].min()), exact=True).measure(state)
     assert np.isnan(below).all()
 

@@ -18,7 +18,7 @@ from .. import _check
 from .._check import ComplexArray, FloatArray
 from ..contact import LocalContact, PointLoad
 from ..errors import GeometryError
-from ..tensor import Deferred, Displacements, State, Strain, Stress
+from ..tensor import Deferred, Displacements, State, Strain, Stress, Tilt
 
 __all__ = ["state_map"]
 
@@ -91,7 +91,10 @@ def state_map(
         known = all(state.displacement is not None for state in states)
         return Displacements(*mapped(_moved)) if known else None
 
-    return Deferred(lambda: Stress(*mapped(_stress)), lambda: Strain(*mapped(_strain)), moved)
+    def tilt() -> Tilt | None:
+        return Tilt(*mapped(_tilted)) if all(state.tilt is not None for state in states) else None
+
+    return Deferred(lambda: Stress(*mapped(_stress)), lambda: Strain(*mapped(_strain)), moved, tilt)
 
 
 def _components(tensor: Stress | Strain) -> tuple[FloatArray, ...]:
@@ -109,6 +112,11 @@ def _strain(state: State) -> tuple[FloatArray, ...]:
 def _moved(state: State) -> tuple[FloatArray, ...]:
     moved = state.moved("")
     return moved.x, moved.y, moved.z
+
+
+def _tilted(state: State) -> tuple[FloatArray, ...]:
+    leans = state.tilted("")
+    return leans.y, leans.z
 
 
 def _axis(name: str, at: npt.ArrayLike, x: float, low: float, high: float, real: bool) -> _Axis:

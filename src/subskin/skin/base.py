@@ -47,7 +47,9 @@ class Skin(Frozen, ABC):
     def state(
         self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> State:
-        """Stress [Pa], strain [-] and displacement [m] beneath `contact`; at an interface those of the layer above it.
+        """Stress [Pa], strain [-], displacement [m] and tilt [rad] beneath `contact`.
+
+        At an interface they are those of the layer above it.
 
         Parameters
         ----------
