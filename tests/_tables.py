@@ -152,7 +152,5 @@ LOCAL_TRANSDUCERS: dict[str, ss.Transducer] = {
     **{f"displacement {axis}": Displacement(axis) for axis in "xyz"},
     **{f"magnet {axis}": MagnetDisplacement(axis, moment=5e-3, gap=4e-3) for axis in "xyz"},
     **{f"whole magnet {axis}": MagnetDisplacement(axis, moment=5e-3, gap=4e-3, exact=True) for axis in "xyz"},
-    **{f"leaning magnet {axis}": MagnetDisplacement(axis, moment=5e-3, gap=4e-3, tilts=True) for axis in "yz"},
-    "whole leaning magnet": MagnetDisplacement("y", moment=5e-3, gap=4e-3, exact=True, tilts=True),
 }
 """Under local contacts: a new one is one line here, and meets the laws of tests/verification/test_local_sensors.py."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import subskin as ss
+from subskin.estimate import Status
 from subskin.transducer import Displacement, MagnetDisplacement, rosette
 
 from .._tables import LOCAL, LOCAL_TRANSDUCERS, SKINS, SOFT, A
@@ -184,6 +186,39 @@ def test_the_field_of_a_magnet_is_that_of_two_poles():
             np.testing.assert_allclose(seen, expected[:, k], rtol=1e-6, atol=1e-6 * np.abs(expected).max())
     below = MagnetDisplacement("x", moment, gap=0.1 * float(moved[:, 0].min()), exact=True).measure(state)
     assert np.isnan(below).all()
+
+
+@each_skin
+def test_a_magnet_that_tilts(skin):
+    """What is linear is the slope of the whole at no load; on an array it is what is measured where the sensors are."""
+    kinds = [MagnetDisplacement(axis, 5e-3, 4e-3, exact=True, tilts=True) for axis in "xyz"]
+    for whole in kinds:
+        up, down = (whole.measure(felt(skin, "twisted", p)) for p in (1e-3, -1e-3))
+        slope, upright = (
+            kind.linear_part.measure(felt(skin, "twisted")) for kind in (whole, replace(whole, tilts=False))
+        )
+        assert np.abs((up - down) / 2e-3 - slope).max() < 1e-4 * np.abs(slope).max()
+        assert (np.abs(slope - upright).max() > 0.1 * np.abs(slope).max()) == (whole.axis != "x")
+    kinds = [kind.linear_part for kind in kinds]
+    read = sensors(TAKING[skin], kinds).read(LOCAL["twisted"]()).reshape(len(POINTS), -1)
+    expected = np.stack([kind.measure(felt(skin, "twisted")) for kind in kinds], axis=1)
+    np.testing.assert_allclose(read, expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max())
+
+
+def test_magnets_locate_a_touch():
+    """Three axes beneath each of four magnets that tilt: errors as large as the covariance says, none gross."""
+    kinds = [MagnetDisplacement(axis, 5e-3, 4e-3, tilts=True) for axis in "xyz"]
+    array = ss.SensorArray.grid((2, 2), pitch=3e-3, depth=2e-3, channels=kinds, noise=1e-5)
+    rng, count = np.random.default_rng(0), 400
+    at, drag = 1.5e-3 * rng.uniform(-1, 1, (count, 2)), rng.uniform(-0.4, 0.4, (count, 2))
+    touch = ss.PointLoad(components=np.column_stack([np.ones(count), drag]), position=at)
+    finger = ss.Finger(ss.HalfSpace(SOFT), array)
+    found = finger.locate(finger.read(touch, rng=rng))
+    assert (found.status == Status.OK).all()
+    off = np.concatenate([found.position - at, found.load.components - touch.components], axis=1)
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(found.load.covariance), off)
+    assert squares.mean() == pytest.approx(5, abs=4 * np.sqrt(10 / count))
+    assert (np.hypot(*off[:, :2].T) < 0.3e-3).all()
 
 
 def rank(finger, z):

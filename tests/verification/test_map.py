@@ -15,11 +15,10 @@ HALF_SPACE = SKINS["half space"]
 Y, Z = A * np.linspace(-3, 4, 15), A * np.linspace(-2, 5, 8)
 CASES = [
     *(("half space", name, 1.3) for name in LOCAL),
-    ("half space", "patch", 0.4),
+    ("half space", "patch", 0.6),
     ("layer-0.5", "slip", 3.0),
     ("loose layer", "twisted", 1.3),
     ("on a half plane", "patch", 1.3),
-    ("on a half plane", "grid", 3.0),
 ]
 
 
