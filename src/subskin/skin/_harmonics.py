@@ -30,7 +30,7 @@ _BLOCK = 1 << 21
 class Rows(NamedTuple):
     """How many fields there are, and what they are on circles of wave vectors."""
 
-    count: int
+    fields: int
     of: Callable[[FloatArray, FloatArray, LocalSpectrum, FloatArray, FloatArray], list[ComplexArray]]
 
 
@@ -73,7 +73,7 @@ class HarmonicTable:
         """Fields at y + i z about the centre [m], shape (fields, n)."""
         r = np.abs(zeta)
         e = np.asarray(np.where(r > 0, zeta, 1.0) / np.where(r > 0, r, 1.0), dtype=np.complex128)
-        out = np.empty((len(range(self._kind.count)[which]), r.size))
+        out = np.empty((len(range(self._kind.fields)[which]), r.size))
         low, high, farthest = 0.0, 0.75 * self._length, r.max(initial=0.0)
         while low <= farthest:
             chosen = np.flatnonzero((low <= r) & (r < high))
@@ -133,7 +133,7 @@ class HarmonicTable:
     def _harmonics(self, r: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
         """Real and imaginary part of each, (harmonics, 2, fields, n), at distances up to `far`; the size of the sum."""
         k, weights = waves_for(self._stack, self._length, far + self._size)
-        fields = self._kind.count
+        fields = self._kind.fields
         values, size = np.zeros((self._count, 2 * fields, r.size)), np.zeros(fields)
         step = max(1, _BLOCK // (fields * self._count), _BLOCK // (self._count * r.size))
         for first in range(0, k.size, step):

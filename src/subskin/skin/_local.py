@@ -152,7 +152,7 @@ class Added:
         )
         zeta = self._from(0.5 * (low + high)).reshape(-1)
         rows = np.arange(sizes.size).reshape(self._contact.shape)
-        out = np.empty((len(range(kind.count)[which]), zeta.size))
+        out = np.empty((len(range(kind.fields)[which]), zeta.size))
         for depth, i, chosen in self._grouped(np.broadcast_to(rows, self._shape).reshape(-1)):
             if (depth, i, kind) not in self._tables:
                 spectrum = partial(self._spectrum, i, centres[i])
