@@ -4,8 +4,10 @@
 
 Strains on a grid of places beneath a contact, from four fifths of its half width a down to the base: the rms
 difference over the largest strain there, anywhere and at the points where such elements are one order better. It
-falls by 4 and by 8 where elements are halved, until the tractions' jumps or the interfaces show. The second table
-presses a rigid cylinder on a very thick layer, where the contact that elements find has to be Hertz's.
+falls by 4 and by 8 where elements are halved, until the tractions' jumps or the interfaces show. The second table has a
+round contact of Hertz's pressure, pressed, dragged along a slant and twisted: elements in depth and radius, times cos
+and sin of m theta, m = 0 and 1; its displacements fall by 8. The third presses a rigid cylinder on a very thick layer,
+where the contact that elements find has to be Hertz's.
 """
 
 from __future__ import annotations
@@ -19,8 +21,9 @@ import numpy as np
 import subskin as ss
 from _common import arguments, show
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "verification"))
-from _fem import Body, along, split
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from tests.verification._fem import Body, along, split
+from tests.verification._fem_round import Touched
 
 A = 1.25e-3
 SOFT, HARD = ss.Material(0.4e6, 0.5), ss.Material(0.4e6, 0.3)
@@ -88,6 +91,41 @@ def tractions(finest: int) -> list[list[str]]:
     return rows
 
 
+def local(finest: int) -> list[list[str]]:
+    """Errors of every flat skin under a round contact: strains anywhere and at the best points, displacements."""
+    touch, rows = ss.RoundHertz(components=(1.0, 0.375, -0.25), moment=0.3 * A, half_width=A), []
+    x, r = (a.ravel() for a in np.meshgrid(A * np.linspace(0.8, 4.0, 17), A * np.linspace(0.05, 3.0, 31)))
+    theta = np.random.default_rng(0).uniform(-np.pi, np.pi, x.size)
+
+    def shape(r: np.ndarray) -> np.ndarray:
+        return 3 / (2 * np.pi * A**2) * np.sqrt(np.maximum(1 - (r / A) ** 2, 0.0))
+
+    def differences(skin: ss.Layered, body: Touched, x: np.ndarray, r: np.ndarray) -> list[float]:
+        state = skin.state(touch, x, r * np.cos(theta), r * np.sin(theta))
+        strain = np.array([getattr(state.strain, name) for name in ("xx", "yy", "zz", "xy", "xz", "yz")])
+        moved = np.array([state.displacement.x, state.displacement.y, state.displacement.z])
+        found = zip((strain, moved), body.at(x, r, theta), strict=True)
+        return [float(np.sqrt(((a - b) ** 2).mean()) / np.abs(a).max()) for a, b in found]
+
+    for title, skin in SKINS.items():
+        if isinstance(skin, ss.Round):
+            continue
+        before: np.ndarray | None = None
+        for parts in 2 ** np.arange(int(np.log2(finest)) + 1):
+            start = perf_counter()
+            flat = elements(skin, int(parts))
+            radii = split(along(0, A, 2, 0, 16 * skin.thickness, 1.4), int(parts))
+            body = Touched(flat.depths, radii, flat.layers, shape, touch.components, float(touch.moment))
+            seconds = perf_counter() - start
+            anywhere, best = (differences(skin, body, *at) for at in ((x, r), body.even.best(x, r)))
+            errors = np.array([anywhere[0], best[0], anywhere[1]])
+            falls = [""] * 3 if before is None else [f"{f:.1f}" for f in before / errors]
+            cells = [cell for pair in zip((f"{e:.1e}" for e in errors), falls, strict=True) for cell in pair]
+            rows.append(["" if before is not None else title, f"{body.even.unknowns}", f"{seconds:.2f}", *cells])
+            before = errors
+    return rows
+
+
 def pressed() -> list[list[str]]:
     """A rigid parabola on a layer a thousand half widths thick, beside Hertz."""
     rows, young, radius, force = [], 0.4e6, 20e-3, 40.0
@@ -118,6 +156,9 @@ def main() -> None:
     columns = ["skin; contact", "unknowns", "s", "anywhere", "falls by", "best points", "falls by"]
     title = "subskin less finite elements, rms over the largest strain"
     show(title, columns, tractions(options.finest), options.json)
+    columns = ["skin", "unknowns of a mode", "s", "strains anywhere", "falls by", "best points", "falls by"]
+    columns += ["displacements", "falls by"]
+    show("A round contact less finite elements in Fourier modes", columns, local(options.finest), options.json)
     columns = ["rigid cylinder, no friction", "unknowns", "s", "half width", "pressure, |y| < 0.8 a", "strains"]
     show("Finite elements beside Hertz on a half plane", columns, pressed(), options.json)
 

@@ -13,7 +13,7 @@ from ._check import FloatArray
 from ._frozen import Frozen
 from .errors import InvalidValueError
 
-__all__ = ["Deferred", "Displacements", "State", "Strain", "Stress", "SurfaceGradient", "Wave"]
+__all__ = ["Deferred", "Displacements", "State", "Strain", "Stress", "SurfaceGradient", "Tilt", "Wave"]
 
 _ZERO = np.zeros(())
 
@@ -156,12 +156,36 @@ class Displacements(Frozen):
 
 
 @dataclass(frozen=True, eq=False)
+class Tilt(Frozen):
+    """How far the material turns [rad] that a line along the depth leans: its deep end to +y (`y`) and to +z (`z`).
+
+    The part of the rotation, half the curl of the displacement, that is seen so: y = (du_y/dx - du_x/dy) / 2, and z
+    alike. Arrays of one shape.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
+    >>> leans = skin.state(ss.PointLoad(force=1.0), x=2e-3, y=[0.0, 1e-3], z=0.0).tilt
+    >>> leans.y.round(4).tolist(), (leans.z + 0.0).tolist()
+    ([0.0, 0.1068], [0.0, 0.0])
+    """
+
+    y: FloatArray
+    z: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class State(Frozen):
-    """Stress and strain at the same points: `stress` [Pa] and `strain` [-]; `displacement` [m] where it is known."""
+    """Stress and strain at the same points: `stress` [Pa] and `strain` [-].
+
+    `displacement` [m] and `tilt` [rad] are None where they are not known.
+    """
 
     stress: Stress
     strain: Strain
     displacement: Displacements | None = field(default=None, kw_only=True)
+    tilt: Tilt | None = field(default=None, kw_only=True)
 
     def moved(self, seen: str) -> Displacements:
         """The displacement [m]; an error says of which state, `seen`, it was wanted.
@@ -178,6 +202,19 @@ class State(Frozen):
                 rule, fix = "nothing holds a layer that slides against a drag: it moves without end", "bonded layers"
             raise InvalidValueError(seen, rule, fix)
         return self.displacement
+
+    def tilted(self, seen: str) -> Tilt:
+        """How far the material turns [rad]; an error says of which state, `seen`, it was wanted.
+
+        Raises
+        ------
+        InvalidValueError
+            A state that does not say it.
+        """
+        if self.tilt is None:
+            rule = "its skin does not say how far the material turns there"
+            raise InvalidValueError(seen, rule, "a local contact on a HalfSpace or a Layered")
+        return self.tilt
 
     @property
     def energy_density(self) -> FloatArray:
@@ -197,7 +234,7 @@ class State(Frozen):
 
 
 class Deferred(State):
-    """A state whose `stress`, `strain` and `displacement` are worked out when asked for, by functions of no argument.
+    """A state that is worked out when asked for, each part by a function of no argument.
 
     Examples
     --------
@@ -212,12 +249,13 @@ class Deferred(State):
         stress: Callable[[], Stress],
         strain: Callable[[], Strain],
         displacement: Callable[[], Displacements | None] | None = None,
+        tilt: Callable[[], Tilt | None] | None = None,
     ) -> None:
-        self.__dict__.update(_stress=stress, _strain=strain, _displacement=displacement)
+        self.__dict__.update(_stress=stress, _strain=strain, _displacement=displacement, _tilt=tilt)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """It travels as what it has to say: functions stay behind."""
-        return partial(State, displacement=self.displacement), (self.stress, self.strain)
+        return partial(State, displacement=self.displacement, tilt=self.tilt), (self.stress, self.strain)
 
     @cached_property
     def stress(self) -> Stress:
@@ -235,6 +273,12 @@ class Deferred(State):
     def displacement(self) -> Displacements | None:
         """Displacement [m]; None where the skin knows none."""
         found: Callable[[], Displacements | None] | None = self.__dict__["_displacement"]
+        return None if found is None else found()
+
+    @cached_property
+    def tilt(self) -> Tilt | None:
+        """How far the material turns [rad]; None where the skin does not say it."""
+        found: Callable[[], Tilt | None] | None = self.__dict__["_tilt"]
         return None if found is None else found()
 
 

@@ -136,7 +136,10 @@ def test_a_transducer_of_ones_own_in_a_file():
         ("subskin.Material", "it is no Transducer"),
         (f"{__name__}:Unfinished", "it lacks measure"),
         (f"{__name__}:Needy", "it needs arguments"),
-        (MAGNET, 'kind = {name = "magnet_displacement", axis = ..., moment = ..., gap = ..., exact = ...}'),
+        (
+            MAGNET,
+            'kind = {name = "magnet_displacement", axis = ..., moment = ..., gap = ..., exact = ..., tilts = ...}',
+        ),
     ],
 )
 def test_a_transducer_that_cannot_be_had_is_refused_with_its_line(name, said):

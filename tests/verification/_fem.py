@@ -23,7 +23,7 @@ _VECTOR = skfem.ElementVector(skfem.ElementQuad2())
 _STIFFEST = 1e4
 
 
-class _Linear(skfem.ElementH1):
+class Linear(skfem.ElementH1):
     """Linear within an element, with no regard to its neighbours."""
 
     interior_dofs = 3
@@ -92,10 +92,48 @@ def split(edges, parts):
     return np.append((edges[:-1, None] + np.diff(edges)[:, None] * share).ravel(), edges[-1])
 
 
-def _within(edges, at):
+def within(edges, at):
     """The element in which a place lies, the earlier one at an edge, and its share of it."""
     i = np.clip(np.searchsorted(edges, at) - 1, 0, edges.size - 2)
     return i, (at - edges[i]) / (edges[i + 1] - edges[i])
+
+
+def per_row(layers, depths, stress):
+    """Shear modulus, and 1 / Lame's first constant, of each row of elements between depths, in units of `stress`."""
+    bottoms, young, nu = np.array(layers, dtype=float).T
+    which = np.searchsorted(bottoms, 0.5 * (depths[1:] + depths[:-1]))
+    return (young / (2 * (1 + nu)))[which] / stress, ((1 + nu) * (1 - 2 * nu) / (young * nu))[which] * stress
+
+
+class Saddle:
+    """A stiffness, factorised, with the pressures eliminated as if no bulk modulus were beyond `_STIFFEST`.
+
+    With it what `solve` needs to make up for that: the expansion, the elements' moduli on it and the pressure kept.
+
+    k, b, mass: distortion, expansion, and the product of pressures. modulus, over_lame: of each element.
+    """
+
+    def __init__(self, k, b, mass, modulus, over_lame):
+        bulk = 1 / (over_lame + 1 / (_STIFFEST * modulus))
+        mass = mass.tobsr((3, 3))  # nothing but blocks on the diagonal
+        inverse = np.linalg.inv(mass.data) * bulk[:, None, None]
+        self.b, self.moduli = b, bsr_matrix((inverse, mass.indices, mass.indptr), shape=mass.shape)
+        options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        self.kept = np.repeat(bulk / (_STIFFEST * modulus), 3)
+        self.factors = splu((k + b.T @ self.moduli @ b).tocsc(), **options)
+
+    def solve(self, work):
+        """By the method of multipliers (Hestenes 1969): it converges to the pressure that makes up for the finite bulk
+        modulus in a few turns, by the factor 1 / _STIFFEST each or so.
+        """
+        kept = self.kept.reshape(-1, *(1,) * (work.ndim - 1))
+        p = np.zeros((self.b.shape[0], *work.shape[1:]))
+        for _ in range(20):
+            u = self.factors.solve(work - self.b.T @ (kept * p))
+            before, p = p, self.moduli @ (self.b @ u) + kept * p
+            if np.abs(p - before).max() <= 1e-9 * np.abs(p).max():
+                return u
+        raise AssertionError("the pressure does not settle")
 
 
 class Body:
@@ -155,7 +193,7 @@ class Body:
         """The places nearest to x and y where the strains of such elements are one order better: two by two in each."""
         out = []
         for edges, at in ((self.depths, x), (self.positions, y)):
-            i, share = _within(edges, np.asarray(at))
+            i, share = within(edges, np.asarray(at))
             share = 0.5 + np.where(share < 0.5, -1, 1) / np.sqrt(12)
             out.append(edges[i] + share * (edges[i + 1] - edges[i]))
         return out
@@ -180,45 +218,23 @@ class Body:
 
     @cached_property
     def _system(self):
-        """The stiffness, factorised, with the pressures eliminated as if no bulk modulus were beyond `_STIFFEST`.
-
-        With it what `solve` needs to make up for that: the expansion, the elements' moduli on it and the pressure kept.
-        """
-        bottoms, young, nu = np.array(self.layers, dtype=float).T
-        which = np.searchsorted(bottoms, 0.5 * (self.depths[1:] + self.depths[:-1]))
-        which = np.tile(which, self.positions.size - 1)
-        modulus = (young / (2 * (1 + nu)))[which] / self.stress
-        over_lame = ((1 + nu) * (1 - 2 * nu) / (young * nu))[which] * self.stress
-        bulk = 1 / (over_lame + 1 / (_STIFFEST * modulus))
-        linear = self.basis.with_element(_Linear())
+        modulus, over_lame = per_row(self.layers, self.depths, self.stress)
+        columns = self.positions.size - 1
+        linear = self.basis.with_element(Linear())
         points = np.ones((1, self.basis.X.shape[1]))
-        k = _distortion.assemble(self.basis, modulus=modulus[:, None] * points)[self.free][:, self.free]
-        b = _expansion.assemble(self.basis, linear)[:, self.free]
-        mass = _product.assemble(linear).tobsr((3, 3))  # nothing but blocks on the diagonal
-        inverse = np.linalg.inv(mass.data) * bulk[:, None, None]
-        moduli = bsr_matrix((inverse, mass.indices, mass.indptr), shape=mass.shape)
-        options = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-        kept = np.repeat(bulk / (_STIFFEST * modulus), 3)
-        return splu((k + b.T @ moduli @ b).tocsc(), **options), b, moduli, kept
+        k = _distortion.assemble(self.basis, modulus=np.tile(modulus, columns)[:, None] * points)
+        return Saddle(
+            k[self.free][:, self.free],
+            _expansion.assemble(self.basis, linear)[:, self.free],
+            _product.assemble(linear),
+            np.tile(modulus, columns),
+            np.tile(over_lame, columns),
+        )
 
     def solve(self, work):
-        """Displacements at the nodes, as many as `work`: the virtual work of loads, one or a column each.
-
-        By the method of multipliers (Hestenes 1969), which converges to the pressure that makes up for the finite bulk
-        modulus in a few turns, by the factor 1 / _STIFFEST each or so.
-        """
-        factors, b, moduli, kept = self._system
-        kept = kept.reshape(-1, *(1,) * (work.ndim - 1))
-        p = np.zeros((b.shape[0], *work.shape[1:]))
-        for _ in range(20):
-            u = factors.solve(work[self.free] - b.T @ (kept * p))
-            before, p = p, moduli @ (b @ u) + kept * p
-            if np.abs(p - before).max() <= 1e-9 * np.abs(p).max():
-                break
-        else:
-            raise AssertionError("the pressure does not settle")
+        """Displacements at the nodes, as many as `work`: the virtual work of loads, one or a column each."""
         out = np.zeros_like(work)
-        out[self.free] = u
+        out[self.free] = self._system.solve(work[self.free])
         return out
 
     @cached_property
@@ -291,7 +307,7 @@ class Solution:
         if body.round:
             turn = 2 * np.pi * body.radius
             y = body.positions[0] + np.mod(y - body.positions[0], turn)
-        (row, down), (column, onwards) = _within(body.depths, x), _within(body.positions, y)
+        (row, down), (column, onwards) = within(body.depths, x), within(body.positions, y)
         cells = column * (body.depths.size - 1) + row
         local = np.stack([down, onwards])[:, :, None]
         value, slope = np.zeros((2, x.size)), np.zeros((2, 2, x.size))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import subskin as ss
+from subskin.estimate import Status
 from subskin.transducer import Displacement, MagnetDisplacement, rosette
 
 from .._tables import LOCAL, LOCAL_TRANSDUCERS, SKINS, SOFT, A
@@ -131,8 +134,8 @@ def test_what_turns_with_its_touch_reads_the_same(skin):
 @each_skin
 def test_gauges_stretch_as_the_skin_moves(skin):
     """Strain along a direction and shear in a plane, by differences of the displacement of the eighth order."""
-    state = felt(skin, "round hertz")
-    skin, contact, h = TAKING[skin], LOCAL["round hertz"](), 0.02 * A
+    state = felt(skin, "twisted")
+    skin, contact, h = TAKING[skin], LOCAL["twisted"](), 0.02 * A
     steps, weights = h * np.arange(-4, 5), np.array([3, -32, 168, -672, 0, 672, -168, 32, -3]) / (840 * h)
 
     def along(x, y, z):
@@ -154,6 +157,8 @@ def test_gauges_stretch_as_the_skin_moves(skin):
         np.testing.assert_allclose(
             ss.ShearStrain(plane).measure(state), by[i][:, j] + by[j][:, i], rtol=1e-7, atol=1e-9
         )
+    for j, seen in ((1, state.tilt.y), (2, state.tilt.z)):  # and how far it turns: half the curl
+        np.testing.assert_allclose(seen, 0.5 * (by[0][:, j] - by[j][:, 0]), rtol=1e-7, atol=1e-9)
 
 
 def test_the_field_of_a_magnet_is_that_of_two_poles():
@@ -162,20 +167,58 @@ def test_the_field_of_a_magnet_is_that_of_two_poles():
     state = felt("half space", "point", 2.0)
     moved = np.stack([state.displacement.x, state.displacement.y, state.displacement.z], axis=-1)
     assert np.abs(moved).max() > 0.05 * gap  # far from linear
+    upright = np.array([1.0, 0.0, 0.0])
 
-    def field(u):
+    def field(u, way):
         out = np.zeros(np.shape(u))
         for sign in (1, -1):
-            r = np.array([gap - 0.5 * sign * apart, 0.0, 0.0]) - u
+            r = np.array([gap, 0.0, 0.0]) - 0.5 * sign * apart * way - u
             out = out + sign * 1e-7 * moment / apart * r / np.linalg.norm(r, axis=-1, keepdims=True) ** 3
         return out
 
-    expected = field(moved) - field(np.zeros(3))
-    for k, axis in enumerate("xyz"):
-        seen = MagnetDisplacement(axis, moment, gap, exact=True).measure(state)
-        np.testing.assert_allclose(seen, expected[:, k], rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+    turn = np.stack([0 * state.tilt.y, -state.tilt.z, state.tilt.y], axis=-1)  # what turns x towards y and z
+    assert np.abs(turn).max() > 0.1
+    leaning = Rotation.from_rotvec(turn).apply(upright)
+    for way, tilts in ((upright, False), (leaning, True)):
+        expected = field(moved, way) - field(np.zeros(3), upright)
+        for k, axis in enumerate("xyz"):
+            seen = MagnetDisplacement(axis, moment, gap, exact=True, tilts=tilts).measure(state)
+            np.testing.assert_allclose(seen, expected[:, k], rtol=1e-6, atol=1e-6 * np.abs(expected).max())
     below = MagnetDisplacement("x", moment, gap=0.1 * float(moved[:, 0].min()), exact=True).measure(state)
     assert np.isnan(below).all()
+
+
+@each_skin
+def test_a_magnet_that_tilts(skin):
+    """What is linear is the slope of the whole at no load; on an array it is what is measured where the sensors are."""
+    kinds = [MagnetDisplacement(axis, 5e-3, 4e-3, exact=True, tilts=True) for axis in "xyz"]
+    for whole in kinds:
+        up, down = (whole.measure(felt(skin, "twisted", p)) for p in (1e-3, -1e-3))
+        slope, upright = (
+            kind.linear_part.measure(felt(skin, "twisted")) for kind in (whole, replace(whole, tilts=False))
+        )
+        assert np.abs((up - down) / 2e-3 - slope).max() < 1e-4 * np.abs(slope).max()
+        assert (np.abs(slope - upright).max() > 0.1 * np.abs(slope).max()) == (whole.axis != "x")
+    kinds = [kind.linear_part for kind in kinds]
+    read = sensors(TAKING[skin], kinds).read(LOCAL["twisted"]()).reshape(len(POINTS), -1)
+    expected = np.stack([kind.measure(felt(skin, "twisted")) for kind in kinds], axis=1)
+    np.testing.assert_allclose(read, expected, rtol=1e-10, atol=1e-12 * np.abs(expected).max())
+
+
+def test_magnets_locate_a_touch():
+    """Three axes beneath each of four magnets that tilt: errors as large as the covariance says, none gross."""
+    kinds = [MagnetDisplacement(axis, 5e-3, 4e-3, tilts=True) for axis in "xyz"]
+    array = ss.SensorArray.grid((2, 2), pitch=3e-3, depth=2e-3, channels=kinds, noise=1e-5)
+    rng, count = np.random.default_rng(0), 400
+    at, drag = 1.5e-3 * rng.uniform(-1, 1, (count, 2)), rng.uniform(-0.4, 0.4, (count, 2))
+    touch = ss.PointLoad(components=np.column_stack([np.ones(count), drag]), position=at)
+    finger = ss.Finger(ss.HalfSpace(SOFT), array)
+    found = finger.locate(finger.read(touch, rng=rng))
+    assert (found.status == Status.OK).all()
+    off = np.concatenate([found.position - at, found.load.components - touch.components], axis=1)
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(found.load.covariance), off)
+    assert squares.mean() == pytest.approx(5, abs=4 * np.sqrt(10 / count))
+    assert (np.hypot(*off[:, :2].T) < 0.3e-3).all()
 
 
 def rank(finger, z):

@@ -159,14 +159,14 @@ class LocalContact(Named, ABC):
         """Drag (q_y, q_z) on the surface [Pa] at `y`, `z` [m], shape (..., 2)."""
 
     def spectrum(self, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:
-        """Fourier transforms at the wave vectors (`ky`, `kz`) [1/m], broadcast against the batch; for layers.
+        """Fourier transforms at the wave vectors (`ky`, `kz`) [1/m], broadcast against the batch; for layers and maps.
 
         Raises
         ------
         InvalidValueError
             A contact of one's own whose class does not say it.
         """
-        seen, rule = f"the spectrum of a {type(self).__name__}", "layers need it, and its class says none"
+        seen, rule = f"the spectrum of a {type(self).__name__}", "layers and maps need it, and its class says none"
         raise InvalidValueError(seen, rule, "define `spectrum(ky, kz)` in its class")
 
     @property

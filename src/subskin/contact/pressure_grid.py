@@ -141,7 +141,8 @@ class PressureGrid(LocalContact):
     def spectrum(self, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:  # noqa: D102
         along, across = _hat_spectra(self.nodes_y, np.asarray(ky)), _hat_spectra(self.nodes_z, np.asarray(kz))
         maps = (self.node_pressure, self.node_shear[..., 0], self.node_shear[..., 1])
-        return LocalSpectrum(*(np.asarray(np.einsum("...i,...j,...ij->...", along, across, v)) for v in maps))
+        rows = (np.einsum("...i,...ij->...j", along, values) for values in maps)
+        return LocalSpectrum(*(np.asarray(np.einsum("...j,...j->...", across, row)) for row in rows))
 
     @property
     def _values(self) -> FloatArray:

@@ -8,6 +8,7 @@ then J_l(k a) exp(-k length) < exp(-37) at any k. Each is kept over the distance
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from ._layer_modes import Stack
 from ._pieces import NODES, ORDER, TAIL, TO_TERMS, polynomials
 from ._radial import decay_length, wave_answers, waves_for
 
-__all__ = ["HarmonicTable"]
+__all__ = ["SLOPE", "STATE_ROWS", "HarmonicTable", "Rows"]
 
 _DIGITS = 37.0
 """exp(-37) is left out."""
@@ -26,10 +27,18 @@ _FINEST = 1 / 32
 _BLOCK = 1 << 21
 
 
-class HarmonicTable:
-    """Nine real fields about a contact's centre, at one depth of a stack, as far as they were asked for.
+class Rows(NamedTuple):
+    """How many fields there are, and what they are on circles of wave vectors."""
 
-    The six of `Primitives` (xx, spread, real and imaginary part of shear and turned), then 2 G u_x, u_y and u_z.
+    fields: int
+    of: Callable[[FloatArray, FloatArray, LocalSpectrum, FloatArray, FloatArray], list[ComplexArray]]
+
+
+class HarmonicTable:
+    """Some real fields about a contact's centre, at one depth of a stack, as far as they were asked for.
+
+    `STATE_ROWS`: the six of `Primitives` (xx, spread, real and imaginary part of shear and turned), then 2 G u_x, u_y
+    and u_z. `SLOPE`: 2 G du_x/dy and 2 G du_x/dz.
 
     Parameters
     ----------
@@ -41,23 +50,30 @@ class HarmonicTable:
         That of a single contact about its centre.
     size : float
         Distance of the contact's farthest point from its centre [m].
+    kind : Rows
+        Which fields.
     """
 
     def __init__(
-        self, stack: Stack, depth: float, spectrum: Callable[[FloatArray, FloatArray], LocalSpectrum], size: float
+        self,
+        stack: Stack,
+        depth: float,
+        spectrum: Callable[[FloatArray, FloatArray], LocalSpectrum],
+        size: float,
+        kind: Rows,
     ) -> None:
-        self._stack, self._depth, self._spectrum, self._size = stack, depth, spectrum, size
+        self._stack, self._depth, self._spectrum, self._size, self._kind = stack, depth, spectrum, size, kind
         self._length = float(decay_length(stack, np.array(depth)))
         count = 0 if size == 0 else int(np.ceil(_DIGITS / np.arcsinh(self._length / size)))
         self._count = count + 5
         self._pieces: dict[tuple[float, float], FloatArray | None] = {}
-        self._known: tuple[int, FloatArray, FloatArray] | None = None
+        self._known: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
     def at(self, zeta: ComplexArray, which: slice) -> FloatArray:
         """Fields at y + i z about the centre [m], shape (fields, n)."""
         r = np.abs(zeta)
         e = np.asarray(np.where(r > 0, zeta, 1.0) / np.where(r > 0, r, 1.0), dtype=np.complex128)
-        out = np.empty((len(range(9)[which]), r.size))
+        out = np.empty((len(range(self._kind.fields)[which]), r.size))
         low, high, farthest = 0.0, 0.75 * self._length, r.max(initial=0.0)
         while low <= farthest:
             chosen = np.flatnonzero((low <= r) & (r < high))
@@ -100,7 +116,7 @@ class HarmonicTable:
         out[:, chosen] = total
 
     def _piece(self, low: float, high: float) -> FloatArray | None:
-        """Chebyshev terms, (order, harmonics, 2, 9); None where they have to be finer.
+        """Chebyshev terms, (order, harmonics, 2, fields); None where they have to be finer.
 
         The first goes on beyond the centre, where harmonics are even or odd as their number is.
         """
@@ -115,61 +131,84 @@ class HarmonicTable:
         return self._pieces[low, high]
 
     def _harmonics(self, r: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
-        """Real and imaginary part of each, (harmonics, 2, 9, n), at distances up to `far`; the size of the sum."""
+        """Real and imaginary part of each, (harmonics, 2, fields, n), at distances up to `far`; the size of the sum."""
         k, weights = waves_for(self._stack, self._length, far + self._size)
-        values, size = np.zeros((self._count, 18, r.size)), np.zeros(9)
-        step = max(1, _BLOCK // (9 * self._count), _BLOCK // (self._count * r.size))
+        fields = self._kind.fields
+        values, size = np.zeros((self._count, 2 * fields, r.size)), np.zeros(fields)
+        step = max(1, _BLOCK // (fields * self._count), _BLOCK // (self._count * r.size))
         for first in range(0, k.size, step):
             part = slice(first, first + step)
             waves, more = self._waves(k[part], weights[part], k.size)
             values += waves @ _bessel(self._count, k[part, None] * r)
             size += more
-        parts = values.reshape(-1, 2, 9, r.size)
+        parts = values.reshape(-1, 2, fields, r.size)
         parts[1:] *= 2
         turn = np.array([-1.0, 1.0])[:, None, None]  # times i
         parts[1::4], parts[2::4], parts[3::4] = parts[1::4, ::-1] * turn, -parts[2::4], -parts[3::4, ::-1] * turn
         return parts, size
 
     def _waves(self, k: FloatArray, weights: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
-        """Real and imaginary parts of the waves' harmonics, weighed, (harmonics, 18, k), and their sum; kept if few."""
-        if self._known is not None and k.size == total == self._known[0]:
+        """Real and imaginary parts of the waves' harmonics, weighed, (harmonics, 2 fields, k), and sums; kept."""
+        if self._known is not None and np.array_equal(k, self._known[0]):
             return self._known[1:]
         answers = wave_answers(self._stack, k, np.array([self._depth]))[:, 0]
-        waves = _on_circles(answers, k, self._spectrum, self._count) * (k * weights / (2 * np.pi))[:, None]
+        waves = _on_circles(self._kind, answers, k, self._spectrum, self._count) * (k * weights / (2 * np.pi))[:, None]
         size = np.abs(waves).sum(axis=(1, 2))
         both = np.ascontiguousarray(np.concatenate([waves.real, waves.imag]).transpose(2, 0, 1))
         if k.size == total:
-            self._known = total, both, size
+            self._known = k, both, size
         return both, size
 
 
 def _on_circles(
-    answers: FloatArray, k: FloatArray, spectrum: Callable[[FloatArray, FloatArray], LocalSpectrum], count: int
+    kind: Rows,
+    answers: FloatArray,
+    k: FloatArray,
+    spectrum: Callable[[FloatArray, FloatArray], LocalSpectrum],
+    count: int,
 ) -> ComplexArray:
-    """Harmonics 0 ... count - 1 of the nine fields on circles of wave vectors, (9, k, count)."""
+    """Harmonics 0 ... count - 1 of the fields on circles of wave vectors, (fields, k, count)."""
     phi = np.pi * np.arange(count) / count
     cos, sin = np.cos(phi), np.sin(phi)
     p, qy, qz = spectrum(k[:, None] * cos, k[:, None] * sin)
-    an, at, cn, ct, ln, lt, un, ut, c, b = answers[..., None]
     ql, qt = qy * cos + qz * sin, qz * cos - qy * sin
+    half = np.stack(kind.of(answers[..., None], k[:, None], LocalSpectrum(p, ql, qt), cos, sin))
+    # the other half of the circle is the conjugate
+    return np.fft.fft(np.concatenate([half, np.conj(half)], axis=-1), axis=-1)[..., :count] / (2 * count)
+
+
+def _of_state(
+    answers: FloatArray, k: FloatArray, loads: LocalSpectrum, cos: FloatArray, sin: FloatArray
+) -> list[ComplexArray]:
+    """Under loads of which the drag is along the wave and across it."""
+    an, at, cn, ct, ln, lt, un, ut, c, b = answers
+    p, ql, qt = loads
     along, across = 1j * ln * p + lt * ql, 2 * b * qt  # 2 G k u_l and u_t
     stretch, sheared = 1j * along, 1j * across
     xl, xt = 1j * cn * p + ct * ql, c * qt
     double, twice = cos * cos - sin * sin, 2 * sin * cos
-    rows = [
+    return [
         an * p + 1j * at * ql,
         stretch,
         xl * cos - xt * sin,
         xl * sin + xt * cos,
         stretch * double - sheared * twice,
         stretch * twice + sheared * double,
-        (un * p + 1j * ut * ql) / k[:, None],
-        (along * cos - across * sin) / k[:, None],
-        (along * sin + across * cos) / k[:, None],
+        (un * p + 1j * ut * ql) / k,
+        (along * cos - across * sin) / k,
+        (along * sin + across * cos) / k,
     ]
-    half = np.stack(rows)
-    # the other half of the circle is the conjugate
-    return np.fft.fft(np.concatenate([half, np.conj(half)], axis=-1), axis=-1)[..., :count] / (2 * count)
+
+
+def _of_slope(
+    answers: FloatArray, k: FloatArray, loads: LocalSpectrum, cos: FloatArray, sin: FloatArray
+) -> list[ComplexArray]:
+    """2 G u_x times i k, along y and along z."""
+    down = 1j * answers[6] * loads.p - answers[7] * loads.qy
+    return [down * cos, down * sin]
+
+
+STATE_ROWS, SLOPE = Rows(9, _of_state), Rows(2, _of_slope)
 
 
 def _bessel(count: int, x: FloatArray) -> FloatArray:

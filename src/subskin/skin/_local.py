@@ -18,9 +18,9 @@ from .._check import ComplexArray, FloatArray, each_read_only
 from ..contact.local import LocalContact, LocalSpectrum, RadialTerm
 from ..material import Material
 from ..tensor import Displacements, Strain, Stress
-from ._harmonics import HarmonicTable
+from ._harmonics import SLOPE, STATE_ROWS, HarmonicTable, Rows
 from ._layer_modes import Stack
-from ._radial import DISPLACEMENTS, FIELDS, RadialSpectrum, radial_table
+from ._radial import DISPLACEMENTS, FIELDS, STATE, TILT, Functions, RadialSpectrum, radial_table
 from ._riesz import Fields
 
 __all__ = ["Added", "Primitives", "stack_displacements"]
@@ -86,7 +86,7 @@ class Added:
         self._shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
         self._wide = contact.expand(1)
         self._terms = self._wide.radial_terms
-        self._tables: dict[tuple[float, int], HarmonicTable] = {}
+        self._tables: dict[tuple[float, int, Rows], HarmonicTable] = {}
 
     def fields(self) -> Primitives:
         """Stress and strain."""
@@ -115,8 +115,19 @@ class Added:
             along += zeta * (n * f[2] + 1j * moment * f[5] + back * f[4]) + tau * f[3]
         return down, along
 
+    def slope(self) -> ComplexArray:
+        """2 G (d/dy + i d/dz) u_x [Pa], G of the first layer."""
+        if self._terms is None:
+            by_y, by_z = self._by_harmonics(slice(0, 2), SLOPE)
+            return np.asarray(by_y + 1j * by_z)
+        total = np.zeros(self._shape, dtype=np.complex128)
+        for term in self._terms:
+            f, zeta, n, tau, _ = self._by_distance(term, slice(0, 3), TILT)
+            total += zeta * (n * f[0] + np.conj(tau) * zeta * f[2]) + tau * f[1]
+        return total
+
     def _by_distance(
-        self, term: RadialTerm, which: slice
+        self, term: RadialTerm, which: slice, functions: Functions = STATE
     ) -> tuple[FloatArray, ComplexArray, FloatArray, ComplexArray, FloatArray]:
         """The functions of a term, (functions, ...); points from its centre; N, Ty + i Tz and the moment.
 
@@ -127,12 +138,12 @@ class Added:
         zeta = self._from(centre)
         u = (zeta.real**2 + zeta.imag**2).reshape(-1)
         spectra, of = _spectra(self._stack, term, 0.5 * float((high - low).max(initial=0.0)), self._shape)
-        out = np.empty((len(range(18)[which]), u.size))
+        out = np.empty((len(functions.orders[which]), u.size))
         for depth, i, chosen in self._grouped(of):
-            out[:, chosen] = radial_table(self._stack, depth, spectra[i]).at(u[chosen], which)
+            out[:, chosen] = radial_table(self._stack, depth, spectra[i], functions).at(u[chosen], which)
         return out.reshape(len(out), *self._shape), zeta, load[..., 0], load[..., 1] + 1j * load[..., 2], moment
 
-    def _by_harmonics(self, which: slice) -> FloatArray:
+    def _by_harmonics(self, which: slice, kind: Rows = STATE_ROWS) -> FloatArray:
         """Fields of a contact that is not the same in all directions."""
         low, high = (np.broadcast_to(end, (*self._contact.shape, 2)) for end in self._contact.support)
         centres, sizes = (
@@ -141,12 +152,12 @@ class Added:
         )
         zeta = self._from(0.5 * (low + high)).reshape(-1)
         rows = np.arange(sizes.size).reshape(self._contact.shape)
-        out = np.empty((len(range(9)[which]), zeta.size))
+        out = np.empty((len(range(kind.fields)[which]), zeta.size))
         for depth, i, chosen in self._grouped(np.broadcast_to(rows, self._shape).reshape(-1)):
-            if (depth, i) not in self._tables:
+            if (depth, i, kind) not in self._tables:
                 spectrum = partial(self._spectrum, i, centres[i])
-                self._tables[depth, i] = HarmonicTable(self._stack, depth, spectrum, float(sizes[i]))
-            out[:, chosen] = self._tables[depth, i].at(zeta[chosen], which)
+                self._tables[depth, i, kind] = HarmonicTable(self._stack, depth, spectrum, float(sizes[i]), kind)
+            out[:, chosen] = self._tables[depth, i, kind].at(zeta[chosen], which)
         return out.reshape(len(out), *self._shape)
 
     def _spectrum(self, row: int, centre: FloatArray, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:

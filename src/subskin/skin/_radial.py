@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,8 @@ from ._synthesis import panels
 __all__ = [
     "DISPLACEMENTS",
     "FIELDS",
+    "STATE",
+    "TILT",
     "RadialSpectrum",
     "RadialTable",
     "decay_length",
@@ -34,7 +37,6 @@ __all__ = [
 _DECAY = 42.0
 """exp(-42) is far below rounding, also with the polynomials of k that stand before it."""
 
-ORDERS = np.array([0, 1, 0, 1, 1, 0, 2, 2, 1, 3, 1, 2, 0, 1, 1, 0, 2, 1])
 FIELDS, DISPLACEMENTS = slice(0, 12), slice(12, 18)
 
 _GROWTH = 3.0
@@ -83,6 +85,13 @@ def quotients(x: FloatArray) -> FloatArray:
     return out
 
 
+class Functions(NamedTuple):
+    """The order m of each of some functions, and what their Hankel transforms are of, but for k / (2 pi)."""
+
+    orders: tuple[int, ...]
+    of: Callable[[FloatArray, FloatArray], list[FloatArray]]
+
+
 @dataclass(frozen=True)
 class RadialSpectrum:
     """The Hankel transform of a shape of unit load, known by a few of its values."""
@@ -93,21 +102,40 @@ class RadialSpectrum:
     of: Callable[[FloatArray], FloatArray] = field(compare=False)
 
 
+def _of_state(answers: FloatArray, k: FloatArray) -> list[FloatArray]:
+    an, at, cn, ct, ln, lt, un, ut, c, b = answers
+    here, there = 0.5 * lt + b, 0.5 * lt - b
+    fields = [an, -at, -ln, -lt, -cn, 0.5 * (ct + c), 0.5 * (c - ct), ln, -here, there, 0.5 * k * c, -k * b]
+    return [*fields, un / k, -ut / k, -ln / k, here / k, -there / k, b]
+
+
+def _of_tilt(answers: FloatArray, k: FloatArray) -> list[FloatArray]:
+    un, ut = answers[6], answers[7]
+    return [-un, -0.5 * ut, 0.5 * ut]
+
+
+STATE = Functions((0, 1, 0, 1, 1, 0, 2, 2, 1, 3, 1, 2, 0, 1, 1, 0, 2, 1), _of_state)
+TILT = Functions((1, 0, 2), _of_tilt)
+
+
 @dataclass(eq=False)
 class RadialTable:
-    """f_m / r^m of all 18 functions over r^2 at one depth, as far as they were asked for.
+    """f_m / r^m of some functions over r^2 at one depth, as far as they were asked for.
 
-    The first twelve make stress and strain: s_xx and 2 G (eps_yy + eps_zz) of N and of the drag; s_xy + i s_xz of N,
-    tau and its conjugate; 2 G (eps_yy - eps_zz + 2 i eps_yz) of the same; and the last two of the moment. Six more make
-    the displacement: 2 G u_x of N and of the drag; 2 G (u_y + i u_z) of N, tau, its conjugate and the moment.
+    Of `STATE` the first twelve make stress and strain: s_xx and 2 G (eps_yy + eps_zz) of N and of the drag; s_xy + i
+    s_xz of N, tau and its conjugate; 2 G (eps_yy - eps_zz + 2 i eps_yz) of the same; and the last two of the moment.
+    Six more make the displacement: 2 G u_x of N and of the drag; 2 G (u_y + i u_z) of N, tau, its conjugate and the
+    moment. The three of `TILT` make 2 G L u_x, L = d/dy + i d/dz: of N, tau and its conjugate.
     """
 
     stack: Stack
     depth: float
     spectrum: RadialSpectrum
+    functions: Functions
 
     def __post_init__(self) -> None:
         self._length = float(decay_length(self.stack, np.array(self.depth)))
+        self._orders = np.array(self.functions.orders)
         self._edges = np.zeros(1)
         self._pieces: list[FloatArray] = []
         self._asked = 0
@@ -115,7 +143,7 @@ class RadialTable:
     def at(self, u: FloatArray, which: slice) -> FloatArray:
         """The functions at u = r^2 [m^2], shape (functions, n)."""
         if not u.size:
-            return np.zeros((ORDERS[which].size, 0))
+            return np.zeros((self._orders[which].size, 0))
         farthest = float(u.max())
         if farthest >= self._edges[-1] and self._asked + u.size < ORDER:  # so few are quicker one by one
             self._asked += u.size
@@ -123,7 +151,7 @@ class RadialTable:
         self._reach(farthest)
         piece = np.searchsorted(self._edges[1:-1], u, side="right")
         used = np.unique(piece)
-        out = np.empty((ORDERS[which].size, u.size))
+        out = np.empty((self._orders[which].size, u.size))
         for j in used:
             chosen = slice(None) if used.size == 1 else np.flatnonzero(piece == j)
             low, high = self._edges[j : j + 2]
@@ -139,7 +167,7 @@ class RadialTable:
 
     def _add(self, low: float, high: float) -> None:
         terms, scale = self._terms(low, high)
-        size = np.sqrt(high) ** ORDERS
+        size = np.sqrt(high) ** self._orders
         off = np.abs(terms[-3:]).max(axis=0) * size > TAIL * scale
         if off.any() and high - low > _FINEST * (low + self._length**2):
             middle = 0.5 * (low + high)
@@ -150,29 +178,30 @@ class RadialTable:
         self._pieces.append(terms)
 
     def _terms(self, low: float, high: float) -> tuple[FloatArray, FloatArray]:
-        """Chebyshev terms (order, 18) between two values of r^2, and the size of what was summed, (18,)."""
+        """Chebyshev terms (order, functions) between two values of r^2, and the sizes of what was summed."""
         r = np.sqrt(0.5 * (low + high) + 0.5 * (high - low) * NODES)
         values, size = self._summed(r, float(np.sqrt(high)))
         return TO_TERMS @ values.T, size
 
     def _summed(self, r: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
-        """The functions at distances up to `far`, (18, n), and the size of what was summed, (18,)."""
+        """The functions at distances up to `far`, (functions, n), and the sizes of what was summed."""
         k, weights = waves_for(self.stack, self._length, far + self.spectrum.reach)
-        kernels = _kernels(self.stack, self.depth, k) * (weights * self.spectrum.of(k))
-        values, step = np.zeros((18, r.size)), max(1, _BLOCK // r.size)
+        kernels = np.stack(self.functions.of(_answers_at(self.stack, self.depth, k), k)) * k / (2 * np.pi)
+        kernels = kernels * (weights * self.spectrum.of(k))
+        values, step = np.zeros((self._orders.size, r.size)), max(1, _BLOCK // r.size)
         for first in range(0, k.size, step):
             part = slice(first, first + step)
             bessel = quotients(k[part, None] * r)
             for m in range(4):
-                same = ORDERS == m
+                same = self._orders == m
                 values[same] += (kernels[same, part] * k[part] ** m) @ bessel[m]
         return values, np.abs(kernels).sum(axis=1)
 
 
 @lru_cache(maxsize=512)
-def radial_table(stack: Stack, depth: float, spectrum: RadialSpectrum) -> RadialTable:
-    """The table at a depth [m] under a shape."""
-    return RadialTable(stack, depth, spectrum)
+def radial_table(stack: Stack, depth: float, spectrum: RadialSpectrum, functions: Functions) -> RadialTable:
+    """The table of some functions at a depth [m] under a shape."""
+    return RadialTable(stack, depth, spectrum, functions)
 
 
 def waves_for(stack: Stack, length: float, reach: float) -> tuple[FloatArray, FloatArray]:
@@ -191,12 +220,3 @@ def _answers_at(stack: Stack, depth: float, k: FloatArray) -> FloatArray:
     if k.size > _LARGE:
         return wave_answers(stack, k, np.array([depth]))[:, 0]
     return _known(stack, depth, k.tobytes())
-
-
-def _kernels(stack: Stack, depth: float, k: FloatArray) -> FloatArray:
-    """What the Hankel transforms of the 18 functions are of, with k / (2 pi), shape (18, k)."""
-    an, at, cn, ct, ln, lt, un, ut, c, b = _answers_at(stack, depth, k)
-    here, there = 0.5 * lt + b, 0.5 * lt - b
-    fields = [an, -at, -ln, -lt, -cn, 0.5 * (ct + c), 0.5 * (c - ct), ln, -here, there, 0.5 * k * c, -k * b]
-    moved = [un / k, -ut / k, -ln / k, here / k, -there / k, b]
-    return np.stack(fields + moved) * k / (2 * np.pi)

@@ -16,7 +16,7 @@ from ..contact.local import LocalContact, local_potentials_of, local_transforms_
 from ..material import Material
 from ..tensor import Displacements, Strain, Stress
 
-__all__ = ["Fields", "displacements_of", "fields_of"]
+__all__ = ["Fields", "displacements_of", "fields_of", "turns_of"]
 
 # Points of one block: its temporaries then stay in the second-level cache.
 _BLOCK = 1024
@@ -89,6 +89,21 @@ def displacements_of(
 
     down, along = _in_blocks(moved, contact, x, y, z)
     return Displacements(*each_read_only(down, along.real, along.imag))
+
+
+def turns_of(contact: LocalContact, nu: float, x: FloatArray, y: FloatArray, z: FloatArray) -> ComplexArray:
+    """2 G times the tilt, y + i z [Pa], beneath a contact at points of one shape.
+
+    With L = d/dy + i d/dz it is half of d(u_y + i u_z)/dx - L u_x; by the chain of the W_m all that has x before it
+    cancels, for a rotation is harmonic: -2 (1 - nu) N W_1 - (3/2 - nu) tau W_0 + (1/2 - nu) tau* W_2.
+    """
+
+    def turned(x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[ComplexArray]:
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            p, _, q, _, r, *_, t = local_transforms_of(contact, x, y, z)
+            return (np.asarray(-2 * (1 - nu) * p[1] - (1.5 - nu) * q[0] + (0.5 - nu) * r[2] - t[0]),)
+
+    return np.asarray(_in_blocks(turned, contact, x, y, z)[0], dtype=np.complex128)
 
 
 def _in_blocks(

@@ -19,6 +19,8 @@ from ..contact.local import LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Displacements, State, Strain, Stress, Wave
+from ._map import state_map
+from ._points import not_local
 
 __all__ = ["Materials", "Skin"]
 
@@ -45,7 +47,9 @@ class Skin(Frozen, ABC):
     def state(
         self, contact: Contact | LocalContact, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> State:
-        """Stress [Pa], strain [-] and displacement [m] beneath `contact`; at an interface those of the layer above it.
+        """Stress [Pa], strain [-], displacement [m] and tilt [rad] beneath `contact`.
+
+        At an interface they are those of the layer above it.
 
         Parameters
         ----------
@@ -118,6 +122,51 @@ class Skin(Frozen, ABC):
         """
         seen = f"the displacement under a {type(contact).__name__} in {self}"
         return self.state(contact, x, y, z).moved(seen)
+
+    def map(self, contact: LocalContact, x: float, y: npt.ArrayLike, z: npt.ArrayLike) -> State:
+        """The `state` at one depth on a grid of points, by fast Fourier transforms: for large maps and many contacts.
+
+        It is the field of the skin without end: no image of the contact is left, to 1e-10 of the map's largest
+        component (tests/verification/test_map.py). The time grows with the area of map and contact in squares of a
+        tenth of the depth, and little with the contact's own parts; `state` is quicker at few points
+        (docs/local_contacts.md).
+
+        Parameters
+        ----------
+        contact : LocalContact
+            What presses; a batch of any shape, such as the frames of a `PressureGrid`.
+        x : float
+            Depth, > 0 [m].
+        y, z : array_like, shape (n,), (k,)
+            Points along the surface and across it [m], each evenly apart.
+
+        Returns
+        -------
+        State
+            Components of shape (..., n, k), the contact's batch first; worked out when asked for.
+
+        Raises
+        ------
+        InvalidValueError
+            A long contact, a skin that is solved in a plane, or a contact of one's own without a `spectrum`.
+        GeometryError
+            Points outside the skin or not evenly apart, or a map too large for its depth.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
+        >>> y, z = np.linspace(-4e-3, 4e-3, 33), np.linspace(-3e-3, 3e-3, 25)
+        >>> seen = skin.map(ss.RoundHertz(force=1.0, angle=0.5, half_width=1e-3), x=1e-3, y=y, z=z)
+        >>> seen.stress.xx.shape, round(float(-seen.stress.xx.min()))
+        ((33, 25), 213676)
+        """
+        if not isinstance(contact, LocalContact):
+            seen = f"a map beneath a {type(contact).__name__}"
+            raise InvalidValueError(seen, "a long contact makes the same at every z", "skin.state(contact, x, y)")
+        if not self.takes_local:
+            raise not_local(contact, self)
+        return state_map(self.state, contact, x, y, z)
 
     @abstractmethod
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:

@@ -9,13 +9,13 @@ from typing import Self
 
 import numpy.typing as npt
 
-from .._check import FloatArray
+from .._check import FloatArray, each_read_only
 from ..contact import Contact, LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import Deferred, State, Wave
+from ..tensor import Deferred, State, Tilt, Wave
 from ._points import blank_local, local_points
-from ._riesz import displacements_of, fields_of
+from ._riesz import displacements_of, fields_of, turns_of
 from .base import Materials, Skin
 from .half_plane import HalfPlane
 
@@ -98,6 +98,11 @@ class HalfSpace(Skin):
             if surface:
                 blank_local(contact, xs, ys, zs, *fields)
             moved = partial(displacements_of, contact, material, xs, ys, zs)
-            return Deferred(partial(fields.stress, material.poisson), partial(fields.strain, material), moved)
+
+            def tilt() -> Tilt:
+                turned = turns_of(contact, material.poisson, xs, ys, zs) / (2 * material.shear)
+                return Tilt(*each_read_only(turned.real, turned.imag))
+
+            return Deferred(partial(fields.stress, material.poisson), partial(fields.strain, material), moved, tilt)
 
         return state

@@ -11,17 +11,17 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
-from .._check import FloatArray
+from .._check import FloatArray, each_read_only
 from ..contact.base import Contact
 from ..contact.local import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..material import Material
-from ..tensor import Deferred, Displacements, State, Strain, Stress, Wave
+from ..tensor import Deferred, Displacements, State, Strain, Stress, Tilt, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._local import Added, stack_displacements
 from ._points import blank_local, local_points, wave_points
-from ._riesz import displacements_of, fields_of
+from ._riesz import displacements_of, fields_of, turns_of
 from ._synthesis import Answer, hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
@@ -229,7 +229,7 @@ class Layered(Skin):
         """The state beneath a local contact at points of one shape."""
         first, upper = self.stack[0].material, x <= self.stack[0].thickness
         added = Added(self.modes, contact, x, y, z)
-        fields = added.fields()
+        own = fields = added.fields()
         if upper.any():
             closed = fields_of(contact, first.poisson, x, y, z)
             if not (x > 0).all():
@@ -245,9 +245,15 @@ class Layered(Skin):
             above = displacements_of(contact, first, x, y, z) if upper.any() else None
             return stack_displacements(*added.displacements(), above, upper, first)
 
-        return Deferred(
-            partial(fields.stress, poisson, stiff), partial(fields.strain, poisson, stiff, first.shear), moved
-        )
+        def tilt() -> Tilt:
+            # half of d(u_y + i u_z)/dx + L u_x is the shear; less L u_x it is the tilt
+            turned = own.shear / stiff - added.slope()
+            if upper.any():
+                turned = turned + np.where(upper, turns_of(contact, first.poisson, x, y, z), 0.0)
+            return Tilt(*each_read_only(*(part / (2 * first.shear) for part in (turned.real, turned.imag))))
+
+        strain = partial(fields.strain, poisson, stiff, first.shear)
+        return Deferred(partial(fields.stress, poisson, stiff), strain, moved, tilt)
 
     @property
     def _adrift(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _check
 from .._check import FloatArray
 from ..errors import InvalidValueError, NotLinearError
-from ..tensor import State
+from ..tensor import State, Tilt
 from .base import Transducer
 from .directed import known_axis
 
@@ -29,8 +29,10 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
         B = (mu_0 / 4 pi) [3 (m . r) r / r^2 - m] / r^3,    r = (gap, 0, 0) - u,
 
     u being the displacement of the skin (Jackson, Classical Electrodynamics, 1999, eq. 5.56). To first order
-    B_x changes by 6 c u_x / gap^4, B_y by -3 c u_y / gap^4 and B_z by -3 c u_z / gap^4, c = mu_0 m / 4 pi. The magnet
-    is small beside the gap, and is taken to stay upright. Known where the skin knows its displacement.
+    B_x changes by 6 c u_x / gap^4, B_y by -3 c u_y / gap^4 and B_z by -3 c u_z / gap^4, c = mu_0 m / 4 pi. With
+    `tilts` the magnet turns with the material, by t (`State.tilt`): m = |m| (cos |t|, t sin |t| / |t|), and to first
+    order B_y changes by -c t_y / gap^3 more, B_z by -c t_z / gap^3. The magnet is small beside the gap. Known where the
+    skin knows its displacement.
 
     Parameters
     ----------
@@ -43,6 +45,8 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
     exact : bool, optional
         False (the default) for the first order, which is linear in the load; True for the whole field, NaN where the
         magnet would pass the magnetometer.
+    tilts : bool, optional
+        False (the default) for a magnet that stays upright; True for one that turns as the material around it does.
 
     Raises
     ------
@@ -58,12 +62,16 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
     >>> felt = ss.HalfSpace(ss.Material(young=0.4e6)).state(ss.PointLoad(force=1.0), x=2e-3, y=2e-3, z=0.0)
     >>> [round(1e3 * float(kind.measure(felt)), 2) + 0.0 for kind in three]  # mT
     [18.52, -3.09, 0.0]
+    >>> leans = MagnetDisplacement("y", moment=7.9e-3, gap=3e-3, tilts=True)
+    >>> round(1e3 * float(leans.measure(felt)), 2)
+    -5.16
     """
 
     axis: Literal["x", "y", "z"]
     moment: float = field(metadata={"unit": "A*m^2"})
     gap: float = field(metadata={"unit": "m"})
     exact: bool = False
+    tilts: bool = False
 
     unit = "T"
 
@@ -84,15 +92,25 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
         return not self.exact
 
     def measure(self, state: State) -> FloatArray:  # noqa: D102
-        moved, strength = state.moved(f"{self!r} under such a contact"), _MU_0_4PI * self.moment
-        along: FloatArray = getattr(moved, self.axis)
+        seen = f"{self!r} under such a contact"
+        moved, strength = state.moved(seen), _MU_0_4PI * self.moment
+        leans = state.tilted(seen) if self.tilts else Tilt(np.zeros(()), np.zeros(()))
         deep = self.axis == "x"
+        along: FloatArray = getattr(moved, self.axis)
         if not self.exact:
-            return np.asarray((6 if deep else -3) * strength / self.gap**4 * along)
-        down, square = self.gap - moved.x, moved.y**2 + moved.z**2
-        far = down**2 + square
+            if deep:
+                return np.asarray(6 * strength / self.gap**4 * along)
+            lean: FloatArray = getattr(leans, self.axis)
+            return np.asarray(-strength / self.gap**4 * (3 * along + self.gap * lean))
+        # r = (down, -u_y, -u_z); up + the leaning part is the magnet's direction
+        down, angle = self.gap - moved.x, np.hypot(leans.y, leans.z)
+        share, up = np.sinc(angle / np.pi), np.cos(angle)
+        my, mz = share * leans.y, share * leans.z
+        far = down**2 + moved.y**2 + moved.z**2
+        across = up * down - my * moved.y - mz * moved.z
+        own, distance = {"x": (up, down), "y": (my, -moved.y), "z": (mz, -moved.z)}[self.axis]
         with np.errstate(divide="ignore", invalid="ignore"):
-            field = (2 * down**2 - square if deep else -3 * down * along) * strength / far**2.5
+            field = (3 * across * distance - own * far) * strength / far**2.5
         rest = 2 * strength / self.gap**3 if deep else 0.0
         return np.where(down > 0, field - rest, np.nan)
 
