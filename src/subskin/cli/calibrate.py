@@ -246,8 +246,8 @@ def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | N
         print(f"R^2 {score.r2:.5f} on the {score.touches} held out", file=out)
     print(found.misfit.verdict, file=out)
     if found.finger.measured is not None:
-        told = f", by {found.held_out[0]} touches held out" if found.held_out[0] else ""
-        print(f"the field leaves more than noise: the finger has a response in place{told}", file=out)
+        told = f"; its standard errors rest on {found.held_out[0]} touches held out" if found.held_out[0] else ""
+        print(f"the finger has a response in place, which allows for what the field misses{told}", file=out)
     for load, held in zip(("straight", "leaning"), found.held_out, strict=True):
         if found.finger.spread is not None and held:
             ratio = getattr(found.finger.spread, load)

@@ -1,4 +1,4 @@
-"""`subskin calibrate --response table`: touches at known positions -> a finger that reads by a table, without a model."""
+"""`subskin calibrate --response table`: touches at known positions -> a finger that reads by a table, no model."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def run_table(
     """Run the command on what was read: readings (m, n), positions (m, 2), which touches are used, their loads."""
     import numpy as np
 
-    from ..calibration import score
+    from ..calibration.calibration import score
     from ..measured import MeasuredResponse
 
     for name, usual in _UNUSED.items():
@@ -122,7 +122,7 @@ def _components(file: io.FingerFile, loads: dict[str, Any], count: int) -> npt.N
     import numpy as np
 
     force, angle, azimuth = (np.broadcast_to(loads.get(k, v), count) for k, v in _LOAD.items())
-    normal = force * np.cos(angle)
+    normal = np.asarray(force * np.cos(angle))
     if not angle.any():
         return normal[:, None]
     own = azimuth - file.turn

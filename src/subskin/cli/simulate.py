@@ -253,7 +253,8 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
     how = file.recording or RecordingFormat(file.names)
     usual = replace(how, press=how.press or Column("press"))
     if how.position is None:
-        usual = replace(usual, position=tuple(map(Column, AREA_COLUMNS)) if on_area else Column("position"))
+        y, z = map(Column, AREA_COLUMNS)
+        usual = replace(usual, position=(y, z) if on_area else Column("position"))
     columns: dict[str, Any] = {name: raw.readings[:, i] / how.scale for i, name in enumerate(file.names)}
     each = [(how.time, raw.time), *zip(usual.tracks["position"], np.atleast_2d(raw.position.T), strict=True)]
     for column, values in [*each, (usual.tracks["press"][0], raw.press)]:

@@ -44,9 +44,8 @@ def moved(found: Estimate, origin: npt.ArrayLike, turn: float = 0.0) -> Estimate
         whole[:2, :2] = whole[first + 1 : first + 3, first + 1 : first + 3] = turned(turn)
         square = table[..., layout.square]
         known = np.isfinite(square)  # an infinite variance stays where it is
-        out = np.where(
-            known.all(axis=(-2, -1))[..., None, None], whole @ np.where(known, square, 0.0) @ whole.T, square
-        )
+        all_known = np.asarray(known.all(axis=(-2, -1)))[..., None, None]
+        out = np.where(all_known, whole @ np.where(known, square, 0.0) @ whole.T, square)
         upper = np.triu_indices(k)
         table[..., layout.covariance : layout.covariance + k * (k + 1) // 2] = out[(..., *upper)]
     return Estimate(table, found.used, found.friction, found.unknowns, layout)
