@@ -13,6 +13,8 @@ from .frames import AREA_COLUMNS, warn_of_spread
 if TYPE_CHECKING:
     from ..stream.presses import Presses
 
+_WIDE = 6
+"""Sensors that a screen has room for."""
 _EXAMPLES = """\
   subskin segment finger.toml raw.csv -o presses.csv
   subskin segment finger.toml raw.csv -o presses.parquet --early 0.2 --before "0.1 s"
@@ -81,9 +83,14 @@ def _show(out: TextIO, presses: Presses, names: tuple[str, ...]) -> None:
     at = np.full((len(presses), 1), np.nan) if presses.position is None else presses.position.reshape(len(presses), -1)
     heads = ["position [mm]"] if at.shape[1] == 1 else ["y [mm]", "z [mm]"]
     rows = [
-        [str(i), number(presses.start[i], 6), *map(number, 1e3 * at[i]), *map(number, presses.reading[i])]
+        [str(i), number(presses.start[i], 6), *map(number, 1e3 * at[i]), *map(number, presses.reading[i, :_WIDE])]
         for i in range(min(len(presses), 20))
     ]
-    show(out, "", ["press", "start [s]", *heads, *names], rows)
-    if len(presses) > 20:
-        print(f"... and {len(presses) - 20} more; -o writes them all", file=out)
+    show(out, "", ["press", "start [s]", *heads, *names[:_WIDE]], rows)
+    more = [
+        f"{count} {what}"
+        for count, what in ((len(presses) - 20, "presses"), (len(names) - _WIDE, "sensors"))
+        if count > 0
+    ]
+    if more:
+        print(f"... and {' and '.join(more)} more; -o writes them all", file=out)
