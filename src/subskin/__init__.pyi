@@ -1,5 +1,4 @@
 from . import array as array
-from . import axes as axes
 from . import calibration as calibration
 from . import contact as contact
 from . import decide, design

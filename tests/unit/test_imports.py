@@ -22,7 +22,7 @@ ORDER = (
     "_compiled",
     "_frozen",
     "_registry",
-    "axes",
+    "_axes",
     "material",
     "tensor",
     "loads",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.axes import on_finger, on_touches
+from subskin._axes import on_finger, on_touches
 from subskin.errors import FileError, InvalidValueError
 from subskin.estimate.moved import moved
 from subskin.io import load, parse_finger, save_finger

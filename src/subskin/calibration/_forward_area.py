@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._axes import turned
 from .._check import FloatArray
-from ..axes import turned
 from ..contact import PointLoad
 from ..finger import Finger
 from ._forward import Forward

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import on_finger, turned
 from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import html_table, lines, many_of, with_error
-from ..axes import on_finger, turned
 from ..errors import GeometryError
 from ..finger import Finger
 from ._forward_area import forward_of

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import turned
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..axes import turned
 from ..errors import ConvergenceError, GeometryError
 from ..finger import Finger
 from ._forward_area import AreaForward, forward_of, with_origin

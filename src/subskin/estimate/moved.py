@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..axes import on_touches, turned
+from .._axes import on_touches, turned
 from .estimate import Estimate
 
 __all__ = ["moved"]

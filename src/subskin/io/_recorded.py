@@ -77,8 +77,9 @@ class Recorded:
 
         Examples
         --------
+        >>> import subskin as ss
         >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 6e-3\ndepth = 5e-3\nnoise = 1e-4"
-        >>> file = parse_finger(f"{text}\n[tare]\ndrift = 1e-5")
+        >>> file = ss.io.parse_finger(f"{text}\n[tare]\ndrift = 1e-5")
         >>> list(file.pipeline(file.locator()).stages)
         ['tare', 'found']
         """

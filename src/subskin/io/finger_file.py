@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .._axes import on_finger, on_touches
 from .._check import FloatArray
 from .._shown import html_table, lines, span
-from ..axes import on_finger, on_touches
 from ..errors import FileError, SubskinError
 from ..finger import Finger
 from ..measured import MeasuredResponse
@@ -240,11 +240,23 @@ class FingerFile(Recorded):
         return replace(self, finger=replace(self.finger, array=array), differences=True)
 
     def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
-        """Positions of the tables as they lie on the finger [m], shape (...), on an area (..., 2)."""
+        """Positions of the tables as they lie on the finger [m].
+
+        Parameters
+        ----------
+        positions : array_like, shape (...), on an area (..., 2)
+            On the axis of the tables, or on their axes y and z [m].
+        """
         return on_finger(positions, self.origin, self.turn)
 
     def on_touches(self, positions: npt.ArrayLike) -> FloatArray:
-        """Positions on the finger, as `locate` finds them, on the axes of the tables [m]; shape as in `on_finger`."""
+        """Positions on the finger, as `locate` finds them, on the axes of the tables [m].
+
+        Parameters
+        ----------
+        positions : array_like
+            As in `on_finger`.
+        """
         return on_touches(positions, self.origin, self.turn)
 
     def with_finger(

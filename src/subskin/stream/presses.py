@@ -27,7 +27,13 @@ _FEWEST = 3  # frames in a plateau
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a recording by its `name`, and the SI value of one of its units, `scale`."""
+    """A column of a recording by its `name`, and the SI value of one of its units, `scale`.
+
+    Examples
+    --------
+    >>> Column("x", 1e-3)  # in mm
+    Column(name='x', scale=0.001)
+    """
 
     name: str
     scale: float = 1.0
@@ -55,6 +61,12 @@ class RecordingFormat:
         Time before a press over which the free skin's reading is averaged [s].
     hold : float
         A plateau lasts at least this long [s].
+
+    Examples
+    --------
+    >>> both = RecordingFormat(("s0", "s1"), position=(Column("y"), Column("z")))
+    >>> [column.name for column in both.tracks["position"]]
+    ['y', 'z']
     """
 
     sensors: tuple[str, ...]

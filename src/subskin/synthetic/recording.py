@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import on_finger
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..axes import on_finger
 from ..contact import Contact, LineLoad, LocalContact
 from ..errors import GeometryError
 from ..finger import Finger
