@@ -199,7 +199,7 @@ def test_a_file_answers_as_the_finger_does_to_the_last_bit(wrong_field, tmp_path
 def test_mounted_again_a_finger_keeps_what_was_measured_in_place(wrong_field):
     """Only the origin is fitted: by the response, which errs less than the field, at the turn that is known."""
     found, _, _, true = wrong_field
-    at = np.array([(-3e-3, -2e-3), (4e-3, 0.0), (0.0, 4e-3), (2e-3, -3e-3)])
+    at = np.array([(4e-3, 3e-3), (5e-3, 0.0), (3e-3, 5e-3)])  # on one side, where the field errs one way
     readings = true.read(ss.PointLoad(1.5, position=at), np.random.default_rng(3))
     given = {"fit": ["origin"], "force": 1.5, "turn": 0.5}
     again = ss.calibrate(found.finger, readings, on_motor(at, 0.5), **given)
@@ -210,7 +210,7 @@ def test_mounted_again_a_finger_keeps_what_was_measured_in_place(wrong_field):
     assert off.max() < 0.1e-3
     field = ss.calibrate(replace(found.finger, measured=None), readings, on_motor(at, 0.5), **given)
     apart = np.linalg.norm(field.on_finger(on_motor(at, 0.5)) - found.on_finger(on_motor(at)), axis=1)
-    assert off.max() < 0.5 * apart.max()
+    assert off.max() < 0.3 * apart.max()
     row = ss.Finger(ss.HalfPlane(RUBBER), ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
     with pytest.raises(ss.errors.GeometryError, match="knows no turn"):
         ss.calibrate(row, np.ones((12, 4)), np.zeros(12), turn=0.3)
