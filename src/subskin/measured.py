@@ -109,6 +109,20 @@ class MeasuredResponse(Frozen):
         """The same response with all its errors, noise and doubt, `factor` times as large."""
         return replace(self, noise=factor * self.noise, variance=factor**2 * self.variance)
 
+    def select(self, sensors: npt.ArrayLike) -> MeasuredResponse:
+        """The response of some of the sensors.
+
+        Parameters
+        ----------
+        sensors : array_like
+            Their indices, or True for each that is taken, shape (n,).
+        """
+        index = np.arange(self.sensors)[np.asarray(sensors)]
+        assert self.correlation is not None
+        parts = {name: getattr(self, name)[:, :, index] for name in ("values", "variance")}
+        parts |= {name: getattr(self, name)[index] for name in ("offset", "noise")}
+        return replace(self, **parts, correlation=self.correlation[np.ix_(index, index)])
+
     @property
     def sensors(self) -> int:
         """Number of sensors."""

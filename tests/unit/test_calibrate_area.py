@@ -174,16 +174,46 @@ def test_the_table_knows_how_far_it_is_off(wrong_field):
     assert size[0, 0] > 2 * size[len(table.y) // 2, len(table.z) // 2]  # beyond the touches less is known
 
 
-def test_a_finger_file_does_not_lose_the_table_unsaid(wrong_field):
-    from subskin.io.finger_file import parse_finger
+TEXT = """
+skin = {kind = "half_space", young = "0.4 MPa"}
+sensors = {layout = "grid", shape = [3, 3], pitch = "4 mm", depth = "4.4 mm", noise = 15.0}
+locate = {friction = 0}
+"""
 
-    text = """
-    skin = {kind = "half_space", young = "0.4 MPa"}
-    sensors = {layout = "grid", shape = [3, 3], pitch = "4 mm", depth = "4 mm", noise = 1.0}
-    """
-    file = parse_finger(text)
-    with pytest.raises(ss.errors.InvalidValueError, match="no room for a response measured"):
-        file.with_finger(wrong_field[0].finger, 0.0)
+
+def test_a_file_answers_as_the_finger_does_to_the_last_bit(wrong_field, tmp_path):
+    found, at, readings, _ = wrong_field
+    file = ss.io.parse_finger(TEXT).with_finger(found.finger, found.origin, turn=found.turn)
+    ss.io.save_finger(file, tmp_path / "found.toml")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["found.response.npz", "found.toml"]
+    again = ss.load(tmp_path / "found.toml")
+    for name in ("y", "z", "values", "variance", "offset", "noise", "correlation", "load"):
+        np.testing.assert_array_equal(getattr(again.finger.measured, name), getattr(found.finger.measured, name))
+    located, expected = again.locate(readings), found.finger.locate(readings, friction=0)
+    np.testing.assert_array_equal(located.table, expected.table)
+    np.testing.assert_allclose(again.on_finger(on_motor(at)), found.on_finger(on_motor(at)), atol=1e-11)
+    on_motors = again.on_touches(located.position)
+    assert np.nanmedian(np.linalg.norm(on_motors - on_motor(at), axis=1)) < 0.1e-3
+
+
+def test_mounted_again_a_finger_keeps_what_was_measured_in_place(wrong_field):
+    """Only the origin is fitted: by the response, which errs less than the field, at the turn that is known."""
+    found, _, _, true = wrong_field
+    at = np.array([(4e-3, 3e-3), (5e-3, 0.0), (3e-3, 5e-3)])  # on one side, where the field errs one way
+    readings = true.read(ss.PointLoad(1.5, position=at), np.random.default_rng(3))
+    given = {"fit": ["origin"], "force": 1.5, "turn": 0.5}
+    again = ss.calibrate(found.finger, readings, on_motor(at, 0.5), **given)
+    assert again.finger.measured is found.finger.measured
+    assert again.turn == 0.5
+    # the response has its own small error of origin and turn: positions are compared
+    off = np.linalg.norm(again.on_finger(on_motor(at, 0.5)) - found.on_finger(on_motor(at)), axis=1)
+    assert off.max() < 0.1e-3
+    field = ss.calibrate(replace(found.finger, measured=None), readings, on_motor(at, 0.5), **given)
+    apart = np.linalg.norm(field.on_finger(on_motor(at, 0.5)) - found.on_finger(on_motor(at)), axis=1)
+    assert off.max() < 0.3 * apart.max()
+    row = ss.Finger(ss.HalfPlane(RUBBER), ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))
+    with pytest.raises(ss.errors.GeometryError, match="knows no turn"):
+        ss.calibrate(row, np.ones((12, 4)), np.zeros(12), turn=0.3)
 
 
 def test_what_cannot_be_is_refused():

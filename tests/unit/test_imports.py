@@ -22,6 +22,7 @@ ORDER = (
     "_compiled",
     "_frozen",
     "_registry",
+    "_axes",
     "material",
     "tensor",
     "loads",

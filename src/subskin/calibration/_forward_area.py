@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._axes import turned
 from .._check import FloatArray
 from ..contact import PointLoad
 from ..finger import Finger
@@ -24,14 +25,15 @@ class AreaForward(Forward):
     """As `Forward`, of point loads at (y, z): touches lie at origin + R(turn) (their position on the finger).
 
     Drags turn with the positions. `position` moves each sensor in y and z; the mean position stays as drawn where the
-    origin is fitted too, and the mean turn where that is.
+    origin is fitted too, and the mean turn where that is. Where turn is not fitted it is the `fixed` one [rad]. A
+    finger with a response measured in place reads by that.
     """
 
     terms = AREA_TERMS
 
-    def __init__(self, finger: Finger, names: Sequence[str]) -> None:
+    def __init__(self, finger: Finger, names: Sequence[str], fixed: float = 0.0) -> None:
         super().__init__(finger, names)
-        self.tied = False
+        self.tied, self.fixed = False, fixed
 
     def _counts(self, names: Sequence[str], sensors: int) -> dict[str, int]:
         points = self.finger.array.points
@@ -57,16 +59,15 @@ class AreaForward(Forward):
 
     def turn(self, p: FloatArray) -> float:
         """By how much the finger's y lies turned from the motor's [rad]."""
-        return float(p[self.slices["turn"]][0]) if "turn" in self.names else 0.0
+        return float(p[self.slices["turn"]][0]) if "turn" in self.names else self.fixed
 
     def moved(
         self, p: FloatArray, fixed: Any, positions: FloatArray, load: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Touches at `positions` (..., m, 2) of the motor with `load` (m, 3), as they lie on the finger."""
-        cos, sin = np.cos(self.turn(p)), np.sin(self.turn(p))
-        back = np.array([[cos, -sin], [sin, cos]])  # of rows
-        turned = np.column_stack([load[:, :1], load[:, 1:] @ back])
-        return (positions - self.origin(p, fixed)) @ back, turned
+        back = turned(self.turn(p))  # of rows
+        leaning = np.column_stack([load[:, :1], load[:, 1:] @ back])
+        return (positions - self.origin(p, fixed)) @ back, leaning
 
     def _moves(self, p: FloatArray) -> dict[str, FloatArray]:
         moves = (self._free @ p[self.slices["position"]]).reshape(-1, 2)
@@ -75,7 +76,10 @@ class AreaForward(Forward):
 
     def unit(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read, shape (..., m, n): touches at (..., m, 2) with loads (N, Ty, Tz) (m, 3)."""
-        components = np.broadcast_to(load, (*positions.shape[:-1], 3))
+        components, known = np.broadcast_to(load, (*positions.shape[:-1], 3)), self.finger.measured
+        if known is not None:
+            read = (known(positions) * components[..., None, : known.components]).sum(axis=-1)
+            return np.asarray(read / np.asarray(self.finger.array.gain))
         return self.apply(p).measure(PointLoad(components=components, position=positions), linear=True)
 
     def from_origins(
@@ -106,12 +110,13 @@ class AreaForward(Forward):
             rotation = left @ np.diag([1.0, np.sign(np.linalg.det(left @ right))]) @ right
             turn = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
             out.append((felt.mean(axis=0) - rotation @ mean, turn))
-        out.append((felt.mean(axis=0) - mean, 0.0))
+        points = points @ turned(self.fixed).T
+        out.append((felt.mean(axis=0) - points.mean(axis=0), self.fixed))
         step = 0.5 * float(np.asarray(self.finger.array.depth).min())
         ends = zip(positions.min(axis=0) - points.max(axis=0), positions.max(axis=0) - points.min(axis=0), strict=True)
         axes = [np.linspace(low, high, int(np.clip((high - low) / step, 4, 24))) for low, high in ends]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        return out + [(at, 0.0) for at in grid]
+        return out + [(at, self.fixed) for at in grid]
 
     def expansion(self, p: FloatArray) -> FloatArray:
         """How what is reported follows from p, shape (reported, size)."""
@@ -141,9 +146,9 @@ class AreaForward(Forward):
         return out
 
 
-def forward_of(finger: Finger, names: Sequence[str]) -> Forward:
-    """The forward model of a finger with sensors in a row, or on an area."""
-    return AreaForward(finger, names) if finger.array.on_area else Forward(finger, names)
+def forward_of(finger: Finger, names: Sequence[str], turn: float = 0.0) -> Forward:
+    """The forward model of a finger with sensors in a row, or on an area, there turned by `turn` [rad]."""
+    return AreaForward(finger, names, turn) if finger.array.on_area else Forward(finger, names)
 
 
 def with_origin(forward: Forward, p: FloatArray, origin: Any, turn: float | None = None) -> FloatArray:

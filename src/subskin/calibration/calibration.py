@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import on_finger, turned
 from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import html_table, lines, many_of, with_error
@@ -226,9 +227,10 @@ class Calibration(Frozen):
         """How many readings of a frame can speak against a single load: live sensors less the load's unknowns.
 
         With fewer than two, `locate` answers OK to nearly anything. `friction` as in `Finger.locate`: with 0 a load has
-        one unknown less.
+        one unknown less, two on an area.
         """
-        return int(self.finger.array.live.sum()) - (2 if friction == 0 else 3)
+        d = 2 if self.finger.array.on_area else 1
+        return int(self.finger.array.live.sum()) - (d + 1 if friction == 0 else 2 * d + 1)
 
     def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
         """Positions of the motor as they lie on the finger [m].
@@ -247,11 +249,7 @@ class Calibration(Frozen):
         >>> round(float(found.on_finger(16e-3)) * 1e3, 3)
         1.0
         """
-        at = _check.real("positions", positions, unit="m")
-        if np.ndim(self.origin) == 0:
-            return np.asarray(at - self.origin)
-        cos, sin = np.cos(self.turn), np.sin(self.turn)
-        return np.asarray((at - self.origin) @ np.array([[cos, -sin], [sin, cos]]))
+        return on_finger(positions, self.origin, self.turn)
 
     def evaluate(
         self,
@@ -266,10 +264,8 @@ class Calibration(Frozen):
         loads = (1.0 if force is None else force, angle, azimuth)
         data, y, load = checked_touches(self.finger, readings, positions, *loads)
         if np.ndim(self.origin):
-            y = self.on_finger(y)
-            load = np.column_stack([load[:, :1], self.on_finger(load[:, 1:] + self.origin)])
-        else:
-            y = y - self.origin
+            load = np.column_stack([load[:, :1], load[:, 1:] @ turned(self.turn)])
+        y = self.on_finger(y)
         measured = self.finger.measured
         if measured is None:
             model = forward_of(self.finger, ()).readings(np.empty(0), y, load)

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import turned
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, GeometryError
 from ..finger import Finger
 from ._forward_area import AreaForward, forward_of, with_origin
 from .calibration import Calibration, Health, Parameter, score, weak
@@ -42,23 +43,39 @@ class Fit(Frozen):
         load: FloatArray,
         live: npt.NDArray[np.bool_],
         origin: Any,
+        turn: float = 0.0,
         *,
         scan: bool,
     ) -> None:
         self.finger, self.names, self.positions, self.load = finger, names, positions, load
-        self.live, self.scan, self.origin = live, scan, origin
+        self.live, self.scan, self.origin, self.turn = live, scan, origin, turn
         self.given, self.data = data, data[:, live]
         self.seen = np.isfinite(self.data)
-        part = replace(finger, array=finger.array.select(live))
-        self.forward = forward_of(part, names)
+        self.forward = forward_of(self._part(), names, turn)
         self.unknowns = self.forward.size + sum(name in names for name in LINEAR) * int(live.sum())
         self.spare = int(self.seen.sum()) - self.unknowns
         if self.spare < live.sum():
             seen = f"{self.seen.sum()} readings for {self.unknowns} parameters"
             rule = "more readings than parameters are needed, by one a sensor at least: they alone show the misfit"
             raise ConvergenceError(seen, rule, "calibrate on more touches or fit fewer parameters")
-        self.stated = np.asarray(part.array.noise)
+        self.stated = np.asarray(self.forward.finger.array.noise)
         self.noise = np.ones(int(live.sum()))
+
+    @property
+    def in_place(self) -> bool:
+        """Whether only where the finger lies is fitted, of a finger whose response is known: that goes by it."""
+        return self.finger.measured is not None and set(self.names) <= {"origin", "turn"}
+
+    def _part(self) -> Finger:
+        """The finger of the live sensors."""
+        array, known = self.finger.array.select(self.live), self.finger.measured
+        if known is None or not self.in_place:
+            return replace(self.finger, array=array, measured=None)
+        if known.components == 1 and self.load[:, 1:].any():
+            rule = "the finger's response in place is that of normal forces"
+            raise GeometryError("touches that drag", rule, "angle=0, or dataclasses.replace(finger, measured=None)")
+        known = known.select(self.live)
+        return replace(self.finger, array=replace(array, offset=known.offset), measured=known)
 
     def unit_readings(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """What unit gains would read of touches at `positions` (m,) on the motor's axis, with `load` (m, 2)."""
@@ -93,7 +110,7 @@ class Fit(Frozen):
         """The same, fitted to the other touches, from where this one came to lie."""
         kept = np.setdiff1d(np.arange(len(self.given)), rows)
         parts = (self.given[kept], self.positions[kept], self.load[kept])
-        part = Fit(self.finger, self.names, *parts, self.live, self.origin, scan=False)
+        part = Fit(self.finger, self.names, *parts, self.live, self.origin, self.turn, scan=False)
         part.noise = self.noise
         return part.solve(self.p)
 
@@ -153,7 +170,7 @@ class Fit(Frozen):
 
     def _starts_on_area(self, forward: AreaForward) -> list[FloatArray]:
         """The same on an area."""
-        tried: list[tuple[Any, float]] = [(self.origin, 0.0)]
+        tried: list[tuple[Any, float]] = [(self.origin, self.turn)]
         if "origin" in self.names and self.scan:
             tried = forward.starts(self.data, self.positions, self.origin)
         best = []
@@ -162,11 +179,11 @@ class Fit(Frozen):
             for depth in (0.6, 1.0, 1.6) if forward.depth else (1.0,):
                 begin = forward.start(0.0, depth, h)
                 starts += [with_origin(forward, begin, *each) for each in tried]
-                turned = [each for each in tried if each[1]]
-                still = with_origin(forward, begin, 0.0, 0.0)
-                for each in turned:
+                own = [each for each in tried if each[1] != forward.fixed]
+                still = with_origin(forward, begin, 0.0, forward.fixed)
+                for each in own:
                     costs += self._costs(with_origin(forward, begin, *each), [each[0]])
-                costs += self._costs(still, [each[0] for each in tried if not each[1]])
+                costs += self._costs(still, [each[0] for each in tried if each[1] == forward.fixed])
             best.append(starts[int(np.argmin(np.nan_to_num(costs, nan=np.inf)))])
         return best
 
@@ -195,9 +212,7 @@ class Fit(Frozen):
         """As `jacobian`, for loads on the finger, at `positions` of its own."""
         if not isinstance(self.forward, AreaForward):
             return self.jacobian(positions + self.forward.origin(self.p, self.origin), load)
-        turn = self.forward.turn(self.p)
-        cos, sin = np.cos(turn), np.sin(turn)
-        out = np.array([[cos, sin], [-sin, cos]])
+        out = turned(self.forward.turn(self.p)).T
         on_motor = positions @ out + self.forward.origin(self.p, self.origin)
         return self.jacobian(on_motor, np.column_stack([load[:, :1], load[:, 1:] @ out]))
 

@@ -31,8 +31,15 @@ _MOST, _MOST_TOUCHES, _FEWEST = 1000, 60, 5
 
 
 def placed(found: Calibration, fit: Any) -> Calibration:
-    """What was `found` by the `fit` on an area, its finger with the response in place where residuals are no noise."""
-    finger, touches = replace(found.finger, trusted=not found.misfit.wrong), 0
+    """What was `found` by the `fit` on an area, its finger with the response in place where residuals are no noise.
+
+    A finger that was only moved, and whose response was known, stays as it was.
+    """
+    anew = {"gain", "depth"} <= set(fit.names) or {"gain", "depths"} <= set(fit.names)
+    trusted = not found.misfit.wrong and (anew or fit.finger.trusted)
+    if fit.in_place:
+        return replace(found, finger=replace(fit.finger, trusted=trusted))
+    finger, touches = replace(found.finger, trusted=trusted), 0
     if fit.uncertainty.process is not None:
         known = _Kriging(fit)
         size, touches = known.held_out()

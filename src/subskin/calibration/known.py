@@ -33,6 +33,7 @@ def calibrate(
     angle: npt.ArrayLike = 0.0,
     azimuth: npt.ArrayLike = 0.0,
     origin: npt.ArrayLike | None = None,
+    turn: float = 0.0,
     accept_misfit: bool = False,
 ) -> Calibration:
     """Fit a finger to touches at known positions: by a line load on a motor's axis, on an area by a load on a point.
@@ -59,6 +60,8 @@ def calibrate(
         measured unit *at that load*, taken as 1 N/m: forces found with it are multiples of the calibration's.
     origin : float or (float, float), optional
         Start (or, where "origin" is not fitted, value) of the origin [m]; by default found by the scan, or 0.
+    turn : float, optional
+        On an area, the same of the turn [rad].
     accept_misfit : bool, optional
         Return the finger even where its model cannot explain the touches (`Misfit.wrong`); otherwise this is an error.
         The finger is not `trusted`: none of its answers is OK.
@@ -87,7 +90,8 @@ def calibrate(
     >>> round(found.origin * 1e3, 2), round(float(found.finger.array.depth[0]) * 1e3, 2)
     (9.0, 5.4)
     """
-    solution = fitted(finger, readings, positions, fit=fit, force=force, angle=angle, azimuth=azimuth, origin=origin)
+    loads: dict[str, Any] = {"force": force, "angle": angle, "azimuth": azimuth}
+    solution = fitted(finger, readings, positions, fit=fit, **loads, origin=origin, turn=turn)
     found = explained(solution, accept_misfit=accept_misfit)
     if finger.array.on_area:
         return placed(found, solution)
@@ -113,6 +117,7 @@ def fitted(
     angle: npt.ArrayLike = 0.0,
     azimuth: npt.ArrayLike = 0.0,
     origin: npt.ArrayLike | None = None,
+    turn: float = 0.0,
 ) -> Fit:
     """The fit that `calibrate` makes a `Calibration` of; parameters and errors as there."""
     area = finger.array.on_area
@@ -124,6 +129,9 @@ def fitted(
         start = _check.real("origin", origin, unit="m") if area else _check.scalar("origin", origin, unit="m")
         if np.shape(start) != (2,) * area:
             raise GeometryError(f"origin of shape {np.shape(start)}", "(y, z) is needed", "origin=(5e-3, 5e-3)")
+    about = _check.scalar("turn", turn, unit="rad")
+    if about and not area:
+        raise GeometryError(f"turn = {about:g} rad", "a row of sensors knows no turn", "leave it out")
     live = np.isfinite(data).sum(axis=0) >= 2
     if "gain" not in names:
         live &= finger.array.live
@@ -131,7 +139,7 @@ def fitted(
         live &= np.array([np.ptp(c[np.isfinite(c)]) > 0 if ok else False for c, ok in zip(data.T, live, strict=True)])
     solution = None
     while live.any():
-        solution = Fit(finger, names, data, y, load, live, start, scan=origin is None).solve()
+        solution = Fit(finger, names, data, y, load, live, start, about, scan=origin is None).solve()
         dead = live & solution.dead()
         if not dead.any():
             break

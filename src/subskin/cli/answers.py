@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ..errors import FileError, InvalidValueError, printable
 from ..estimate.estimate import Estimate, Status
 from ..estimate.layout import LINE, WIDE
+from ..estimate.moved import moved
 from ..io.finger_file import FingerFile, load
 from ..io.tables import Table, reading
 from ..stream.pipeline import Pipeline
@@ -186,10 +187,15 @@ def estimate_columns(answers: Answers, *, width: bool = False) -> dict[str, Any]
 
 
 def _other_columns(answers: Answers) -> dict[str, Any]:
-    """Columns of answers about points: those of `to_dict`, positions on the axis of the tables."""
-    columns = {"row": answers.rows, **answers.found.to_dict(), "used": answers.used}
-    columns.pop("half_width_std", None)
-    for name in ("position", "position_y", "second_position"):
+    """Columns of answers about points: those of `to_dict`, positions and drags on the axes of the tables."""
+    found, file = answers.found, answers.file
+    area = isinstance(found, Estimate) and found.layout.dim == 2
+    columns = (moved(found, file.origin, file.turn) if area else found).to_dict()
+    columns = {"row": answers.rows, **columns, "used": answers.used}
+    columns.pop("half_width_std", None)  # the interval says more
+    if area:
+        return columns
+    for name in ("position", "second_position"):
         if name in columns:
             columns[name] = columns[name] + answers.file.origin
     return columns
@@ -216,7 +222,7 @@ def against(columns: Mapping[str, Any], answers: Answers, names: str) -> dict[st
         return {"truth": truth[0], "error": columns["position"] - truth[0], "beyond": outside}
     y, z = truth
     error = np.hypot(columns["position_y"] - y, columns["position_z"] - z)
-    outside = ~locator.covers(np.stack([y - answers.file.origin, z], axis=-1))
+    outside = ~locator.covers(answers.file.on_finger(np.stack(truth, axis=-1)))
     return {"truth_y": y, "truth_z": z, "error": error, "beyond": outside}
 
 

@@ -29,7 +29,7 @@ _ERRORS = {
 _NEEDED = {"poisson": "0.02", "thickness": '"10 %"', "offset": "10"}
 _WANTED = 1.3
 _SAID = {"LEARNT": "learnt", "PARTLY": "partly", "AS_DRAWN": "as drawn"}
-_LABELLED = ("force_column", "angle_column")
+_LABELLED = ("position_column", "force_column", "angle_column", "azimuth_column")
 
 
 def add_blind(parser: argparse.ArgumentParser) -> None:
@@ -62,10 +62,10 @@ def run_blind(options: argparse.Namespace) -> int:
 
     for name in _LABELLED:
         if getattr(options, name) is not None:
-            rule = "with --blind forces and angles of the touches are unknown"
+            rule = "with --blind positions, forces and angles of the touches are unknown"
             raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it out")
-    for name in ("choose", "accept_misfit"):
-        if getattr(options, name):
+    for name, usual in (("choose", False), ("accept_misfit", False), ("response", "field")):
+        if getattr(options, name) != usual:
             rule = "it goes with touches at known positions"
             raise InvalidValueError(f"--{name.replace('_', '-')}", rule, "leave it or --blind out")
     check_figure(options.figure)

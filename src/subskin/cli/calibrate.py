@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
 from ..errors import ConvergenceError, InvalidValueError
-from ..io.files import write_bytes
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .choose import add_choose, choice_as_json, chosen, show_choice
 from .common import add_json, add_rows, chosen_rows, describe, give, listed, number, show
-from .frames import warn_of_depths
+from .frames import AREA_COLUMNS, warn_of_depths
+from .response_table import add_response, run_table, save_apart
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,6 +28,8 @@ _EXAMPLES = """\
   subskin calibrate finger.toml presses.csv -o calibrated.toml --fit gain,depth,origin,position,poisson
   subskin calibrate finger.toml presses.csv -o calibrated.toml --choose
   subskin calibrate calibrated.toml again.csv -o today.toml --fit origin --rows 10,30,50
+  subskin calibrate area.toml touches.csv -o calibrated.toml --position-column y,z --force-column force
+  subskin calibrate magnets.toml touches.csv -o calibrated.toml --response table --every 2
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --figure learnt.png
   subskin calibrate --blind finger.toml readings.csv -o calibrated.toml --gain-error "20 %" --position-error "0.1 mm"
 """
@@ -37,6 +39,11 @@ comments stay. Rows that --every or --rows leaves out are held out, and scored. 
 sensor's), depth (all alike), depths (each sensor's), origin (where the row lies on the motor's axis), position
 (each sensor's along the row), poisson, width (all alike), thickness (of a single layer, or of a round finger's skin).
 
+On an area touches have two columns of positions, y and z, and forces are in N. There --fit also takes turn (how far the
+finger's y is turned from the touches'), and no width. Where the field of the skin is not that of the touches, the
+finger gets a response measured in place, in a file NAME.response.npz beside NAME.toml. --response table takes no field
+at all: the response is made of the touches alone.
+
 --choose fits a half plane and a layer, each with sensors of strain, stress and pressure. It compares them by the
 positions of touches held out: how far off, how far at worst, and how many are OK.
 
@@ -45,6 +52,7 @@ Touches that the model cannot explain end with an error, and no finger is writte
 With --blind only the readings of the touches are known. They have to be tared. The drawing is known to within the
 errors given. The result says what touches cannot determine, and how many touches would determine the rest.
 """
+_USUAL = "gain,offset,depth,origin"
 _REFUSED = "check the kind of sensor, the skin, the positions and the loads (--force-column); or --accept-misfit"
 
 
@@ -54,20 +62,32 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("finger", help="finger.toml as drawn, or as calibrated before")
     parser.add_argument("touches", help="table of touches, CSV or Parquet; - for standard input")
     parser.add_argument(
-        "--fit", metavar="LIST", help="what to fit (gain,offset,depth,origin; gain,depth,position with --blind)"
+        "--fit",
+        metavar="LIST",
+        help="what to fit (gain,offset,depth,origin, on an area also turn; gain,depth,position with --blind)",
     )
     parser.add_argument(
-        "--position-column", metavar="NAME", default="position", help="column of positions [m] (position)"
+        "--position-column",
+        metavar="NAME",
+        help="column of positions [m] (position); on an area two (position_y,position_z)",
     )
-    parser.add_argument("--force-column", metavar="NAME", help="column of loads [N/m]; without it all loads are alike")
+    parser.add_argument(
+        "--force-column", metavar="NAME", help="column of loads [N/m], on an area [N]; without it all loads are alike"
+    )
     parser.add_argument(
         "--angle-column", metavar="NAME", help="column of the loads' angles [rad]; without it they are 0"
+    )
+    parser.add_argument(
+        "--azimuth-column",
+        metavar="NAME",
+        help="on an area, column of where loads lean, from +y towards +z [rad]; or 0",
     )
     add_rows(parser, "fit to")
     parser.add_argument(
         "--accept-misfit", action="store_true", help="write the finger even where its model cannot explain the touches"
     )
     add_choose(parser)
+    add_response(parser)
     add_blind(parser)
     parser.add_argument("-o", "--out", metavar="FILE", help="the calibrated finger.toml; - for standard output")
     add_json(parser)
@@ -83,11 +103,7 @@ def run(options: argparse.Namespace) -> int:
     from ..calibration import calibrate
 
     file = io.load(options.finger)
-    if file.finger.array.on_area:
-        rule = "the command calibrates a row; Python does an area too (docs/calibrating_area.md)"
-        raise InvalidValueError(
-            f"{options.finger}: sensors on an area", rule, "subskin.calibrate(finger, readings, positions)"
-        )
+    area = file.finger.array.on_area
     table = io.read_table(options.touches)
     file, readings = file.for_touches(table), table.readings(file.names)
     if options.force_column is None and file.recording is not None and file.recording.force is not None:
@@ -96,22 +112,26 @@ def run(options: argparse.Namespace) -> int:
         warn_of_depths(table, "[recording] force, or --force-column with the load of each press")
     loads = {
         name: table.numbers(column, finite=True, why=f"the touches' {name}")
-        for name in ("force", "angle")
+        for name in ("force", "angle", "azimuth")
         if (column := getattr(options, f"{name}_column")) is not None
     }
-    positions = table.numbers(options.position_column, finite=True, why="each touch's position")
+    positions = _positions(options.position_column, table, area)
     used = chosen_rows(options, len(table))
-    fit = listed("gain,offset,depth,origin" if options.fit is None else options.fit)
+    if options.response == "table":
+        return run_table(options, file, readings, positions, used, loads)
+    fit = listed(_USUAL + ",turn" * area if options.fit is None else options.fit)
     touches = (readings[used], positions[used])
     loaded = {name: values[used] for name, values in loads.items()}
     choice = None
     if options.choose:
+        file.finger.array.refuse_area()
         file, fit, choice = chosen(file, fit, *touches, **loaded)
     found = calibrate(
         file.finger,
         *touches,
         fit=fit,
         origin=None if "origin" in fit else file.origin,
+        turn=file.turn,
         accept_misfit=True,  # said, and refused, below
         **loaded,
     )
@@ -135,7 +155,7 @@ def run(options: argparse.Namespace) -> int:
             print("forces found with this finger are multiples of the touches' load (no --force-column)", file=out)
 
     def write(to: str) -> None:
-        write_bytes(to, file.with_finger(found.finger, found.origin, facts).text.encode())
+        save_apart(options, file.with_finger(found.finger, found.origin, facts, turn=found.turn), to)
 
     def as_json() -> dict[str, Any]:
         return _as_json(file, found, score, warned) | ({} if choice is None else {"choice": choice_as_json(choice)})
@@ -144,6 +164,20 @@ def run(options: argparse.Namespace) -> int:
     if refused:
         raise ConvergenceError("no finger is written", found.misfit.verdict, _REFUSED)
     return 0
+
+
+def _positions(names: str | None, table: io.Table, area: bool) -> npt.NDArray[np.float64]:
+    """Each touch's position, shape (m,), on an area (m, 2) [m]."""
+    import numpy as np
+
+    usual = AREA_COLUMNS if area else ("position",)
+    columns = usual if names is None else listed(names)
+    if len(columns) != len(usual):
+        rule = "sensors on an area need two columns, y and z" if area else "a row needs one column"
+        fix = f"--position-column {'y,z' if area else 'position'}"
+        raise InvalidValueError(f'--position-column "{names}"', rule, fix)
+    each = [table.numbers(name, finite=True, why="each touch's position") for name in columns]
+    return np.stack(each, axis=-1) if area else each[0]
 
 
 def _spare(file: io.FingerFile, found: Calibration) -> list[str]:
@@ -159,6 +193,7 @@ def _spare(file: io.FingerFile, found: Calibration) -> list[str]:
 def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warned: Sequence[str]) -> dict[str, Any]:
     return {
         "origin": found.origin,
+        "turn": found.turn,
         "parameters": [
             {"name": p.name, "sensor": named(file, p, missing=None), "value": p.value, "std": p.std, "unit": p.unit}
             for p in found.parameters
@@ -167,6 +202,7 @@ def _as_json(file: io.FingerFile, found: Calibration, score: Score | None, warne
         "misfit": dataclasses.asdict(found.misfit) | {"wrong": found.misfit.wrong, "verdict": found.misfit.verdict},
         "spread": _spread_as_json(found.finger),
         "spread_held_out": list(found.held_out),
+        "measured": found.finger.measured is not None,
         "spare": found.spare,
         "touches": found.score.touches,
         "r2": found.r2,
@@ -209,6 +245,9 @@ def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | N
     if score is not None:
         print(f"R^2 {score.r2:.5f} on the {score.touches} held out", file=out)
     print(found.misfit.verdict, file=out)
+    if found.finger.measured is not None:
+        told = f"; its standard errors rest on {found.held_out[0]} touches held out" if found.held_out[0] else ""
+        print(f"the finger has a response in place, which allows for what the field misses{told}", file=out)
     for load, held in zip(("straight", "leaning"), found.held_out, strict=True):
         if found.finger.spread is not None and held:
             ratio = getattr(found.finger.spread, load)

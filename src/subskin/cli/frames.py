@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
     from .. import io
 
-__all__ = ["MEANING", "add_frames", "warn_of_depths", "warn_of_raw", "warn_of_spread"]
+__all__ = ["AREA_COLUMNS", "MEANING", "add_frames", "warn_of_depths", "warn_of_raw", "warn_of_spread"]
+
+AREA_COLUMNS = ("position_y", "position_z")
+"""Positions on an area, in tables."""
 
 _ALIKE = 0.05  # presses whose depths differ by less are alike
 

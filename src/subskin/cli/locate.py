@@ -24,8 +24,9 @@ _EXAMPLES = """\
 """
 _NOTES = """\
 Each row is a frame of raw readings. A missing reading (an empty cell) leaves its sensor out of that frame. Positions
-are on the axis of the calibration's touches: the finger's own y plus the origin in [calibration]. With --tare the rows
-are a stream that begins with the skin free: offsets are followed while nothing touches the skin, and subtracted.
+are on the axis of the calibration's touches: the finger's own y plus the origin in [calibration]; on an area on their
+axes y and z, and so are drags. With --tare the rows are a stream that begins with the skin free: offsets are followed
+while nothing touches the skin, and subtracted.
 """
 
 
@@ -72,8 +73,8 @@ def run(options: argparse.Namespace) -> int:
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
         for answers in answers_of(options, lambda file: file.locator(**_chosen(options))):
-            columns, origin = estimate_columns(answers), (answers.file.origin, 0.0)
-            sensors = answers.file.finger.array.points + origin
+            columns, array = estimate_columns(answers), answers.file.finger.array
+            sensors = answers.file.on_touches(array.points) if array.on_area else None
             if options.truth is not None:
                 columns |= against(columns, answers, options.truth)
                 beyond += int(columns.pop("beyond").sum())

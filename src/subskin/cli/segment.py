@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .. import io
 from ..io.units import quantity
 from .common import add_shared, describe, give, number, said_of, show
-from .frames import warn_of_spread
+from .frames import AREA_COLUMNS, warn_of_spread
 
 if TYPE_CHECKING:
     from ..stream.presses import Presses
 
+_WIDE = 6
+"""Sensors that a screen has room for."""
 _EXAMPLES = """\
   subskin segment finger.toml raw.csv -o presses.csv
   subskin segment finger.toml raw.csv -o presses.parquet --early 0.2 --before "0.1 s"
@@ -20,7 +22,8 @@ _EXAMPLES = """\
 _NOTES = """\
 The table [recording] of the finger file says how to read the recording. A press is a plateau of the indenter's
 approach. Its reading is the mean over the first part of the plateau (rubber relaxes) less the mean just before the
-indenter leaves its rest. Where no approach is recorded, presses are found from the readings.
+indenter leaves its rest. Where no approach is recorded, presses are found from the readings. On an area [recording]
+has two columns of the position, y and z, and the presses have position_y and position_z.
 """
 
 
@@ -64,7 +67,8 @@ def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
 
     columns: dict[str, Any] = {"press": np.arange(len(presses)), "t_start": presses.start, "t_end": presses.stop}
     if presses.position is not None:
-        columns["position"] = presses.position
+        both = presses.position.ndim == 2
+        columns |= dict(zip(AREA_COLUMNS, presses.position.T, strict=True)) if both else {"position": presses.position}
     if presses.depth is not None:
         columns["depth"] = presses.depth
     if presses.force is not None:
@@ -74,10 +78,19 @@ def _columns(presses: Presses, names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _show(out: TextIO, presses: Presses, names: tuple[str, ...]) -> None:
-    position, rows = presses.position, []
-    for i in range(min(len(presses), 20)):
-        where = "-" if position is None else number(position[i] * 1e3)
-        rows.append([str(i), number(presses.start[i], 6), where, *(number(value) for value in presses.reading[i])])
-    show(out, "", ["press", "start [s]", "position [mm]", *names], rows)
-    if len(presses) > 20:
-        print(f"... and {len(presses) - 20} more; -o writes them all", file=out)
+    import numpy as np
+
+    at = np.full((len(presses), 1), np.nan) if presses.position is None else presses.position.reshape(len(presses), -1)
+    heads = ["position [mm]"] if at.shape[1] == 1 else ["y [mm]", "z [mm]"]
+    rows = [
+        [str(i), number(presses.start[i], 6), *map(number, 1e3 * at[i]), *map(number, presses.reading[i, :_WIDE])]
+        for i in range(min(len(presses), 20))
+    ]
+    show(out, "", ["press", "start [s]", *heads, *names[:_WIDE]], rows)
+    more = [
+        f"{count} {what}"
+        for count, what in ((len(presses) - 20, "presses"), (len(names) - _WIDE, "sensors"))
+        if count > 0
+    ]
+    if more:
+        print(f"... and {' and '.join(more)} more; -o writes them all", file=out)

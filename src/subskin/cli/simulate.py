@@ -11,6 +11,7 @@ from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, famil
 from ..errors import InvalidValueError
 from ..io.units import quantity
 from .common import add_shared, describe, give, number, quantity_range, show
+from .frames import AREA_COLUMNS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,7 +49,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3")
     raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each position")
     raw.add_argument("--recording", action="store_true", help="write raw frames, as [recording] of the file reads them")
-    raw.add_argument("--origin", metavar="LENGTH", help="y = 0 on the motor's axis (default: that of the file, or 0)")
+    raw.add_argument(
+        "--origin", metavar="LENGTH", help="y = 0 on the motor's axis, on an area y,z (default: that of the file, or 0)"
+    )
     raw.add_argument("--drift", type=float, default=0.0, metavar="SIZE", help="slow drift, in readings (0)")
     raw.add_argument(
         "--relaxation", type=float, default=0.2, metavar="SHARE", help="share of a load lost in time (0.2)"
@@ -72,14 +75,17 @@ def run(options: argparse.Namespace) -> int:
     if options.contact is None:
         options.contact = "point" if file.finger.array.on_area else "line"
     local = options.contact in _LOCAL
-    for name in ("across", "azimuth") if not local else ("recording",):
+    if local and options.recording and not file.finger.array.on_area:
+        rule, fix = "a recording of a row is of long contacts", "leave --contact out"
+        raise InvalidValueError(f"--recording of a {options.contact} load", rule, fix)
+    for name in ("across", "azimuth") if not local else ():
         if getattr(options, name):
-            rule = "a long contact is the same at every z" if not local else "a recording is of long contacts on a row"
+            rule = "a long contact is the same at every z"
             raise InvalidValueError(f"--{name} of a {options.contact} load", rule, "leave it out, or --contact point")
     if options.force is None:
         options.force = "1 N" if local else "40 N/m"
     rng = np.random.default_rng(options.seed)
-    file = _worn(options, file, rng)
+    file = _moved(options, _worn(options, file, rng))
     made = _frames if options.recording else _local_loads if local else _loads
     columns = made(options, file, rng)
     count = len(next(iter(columns.values())))
@@ -127,10 +133,44 @@ def _positions(options: argparse.Namespace, file: io.FingerFile, origin: float) 
     return float(y.min()) + origin, float(y.max()) + origin
 
 
+def _ranges(options: argparse.Namespace, file: io.FingerFile) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The ranges of y and of z of local contacts, on the axes of the tables."""
+    points = file.on_touches(file.finger.array.points) if file.finger.array.on_area else file.finger.array.points
+    ends: Any = [(float(c.min()), float(c.max())) for c in points.T]
+    if not file.finger.array.on_area:
+        ends[0] = _positions(options, file, file.origin)
+    for i, name in enumerate(("position", "across")):
+        if getattr(options, name) is not None:
+            ends[i] = quantity_range(getattr(options, name), "m", f"--{name}")
+    return ends[0], ends[1]
+
+
+def _lattice(options: argparse.Namespace, file: io.FingerFile) -> Any:
+    """Positions evenly spaced over the ranges, as many as are wanted, (count, 2)."""
+    import numpy as np
+
+    side = int(np.ceil(np.sqrt(options.count)))
+    lattice = np.meshgrid(*(np.linspace(*ends, side) for ends in _ranges(options, file)), indexing="ij")
+    return np.stack(lattice, axis=-1).reshape(-1, 2)[: options.count]
+
+
+def _local(options: argparse.Namespace) -> Any:
+    """What makes a local contact of its load and position."""
+    from functools import partial
+
+    more: dict[str, Any] = {}
+    if options.half_width is not None and options.contact != "point":
+        more["half_width"] = quantity(options.half_width, "m", "--half-width")
+    elif (options.half_width is None) != (options.contact == "point"):
+        rule = "a point has none" if options.contact == "point" else f"a {options.contact} contact needs one"
+        raise InvalidValueError(f"--half-width {options.half_width}", rule, '--contact round_hertz --half-width "1 mm"')
+    return partial(_LOCAL[options.contact], **more)
+
+
 def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
     import numpy as np
 
-    origin = _origin(options, file)
+    origin = file.origin
     low, high = _positions(options, file, origin)
     random = rng.uniform(low, high, options.count)
     position = np.linspace(low, high, options.count) if options.grid else random
@@ -146,47 +186,46 @@ def _local_loads(options: argparse.Namespace, file: io.FingerFile, rng: np.rando
     """Local contacts over the sensors, forces in N."""
     import numpy as np
 
-    origin, count = _origin(options, file), options.count
-    z = np.asarray(file.finger.array.z)
-    across = (float(z.min()), float(z.max()))
-    if options.across is not None:
-        across = quantity_range(options.across, "m", "--across")
-    along = _positions(options, file, origin)
-    at = np.stack([rng.uniform(*ends, count) for ends in (along, across)], axis=-1)
+    count = options.count
+    at = np.stack([rng.uniform(*ends, count) for ends in _ranges(options, file)], axis=-1)
     if options.grid:
-        side = int(np.ceil(np.sqrt(count)))
-        lattice = np.meshgrid(np.linspace(*along, side), np.linspace(*across, side), indexing="ij")
-        at = np.stack(lattice, axis=-1).reshape(-1, 2)[:count]
+        at = _lattice(options, file)
     columns: dict[str, Any] = {"position_y": at[:, 0], "position_z": at[:, 1]}
     for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad")):
         columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
-    more: dict[str, Any] = {}
-    if options.half_width is not None and options.contact != "point":
-        more["half_width"] = quantity(options.half_width, "m", "--half-width")
-    elif (options.half_width is None) != (options.contact == "point"):
-        rule = "a point has none" if options.contact == "point" else f"a {options.contact} contact needs one"
-        raise InvalidValueError(f"--half-width {options.half_width}", rule, '--contact round_hertz --half-width "1 mm"')
-    load = {name: columns[name] for name in ("force", "angle", "azimuth")}
-    contact = _LOCAL[options.contact](**load, position=at - [origin, 0.0], **more)
+    load = {name: columns[name] for name in ("force", "angle")} | {"azimuth": columns["azimuth"] - file.turn}
+    own = file.on_finger(at) if file.finger.array.on_area else at - [file.origin, 0.0]
+    contact = _local(options)(**load, position=own)
     readings = file.finger.read(contact, rng=rng)
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 
-def _origin(options: argparse.Namespace, file: io.FingerFile) -> float:
-    return file.origin if options.origin is None else quantity(options.origin, "m", "--origin")
+def _moved(options: argparse.Namespace, file: io.FingerFile) -> io.FingerFile:
+    """The finger where --origin says that it lies."""
+    if options.origin is None:
+        return file
+    import numpy as np
+
+    each = [quantity(part, "m", "--origin") for part in options.origin.split(",")]
+    on_area = file.finger.array.on_area
+    if len(each) != 1 + on_area:
+        rule = "y and z are needed, of a row one value"
+        raise InvalidValueError(f'--origin "{options.origin}"', rule, '--origin "5 mm, 8 mm"')
+    return replace(file, origin=np.array(each) if on_area else each[0])
 
 
 def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+    from functools import partial
+
     import numpy as np
 
     from ..stream.presses import Column, RecordingFormat
     from ..synthetic import simulate_recording
 
-    origin = _origin(options, file)
-    force, angle = (
-        quantity_range(getattr(options, k), u, f"--{k}", file.length) for k, u in (("force", "N/m"), ("angle", "rad"))
-    )
-    if force[0] != force[1] or angle[0] != angle[1]:
+    on_area = file.finger.array.on_area
+    ranges = {"force": "N" if on_area else "N/m", "angle": "rad", "azimuth": "rad"}
+    ends = {k: quantity_range(getattr(options, k) or "0", u, f"--{k}", file.length) for k, u in ranges.items()}
+    if any(low != high for low, high in ends.values()):
         rule = "an indenter presses alike everywhere"
         raise InvalidValueError("a range of --force or --angle", rule, "give one value")
     hold, rate = quantity(options.hold, "s", "--hold"), quantity(options.rate, "Hz", "--rate")
@@ -198,11 +237,12 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
         )
     raw = simulate_recording(
         file.finger,
-        np.linspace(*_positions(options, file, origin), options.count),
-        force=force[0],
-        contact=_contact(options),
-        angle=angle[0],
-        origin=origin,
+        _lattice(options, file) if on_area else np.linspace(*_positions(options, file, file.origin), options.count),
+        force=ends["force"][0],
+        contact=partial(_local(options), azimuth=ends["azimuth"][0] - file.turn) if on_area else _contact(options),
+        angle=ends["angle"][0],
+        origin=file.origin,
+        turn=file.turn,
         stroke=quantity(options.stroke, "m", "--stroke"),
         hold=hold,
         rate=rate,
@@ -211,9 +251,12 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
         rng=rng,
     )
     how = file.recording or RecordingFormat(file.names)
-    tracks = {"time": raw.time, "position": raw.position, "press": raw.press}
+    usual = replace(how, press=how.press or Column("press"))
+    if how.position is None:
+        y, z = map(Column, AREA_COLUMNS)
+        usual = replace(usual, position=(y, z) if on_area else Column("position"))
     columns: dict[str, Any] = {name: raw.readings[:, i] / how.scale for i, name in enumerate(file.names)}
-    for name, values in tracks.items():
-        column = getattr(how, name) or Column(name)
+    each = [(how.time, raw.time), *zip(usual.tracks["position"], np.atleast_2d(raw.position.T), strict=True)]
+    for column, values in [*each, (usual.tracks["press"][0], raw.press)]:
         columns[column.name] = np.round(values / column.scale, 9)
     return columns

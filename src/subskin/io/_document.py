@@ -14,7 +14,7 @@ from ..stream.presses import Column, RecordingFormat
 from ._live import live_of
 from ._sensors import build_array, in_readings, reading_unit
 from ._skin import Misplaced, build_skin, key_of
-from .units import format_quantity, line_load_scale, si_unit, unit_scale
+from .units import format_quantity, line_load, line_load_scale, quantity, si_unit, unit_scale
 
 if TYPE_CHECKING:
     from . import _schema
@@ -37,6 +37,7 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         at = "sensors"
         array = build_array(document)
         at = "calibration"
+        origin = _origin(told, array.on_area)
         spread = None if told.spread is None else Spread(**told.spread.model_dump())
         at = "sensors"
         finger = Finger(skin, array, spread, not told.accepted_misfit)
@@ -53,6 +54,7 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
             if value < 0 or (key == "false_alarm" and not 0 < value <= 0.5):
                 rule = "has to be >= 0" if key != "false_alarm" else "has to be in (0, 0.5]"
                 raise InvalidValueError(f"{key} = {value:g}", rule, f"leave out {key}")
+        force = _forces(given.normal_force, array.on_area, length)
         at = "touch"
         if length is not None and not length > 0:
             raise InvalidValueError(f"length = {length:g} m", "has to be > 0", 'length = "20 mm"')
@@ -63,7 +65,7 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
 
             relaxation = Relaxation(document.relaxation.share, document.relaxation.time)
         at = "recording"
-        how = None if recording is None else _recording(recording, length)
+        how = None if recording is None else _recording(recording, length, array.on_area)
         at = "live"
         live = None if document.live is None else live_of(document.live, count, 1.0 if how is None else how.scale)
         at = "tare"
@@ -80,46 +82,78 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         "load": given.load,
         "beside": given.beside,
         "options": options,
+        "normal_force": force,
         "recording": how,
         "live": live,
         "relaxation": relaxation,
         "drift": drift,
-        "origin": told.origin,
+        "origin": origin,
+        "turn": told.turn,
         "limits": (array.low, array.high),
         "differences": told.differences,
         "length": length,
     }
 
 
-def _recording(table: _schema.RecordingTable, length: float | None) -> RecordingFormat:
-    """The format that [recording] describes; forces in N are divided by the `length` of the contact [m]."""
+def _origin(told: _schema.CalibrationTable, on_area: bool) -> Any:
+    """Where the finger's zero lies: y, or on an area (y, z) [m]."""
+    if told.origin is None:
+        return np.zeros(2) if on_area else 0.0
+    if np.shape(told.origin) != (2,) * on_area:
+        rule, fix = ("y and z are needed", '["5 mm", "5 mm"]') if on_area else ("one position is needed", '"5 mm"')
+        raise InvalidValueError(f"origin of shape {np.shape(told.origin)}", rule, f"origin = {fix}")
+    if told.turn and not on_area:
+        raise InvalidValueError(f"turn = {told.turn:g} rad", "a row of sensors knows no turn", "leave it out")
+    return np.array(told.origin) if on_area else told.origin
 
-    def column(key: str, unit: str) -> Column | None:
-        entry = getattr(table, key)
+
+def _forces(given: Any, on_area: bool, length: float | None) -> tuple[float, float] | None:
+    """Ends of the normal force [N/m], on an area [N]."""
+    if given is None:
+        return None
+    unit = "N" if on_area else "N/m"
+    if not isinstance(given, list) or len(given) != 2:
+        fix = f'normal_force = ["1 {unit}", "2 {unit}"]'
+        raise InvalidValueError(f"normal_force = {given!r}", "the least and the largest are needed", fix)
+    low, high = (quantity(v, "N", "normal_force") if on_area else line_load(v, length, "normal_force") for v in given)
+    if not 0 <= low <= high:
+        rule = "the first has to be >= 0 and <= the second"
+        raise InvalidValueError(f"normal_force = {given!r}", rule, f'normal_force = ["1 {unit}", "2 {unit}"]')
+    return low, high
+
+
+def _recording(table: _schema.RecordingTable, length: float | None, on_area: bool) -> RecordingFormat:
+    """The format that [recording] describes; forces in N are divided by the `length` of the contact [m]."""
+    count = 0 if table.position is None else len(table.position)
+    if count and count != 1 + on_area:
+        rule = "sensors on an area need two columns, y and z" if on_area else "a row needs one column"
+        each = '{column = "y", unit = "mm"}'
+        fix = f"position = [{each}, {each.replace('y', 'z')}]" if on_area else f"position = {each}"
+        raise Misplaced(InvalidValueError(f"position of {count} columns", rule, fix), "recording", "position")
+
+    def column(key: str, unit: str, entry: Any) -> Column | None:
         if entry is None:
             return None
         try:
-            if key == "force":
+            if key == "force" and not on_area:
                 return Column(entry.column, 1.0 if entry.unit is None else line_load_scale(entry.unit, length))
             return Column(entry.column, 1.0 if entry.unit is None else unit_scale(entry.unit, unit, "unit"))
         except SubskinError as error:
             raise Misplaced(error, "recording", key, "unit") from None
 
     scale = 1.0 if table.unit is None else unit_scale(table.unit, si_unit(table.unit, "unit"), "unit")
-    units = {"time": "s", "position": "m", "press": "m", "force": "N/m"}
-    time, position, press, force = (column(key, unit) for key, unit in units.items())
+    units = {"time": "s", "press": "m", "force": "N"}
+    time, press, force = (column(key, unit, getattr(table, key)) for key, unit in units.items())
+    where: Any = tuple(column("position", "m", entry) for entry in table.position or ())
     return RecordingFormat(
-        sensors=tuple(table.sensors), scale=scale, time=time or Column("time"), position=position, press=press,
-        force=force, early=table.early, before=table.before, hold=table.hold,
+        sensors=tuple(table.sensors), scale=scale, time=time or Column("time"), press=press, force=force,
+        position=(where if on_area else where[0]) if where else None,
+        early=table.early, before=table.before, hold=table.hold,
     )  # fmt: skip
 
 
 def model_facts(finger: Finger) -> dict[str, Any]:
     """What [calibration] says of how far the finger's model is that of the skin; nothing where all is usual."""
-    if finger.measured is not None:
-        rule = "a finger file has no room for a response measured in place"
-        fix = "pickle the finger, or dataclasses.replace(finger, measured=None)"
-        raise InvalidValueError(f"measured = {finger.measured!r}", rule, fix)
     facts: dict[str, Any] = {} if finger.trusted else {"accepted_misfit": True}
     if finger.spread is not None:
         y, of = finger.spread.y, finger.spread

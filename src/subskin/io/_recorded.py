@@ -1,23 +1,28 @@
-"""What a finger file makes of a raw recording: its table, and the presses in it."""
+"""What a finger file makes of a raw recording: frames, a pipeline, and the presses in it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import FileError, InvalidValueError
+from ..stream.presses import Column, RecordingFormat
 
 if TYPE_CHECKING:
     from .._check import FloatArray
-    from ..array import SensorArray
-    from ..stream import Presses
-    from ..stream.presses import RecordingFormat
+    from ..finger import Finger
+    from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
 
-__all__ = ["presses_of", "table_of"]
+__all__ = ["Given", "Recorded", "table_of"]
+
+Given: TypeAlias = "npt.ArrayLike | Table | Path"
 
 
 def table_of(given: object) -> Table | None:
@@ -27,32 +32,117 @@ def table_of(given: object) -> Table | None:
     return given if isinstance(given, Table) else read_table(given) if isinstance(given, str | Path) else None
 
 
-def presses_of(
-    given: object,
-    how: RecordingFormat | None,
-    array: SensorArray,
-    frames: Callable[[Table], tuple[FloatArray, FloatArray]],
-    name: str,
-    changes: Mapping[str, float],
-) -> Presses:
-    """The presses of a raw recording as the file `name` describes it: readings and times by `frames`, in `array`."""
-    from ..stream import segment
+@dataclass(frozen=True, eq=False, repr=False)
+class Recorded:
+    """A finger and how its raw recordings are read: the part of a `FingerFile` that does so; fields as there."""
 
-    table = table_of(given)
-    if how is None:
-        fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
-        raise FileError(name, "it has no table [recording] that says how to read one", fix)
-    if table is None:
-        raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
-    if not len(table):
-        raise FileError(f"{table.name} has no rows below its header", "a recording needs frames", "record again")
-    readings, time = frames(table)
-    tracks = {
-        key: table.numbers(column.name, finite=True, why=f"[recording] {key}") * column.scale
-        for key in ("position", "press", "force")
-        if (column := getattr(how, key)) is not None
-    }
-    options: dict[str, Any] = {key: getattr(how, key) for key in ("early", "before", "hold")} | dict(changes)
-    values = readings * how.scale
-    inside = array.inside(values)
-    return segment(np.where(inside, values, np.nan), time, **tracks, **options)
+    finger: Finger
+    names: tuple[str, ...]
+    recording: RecordingFormat | None = None
+    relaxation: Relaxation | None = None
+    drift: npt.ArrayLike | None = None
+    differences: bool = False
+    limits: tuple[npt.ArrayLike, npt.ArrayLike] = (-np.inf, np.inf)
+    name: str = "finger.toml"
+
+    def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
+        """Raw readings of a `table`, shape (m, n), and the time of each frame [s], by the columns of [recording].
+
+        Raises
+        ------
+        FileError
+            A column that is missing, or a cell that is no number.
+        """
+        column = Column("time") if self.recording is None else self.recording.time
+        time = table.numbers(column.name, finite=True, why="the time of each frame")
+        return table.readings(self.names), time * column.scale
+
+    def pipeline(self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None) -> Pipeline:
+        r"""From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
+
+        Readings in SI units ("units"), relaxation undone where the file has [relaxation] ("relaxation"), drift taken
+        off ("tare"), and the answer ("found").
+
+        Parameters
+        ----------
+        answer : callable, optional
+            A callable that takes readings, such as a locator; without it the pipeline ends with tared readings.
+        drift : array_like, shape () or (n,), optional
+            Overrides the file's drift [reading/s].
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            As `Tare`: a sensor without noise, a drift below 0.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 6e-3\ndepth = 5e-3\nnoise = 1e-4"
+        >>> file = ss.io.parse_finger(f"{text}\n[tare]\ndrift = 1e-5")
+        >>> list(file.pipeline(file.locator()).stages)
+        ['tare', 'found']
+        """
+        from ..stream import Pipeline, Tare
+
+        stages: dict[str, Any] = {}
+        if self.recording is not None:
+            stages["units"] = partial(np.multiply, self.recording.scale)
+        if self.relaxation is not None:
+            stages["relaxation"] = self.relaxation.undo
+        fastest = self.drift if drift is None else drift
+        stages["tare"] = Tare(self._ranged(*self.limits), drift=fastest, differences=self.differences)
+        return Pipeline(stages if answer is None else {**stages, "found": answer})
+
+    def tare(self, recording: Given, time: npt.ArrayLike | None = None, *, drift: npt.ArrayLike | None = None) -> Tared:
+        """A raw recording as given to `run`, without its drift: its `readings` are what `locate` takes."""
+        tared: Tared = self.pipeline(drift=drift)(*self._raw(recording, time))["tare"]
+        return tared
+
+    def _raw(self, given: Any, time: npt.ArrayLike | None) -> tuple[npt.ArrayLike, npt.ArrayLike | None]:
+        table = table_of(given)
+        return (given, time) if table is None else self.frames(table)
+
+    def segment(self, recording: Table | Path, **changes: float) -> Presses:
+        """The presses of a raw recording, as [recording] describes it; `subskin.stream.segment` finds them.
+
+        Parameters
+        ----------
+        recording : Table or pathlib.Path
+            One row a frame.
+        **changes : float
+            Override `early` [-], `before` [s] and `hold` [s] of [recording].
+
+        Raises
+        ------
+        FileError, InvalidValueError
+            A file without [recording], a table without its columns, a recording without a press.
+        """
+        from ..stream import segment
+
+        how, table = self.recording, table_of(recording)
+        if how is None:
+            fix = 'add [recording] with sensors = ["s0", ...], time = {column = "time", unit = "s"}, position, press'
+            raise FileError(self.name, "it has no table [recording] that says how to read one", fix)
+        if table is None:
+            raise InvalidValueError("recording", "a table with the columns of [recording] is needed", 'Path("raw.csv")')
+        if not len(table):
+            raise FileError(f"{table.name} has no rows below its header", "a recording needs frames", "record again")
+        readings, time = self.frames(table)
+        tracks: dict[str, Any] = {key: _track(table, columns, key) for key, columns in how.tracks.items()}
+        options: dict[str, Any] = {key: getattr(how, key) for key in ("early", "before", "hold")} | dict(changes)
+        values = readings * how.scale
+        inside = self._ranged(*self.limits).array.inside(values)
+        return segment(np.where(inside, values, np.nan), time, **tracks, **options)
+
+    def _ranged(self, low: npt.ArrayLike, high: npt.ArrayLike) -> Finger:
+        array = self.finger.array
+        if np.all(np.asarray(array.low) == low) and np.all(np.asarray(array.high) == high):
+            return self.finger
+        return replace(self.finger, array=replace(array, low=low, high=high))
+
+
+def _track(table: Table, columns: tuple[Column, ...], key: str) -> FloatArray:
+    """One column in SI, or two side by side, shape (m, 2)."""
+    each = [table.numbers(c.name, finite=True, why=f"[recording] {key}") * c.scale for c in columns]
+    return each[0] if len(each) == 1 else np.stack(each, axis=-1)

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, StrictInt, StrictStr, ValidationInfo
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    StrictBool,
+    StrictInt,
+    StrictStr,
+    ValidationInfo,
+)
 
 from ..errors import InvalidValueError
 from .units import of_field, quantity, unit_scale
@@ -72,7 +82,22 @@ def _names(value: object, info: ValidationInfo) -> list[str]:
     return list(value)
 
 
+def _at(value: object, info: ValidationInfo) -> Any:
+    """A position: y, or on an area [y, z]."""
+    name = str(info.field_name)
+    if isinstance(value, list) and len(value) == 2:
+        return tuple(quantity(item, "m", f"{name}[{i}]") for i, item in enumerate(value))
+    return quantity(value, "m", name)
+
+
+def _columns(value: object) -> Any:
+    """One column, or on an area two: y and z."""
+    each = value if isinstance(value, list) else [value]
+    return each if len(each) in (1, 2) else value
+
+
 Length = Annotated[float, one("m")]
+Angle = Annotated[float, one("rad")]
 Pressure = Annotated[float, one("Pa")]
 Time = Annotated[float, one("s")]
 Number = Annotated[float, one("")]
@@ -149,6 +174,7 @@ class LocateTable(StrictTable):
     search: Annotated[Any, PlainValidator(_search)] = None
     load: Literal["line", "point", "either"] | None = None
     beside: Length | None = None
+    normal_force: Any = None
     false_alarm: Number | None = None
     ambiguity: Number | None = None
 
@@ -166,7 +192,7 @@ class RecordingTable(StrictTable):
     sensors: Names
     unit: UnitText | None = None
     time: ColumnTable | None = None
-    position: ColumnTable | None = None
+    position: Annotated[list[ColumnTable] | None, BeforeValidator(_columns)] = None
     press: ColumnTable | None = None
     force: ColumnTable | None = None
     early: Number = 0.4
@@ -213,7 +239,9 @@ class SpreadTable(StrictTable):
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
-    origin: Length = 0.0
+    origin: Annotated[Any, PlainValidator(_at)] = None
+    turn: Angle = 0.0
+    response: Annotated[str, Field(pattern="^[0-9a-f]{64}$")] | None = None
     differences: StrictBool = False
     source: StrictStr = ""
     fit: list[StrictStr] = []

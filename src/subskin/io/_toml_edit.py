@@ -20,7 +20,7 @@ _PER_SENSOR = {"depth": "m", "width": "m", "gain": "", "offset": "", "noise": ""
 _SAME = 1e-9
 
 
-def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[str, Any]) -> str:
+def edited(text: str, old: Finger, new: Finger, origin: Any, turn: float, facts: Mapping[str, Any]) -> str:
     """`text`, which describes `old`, changed to describe `new`; [calibration] is written anew."""
     import tomlkit
 
@@ -49,7 +49,11 @@ def edited(text: str, old: Finger, new: Finger, origin: float, facts: Mapping[st
     if "calibration" in document:
         del document["calibration"]
     table = tomlkit.table()
-    table.add("origin", format_quantity(origin, "m"))
+    if new.array.on_area:
+        table.add("origin", [format_quantity(float(v), "m") for v in np.broadcast_to(origin, 2)])
+        table.add("turn", format_quantity(turn, "rad"))
+    else:
+        table.add("origin", format_quantity(origin, "m"))
     for name, value in sorted(facts.items(), key=lambda fact: isinstance(fact[1], Mapping)):  # tables come last
         if isinstance(value, Mapping):
             inner = tomlkit.table()

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from .._axes import on_finger, on_touches
 from .._check import FloatArray
 from .._shown import html_table, lines, span
+from ..errors import FileError, SubskinError
 from ..finger import Finger
-from ..stream.presses import Column, RecordingFormat
+from ..measured import MeasuredResponse
 from ._document import model_facts, said
 from ._live import LiveFormat
-from ._recorded import presses_of, table_of
+from ._recorded import Given, Recorded, table_of
 from ._skin import Misplaced
 from ._toml_errors import misplaced, read_text, validated
 from .files import write_bytes
+from .response_file import checksum, read_response, write_both
 
 if TYPE_CHECKING:
     from ..decide import TypeDecision
     from ..estimate import Estimate, Locator
     from ..estimate.area import AreaLocator, InPlaceLocator
     from ..estimate.either import EitherLocator
-    from ..stream import Pipeline, Presses, Relaxation, Tared
     from .tables import Table
 
 __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
@@ -35,11 +36,9 @@ __all__ = ["FingerFile", "load", "parse_finger", "save_finger"]
 _SHOWN = 12
 """Names of columns that are shown; of more only the first and the last."""
 
-Given: TypeAlias = "npt.ArrayLike | Table | Path"
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FingerFile:
+class FingerFile(Recorded):
     r"""What a `finger.toml` says, with methods that follow all of it.
 
     Two kinds of readings go in. `locate`, `fit` and `decide` take readings as `segment` gives them and a finger
@@ -60,14 +59,19 @@ class FingerFile:
         The largest distance beside the row of a point load [m]; None for the default of `Finger.locator`.
     options : mapping
         Further options of `Finger.locator` that the file sets: friction, false_alarm, ambiguity.
+    normal_force : (float, float) or None
+        Least and largest normal force that `locate` and `fit` believe [N/m or N]; None where the file does not say.
     recording, live : RecordingFormat, LiveFormat or None
         How to read a raw recording, and a board; None where the file has no [recording], no [live].
     relaxation : Relaxation or None
         What the skin forgets of a touch that is held; None where the file has no [relaxation].
     drift : ndarray, shape () or (n,), or None
         Fastest drift of [tare] [reading/s]; None for the default of `Tare`.
-    origin : float
-        Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin.
+    origin : float, or ndarray of shape (2,)
+        Where the finger's y = 0 lies on the axis of the positions in tables [m]: y = position - origin. On an area
+        where its (0, 0) lies on the axes y and z of the tables.
+    turn : float
+        On an area, by how much the finger's y lies turned from the tables' y, towards z [rad].
     differences : bool
         The finger reads differences from the free skin, as `segment` writes them.
     limits : (ndarray, ndarray)
@@ -90,22 +94,16 @@ class FingerFile:
     ([0.8, 2.1], [0.0, 0.0])
     """
 
-    finger: Finger
-    names: tuple[str, ...]
     search: Any = None
     load: Literal["line", "point", "either"] | None = None
     beside: float | None = None
     options: Mapping[str, float] = field(default_factory=dict)
-    recording: RecordingFormat | None = None
+    normal_force: tuple[float, float] | None = None
     live: LiveFormat | None = None
-    relaxation: Relaxation | None = None
-    drift: npt.ArrayLike | None = None
-    origin: float = 0.0
-    differences: bool = False
-    limits: tuple[npt.ArrayLike, npt.ArrayLike] = (-np.inf, np.inf)
+    origin: Any = 0.0
+    turn: float = 0.0
     length: float | None = None
     text: str = ""
-    name: str = "finger.toml"
 
     def __repr__(self) -> str:
         return lines(f"FingerFile {self.name}", self._shown())
@@ -116,6 +114,8 @@ class FingerFile:
     def _shown(self) -> list[tuple[str, str]]:
         first = [(line[2:12].strip(), line[12:]) for line in repr(self.finger).splitlines()[1:]]
         options = [f"{name} = {value:g}" for name, value in self.options.items()]
+        unit = "N" if self.finger.array.on_area else "N/m"
+        options += [] if self.normal_force is None else [f"normal force {span(self.normal_force, unit)}"]
         options += [] if self.load is None else [f"load = {self.load}"]
         options += [] if self.beside is None else [f"to {1e3 * self.beside:g} mm beside the row"]
         options += [] if self.search is None else [f"search {span(1e3 * np.asarray(self.search), 'mm')}"]
@@ -132,7 +132,11 @@ class FingerFile:
         load = changes.pop("load", self.load)
         beside = None if load not in ("point", "either") or self.finger.array.on_area else self.beside
         more = {"beside": beside} if beside is not None else {}
-        return {**more, **self._with(changes), **({} if load is None else {"load": load})}
+        return {**more, **self._forced(changes), **({} if load is None else {"load": load})}
+
+    def _forced(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        force = {} if self.normal_force is None else {"normal_force": self.normal_force}
+        return {**force, **self._with(changes)}
 
     def locator(self, **changes: Any) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
         """`Finger.locator` with the options of the file; `changes` override some, and `load` of `locate`.
@@ -175,7 +179,7 @@ class FingerFile:
         family : str or class of contacts, optional
             As in `Finger.fit`.
         """
-        return self.finger.fit(self._readings(readings), family, **self._with(changes))
+        return self.finger.fit(self._readings(readings), family, **self._forced(changes))
 
     def decide(self, readings: Given, **changes: Any) -> TypeDecision:
         """`subskin.decide.contact_type` with the options of the file that it has: search, friction, false_alarm.
@@ -197,54 +201,6 @@ class FingerFile:
     def _readings(self, given: Given) -> Any:
         table = table_of(given)
         return given if table is None else table.readings(self.names)
-
-    def frames(self, table: Table) -> tuple[FloatArray, FloatArray]:
-        """Raw readings of a `table`, shape (m, n), and the time of each frame [s], by the columns of [recording].
-
-        Raises
-        ------
-        FileError
-            A column that is missing, or a cell that is no number.
-        """
-        column = Column("time") if self.recording is None else self.recording.time
-        time = table.numbers(column.name, finite=True, why="the time of each frame")
-        return table.readings(self.names), time * column.scale
-
-    def pipeline(self, answer: Callable[[Any], Any] | None = None, *, drift: npt.ArrayLike | None = None) -> Pipeline:
-        r"""From raw frames, as [recording] describes them, to an answer: what live streams and commands run.
-
-        Readings in SI units ("units"), relaxation undone where the file has [relaxation] ("relaxation"), drift taken
-        off ("tare"), and the answer ("found").
-
-        Parameters
-        ----------
-        answer : callable, optional
-            A callable that takes readings, such as a locator; without it the pipeline ends with tared readings.
-        drift : array_like, shape () or (n,), optional
-            Overrides the file's drift [reading/s].
-
-        Raises
-        ------
-        InvalidValueError, GeometryError
-            As `Tare`: a sensor without noise, a drift below 0.
-
-        Examples
-        --------
-        >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 6e-3\ndepth = 5e-3\nnoise = 1e-4"
-        >>> file = parse_finger(f"{text}\n[tare]\ndrift = 1e-5")
-        >>> list(file.pipeline(file.locator()).stages)
-        ['tare', 'found']
-        """
-        from ..stream import Pipeline, Tare
-
-        stages: dict[str, Any] = {}
-        if self.recording is not None:
-            stages["units"] = partial(np.multiply, self.recording.scale)
-        if self.relaxation is not None:
-            stages["relaxation"] = self.relaxation.undo
-        fastest = self.drift if drift is None else drift
-        stages["tare"] = Tare(self._ranged(*self.limits), drift=fastest, differences=self.differences)
-        return Pipeline(stages if answer is None else {**stages, "found": answer})
 
     def run(
         self,
@@ -273,33 +229,6 @@ class FingerFile:
         frames = self._raw(recording, time)
         return self.pipeline(self.locator() if answer is None else answer, drift=drift)(*frames)
 
-    def tare(self, recording: Given, time: npt.ArrayLike | None = None, *, drift: npt.ArrayLike | None = None) -> Tared:
-        """A raw recording as given to `run`, without its drift: its `readings` are what `locate` takes."""
-        tared: Tared = self.pipeline(drift=drift)(*self._raw(recording, time))["tare"]
-        return tared
-
-    def _raw(self, given: Any, time: npt.ArrayLike | None) -> tuple[npt.ArrayLike, npt.ArrayLike | None]:
-        table = table_of(given)
-        return (given, time) if table is None else self.frames(table)
-
-    def segment(self, recording: Table | Path, **changes: float) -> Presses:
-        """The presses of a raw recording, as [recording] describes it; `subskin.stream.segment` finds them.
-
-        Parameters
-        ----------
-        recording : Table or pathlib.Path
-            One row a frame.
-        **changes : float
-            Override `early` [-], `before` [s] and `hold` [s] of [recording].
-
-        Raises
-        ------
-        FileError, InvalidValueError
-            A file without [recording], a table without its columns, a recording without a press.
-        """
-        array = self._ranged(*self.limits).array
-        return presses_of(recording, self.recording, array, self.frames, self.name, changes)
-
     def for_touches(self, table: Table) -> FingerFile:
         """The file as touches in a `table` are read: as differences where `segment` made it (t_start, t_end).
 
@@ -310,13 +239,29 @@ class FingerFile:
         array = replace(self.finger.array, low=-np.inf, high=np.inf, offset=0.0)
         return replace(self, finger=replace(self.finger, array=array), differences=True)
 
-    def _ranged(self, low: npt.ArrayLike, high: npt.ArrayLike) -> Finger:
-        array = self.finger.array
-        if np.all(np.asarray(array.low) == low) and np.all(np.asarray(array.high) == high):
-            return self.finger
-        return replace(self.finger, array=replace(array, low=low, high=high))
+    def on_finger(self, positions: npt.ArrayLike) -> FloatArray:
+        """Positions of the tables as they lie on the finger [m].
 
-    def with_finger(self, finger: Finger, origin: float, facts: Mapping[str, Any] | None = None) -> FingerFile:
+        Parameters
+        ----------
+        positions : array_like, shape (...), on an area (..., 2)
+            On the axis of the tables, or on their axes y and z [m].
+        """
+        return on_finger(positions, self.origin, self.turn)
+
+    def on_touches(self, positions: npt.ArrayLike) -> FloatArray:
+        """Positions on the finger, as `locate` finds them, on the axes of the tables [m].
+
+        Parameters
+        ----------
+        positions : array_like
+            As in `on_finger`.
+        """
+        return on_touches(positions, self.origin, self.turn)
+
+    def with_finger(
+        self, finger: Finger, origin: npt.ArrayLike, facts: Mapping[str, Any] | None = None, *, turn: float = 0.0
+    ) -> FingerFile:
         """The same file with another finger's numbers in it, and `facts` in its [calibration].
 
         The rest of the text stays, comments too.
@@ -324,9 +269,12 @@ class FingerFile:
         from ._toml_edit import edited
 
         told = ({"differences": True} if self.differences else {}) | model_facts(finger) | dict(facts or {})
-        written = parse_finger(self.text, self.name).finger
-        text = edited(self.text, written, finger, origin, told)
-        return replace(parse_finger(text, "the file as changed"), search=self.search, name=self.name)
+        if finger.measured is not None:
+            told["response"] = checksum(finger.measured)
+        written = _parsed(self.text, self.name, lambda _: None).finger
+        text = edited(self.text, written, finger, origin, turn, told)
+        changed = _parsed(text, "the file as changed", lambda _: finger.measured)
+        return replace(changed, search=self.search, name=self.name)
 
 
 def load(path: str | Path) -> FingerFile:
@@ -336,7 +284,7 @@ def load(path: str | Path) -> FingerFile:
     ------
     FileError
         A file that cannot be read, is no TOML, or holds a wrong key or value. The message names the file, the line,
-        what was seen, the rule and the fix.
+        what was seen, the rule and the fix. The response that belongs to it is missing, damaged or another's.
 
     Examples
     --------
@@ -344,11 +292,11 @@ def load(path: str | Path) -> FingerFile:
     Traceback (most recent call last):
     subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
     """
-    return parse_finger(read_text(path), str(path))
+    return _parsed(read_text(path), str(path), lambda expected: read_response(str(path), expected))
 
 
 def save_finger(file: FingerFile, path: str | Path) -> None:
-    r"""Write `file` to `path`, whole or not at all.
+    r"""Write `file` to `path`, and a response in place beside it (`NAME.response.npz`), whole or not at all.
 
     Raises
     ------
@@ -364,7 +312,10 @@ def save_finger(file: FingerFile, path: str | Path) -> None:
     ...     load(f"{folder}/finger.toml").names
     ('s0',)
     """
-    write_bytes(path, file.text.encode("utf-8"))
+    if file.finger.measured is None:
+        write_bytes(path, file.text.encode("utf-8"))
+    else:
+        write_both(path, file.text, file.finger.measured)
 
 
 def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
@@ -389,6 +340,15 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     >>> len(file.finger.array), file.names, round(float(file.finger.array.depth[0]), 6)
     (4, ('s0', 's1', 's2', 's3'), 0.005)
     """
+
+    def nowhere(expected: str) -> MeasuredResponse:
+        raise FileError(f"{name} has a response in a file beside it", "a text has no file beside it", "subskin.load")
+
+    return _parsed(text, name, nowhere)
+
+
+def _parsed(text: str, name: str, find: Callable[[str], MeasuredResponse | None]) -> FingerFile:
+    """The finger that `text` describes; `find` gives the response in place that has a checksum."""
     from ._schema import FingerDocument
 
     document = validated(text, name, FingerDocument, "it needs at least [skin] young and [sensors] count, pitch, depth")
@@ -397,4 +357,11 @@ def parse_finger(text: str, name: str = "finger.toml") -> FingerFile:
     except Misplaced as wrong:
         raise misplaced(text, name, wrong.path, wrong.error) from None
     file = FingerFile(**told, text=text, name=name)
+    if document.calibration.response is not None:
+        known = find(document.calibration.response)
+        try:
+            file = replace(file, finger=replace(file.finger, measured=known))
+        except SubskinError as error:
+            rule = f"it has {len(file.names)} sensors, and the response beside it is of {known and known.sensors}"
+            raise FileError(name, rule, "calibrate again") from error
     return replace(file, finger=file._ranged(-np.inf, np.inf)) if file.differences else file

@@ -27,7 +27,13 @@ _FEWEST = 3  # frames in a plateau
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a recording by its `name`, and the SI value of one of its units, `scale`."""
+    """A column of a recording by its `name`, and the SI value of one of its units, `scale`.
+
+    Examples
+    --------
+    >>> Column("x", 1e-3)  # in mm
+    Column(name='x', scale=0.001)
+    """
 
     name: str
     scale: float = 1.0
@@ -40,25 +46,33 @@ class RecordingFormat:
     Parameters
     ----------
     sensors : tuple of str
-        Columns of the sensors, in the order of the row.
+        Columns of the sensors, in their order.
     scale : float
         SI reading per count.
     time : Column
         Time of each frame.
-    position, press, force : Column or None
-        Position of the indenter along the row; how deep it has gone; the load that it presses with.
+    position : Column or (Column, Column) or None
+        Position of the indenter along the row, or on an area its y and z.
+    press, force : Column or None
+        How deep it has gone; the load that it presses with.
     early : float
         Share of a plateau, from its beginning, that is averaged: rubber relaxes.
     before : float
         Time before a press over which the free skin's reading is averaged [s].
     hold : float
         A plateau lasts at least this long [s].
+
+    Examples
+    --------
+    >>> both = RecordingFormat(("s0", "s1"), position=(Column("y"), Column("z")))
+    >>> [column.name for column in both.tracks["position"]]
+    ['y', 'z']
     """
 
     sensors: tuple[str, ...]
     scale: float = 1.0
     time: Column = Column("time")
-    position: Column | None = None
+    position: Column | tuple[Column, Column] | None = None
     press: Column | None = None
     force: Column | None = None
     early: float = 0.4
@@ -70,6 +84,12 @@ class RecordingFormat:
         _check.scalar("before", self.before, unit="s", above=0.0)
         _check.scalar("hold", self.hold, unit="s", above=0.0)
 
+    @property
+    def tracks(self) -> dict[str, tuple[Column, ...]]:
+        """The columns of position, press and force, of those that the recording has."""
+        each = {"position": self.position, "press": self.press, "force": self.force}
+        return {k: c if isinstance(c, tuple) else (c,) for k, c in each.items() if c is not None}
+
 
 @dataclass(frozen=True)
 class Presses(Frozen):
@@ -80,11 +100,11 @@ class Presses(Frozen):
     start, stop : ndarray
         First and last time of the plateau [s].
     position : ndarray or None
-        Mean position of the indenter on the plateau [m].
+        Mean position of the indenter on the plateau [m]; on an area (y, z), shape (presses, 2).
     depth : ndarray or None
         Mean depth of the indenter on the plateau, from the rest [m].
     force : ndarray or None
-        Load, mean over the same frames as the reading, less that before the press [N/m].
+        Load, mean over the same frames as the reading, less that before the press [N/m or N].
     reading : ndarray, shape (presses, n)
         Early mean on the plateau less the mean just before the press, in the unit of the readings.
     std : ndarray, shape (presses, n)
@@ -135,10 +155,12 @@ def segment(
         One frame a row; NaN is a missing reading.
     time : array_like, shape (m,)
         Time of each frame [s], not decreasing.
-    position, press : array_like, shape (m,), optional
-        Position along the row and depth of the indenter [m], larger when deeper.
+    position : array_like, shape (m,) or (m, 2), optional
+        Position of the indenter along the row, or on an area (y, z) [m].
+    press : array_like, shape (m,), optional
+        Depth of the indenter [m], larger when deeper.
     force : array_like, shape (m,), optional
-        Load that the indenter presses with [N/m], in the way that the readings are: from any zero.
+        Load that the indenter presses with [N/m or N], in the way that the readings are: from any zero.
     early : float, optional
         Share of the plateau, from its beginning, that is averaged.
     before, hold : float, optional
@@ -172,7 +194,7 @@ def segment(
         if values is not None
     }
     for name, values in tracks.items():
-        if values.shape != data.shape[:1]:
+        if values.shape != data.shape[:1] and not (name == "position" and values.shape == (len(data), 2)):
             raise GeometryError(
                 f"{name} of shape {values.shape}", f"one for each of the {len(data)} frames", f"shape ({len(data)},)"
             )
@@ -203,7 +225,10 @@ def segment(
 
 def _level(track: FloatArray | None, first: IndexArray, stop: IndexArray) -> FloatArray | None:
     """Mean of a track on each plateau, to a picometre: a sum of equal values does not end on quite that value."""
-    return None if track is None else _check.read_only(_mean(track[:, None], first, stop)[0][:, 0].round(12))
+    if track is None:
+        return None
+    each = _mean(track.reshape(len(track), -1), first, stop)[0].round(12)
+    return _check.read_only(each.reshape(len(first), *track.shape[1:]))
 
 
 def _change(track: FloatArray, first: IndexArray, stop: IndexArray, before: IndexArray, end: IndexArray) -> FloatArray:

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _check
+from .._axes import on_finger
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..contact import Contact, LineLoad
+from ..contact import Contact, LineLoad, LocalContact
+from ..errors import GeometryError
 from ..finger import Finger
 from ..stream.relaxation import Relaxation
 
@@ -24,7 +26,7 @@ _PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
 
 @dataclass(frozen=True)
 class Recording(Frozen):
-    """Frames of a recording: `time` [s], `position` and `press` [m] of shape (m,), `readings` (m, n)."""
+    """Frames of a recording: `time` [s] and `press` [m] (m,), `position` [m] (m,) or (m, 2), `readings` (m, n)."""
 
     time: FloatArray
     position: FloatArray
@@ -37,9 +39,10 @@ def simulate_recording(
     positions: npt.ArrayLike,
     *,
     force: float,
-    contact: Callable[..., Contact] = LineLoad,
+    contact: Callable[..., Contact | LocalContact] = LineLoad,
     angle: float = 0.0,
-    origin: float = 0.0,
+    origin: Any = 0.0,
+    turn: float = 0.0,
     stroke: float = 4e-3,
     ramp: float = 0.5,
     hold: float = 1.5,
@@ -59,16 +62,16 @@ def simulate_recording(
     ----------
     finger : Finger
         The finger as it really is; its noise is added. A sensor of gain 0 reads only offset, noise and drift.
-    positions : array_like, shape (k,)
-        Where the indenter presses, on its motor's axis [m].
+    positions : array_like, shape (k,) or (k, 2)
+        Where the indenter presses, on its motor's axis, or axes (y, z) [m].
     force : float
-        Load at the full stroke, before it relaxes [N/m].
+        Load at the full stroke, before it relaxes [N/m], on an area [N].
     contact : callable, optional
         Makes the contact from force, angle and position; see `subskin.contact.contact_of`.
     angle : float, optional
         Angle of the load [rad].
-    origin : float, optional
-        Where the finger's y = 0 lies on the motor's axis [m].
+    origin, turn : float or (float, float), and float, optional
+        Where the finger's y = 0 lies on the motor's axis [m]; on an area its (0, 0), and how far it is turned [rad].
     stroke : float, optional
         How far the indenter goes down [m]; it meets the skin at 30 % of that.
     ramp, hold, rest : float, optional
@@ -88,8 +91,8 @@ def simulate_recording(
 
     Raises
     ------
-    InvalidValueError
-        A value out of range.
+    InvalidValueError, GeometryError
+        A value out of range; an origin that does not go with the positions.
 
     Examples
     --------
@@ -107,12 +110,15 @@ def simulate_recording(
     _check.scalar("force", force, unit="N/m", at_least=0.0)
     _check.scalar("drift", drift, at_least=0.0)
     share = _check.scalar("relaxation", relaxation, at_least=0.0, at_most=0.99)
-    whole = _check.scalar("origin", origin, unit="m")
+    if y.shape not in ((len(y),), (len(y), 2)) or np.shape(origin) != y.shape[1:]:
+        seen = f"positions of shape {y.shape}, an origin of shape {np.shape(origin)}"
+        raise GeometryError(seen, "shapes (k,) and (), or (k, 2) and (2,), are needed", "origin=(0.0, 0.0)")
+    own = on_finger(y, _check.real("origin", origin, unit="m"), turn)
     # one press: rest, down, hold, up; a last rest at the end
     corners = np.cumsum([0.0, rest, ramp, hold, ramp])
-    frames = round((corners[-1] * y.size + rest) * rate)
+    frames = round((corners[-1] * len(y) + rest) * rate)
     time = np.arange(frames) / rate
-    which = np.minimum((time / corners[-1]).astype(int), y.size - 1)
+    which = np.minimum((time / corners[-1]).astype(int), len(y) - 1)
     press = stroke * np.interp(time - which * corners[-1], [*corners, corners[-1] + rest], [0, 0, 1, 1, 0, 0])
     load = force * np.clip((press / stroke - _TOUCH) / (1 - _TOUCH), 0.0, None)
     rubber = Relaxation([share], [relaxation_time], rest=0.0)
@@ -122,14 +128,14 @@ def simulate_recording(
     unbounded = replace(array, low=-np.inf, high=np.inf, resolution=0.0)
     moving = felt != 0
     measured = np.zeros((frames, len(array)))
-    measured[moving] = _measured(finger, contact, felt[moving], angle, y[which[moving]] - whole)
+    measured[moving] = _measured(finger, contact, felt[moving], angle, own[which[moving]])
     readings = unbounded.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, offset=0.0)
     return Recording(time, y[which], press, bounds.digitise(readings))
 
 
 def _measured(
-    finger: Finger, contact: Callable[..., Contact], felt: FloatArray, angle: float, y: FloatArray
+    finger: Finger, contact: Callable[..., Contact | LocalContact], felt: FloatArray, angle: float, y: FloatArray
 ) -> FloatArray:
     """What the transducers measure; the recoil after a press is a load turned round, felt by linear ones only."""
     values = finger.measure(contact(force=np.abs(felt), angle=angle, position=y))

@@ -184,12 +184,11 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
     from one to the next of the scan, the thresholds of detection and of chi-square, ambiguity.
     """
     frames, n = readings.shape
-    mu, low, high, stride = options[0], options[1], options[2], int(options[3])
+    mu, low, high = options[0], options[1], options[2]
     detection, largest, ambiguity = options[4], options[5], options[6]
-    first, second = (values.shape[0] - 1) // stride + 1, (values.shape[1] - 1) // stride + 1
     r, load = np.empty(n), np.empty(3)
     g, b = np.zeros(6), np.zeros(3)
-    cost, score, at = np.empty((first, second)), np.empty(_MOST), np.empty((_MOST, 2), dtype=np.int64)
+    cost, score, at = np.empty(values.shape[:2]), np.empty(_MOST), np.empty((_MOST, 2), dtype=np.int64)
     fits, here, doubt = np.zeros((_MOST, FIT)), np.empty((3, n, values.shape[3])), np.empty((3, n, values.shape[3]))
     fit, ends, more = np.zeros(FIT), np.empty(_MOST), np.zeros(3)
     for f in range(frames):
@@ -206,53 +205,59 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
         if not (usable and total < 1e30):
             row[_STATUS] = _PENDING
             continue
-        load[:] = typical
-        count = 0
-        for _ in range(_SWEEPS):
-            best = math.inf
-            for j in range(first):
+        apart, top, rival = int(options[3]), 0, -1
+        while True:
+            first, second = (values.shape[0] - 1) // apart + 1, (values.shape[1] - 1) // apart + 1
+            load[:] = typical
+            count = 0
+            for _ in range(_SWEEPS):
+                best = math.inf
+                for j in range(first):
+                    for k in range(second):
+                        p, q = j * apart, k * apart
+                        cost[j, k] = _cost(r, values[p, q], variance[p, q], load, mu, low, high, g, b, fit)
+                        if cost[j, k] < best:
+                            best = cost[j, k]
+                            score[0], score[1], score[2] = fit[0], fit[1], fit[2]
+                size, moved = 0.0, 0.0
+                for j in range(3):
+                    moved += (abs(score[j]) - abs(load[j])) ** 2
+                    size += score[j] ** 2
+                if not moved > 0.01 * size:
+                    break
+                for j in range(3):
+                    load[j] = score[j]
+            for j in range(first):  # the lowest nodes of the scan, each lower than its neighbours
                 for k in range(second):
-                    p, q = j * stride, k * stride
-                    cost[j, k] = _cost(r, values[p, q], variance[p, q], load, mu, low, high, g, b, fit)
-                    if cost[j, k] < best:
-                        best = cost[j, k]
-                        score[0], score[1], score[2] = fit[0], fit[1], fit[2]
-            size, moved = 0.0, 0.0
-            for j in range(3):
-                moved += (abs(score[j]) - abs(load[j])) ** 2
-                size += score[j] ** 2
-            if not moved > 0.01 * size:
+                    here_is = cost[j, k]
+                    lower = True
+                    for e in range(max(j - 1, 0), min(j + 2, first)):
+                        for d in range(max(k - 1, 0), min(k + 2, second)):
+                            lower &= not cost[e, d] < here_is
+                    if not lower:
+                        continue
+                    rank = count
+                    while rank > 0 and score[rank - 1] > here_is:
+                        rank -= 1
+                    if rank < _MOST:
+                        for e in range(min(count, _MOST - 1), rank, -1):
+                            score[e] = score[e - 1]
+                            at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
+                        score[rank], at[rank, 0], at[rank, 1] = here_is, j * apart, k * apart
+                        count = min(count + 1, _MOST)
+            top = rival = -1
+            for e in range(count):
+                p, q = float(at[e, 0]), float(at[e, 1])
+                ends[e] = _settle(r, values, variance, mu, low, high, p, q, load, fits[e], g, b, here, doubt)
+                if top < 0 or ends[e] < ends[top]:
+                    top = e
+            for e in range(count):
+                away = math.hypot(fits[e, 29] - fits[top, 29], fits[e, 30] - fits[top, 30])
+                if away > 1.0 and (rival < 0 or ends[e] < ends[rival]):
+                    rival = e
+            if apart == 1 or not fits[top][17] > largest:
                 break
-            for j in range(3):
-                load[j] = score[j]
-        for j in range(first):  # the lowest nodes of the scan, each lower than its neighbours
-            for k in range(second):
-                here_is = cost[j, k]
-                lower = True
-                for e in range(max(j - 1, 0), min(j + 2, first)):
-                    for d in range(max(k - 1, 0), min(k + 2, second)):
-                        lower &= not cost[e, d] < here_is
-                if not lower:
-                    continue
-                rank = count
-                while rank > 0 and score[rank - 1] > here_is:
-                    rank -= 1
-                if rank < _MOST:
-                    for e in range(min(count, _MOST - 1), rank, -1):
-                        score[e] = score[e - 1]
-                        at[e, 0], at[e, 1] = at[e - 1, 0], at[e - 1, 1]
-                    score[rank], at[rank, 0], at[rank, 1] = here_is, j * stride, k * stride
-                    count = min(count + 1, _MOST)
-        top = rival = -1
-        for e in range(count):
-            p, q = float(at[e, 0]), float(at[e, 1])
-            ends[e] = _settle(r, values, variance, mu, low, high, p, q, load, fits[e], g, b, here, doubt)
-            if top < 0 or ends[e] < ends[top]:
-                top = e
-        for e in range(count):
-            away = math.hypot(fits[e, 29] - fits[top, 29], fits[e, 30] - fits[top, 30])
-            if away > 1.0 and (rival < 0 or ends[e] < ends[rival]):
-                rival = e
+            apart = 1  # what the scan's nodes do not explain may lie in a narrow valley between them
         one = fits[top]
         row[_RESIDUAL] = one[17]
         if one[17] > largest:
@@ -283,13 +288,13 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
         p, q = one[29], one[30]
         if not (0.5 < p < values.shape[0] - 1.5 and 0.5 < q < values.shape[1] - 1.5):
             status = _AMBIGUOUS
-        reach = 6.0 * math.sqrt(wide) + 0.75 * stride * max(y[1], z[1])
+        reach = 6.0 * math.sqrt(wide) + 0.75 * apart * max(y[1], z[1])
         if not reach < math.inf:
             status = _AMBIGUOUS
         elif status == _OK:
             for j in range(first):
                 for k in range(second):
-                    away = math.hypot((j * stride - p) * y[1], (k * stride - q) * z[1])
+                    away = math.hypot((j * apart - p) * y[1], (k * apart - q) * z[1])
                     if away > reach and cost[j, k] < ends[top] + ambiguity:
                         status = _AMBIGUOUS
         row[_STATUS] = status
