@@ -330,7 +330,8 @@ def live(
     if port is None:
         port = "" if file.live is None else file.live.port
         if not port:
-            raise InvalidValueError("no port", "nothing says where the device is", 'port="demo", or port under [live]')
+            fix = 'port="demo" (--port demo) simulates one; port = "..." under [live] of the finger file'
+            raise InvalidValueError("no port", "nothing says where the device is", fix)
     where = opened(port, file) if isinstance(port, str) else port
     try:
         reads = _driver(driver, where, file)
