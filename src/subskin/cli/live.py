@@ -114,9 +114,9 @@ def _opened(options: argparse.Namespace, file: FingerFile) -> Live:
 
 
 def _shown(options: argparse.Namespace, file: FingerFile, live: Live) -> View:
-    from .live_view import Bars, JsonLines, Lines
+    from .live_view import Bars, JsonLines, PlainLines
 
-    return (JsonLines if options.json else Bars if sys.stdout.isatty() else Lines)(file, live)
+    return (JsonLines if options.json else Bars if sys.stdout.isatty() else PlainLines)(file, live)
 
 
 def _follow(live: Live, shown: View, duration: float, zero: bool) -> None:

@@ -20,7 +20,7 @@ from ..live.run import Live
 from .answers import Answers, estimate_columns
 from .common import number
 
-__all__ = ["Bars", "JsonLines", "Lines", "View"]
+__all__ = ["Bars", "JsonLines", "PlainLines", "View"]
 
 _REACH = 1.0
 """Seconds over which the rate and the latency are told."""
@@ -153,7 +153,9 @@ class View:
         lost = f"{self.live.lost} lost, {self.live.bad} broken"
         if not self._late and self._first is not None:
             return f"no frames  ({self.live.frames} so far, {lost})"
-        return f"{number(self.rate(), 4)} frames/s, {lost}, answer after {1e3 * middle:.2f} ms (at most {1e3 * worst:.1f})"
+        return (
+            f"{number(self.rate(), 4)} frames/s, {lost}, answer after {1e3 * middle:.2f} ms (at most {1e3 * worst:.1f})"
+        )
 
     def end(self) -> None:
         """Say what came in all."""
@@ -175,7 +177,7 @@ class View:
         return "\n".join([*told, f"events: {happened or 'none'}"])
 
 
-class Lines(View):
+class PlainLines(View):
     """A line for each event and one a second, for a pipe or a log."""
 
     def tell(self, event: Event) -> None:

@@ -226,12 +226,12 @@ class Chain(Frozen):
         frames: FloatArray = np.tile(own, (8, 1)) + noise * np.random.default_rng(0).standard_normal((8, own.size))
         frames[3:] += touch
         wide: FloatArray = np.zeros((8, len(self.channels)))
-        wide[:, slice(None) if self._index is None else self._index] = (
-            frames / scale / (1.0 if self._factor is None else self._factor)
+        wide[:, slice(None) if self._index is None else self._index] = np.asarray(
+            frames / scale / (1.0 if self._factor is None else self._factor), dtype=np.float64
         )
         state: ChainState | None = None
         for first, last in ((0, 1), (1, 3), (3, 4), (4, 8)):
-            at: FloatArray = 1e-3 * np.arange(first, last)
+            at = np.linspace(1e-3 * first, 1e-3 * last, last - first, endpoint=False)
             state, _ = self.step(state, DeviceFrames(wide[first:last], at), 1e-3 * last)
         return timing.perf_counter() - began
 
@@ -290,8 +290,8 @@ class Chain(Frozen):
         if time.size == 1:
             longest = usual = float(time[0]) - last
         else:
-            steps = np.diff(time, prepend=last if last == last else time[0])
-            longest, usual = float(steps.max()), float(np.median(steps))
+            longest = max(float((time[1:] - time[:-1]).max()), float(time[0]) - last if last == last else 0.0)
+            usual = float(time[-1] - time[0]) / (time.size - 1)
         if broken or longest != longest:
             return period, np.nan
         if longest > (_GAP * period if own and period == period else _SILENCE):

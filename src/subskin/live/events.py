@@ -207,13 +207,7 @@ class Watch:
         return WatchState(contact, risk, slip, overload, tail, held, sensors, watched), events
 
     def _contact(
-        self,
-        state: WatchState,
-        tared: Tared,
-        found: Any,
-        time: FloatArray,
-        first: int,
-        events: list[Event],
+        self, state: WatchState, tared: Tared, found: Any, time: FloatArray, first: int, events: list[Event]
     ) -> tuple[Switch, bool]:
         contact, tail = state.contact, state.tail
         status = found.status.tolist()

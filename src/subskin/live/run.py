@@ -62,12 +62,7 @@ class Live:
     """
 
     def __init__(
-        self,
-        chain: Chain,
-        port: Port,
-        driver: Driver,
-        recorder: Recorder | None = None,
-        seconds: float = 120.0,
+        self, chain: Chain, port: Port, driver: Driver, recorder: Recorder | None = None, seconds: float = 120.0
     ) -> None:
         self.chain, self.port, self.driver, self.ring = chain, port, driver, RingBuffer(seconds)
         self.state: ChainState | None = None
@@ -193,17 +188,18 @@ class Live:
             made.append(self._step(self._nothing, host, what, values))
         if chunks:
             made += self._fed(b"".join(chunks), at)
-        if failed is not None and not rest:
+        if failed is not None and not made and not rest:  # what came before it is handed on first
             self.ended = True
-            if not made:
-                raise failed
+            raise failed
         return made
 
     def _fed(self, data: bytes, host: float) -> list[Batch]:
         frames = self.driver.feed(data)
         return [self._step(frames, host)] if len(frames) or frames.lost or frames.bad else []
 
-    def _step(self, frames: DeviceFrames, host: float, command: str = "", values: Mapping[str, Any] | None = None) -> Batch:
+    def _step(
+        self, frames: DeviceFrames, host: float, command: str = "", values: Mapping[str, Any] | None = None
+    ) -> Batch:
         self.state, batch = self.chain.step(self.state, frames, host, command, values)
         self.frames += len(batch)
         self.lost += batch.lost
@@ -266,7 +262,9 @@ def _driver(given: Driver | str | Mapping[str, Any] | None, port: Port, file: Fi
         return given
     if isinstance(given, str):
         name, _, query = given.partition("?")
-        values = {key: int(text) if text.isdecimal() else text for key, text in parse_qsl(query, keep_blank_values=True)}
+        values = {
+            key: int(text) if text.isdecimal() else text for key, text in parse_qsl(query, keep_blank_values=True)
+        }
         return from_table({"name": name, **values})
     if given is not None:
         return from_table(given)
