@@ -20,7 +20,7 @@ from ..io.finger_file import FingerFile
 from ..stream import Pipeline, Tare, Tared
 from ..stream.stage import join
 from .batch import Batch
-from .clock import Clock, ClockState
+from .clock import ClockMap, ClockState
 from .events import Event, Watch, WatchState
 from .frames import DeviceFrames
 
@@ -130,7 +130,7 @@ class Chain(Frozen):
         self.pipeline: Pipeline = file.pipeline(locator, drift=drift)
         tare = self.pipeline.stages["tare"]
         assert isinstance(tare, Tare)
-        self._tare, self._clock = tare, Clock()
+        self._tare, self._clock = tare, ClockMap()
         self._watch = Watch(tare.finger.array, file.names, most)
         self.channels = file.names if channels is None else tuple(channels)
         self._index = _columns(file, self.channels)
