@@ -8,4 +8,15 @@ from .frames import DeviceFrames
 from .ring import RingBuffer
 from .run import Live, live
 
-__all__ = ["Batch", "Chain", "ChainState", "ClockMap", "ClockState", "DeviceFrames", "Event", "Live", "RingBuffer", "live"]
+__all__ = [
+    "Batch",
+    "Chain",
+    "ChainState",
+    "ClockMap",
+    "ClockState",
+    "DeviceFrames",
+    "Event",
+    "Live",
+    "RingBuffer",
+    "live",
+]
