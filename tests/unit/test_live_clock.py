@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from subskin.live import Clock
+from subskin.live import ClockMap
 
 LATE = 0.15e-3
 """The least delay, which no clock at one end can tell."""
@@ -20,7 +20,7 @@ def arrivals(true, rng, busy=0.02):
 
 
 def mapped(device, host, batch=1):
-    clock, state, out = Clock(), None, []
+    clock, state, out = ClockMap(), None, []
     for k in range(0, device.size, batch):
         part = slice(k, k + batch)
         assert clock.breaks(state, device[part], host[part][-1]) == []
@@ -54,13 +54,13 @@ def test_a_counter_that_begins_again_is_followed(length):
 
 @pytest.mark.parametrize(("before", "after"), [(50.0, 0.0), (50.0, 49.0), (4000.0, 3.0), (50.0, 500.0)])
 def test_a_clock_that_began_again_or_was_set_is_told(before, after):
-    clock = Clock()
+    clock = ClockMap()
     state, _ = clock.step(None, np.array([before - 0.1, before]), 10.0)
     assert clock.breaks(state, np.array([before + 0.1, after]), 10.2) == [(1, pytest.approx(after - before - 0.1))]
 
 
 def test_a_frame_that_a_network_delivered_late_is_no_reset():
-    clock = Clock()
+    clock = ClockMap()
     state, _ = clock.step(None, np.array([5.00, 5.01, 5.02]), 10.0)
     assert clock.breaks(state, np.array([5.015, 5.03]), 10.01) == []
     _, time = clock.step(state, np.array([5.015, 5.03]), 10.01)
@@ -68,7 +68,7 @@ def test_a_frame_that_a_network_delivered_late_is_no_reset():
 
 
 def test_after_a_reset_the_time_of_the_host_goes_on():
-    clock = Clock()
+    clock = ClockMap()
     state, first = clock.step(None, 50.0 + 0.01 * np.arange(100), 20.99)
     state, second = clock.step(state.again(), np.array([0.0, 0.01]), 21.5)
     assert second[0] >= first[-1]
@@ -84,7 +84,7 @@ def test_a_clock_that_stood_still_is_found_again():
 
 
 def test_without_a_clock_frames_are_spread_over_the_time_since_the_last_batch():
-    clock, state = Clock(), None
+    clock, state = ClockMap(), None
     nothing = np.full(4, np.nan)
     for k in range(5):
         state, time = clock.step(state, nothing, 7.0 + 0.04 * k)
@@ -94,7 +94,7 @@ def test_without_a_clock_frames_are_spread_over_the_time_since_the_last_batch():
 
 
 def test_a_frame_without_a_time_has_that_of_the_frame_before_it():
-    clock = Clock()
+    clock = ClockMap()
     state, _ = clock.step(None, np.array([1.0]), 5.0)
     _, time = clock.step(state, np.array([np.nan, 1.01, np.nan]), 5.02)
     assert time[0] < time[1] == time[2]

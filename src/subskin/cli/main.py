@@ -25,6 +25,7 @@ _COMMANDS = {
     "locate": "find the load in each frame of readings",
     "fit": "find a contact of one family, and its half width, in each frame of readings",
     "decide": "say what kind of contact made each frame of readings",
+    "live": "show what touches a sensor that is plugged in, as it happens",
     "pressure": "find the pressure along the surface in each frame of readings",
     "check": "say what a finger cannot object to, and how wrong the half plane is for it",
     "compliance": "say how soft a skin should be to find a particle on a flat",
@@ -47,7 +48,7 @@ what touched, and how, from readings of a finger as drawn or as calibrated:
   subskin pressure  finger.toml readings.csv -o map.csv --figure map.png
 
 Files may hold units ("2 mm", "0.4 MPa"); results are in SI: m, N/m, rad, s.
-exit codes: 0 done; 1 no result; 2 bad input, nothing written; 130 stopped with Ctrl-C
+exit codes: 0 done, and live stopped with Ctrl-C; 1 no result; 2 bad input, nothing written; 130 stopped with Ctrl-C
 """
 
 

@@ -253,7 +253,11 @@ def patterns(
 ) -> Iterator[tuple[npt.NDArray[np.bool_], npt.NDArray[np.intp]]]:
     """Each set of sensors in the `chosen` (f,) of the frames' `used` (f, n), and which frames have it."""
     index = np.flatnonzero(chosen)
-    kinds, group = np.unique(used[index], axis=0, return_inverse=True)
+    sets = used[index]
+    if index.size and (sets == sets[0]).all():  # a sensor is dead: the same ones in all frames
+        yield sets[0], index
+        return
+    kinds, group = np.unique(sets, axis=0, return_inverse=True)
     for g, kind in enumerate(kinds):
         yield kind, index[group.reshape(-1) == g]
 

@@ -1,8 +1,22 @@
+from . import drivers as drivers
+from . import ports as ports
 from .batch import Batch
 from .chain import Chain, ChainState
-from .clock import Clock, ClockState
+from .clock import ClockMap, ClockState
 from .events import Event
 from .frames import DeviceFrames
 from .ring import RingBuffer
+from .run import Live, live
 
-__all__ = ["Batch", "Chain", "ChainState", "Clock", "ClockState", "DeviceFrames", "Event", "RingBuffer"]
+__all__ = [
+    "Batch",
+    "Chain",
+    "ChainState",
+    "ClockMap",
+    "ClockState",
+    "DeviceFrames",
+    "Event",
+    "Live",
+    "RingBuffer",
+    "live",
+]

@@ -20,7 +20,7 @@ from ..io.finger_file import FingerFile
 from ..stream import Pipeline, Tare, Tared
 from ..stream.stage import join
 from .batch import Batch
-from .clock import Clock, ClockState
+from .clock import ClockMap, ClockState
 from .events import Event, Watch, WatchState
 from .frames import DeviceFrames
 
@@ -117,7 +117,7 @@ class Chain(Frozen):
         **options: Any,
     ) -> None:
         self.file = file = file_of(file)
-        given = {"fit": fit, "slip": slip, "overload": overload, "drift": drift, **options}
+        given = {"fit": fit, "slip": _plain(slip), "overload": overload, "drift": _plain(drift), **options}
         self.options: Mapping[str, Any] = {name: value for name, value in given.items() if value is not None}
         most = None if overload is None else _check.scalar("overload", overload, above=0.0)
         locator = file.locator(**({} if fit is None else {"family": fit}), **options)
@@ -130,10 +130,11 @@ class Chain(Frozen):
         self.pipeline: Pipeline = file.pipeline(locator, drift=drift)
         tare = self.pipeline.stages["tare"]
         assert isinstance(tare, Tare)
-        self._tare, self._clock = tare, Clock()
+        self._tare, self._clock = tare, ClockMap()
         self._watch = Watch(tare.finger.array, file.names, most)
         self.channels = file.names if channels is None else tuple(channels)
-        self._index = _columns(file.names, self.channels)
+        self._index = _columns(file, self.channels)
+        self._factor = _factor(file)
 
     def step(
         self,
@@ -192,6 +193,7 @@ class Chain(Frozen):
                 events.append(_reset(breaks[number - 1], device, before, time))
             if time.size:
                 picked = frames.values[part] if self._index is None else frames.values[part][:, self._index]
+                picked = picked if self._factor is None else picked * self._factor
                 pipeline, out = self.pipeline.step(pipeline, picked, time)
                 parts.append((time, picked, out["tare"], out["found"]))
         if not parts:
@@ -224,10 +226,12 @@ class Chain(Frozen):
         frames: FloatArray = np.tile(own, (8, 1)) + noise * np.random.default_rng(0).standard_normal((8, own.size))
         frames[3:] += touch
         wide: FloatArray = np.zeros((8, len(self.channels)))
-        wide[:, slice(None) if self._index is None else self._index] = frames / scale
+        wide[:, slice(None) if self._index is None else self._index] = np.asarray(
+            frames / scale / (1.0 if self._factor is None else self._factor), dtype=np.float64
+        )
         state: ChainState | None = None
         for first, last in ((0, 1), (1, 3), (3, 4), (4, 8)):
-            at: FloatArray = 1e-3 * np.arange(first, last)
+            at = np.linspace(1e-3 * first, 1e-3 * last, last - first, endpoint=False)
             state, _ = self.step(state, DeviceFrames(wide[first:last], at), 1e-3 * last)
         return timing.perf_counter() - began
 
@@ -286,8 +290,8 @@ class Chain(Frozen):
         if time.size == 1:
             longest = usual = float(time[0]) - last
         else:
-            steps = np.diff(time, prepend=last if last == last else time[0])
-            longest, usual = float(steps.max()), float(np.median(steps))
+            longest = max(float((time[1:] - time[:-1]).max()), float(time[0]) - last if last == last else 0.0)
+            usual = float(time[-1] - time[0]) / (time.size - 1)
         if broken or longest != longest:
             return period, np.nan
         if longest > (_GAP * period if own and period == period else _SILENCE):
@@ -346,8 +350,19 @@ def _joined(parts: Sequence[tuple[Any, ...]]) -> tuple[FloatArray, FloatArray, T
     return time, picked, tared, found
 
 
-def _columns(names: Sequence[str], channels: Sequence[str]) -> npt.NDArray[np.intp] | None:
+def _factor(file: FingerFile) -> FloatArray | None:
+    """What makes of a channel what the pipeline takes, the unit of [recording]; None where it is that."""
+    if file.live is None:
+        return None
+    factor = file.live.scale / (1.0 if file.recording is None else file.recording.scale)
+    return None if (factor == 1).all() else factor
+
+
+def _columns(file: FingerFile, channels: Sequence[str]) -> npt.NDArray[np.intp] | None:
     """Where the sensors are among the channels; None where they are these."""
+    names: Sequence[str] = file.names
+    if file.live is not None and file.live.channels and set(file.live.channels) <= set(channels):
+        names = file.live.channels
     if tuple(names) == tuple(channels):
         return None
     if len(set(channels)) == len(channels) and set(names) <= set(channels):
@@ -357,11 +372,20 @@ def _columns(names: Sequence[str], channels: Sequence[str]) -> npt.NDArray[np.in
     missing = [name for name in names if name not in channels]
     seen = f"the device has the channels {', '.join(channels)}"
     rule = f"the finger's sensors are {', '.join(names)}; not found: {', '.join(missing)}"
-    raise InvalidValueError(seen, rule, "name the channels under [recording] sensors")
+    raise InvalidValueError(seen, rule, "channels = [...] under [live] names one for each sensor")
+
+
+def _plain(value: Any) -> Any:
+    """An option as a recording can keep it."""
+    if isinstance(value, Friction):
+        return {"edges": np.asarray(value.edges).tolist(), "masses": np.asarray(value.masses).tolist()}
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _friction(given: Any) -> Friction:
     """What is known of the friction, from a value, a range or a density."""
+    if isinstance(given, Mapping):
+        return Friction(**given)
     if isinstance(given, Friction):
         return given
     values = _check.real("slip", given, at_least=0.0, fix="slip=(0.4, 0.8)")

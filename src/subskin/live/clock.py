@@ -9,7 +9,7 @@ import numpy as np
 from .._check import FloatArray
 from .._frozen import Frozen
 
-__all__ = ["Clock", "ClockState"]
+__all__ = ["ClockMap", "ClockState"]
 
 _WINDOW = 1.0
 """Seconds of which the frame that was least late is kept."""
@@ -62,7 +62,7 @@ class ClockState(Frozen):
 
 
 @dataclass(frozen=True)
-class Clock:
+class ClockMap:
     """Device time to host time, batch by batch; it never goes back.
 
     A frame arrives late by what the bus and the scheduler make of it, never early. So the frame that was least late in
@@ -73,7 +73,7 @@ class Clock:
 
     Examples
     --------
-    >>> clock, state = Clock(), None
+    >>> clock, state = ClockMap(), None
     >>> for device, host in ((5.0, 100.001), (5.5, 100.503), (6.0, 101.002)):  # bytes that took 1, 3 and 2 ms
     ...     state, time = clock.step(state, np.array([device]), host)
     ...     print(time.round(4).tolist())

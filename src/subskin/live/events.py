@@ -121,6 +121,8 @@ class WatchState(NamedTuple):
     overload: Switch = Switch()
     tail: FloatArray | None = None
     """Readings of the last two frames of a contact."""
+    held: bool = False
+    """Whether `Tare` knows of the contact too."""
     sensors: tuple[Switch, ...] = ()
     watched: bool = False
     """Whether some sensor is lost, or may be."""
@@ -188,7 +190,7 @@ class Watch:
             sensors = self._sensors(sensors, gone, tared.frozen, time, first, events)
             watched = any(one.on or one.run for one in sensors)
         overload = self._overload(state.overload, wide, found, time, first, events)
-        contact, ended = self._contact(state.contact, state.tail, tared, found, time, first, events)
+        contact, ended = self._contact(state, tared, found, time, first, events)
         risk, slip = state.risk, state.slip
         if decision is not None:
             if ended and not contact.on:
@@ -196,23 +198,18 @@ class Watch:
             risk, slip = self._slip(risk, slip, decision, time, first, events)
         if len(events) > 1:
             events.sort(key=lambda event: event.frame)
-        tail = None
+        tail, held = None, False
         if contact.on:
+            held = state.held or not tared.free.all()
             tail = tared.readings[-2:]
             if len(tail) < 2 and state.tail is not None:
                 tail = np.concatenate([state.tail[-1:], tail])
-        return WatchState(contact, risk, slip, overload, tail, sensors, watched), events
+        return WatchState(contact, risk, slip, overload, tail, held, sensors, watched), events
 
     def _contact(
-        self,
-        contact: Switch,
-        tail: FloatArray | None,
-        tared: Tared,
-        found: Any,
-        time: FloatArray,
-        first: int,
-        events: list[Event],
+        self, state: WatchState, tared: Tared, found: Any, time: FloatArray, first: int, events: list[Event]
     ) -> tuple[Switch, bool]:
+        contact, tail = state.contact, state.tail
         status = found.status.tolist()
         felt = [one not in (_NOTHING, _INCOMPLETE) for one in status]
         left = [one == _NOTHING for one in status]
@@ -223,7 +220,8 @@ class Watch:
             away = (np.concatenate([before, tared.readings]) - tared.own) * self._weight
             mean = (away[2:] + away[1:-1] + away[:-2]) / 3
             noise = np.isfinite(mean).any(axis=-1) & (np.nansum(mean * mean, axis=-1) < self._firm)
-            left = [one and fine for one, fine in zip(left, (noise | tared.free).tolist(), strict=True)]
+            freed = tared.free & (state.held | np.logical_or.accumulate(~tared.free))
+            left = [one and fine for one, fine in zip(left, (noise | freed).tolist(), strict=True)]
         contact, turns = contact.turned(felt, left, time, _CONTACT)
         for k, on, since in turns:
             where: dict[str, Any] = {"since": since}

@@ -155,7 +155,7 @@ class Simulated(Port):
         self._made, self._boot, self._silent, self._away = 0, 0, 0, 0.0
         self._walked = np.zeros(len(driver.channels))
         self._held: dict[int, tuple[int, float]] = {}
-        self._began, self._now, self._lost, self._pending = time.monotonic(), 0.0, False, b""
+        self._began, self._now, self._lost, self._pending = math.nan, 0.0, False, b""
 
     def clock(self) -> float:  # noqa: D102
         return time.monotonic() if self._batch is None else self._now
@@ -165,6 +165,8 @@ class Simulated(Port):
             raise PortLost(self.name, "the device is gone", "plug it in again")
         if self._made >= self._duration * self._rate:
             raise PortEnded(self.name, f"it was to send for {self._duration:g} s")
+        if self._began != self._began:  # real time begins when somebody listens
+            self._began = time.monotonic()
         if self._batch is not None:
             self._now += self._batch
         else:

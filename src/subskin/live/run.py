@@ -1,0 +1,347 @@
+"""A live stream: a port is read, and what it gives goes through the chain, batch by batch."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+from urllib.parse import parse_qsl
+
+import numpy as np
+
+from ..errors import InvalidValueError
+from ..finger import Finger
+from ..io.finger_file import FingerFile, load
+from .batch import Batch
+from .chain import Chain, ChainState, file_of
+from .drivers import Driver, from_table
+from .frames import DeviceFrames
+from .ports import Port, PortEnded, PortLost, opened
+from .ring import RingBuffer
+
+if TYPE_CHECKING:
+    from .record import Recorder
+
+__all__ = ["Live", "live"]
+
+_POLL = 0.1
+"""Seconds that a read may wait for the first byte."""
+_AGAIN = 0.5
+"""Seconds between two tries to open a port that is lost."""
+_AT_ONCE = 1 << 20
+"""Bytes that go through the chain as one batch at most, where whoever takes the batches was away."""
+_WAITING = 1 << 26
+"""Bytes that wait at most; the reader then waits too, and the device's frames are lost where it says so."""
+
+
+class Live:
+    """A device, read by a thread of its own; its batches are iterated over, by `for` or by `async for`.
+
+    The thread does nothing but read, so that no byte waits in a buffer of the system that is small. All bytes that
+    have come since the last batch make the next one: whoever is slow gets larger batches, never older ones. Each batch
+    is recorded before it is handed on.
+
+    Parameters
+    ----------
+    chain : Chain
+        What is made of the frames.
+    port : Port
+        Where the bytes come from; it is closed at the end.
+    driver : Driver
+        What finds the frames in them.
+    recorder : Recorder, optional
+        Takes each batch before it is handed on; it is closed at the end.
+    seconds : float, optional
+        How far back `ring` reaches [s].
+    """
+
+    def __init__(
+        self, chain: Chain, port: Port, driver: Driver, recorder: Recorder | None = None, seconds: float = 120.0
+    ) -> None:
+        self.chain, self.port, self.driver, self.ring = chain, port, driver, RingBuffer(seconds)
+        self.state: ChainState | None = None
+        self.frames = self.lost = self.bad = 0
+        self.ended = False
+        self.recorder = recorder
+        self._waiting: deque[tuple[float, bytes | str, Mapping[str, Any]]] = deque()
+        self._bytes = 0
+        self._change = threading.Condition()
+        self._closing = threading.Event()
+        self._failed: BaseException | None = None
+        self._wake: Callable[[], object] | None = None
+        self._nothing = DeviceFrames(np.empty((0, len(driver.channels))))
+        self._thread = threading.Thread(target=self._read, name="subskin reader", daemon=True)
+        self._started = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def start(self) -> None:
+        """Begin to read; the first batch that is asked for does so too."""
+        if not self._started:
+            self._started = True
+            self._thread.start()
+
+    def close(self) -> None:
+        """Stop reading, tell the device to stop, and close the port; more than once does no harm."""
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        with self._change:
+            self._change.notify_all()
+        if self._started:
+            self._thread.join(10.0)
+        with suppress(PortLost):
+            if self.driver.stop:
+                self.port.write(self.driver.stop)
+        self.port.close()
+        if self.recorder is not None:
+            self.recorder.close()
+
+    def zero(self) -> None:
+        """Nothing touches now: what is read are the offsets."""
+        self._put(self.port.clock(), "zero", {})
+
+    def mark(self, text: str) -> None:
+        """Put an event with a text into the stream, and into the recording.
+
+        Parameters
+        ----------
+        text : str
+            What it says.
+        """
+        self._put(self.port.clock(), "mark", {"text": text})
+
+    def take(self, timeout: float = _POLL) -> list[Batch]:
+        """All that has come since the last call, as one batch, with a batch for each command in between.
+
+        Parameters
+        ----------
+        timeout : float, optional
+            How long to wait where nothing has come [s]; then there is no batch.
+
+        Raises
+        ------
+        SubskinError, OSError
+            Whatever stopped the reader.
+        """
+        self.start()
+        with self._change:
+            if not self._waiting and not self.ended and self._failed is None:
+                self._change.wait(timeout)
+        return self._batches()
+
+    def __iter__(self) -> Iterator[Batch]:
+        while not (self.ended or self._closing.is_set()):
+            yield from self.take()
+
+    async def __aiter__(self) -> AsyncIterator[Batch]:
+        """The batches, without a thread that waits in the loop."""
+        loop, come = asyncio.get_running_loop(), asyncio.Event()
+        self._wake = lambda: loop.call_soon_threadsafe(come.set)
+        self.start()
+        try:
+            while not (self.ended or self._closing.is_set()):
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(come.wait(), _AGAIN)
+                come.clear()
+                for batch in self._batches():
+                    yield batch
+        finally:
+            self._wake = None
+
+    def _batches(self) -> list[Batch]:
+        with self._change:
+            items: list[tuple[float, bytes | str, Mapping[str, Any]]] = []
+            size = 0
+            while self._waiting and size < _AT_ONCE:
+                items.append(self._waiting.popleft())
+                size += len(items[-1][1]) if isinstance(items[-1][1], bytes) else 0
+            self._bytes -= size
+            failed, rest = self._failed, bool(self._waiting)
+            self._change.notify_all()
+        if rest and self._wake is not None:
+            self._wake()
+        made, chunks, at = [], [], 0.0
+        for host, what, values in items:
+            if isinstance(what, bytes):
+                chunks.append(what)
+                at = host
+                continue
+            if chunks:
+                made += self._fed(b"".join(chunks), at)
+                chunks = []
+            if what == "ended":
+                self.ended = True
+                continue
+            if what == "port_back":
+                self.driver.reset()
+            made.append(self._step(self._nothing, host, what, values))
+        if chunks:
+            made += self._fed(b"".join(chunks), at)
+        if failed is not None and not made and not rest:  # what came before it is handed on first
+            self.ended = True
+            raise failed
+        return made
+
+    def _fed(self, data: bytes, host: float) -> list[Batch]:
+        frames = self.driver.feed(data)
+        return [self._step(frames, host)] if len(frames) or frames.lost or frames.bad else []
+
+    def _step(
+        self, frames: DeviceFrames, host: float, command: str = "", values: Mapping[str, Any] | None = None
+    ) -> Batch:
+        self.state, batch = self.chain.step(self.state, frames, host, command, values)
+        self.frames += len(batch)
+        self.lost += batch.lost
+        self.bad += batch.bad
+        if self.recorder is not None:
+            self.recorder.put(batch)
+        self.ring.take(batch)
+        return batch
+
+    def _put(self, host: float, what: bytes | str, values: Mapping[str, Any]) -> None:
+        with self._change:
+            while self._bytes > _WAITING and not self._closing.is_set():
+                self._change.wait(_POLL)
+            self._waiting.append((host, what, values))
+            self._bytes += len(what) if isinstance(what, bytes) else 0
+            self._change.notify_all()
+        wake = self._wake
+        if wake is not None:
+            with suppress(RuntimeError):  # the loop is closed
+                wake()
+
+    def _read(self) -> None:
+        """The reader's thread."""
+        try:
+            if self.driver.start:
+                self.port.write(self.driver.start)
+            while not self._closing.is_set():
+                try:
+                    data = self.port.read(_POLL)
+                except PortLost as lost:
+                    self._put(self.port.clock(), "port_lost", {"text": str(lost)})
+                    if self._reopened():
+                        self._put(self.port.clock(), "port_back", {})
+                    continue
+                if data:
+                    self._put(self.port.clock(), data, {})
+        except PortEnded:
+            self._put(self.port.clock(), "ended", {})
+        except Exception as error:
+            self._failed = error
+            with self._change:
+                self._change.notify_all()
+            if self._wake is not None:
+                self._wake()
+
+    def _reopened(self) -> bool:
+        """Try until the port is there again, or reading is to stop."""
+        while not self._closing.wait(_AGAIN):
+            with suppress(PortLost):
+                self.port.reopen()
+                if self.driver.start:
+                    self.port.write(self.driver.start)
+                return True
+        return False
+
+
+def _driver(given: Driver | str | Mapping[str, Any] | None, port: Port, file: FingerFile) -> Driver:
+    """The driver that was named, that of the port, or that of [live] of the finger file."""
+    if isinstance(given, Driver):
+        return given
+    if isinstance(given, str):
+        name, _, query = given.partition("?")
+        values = {
+            key: int(text) if text.isdecimal() else text for key, text in parse_qsl(query, keep_blank_values=True)
+        }
+        return from_table({"name": name, **values})
+    if given is not None:
+        return from_table(given)
+    if port.driver is not None:
+        return port.driver
+    if file.live is not None and file.live.driver:
+        return from_table(file.live.driver)
+    rule = "nothing says how the bytes of this device are read"
+    raise InvalidValueError(f'port "{port.name}" without a driver', rule, 'driver="lines", or driver under [live]')
+
+
+def live(
+    file: FingerFile | Finger | str | Path,
+    port: Port | str | None = None,
+    driver: Driver | str | Mapping[str, Any] | None = None,
+    *,
+    record: str | Path | None = None,
+    prepare: bool = True,
+    seconds: float = 120.0,
+    **options: Any,
+) -> Live:
+    """A device, read live: iterate over it, and each batch says what touches; as `subskin.live(...)` too.
+
+    Parameters
+    ----------
+    file : FingerFile or Finger or path-like
+        The finger.
+    port : Port or str, optional
+        Where its bytes come from, as `subskin.live.ports.opened` takes it: "serial:/dev/ttyACM0?baud=115200",
+        "tcp:host:port", "ws://host:port", "file:log.bin", "-", "demo". [live] of the file if left out.
+    driver : Driver or str or mapping, optional
+        What finds the frames in the bytes: "anyskin", "lines?sensors=4", ..., or a table as under [live]. What the
+        port knows, or [live] of the file, if left out.
+    record : path-like, optional
+        Where to record all of it.
+    prepare : bool, optional
+        Tabulate and compile before the first byte is read. Without it the first batches wait for that.
+    seconds : float, optional
+        How far back `Live.ring` reaches [s].
+    **options
+        Of the `Chain`: fit, slip, overload, drift, friction, ...
+
+    Returns
+    -------
+    Live
+        Close it, or use it in a `with`.
+
+    Raises
+    ------
+    FileError, InvalidValueError, GeometryError, PortLost
+        A finger, a driver or an option that does not fit; nothing is at the port.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> ss.live("finger.toml", port="demo")
+    Traceback (most recent call last):
+    subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
+    """
+    file = load(file) if isinstance(file, str | Path) else file_of(file)
+    if port is None:
+        port = "" if file.live is None else file.live.port
+        if not port:
+            fix = 'port="demo" (--port demo) simulates one; port = "..." under [live] of the finger file'
+            raise InvalidValueError("no port", "nothing says where the device is", fix)
+    where = opened(port, file) if isinstance(port, str) else port
+    try:
+        reads = _driver(driver, where, file)
+        chain = Chain(file, channels=reads.channels, **options)
+        if prepare:
+            chain.prepare()
+        recorder = None
+        if record is not None:
+            from .record import Recorder
+
+            recorder = Recorder(record, file, reads, options=chain.options, epoch=time.time() - where.clock())
+        return Live(chain, where, reads, recorder, seconds)
+    except BaseException:
+        where.close()
+        raise
