@@ -42,11 +42,10 @@ def fed(driver: Driver, pieces: list[bytes]) -> int:
 VALUES = np.random.default_rng(0).normal(100.0, 10.0, (FRAMES, CHANNELS)).astype(np.float32).astype(float)
 TIMES, NUMBERS = np.arange(FRAMES) / RATE, np.arange(FRAMES)
 HEAD = [Field("n", "u32", "counter"), Field("t", "u32", "time", 1e-6)]
+FIELDS = [*HEAD, *(Field(f"c{i}", "f32") for i in range(CHANNELS))]
 MADE = {
     "anyskin: 4 chips, an end mark": drivers.named("anyskin", sensors=4),
-    "fixed: number, time, CRC": Fixed(
-        [*HEAD, *(Field(f"c{i}", "f32") for i in range(CHANNELS))], start=b"\xa5\x5a", check="crc16_ccitt"
-    ),
+    "fixed: number, time, CRC": Fixed(FIELDS, start=b"\xa5\x5a", check="crc16_ccitt"),
     "lines": drivers.named("lines", sensors=CHANNELS),
     "contactile: 18 pillars (120 channels)": drivers.named("contactile", sensors=2),
     "xela: 16 taxels (48 channels)": drivers.named("xela", taxels=16),

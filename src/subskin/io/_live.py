@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,8 +51,10 @@ class LiveFormat(Frozen):
     scale: FloatArray = None  # type: ignore[assignment]
 
 
-def live_of(table: _schema.LiveTable, count: int, scale: float) -> LiveFormat:
+def live_of(table: _schema.LiveTable, count: int, scale: float, folder: Path) -> LiveFormat:
     """The board that [live] describes, for `count` sensors; `scale` is that of [recording], where no unit is given.
+
+    A file that describes a board is looked for in the `folder` of the finger file.
 
     Raises
     ------
@@ -61,6 +64,8 @@ def live_of(table: _schema.LiveTable, count: int, scale: float) -> LiveFormat:
     driver = {"name": table.driver} if isinstance(table.driver, str) else dict(table.driver or {})
     if driver and not (isinstance(driver.get("name"), str) and driver["name"]):
         raise InvalidValueError("driver without a name", "a name is needed", 'driver = {name = "lines", sensors = 4}')
+    if driver and driver["name"].endswith(".toml"):
+        driver["name"] = str(folder / driver["name"])
     units = table.unit if isinstance(table.unit, list) else [] if table.unit is None else count * [table.unit]
     for key, given in (("channels", table.channels), ("unit", table.unit if isinstance(table.unit, list) else None)):
         if given is not None and len(given) != count:
