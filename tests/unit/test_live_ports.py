@@ -57,6 +57,29 @@ def test_serial(terminal):
             port.reopen()
 
 
+def test_a_board_on_a_cable_that_is_pulled_out_in_mid_frame_and_plugged_in_again(terminal):
+    """AnySkin's exact frames (raunaqbhirangi/anyskin) down a pseudo terminal."""
+    ours, name, theirs = terminal
+    driver = drivers.named("anyskin", sensors=1)
+    frame = bytes.fromhex("0000c841 00002041 0000a4c1 00209643 0d0a")
+    with opened(f"serial:{name}") as port:
+        os.write(ours, frame[7:] + 3 * frame + frame[:9])  # joined in mid-frame
+        data = read(port, 11 + 3 * 18 + 9)
+        assert driver.feed(data).values.tolist() == 3 * [[25.0, 10.0, -20.5, 300.25]]
+        os.close(ours)
+        os.close(theirs)
+        with pytest.raises(PortLost):
+            port.read(WAIT)
+        driver.reset()
+        again, others = pty.openpty()
+        port.name = os.ttyname(others)  # as a link in /dev/serial/by-id would lead to it
+        port.reopen()
+        os.write(again, 2 * frame)
+        assert len(driver.feed(read(port, 36))) == 2
+        for number in (again, others):
+            os.close(number)
+
+
 def test_tcp():
     server = socket.create_server(("127.0.0.1", 0))
     with server, opened(f"tcp:127.0.0.1:{server.getsockname()[1]}") as port:
@@ -240,6 +263,7 @@ def test_every_good_frame_of_a_bad_device_is_read_once(name):
         ("tcp:5000", "a host and a port"),
         ("serial:/dev/null?speed=9600", "known: baud"),
         ("serial:/dev/null?baud=fast", "whole number"),
+        ("demo:500", "demo has no address"),
     ],
 )
 def test_a_port_that_cannot_be_had(port, said):
