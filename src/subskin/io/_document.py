@@ -68,8 +68,8 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         at = "recording"
         how = None if recording is None else _recording(recording, length, array.on_area)
         at = "live"
-        scale, folder = 1.0 if how is None else how.scale, Path(name).parent
-        live = None if document.live is None else live_of(document.live, count, scale, folder)
+        si, given_live = reading_unit(recording), document.live
+        live = None if given_live is None else live_of(given_live, count, how, si, Path(name).parent)
         at = "tare"
         drift = document.tare.drift
         if drift is not None:

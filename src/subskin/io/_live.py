@@ -15,6 +15,7 @@ from ..errors import InvalidValueError
 from .units import si_unit, unit_scale
 
 if TYPE_CHECKING:
+    from ..stream.presses import RecordingFormat
     from . import _schema
 
 __all__ = ["LiveFormat", "live_of"]
@@ -51,15 +52,17 @@ class LiveFormat(Frozen):
     scale: FloatArray = None  # type: ignore[assignment]
 
 
-def live_of(table: _schema.LiveTable, count: int, scale: float, folder: Path) -> LiveFormat:
-    """The board that [live] describes, for `count` sensors; `scale` is that of [recording], where no unit is given.
+def live_of(
+    table: _schema.LiveTable, count: int, of: RecordingFormat | None, si: str | None, folder: Path
+) -> LiveFormat:
+    """The board that [live] describes, for `count` sensors; where no unit is given, that `of` [recording].
 
-    A file that describes a board is looked for in the `folder` of the finger file.
+    Units have the dimension of the readings, whose SI unit is `si`, where that is known. A file that describes a board is looked for in the `folder` of the finger file.
 
     Raises
     ------
     InvalidValueError
-        Another number of channels or units than of sensors; a driver without a name.
+        Another number of channels or units than of sensors; a unit that readings have not; a driver without a name.
     """
     driver = {"name": table.driver} if isinstance(table.driver, str) else dict(table.driver or {})
     if driver and not (isinstance(driver.get("name"), str) and driver["name"]):
@@ -71,7 +74,7 @@ def live_of(table: _schema.LiveTable, count: int, scale: float, folder: Path) ->
         if given is not None and len(given) != count:
             rule = f"one for each of the {count} sensors of [sensors] is needed"
             raise InvalidValueError(f"{key} lists {len(given)}", rule, "one for each sensor, in the order of the row")
-    worth = [unit_scale(unit, si_unit(unit, "unit"), "unit") for unit in units]
-    scales = np.array(worth or count * [scale])
+    worth = [unit_scale(unit, si_unit(unit, "unit") if si is None else si, "unit") for unit in units]
+    scales = np.array(worth or count * [1.0 if of is None else of.scale])
     scales.flags.writeable = False
     return LiveFormat(table.port or "", driver, tuple(table.channels or ()), scales)
