@@ -36,6 +36,7 @@ position = { column = "x", unit = "1e-3 mm" }
 press = { column = "z", unit = "1/320 mm" }
 early = 0.3
 """
+LAST = "early = 0.3\n"
 
 
 def test_what_a_file_says():
@@ -77,6 +78,17 @@ def test_a_file_says_how_its_stream_is_read():
     assert (out["found"].status[held] == ss.Status.OK).all()
     assert out["found"].position[held].mean() == pytest.approx(2e-3, abs=5e-5)
     assert (out["found"].angle[held] == 0).all()  # friction = 0, as [locate] says
+
+
+def test_a_file_says_which_board_reads_it(tmp_path):
+    table = '[live]\nport = "demo"\nchannels = ["d", "c", "b", "a"]\n'
+    live = parse_finger(GOOD + table + 'driver = "anyskin"\nunit = ["Pa", "hPa", "0.5 Pa", "kPa"]').live
+    assert (live.port, dict(live.driver), live.channels) == ("demo", {"name": "anyskin"}, ("d", "c", "b", "a"))
+    assert live.scale.tolist() == [1.0, 100.0, 0.5, 1000.0]
+    assert parse_finger(GOOD).live is None
+    assert parse_finger(GOOD + table).live.scale.tolist() == 4 * [1000.0]  # the unit of [recording]
+    (tmp_path / "finger.toml").write_text(GOOD + '[live]\ndriver = "board.toml"')
+    assert load(tmp_path / "finger.toml").live.driver["name"] == str(tmp_path / "board.toml")
 
 
 def test_positions_kinds_and_plane():
@@ -149,6 +161,11 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ("friction = 0", "false_alarm = 0.9", 16, "(0, 0.5]"),
         ('["-10 mm", "10 mm"]', '["10 mm", "-10 mm"]', 17, "the first has to be < the second"),
         ('["-10 mm", "10 mm"]', '"10 mm"', 17, "two positions are needed"),
+        (LAST, f'{LAST}[live]\nunit = "uT"', 26, "a value in Pa is needed"),
+        (LAST, f'{LAST}[live]\nunit = ["Pa", "Pa"]', 26, "unit lists 2: one for each of the 4 sensors"),
+        (LAST, f'{LAST}[live]\nchannels = ["p0"]', 26, "channels lists 1: one for each of the 4 sensors"),
+        (LAST, f"{LAST}[live]\ndriver = {{ sensors = 4 }}", 26, "driver without a name"),
+        (LAST, f'{LAST}[live]\nports = "demo"', 26, 'did you mean "port"'),
         ('"d"]', '"d", "e"]', 20, "sensors names 5 columns: one for each of the 4 sensors"),
         ('"d"]', '"a"]', 20, 'holds "a" twice'),
         ('"d"]', "4]", 20, "a list of names is needed"),

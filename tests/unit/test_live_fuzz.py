@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from itertools import pairwise
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from subskin.errors import SubskinError
 from subskin.live import drivers
 from subskin.live.drivers import Field, Fixed
+from subskin.live.ports import opened
 
 TWO = [Field("a", "u16"), Field("b", "i24")]
 MADE = {
@@ -151,6 +154,36 @@ def test_marks_in_the_data_make_no_false_frame(name, rows, join, cuts):
     for row in found:  # those sent, in their order
         at = next((i for i in range(at + 1, len(table)) if (table[i] == row).all()), None)
         assert at is not None
+
+
+PLAIN = st.one_of(
+    st.booleans(), st.integers(-3, 300), st.floats(), st.text(max_size=6), st.sampled_from(["u8", "0d 0a"])
+)
+KEYS = st.sampled_from(["name", "type", "count", "scale"])
+VALUES = st.recursive(
+    PLAIN, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(KEYS, inner, max_size=3), max_leaves=6
+)
+OPTIONS = ("sensors", "fields", "end", "start", "columns", "check", "time", "begin", "taxels", "rate", "slip")
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    name=st.sampled_from([*sorted(drivers.kinds()), "anyskn"]),
+    options=st.dictionaries(st.sampled_from(OPTIONS), VALUES, max_size=4),
+)
+def test_any_table_is_a_driver_or_a_readable_error(name, options):
+    with suppress(SubskinError):
+        assert len(drivers.from_table({"name": name, **options}).channels) > 0
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    kind=st.sampled_from(["serial", "tcp", "udp", "demo", "", "seriall", "-"]),
+    rest=st.text("/?=&:. 0aé\x00", max_size=12),
+)
+def test_any_port_is_a_readable_error(kind, rest):
+    with pytest.raises(SubskinError):
+        opened(f"{kind}:{rest}").close()
 
 
 @pytest.mark.parametrize("name", CHECKED)

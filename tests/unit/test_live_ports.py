@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pty
 import socket
+import threading
 from contextlib import suppress
 
 import numpy as np
 import pytest
+from websockets.sync import server
 
 import subskin as ss
 from subskin.errors import FileError, InvalidValueError, UnknownOptionError
 from subskin.live import drivers
-from subskin.live.ports import Faults, PortEnded, PortLost, Simulated, opened
+from subskin.live.drivers import Field
+from subskin.live.ports import Faults, PortEnded, PortLost, Simulated, listed, opened
+
+from .._commands import subskin
 
 WAIT = 5.0
 """How long a byte that was sent on this machine may take [s]; a test that fails waits so long, once."""
@@ -51,6 +57,29 @@ def test_serial(terminal):
             port.reopen()
 
 
+def test_a_board_on_a_cable_that_is_pulled_out_in_mid_frame_and_plugged_in_again(terminal):
+    """AnySkin's exact frames (raunaqbhirangi/anyskin) down a pseudo terminal."""
+    ours, name, theirs = terminal
+    driver = drivers.named("anyskin", sensors=1)
+    frame = bytes.fromhex("0000c841 00002041 0000a4c1 00209643 0d0a")
+    with opened(f"serial:{name}") as port:
+        os.write(ours, frame[7:] + 3 * frame + frame[:9])  # joined in mid-frame
+        data = read(port, 11 + 3 * 18 + 9)
+        assert driver.feed(data).values.tolist() == 3 * [[25.0, 10.0, -20.5, 300.25]]
+        os.close(ours)
+        os.close(theirs)
+        with pytest.raises(PortLost):
+            port.read(WAIT)
+        driver.reset()
+        again, others = pty.openpty()
+        port.name = os.ttyname(others)  # as a link in /dev/serial/by-id would lead to it
+        port.reopen()
+        os.write(again, 2 * frame)
+        assert len(driver.feed(read(port, 36))) == 2
+        for number in (again, others):
+            os.close(number)
+
+
 def test_tcp():
     server = socket.create_server(("127.0.0.1", 0))
     with server, opened(f"tcp:127.0.0.1:{server.getsockname()[1]}") as port:
@@ -66,6 +95,44 @@ def test_tcp():
         port.reopen()
         assert port.read(0.0) == b""
     with pytest.raises(PortLost, match="nobody answers"):
+        port.reopen()
+
+
+def test_udp():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        number = free.getsockname()[1]
+    with opened(f"udp::{number}") as port, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
+        assert port.read(0.0) == b""
+        device.sendto(b"1,2\n", ("127.0.0.1", number))
+        device.sendto(b"3,4\n", ("127.0.0.1", number))
+        assert read(port, 8) == b"1,2\n3,4\n"
+        with pytest.raises(PortLost, match="cannot be listened at"):
+            opened(f"udp:127.0.0.1:{number}")
+
+
+def test_websocket():
+    def messages(connection):
+        connection.send('{"message": "Welcome",\n "n": 1}')
+        connection.send(b"\x01\x02")
+        connection.recv()  # until the reader has read
+        connection.send("x" * (1 << 19))  # more than is taken
+
+    with server.serve(messages, "127.0.0.1", 0) as serving:
+        number = serving.socket.getsockname()[1]
+        thread = threading.Thread(target=serving.serve_forever)
+        thread.start()
+        try:
+            with opened(f"ws://127.0.0.1:{number}") as port:
+                assert read(port, 34) == b'{"message": "Welcome",  "n": 1}\n\x01\x02'
+                assert port.read(0.0) == b""
+                port.write(b"go")
+                with pytest.raises(PortLost, match="too big"):
+                    port.read(WAIT)
+        finally:
+            serving.shutdown()
+            thread.join()
+    with pytest.raises(PortLost, match="no WebSocket answers"):
         port.reopen()
 
 
@@ -133,6 +200,62 @@ def test_the_demo_needs_a_finger_and_reads_it():
     assert force.max() > 3 * force.min() > 0
 
 
+def test_what_is_plugged_in(monkeypatch):
+    class Plugged:
+        def __init__(self, device, vid=None, pid=None, maker=None, product=None):
+            self.device, self.vid, self.pid, self.manufacturer, self.product = device, vid, pid, maker, product
+            self.serial_number, self.description = None, "n/a"
+
+    boards = [
+        Plugged("/dev/ttyS0"),
+        Plugged("/dev/ttyUSB0", 0x0403, 0x6001, "FTDI", "FT232R"),
+        Plugged("/dev/ttyACM0", 0x239A, 0x80CC, "Adafruit", "QT Py M0"),
+    ]
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: boards)
+    found = listed()
+    assert [one.port for one in found] == ["serial:/dev/ttyACM0", "serial:/dev/ttyUSB0", "serial:/dev/ttyS0"]
+    assert [one.driver for one in found] == ["anyskin", "unknown", "unknown"]
+    assert (found[0].says, found[0].usb, found[2].says) == ("Adafruit QT Py M0", "239a:80cc", "")
+    said = subskin("ports")
+    assert said.code == 0
+    assert "QT Py M0" in said.out
+    assert json.loads(subskin("ports", "--json").out)["ports"][1]["usb"] == "0403:6001"
+    boards.clear()
+    assert "no serial port was found" in subskin("ports").out
+
+
+@pytest.mark.parametrize("name", ["crc", "contactile"])
+def test_every_good_frame_of_a_bad_device_is_read_once(name):
+    """45 s with a fault of each kind every two seconds, but none that only changes values."""
+    fields = [Field("n", "u32", "counter"), Field("t", "u32", "time", 1e-6), Field("a", "f64"), Field("b", "f64")]
+    made = {
+        "crc": lambda: drivers.Fixed(fields, start=b"\xa5\x5a", check="crc16_ccitt"),
+        "contactile": lambda: drivers.named("contactile", pillars=1),
+    }
+    driver = made[name]()
+    faults = Faults(dropped=0.5, cut=0.5, changed=0.5, garbage=0.5, restarted=0.2, unplugged=0.2)
+    width = len(driver.channels)
+    port = Simulated(
+        lambda t: np.tile(np.rint(100 * t)[:, None], (1, width)), made[name](), rate=100, faults=faults, seed=5,
+        duration=45, batch=0.02,
+    )  # fmt: skip
+    got = []
+    while True:
+        try:
+            got.append(driver.feed(port.read(0.0)).values)
+        except PortLost:
+            with suppress(PortLost):
+                port.reopen()
+                driver.reset()
+        except PortEnded:
+            break
+    found = np.concatenate(got)
+    spoilt = {i for first, last, why in port.spoilt if why != "garbage" for i in range(first, last + 1)}
+    assert len({why for _, _, why in port.spoilt}) == 6
+    assert found[:, 0].astype(int).tolist() == sorted(set(range(4500)) - spoilt)
+    assert (found == found[:, :1]).all()
+
+
 @pytest.mark.parametrize(
     ("port", "said"),
     [
@@ -140,6 +263,7 @@ def test_the_demo_needs_a_finger_and_reads_it():
         ("tcp:5000", "a host and a port"),
         ("serial:/dev/null?speed=9600", "known: baud"),
         ("serial:/dev/null?baud=fast", "whole number"),
+        ("demo:500", "demo has no address"),
     ],
 )
 def test_a_port_that_cannot_be_had(port, said):

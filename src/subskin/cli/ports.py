@@ -33,7 +33,9 @@ def run(options: argparse.Namespace) -> int:
         if not found:
             print("no serial port was found: plug the board in, by a cable that carries data", file=out)
             return
-        rows = [[one.port, one.says, one.usb, one.serial_number, one.driver, one.why] for one in found]
-        show(out, "serial ports", ["port", "says that it is", "USB", "number", "driver", "why"], rows, left=6)
+        rows = [[one.port, one.driver, one.usb, one.says] for one in found]
+        show(out, "serial ports", ["port", "driver, guessed", "USB", "says that it is"], rows, left=4)
+        for why in dict.fromkeys(f"{one.driver}: {one.why}" for one in found if one.why):
+            print(why, file=out)
 
     return give(options, lambda: {"ports": [asdict(one) for one in found]}, people)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 __all__ = ["model_facts", "said"]
 
 
-def said(document: _schema.FingerDocument) -> dict[str, Any]:
-    """What the file says, by the names of the fields of `FingerFile`.
+def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
+    """What the file `name` says, by the names of the fields of `FingerFile`.
 
     Raises
     ------
@@ -67,7 +68,8 @@ def said(document: _schema.FingerDocument) -> dict[str, Any]:
         at = "recording"
         how = None if recording is None else _recording(recording, length, array.on_area)
         at = "live"
-        live = None if document.live is None else live_of(document.live, count, 1.0 if how is None else how.scale)
+        si, given_live = reading_unit(recording), document.live
+        live = None if given_live is None else live_of(given_live, count, how, si, Path(name).parent)
         at = "tare"
         drift = document.tare.drift
         if drift is not None:

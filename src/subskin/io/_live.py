@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..errors import InvalidValueError
 from .units import si_unit, unit_scale
 
 if TYPE_CHECKING:
+    from ..stream.presses import RecordingFormat
     from . import _schema
 
 __all__ = ["LiveFormat", "live_of"]
@@ -50,23 +52,29 @@ class LiveFormat(Frozen):
     scale: FloatArray = None  # type: ignore[assignment]
 
 
-def live_of(table: _schema.LiveTable, count: int, scale: float) -> LiveFormat:
-    """The board that [live] describes, for `count` sensors; `scale` is that of [recording], where no unit is given.
+def live_of(
+    table: _schema.LiveTable, count: int, of: RecordingFormat | None, si: str | None, folder: Path
+) -> LiveFormat:
+    """The board that [live] describes, for `count` sensors; where no unit is given, that `of` [recording].
+
+    Units have the dimension of the readings, whose SI unit is `si`, where that is known. A file that describes a board is looked for in the `folder` of the finger file.
 
     Raises
     ------
     InvalidValueError
-        Another number of channels or units than of sensors; a driver without a name.
+        Another number of channels or units than of sensors; a unit that readings have not; a driver without a name.
     """
     driver = {"name": table.driver} if isinstance(table.driver, str) else dict(table.driver or {})
     if driver and not (isinstance(driver.get("name"), str) and driver["name"]):
         raise InvalidValueError("driver without a name", "a name is needed", 'driver = {name = "lines", sensors = 4}')
+    if driver and driver["name"].endswith(".toml"):
+        driver["name"] = str(folder / driver["name"])
     units = table.unit if isinstance(table.unit, list) else [] if table.unit is None else count * [table.unit]
     for key, given in (("channels", table.channels), ("unit", table.unit if isinstance(table.unit, list) else None)):
         if given is not None and len(given) != count:
             rule = f"one for each of the {count} sensors of [sensors] is needed"
             raise InvalidValueError(f"{key} lists {len(given)}", rule, "one for each sensor, in the order of the row")
-    worth = [unit_scale(unit, si_unit(unit, "unit"), "unit") for unit in units]
-    scales = np.array(worth or count * [scale])
+    worth = [unit_scale(unit, si_unit(unit, "unit") if si is None else si, "unit") for unit in units]
+    scales = np.array(worth or count * [1.0 if of is None else of.scale])
     scales.flags.writeable = False
     return LiveFormat(table.port or "", driver, tuple(table.channels or ()), scales)

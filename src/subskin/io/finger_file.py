@@ -353,7 +353,7 @@ def _parsed(text: str, name: str, find: Callable[[str], MeasuredResponse | None]
 
     document = validated(text, name, FingerDocument, "it needs at least [skin] young and [sensors] count, pitch, depth")
     try:
-        told = said(document)
+        told = said(document, name)
     except Misplaced as wrong:
         raise misplaced(text, name, wrong.path, wrong.error) from None
     file = FingerFile(**told, text=text, name=name)

@@ -2,12 +2,13 @@
 
 from .base import Driver
 from .checks import CHECKS
-from .described import Described, load
+from .described import Described
 from .fields import Field
 from .fixed import AnySkin, Fixed
 from .lines import Lines, TakkTile
-from .names import from_table, kinds, named
+from .names import kinds, named
 from .pts import Contactile
+from .tables import from_table, load
 from .xela import Xela
 
 __all__ = [

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import fields as fields_of
-from pathlib import Path
 from typing import Any
 
-from ...errors import FileError, InvalidValueError, SubskinError, UnknownOptionError
-from .base import Driver
+from ...errors import InvalidValueError, UnknownOptionError
 from .fields import Field
 from .fixed import Fixed
-from .names import from_table
 
-__all__ = ["Described", "load"]
+__all__ = ["Described"]
 
 _MOST = 4096
 _KEYS = {field.name: str if field.name in ("name", "type", "use") else float for field in fields_of(Field)}
@@ -72,41 +68,6 @@ class Described(Fixed, name="fixed"):
         super().__init__(
             each, start=marks[0], end=marks[1], check=check, covers=covers, big_endian=byte_order == "big"
         )  # fmt: skip
-
-
-def load(path: str | Path) -> Driver:
-    r"""The driver that a file describes: a table with the driver's `name` and its options.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        A TOML file.
-
-    Raises
-    ------
-    FileError
-        A file that cannot be read, is no TOML, or describes no driver.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "board.toml")
-    ...     _ = file.write_text('name = "lines"\ncolumns = ["p0", "p1"]')
-    ...     load(file).channels
-    ('p0', 'p1')
-    """
-    try:
-        with Path(path).open("rb") as file:
-            table = tomllib.load(file)
-    except OSError as error:
-        raise FileError(str(path), f"it cannot be read ({error.strerror})", "check the name and the folder") from None
-    except (ValueError, RecursionError) as error:
-        raise FileError(str(path), f"not TOML: {str(error)[:100]}", 'write key = "value"') from None
-    try:
-        return from_table(table)
-    except SubskinError as error:
-        raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
 
 
 def _mark(key: str, text: str) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -48,7 +49,7 @@ class Field:
     Raises
     ------
     InvalidValueError
-        An unknown type or use.
+        An unknown type or use, a scale of 0, a time that runs back.
 
     Examples
     --------
@@ -69,6 +70,10 @@ class Field:
             raise InvalidValueError(f'type "{self.type}"', "no such type is known", f"known: {', '.join(TYPES)}")
         if self.use not in USES:
             raise InvalidValueError(f'use = "{self.use}"', "no such use is known", f"known: {', '.join(USES)}")
+        if not (math.isfinite(self.scale) and self.scale) or (self.use == "time" and self.scale < 0):
+            raise InvalidValueError(f"scale = {self.scale} of {self.name}", "has to be finite and not 0", "scale = 1.0")
+        if not math.isfinite(self.offset):
+            raise InvalidValueError(f"offset = {self.offset} of {self.name}", "has to be finite", "offset = 0.0")
         if self.use == "counter" and TYPES[self.type][1] != "u":
             raise InvalidValueError(f'type "{self.type}" of a counter', "a counter counts up from 0", 'type = "u16"')
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -133,7 +134,8 @@ class Fixed(Driver):
                 blocks[0].write(rows, np.asarray(given)[:, None] / scale if scale != 1 else np.asarray(given)[:, None])
         back = shape.length - len(shape.end)
         if shape.check is not None:
-            first, order = back - shape.check.size, "big" if shape.big else "little"
+            first = back - shape.check.size
+            order: Literal["big", "little"] = "big" if shape.big else "little"
             for row in rows:
                 told = shape.check.of(row[shape.covers : first].tobytes())
                 row[first:back] = list(told.to_bytes(shape.check.size, order))

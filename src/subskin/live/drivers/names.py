@@ -5,13 +5,12 @@ from __future__ import annotations
 import difflib
 import inspect
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from ...errors import InvalidValueError, UnknownOptionError
 from .base import Driver
 
-__all__ = ["from_table", "kinds", "named"]
+__all__ = ["kinds", "named"]
 
 
 def kinds() -> dict[str, type[Driver]]:
@@ -66,28 +65,3 @@ def named(name: str, **options: Any) -> Driver:
     if missing:
         raise InvalidValueError(f"driver {name} without {missing[0]}", "it is needed", f"{missing[0]} = ...")
     return known[name](**options)
-
-
-def from_table(table: Mapping[str, Any]) -> Driver:
-    """The driver that a table of a file describes: its `name`, and its options.
-
-    Parameters
-    ----------
-    table : mapping
-        The driver's name under "name"; the rest as in `named`.
-
-    Raises
-    ------
-    InvalidValueError, UnknownOptionError
-        As `named`; a table without a name.
-
-    Examples
-    --------
-    >>> len(from_table({"name": "anyskin", "sensors": 2}).channels)
-    8
-    """
-    options = dict(table)
-    name = options.pop("name", None)
-    if not isinstance(name, str):
-        raise InvalidValueError("a driver without a name", "a name is needed", 'name = "anyskin"')
-    return named(name, **options)

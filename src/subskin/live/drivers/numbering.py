@@ -37,14 +37,13 @@ class Counter:
 
     def lost(self, numbers: npt.ArrayLike) -> int:
         """How many are missing between the last number and these, and among these."""
-        now = np.asarray(numbers, dtype=np.int64)
-        if not now.size:
-            return 0
-        gone = np.diff(now, prepend=self._last if self._last >= 0 else now[0] - 1) - 1
-        if self._size < 1 << 63:
-            gone = (gone + 1) % self._size - 1
-        self._last = int(now[-1])
-        return int(gone[(gone > 0) & (gone < self._size // 2)].sum())
+        lost, last, size = 0, self._last, self._size
+        for number in np.asarray(numbers, dtype=np.int64).tolist():
+            gone = (number - last) % size - 1 if last >= 0 else 0
+            lost += gone if 0 < gone < size // 2 else 0
+            last = number
+        self._last = last
+        return lost
 
 
 class Clock:
@@ -70,19 +69,16 @@ class Clock:
 
     def reset(self) -> None:
         """Forget the last count."""
-        self._last, self._turns = -1, 0
+        self._last: float = -1
+        self._turns = 0
 
     def time(self, counts: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Time of each count [s]; the counts follow those given before."""
-        now = np.asarray(counts).astype(np.int64) if self._size <= 1 << 62 else np.asarray(counts)
-        if not now.size or self._size > 1 << 62:
-            return np.asarray(now * self._tick, dtype=np.float64)
-        before = np.concatenate([[self._last if self._last >= 0 else now[0]], now[:-1]])
-        turned = (now < before) & ((now - before + self._size) * self._tick <= _TURN)
-        restarted = (now < before) & ~turned
-        turns = self._turns + np.cumsum(turned)
-        if restarted.any():  # the clock of a device that was switched on again begins with no turn
-            at = np.maximum.accumulate(np.where(restarted, np.arange(len(now)), -1))
-            turns = np.where(at >= 0, turns - turns[np.maximum(at, 0)], turns)
-        self._last, self._turns = int(now[-1]), int(turns[-1])
-        return np.asarray((now + turns * self._size) * self._tick, dtype=np.float64)
+        size, tick, times = self._size, self._tick, []
+        for count in np.asarray(counts).tolist():
+            back = self._last - count
+            if back > 0:  # begun again at its end, or switched on again: then it has made no turns
+                self._turns = self._turns + 1 if (size - back) * tick <= _TURN else 0
+            self._last = count
+            times.append((count + self._turns * size) * tick)
+        return np.array(times, dtype=np.float64)

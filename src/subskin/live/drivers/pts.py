@@ -39,7 +39,7 @@ class Contactile(Driver, name="contactile"):
     r"""Contactile's controller: forces [N] and displacements [mm] of pillars, force and torque [N mm] of each sensor.
 
     A packet is handed on when its marks stand where its index says, and its sum of 16 bits is right. The sum of bytes
-    does not see two bytes that changed places, nor a zero that is lost together with one that is added. Marks within
+    does not see two bytes in the wrong order. Marks within
     the data do no harm. Format: PTSCOM_2.0_SPEC_SEP22, and langxin11/contactile_pts_lab, python_ws/pts_protocol.py.
 
     Parameters

@@ -69,14 +69,17 @@ def opened(where: str, file: FingerFile | None = None) -> Port:
     options_given: dict[str, Any] = dict(parse_qsl(query, keep_blank_values=True))
     kind_of: Callable[..., Port] = known[kind]
     takes = inspect.signature(kind_of).parameters
-    allowed = [name for name in takes if name not in ("file", _first(takes))]
+    first = _first(takes)
+    if position and not first:
+        raise InvalidValueError(f'port "{where}"', f"{kind} has no address", kind)
+    allowed = [name for name in takes if name not in ("file", first)]
     for option in options_given:
         if option not in allowed:
             rule = f"a port {kind}: has no such option"
             raise UnknownOptionError(f'option "{option}"', rule, f"known: {', '.join(allowed) or 'none'}")
     if "file" in takes:
         options_given["file"] = file
-    return kind_of(position, **options_given) if _first(takes) else kind_of(**options_given)
+    return kind_of(position, **options_given) if first else kind_of(**options_given)
 
 
 def _first(takes: Any) -> str:

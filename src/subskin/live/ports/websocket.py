@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import Any
 
 from .base import Port, PortLost
@@ -34,6 +35,7 @@ class WebSocketPort(Port, name="ws"):
     def __init__(self, where: str) -> None:
         self.name = f"ws:{where}"
         self._open: Any = None
+        self._held = ExitStack()
         self.reopen()
 
     def reopen(self) -> None:  # noqa: D102
@@ -42,7 +44,7 @@ class WebSocketPort(Port, name="ws"):
         self.close()
         limits = {"max_size": _LARGEST, "max_queue": _WAITING, "open_timeout": _PATIENCE, "close_timeout": 1.0}
         try:
-            self._open = client.connect(self.name, compression=None, proxy=None, **limits)
+            self._open = self._held.enter_context(client.connect(self.name, compression=None, proxy=None, **limits))
         except (OSError, ValueError, EOFError, exceptions.WebSocketException) as error:
             rule = f"no WebSocket answers ({str(error)[:100]})"
             raise PortLost(self.name, rule, "check the address, ws://localhost:5000") from None
@@ -77,9 +79,8 @@ class WebSocketPort(Port, name="ws"):
                 raise PortLost(self.name, "the connection is gone", "start the server again") from None
 
     def close(self) -> None:  # noqa: D102
-        its, self._open = self._open, None
-        if its is not None:
-            its.close()
+        self._open = None
+        self._held.close()
 
 
 def _line(message: str | bytes) -> bytes:

@@ -1,0 +1,81 @@
+"""Drivers as files have them: a table of a finger file, or a file that describes a board."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ...errors import FileError, InvalidValueError, SubskinError
+from .base import Driver
+from .names import named
+
+__all__ = ["from_table", "load"]
+
+
+def from_table(table: Mapping[str, Any]) -> Driver:
+    """The driver that a table of a file describes: its `name`, and its options.
+
+    Parameters
+    ----------
+    table : mapping
+        The driver's name under "name"; the rest as in `named`. A name that ends with .toml is a file, as by `load`.
+
+    Raises
+    ------
+    InvalidValueError, UnknownOptionError, FileError
+        As `named` and `load`; a table without a name; a file with options beside it.
+
+    Examples
+    --------
+    >>> len(from_table({"name": "anyskin", "sensors": 2}).channels)
+    8
+    """
+    options = dict(table)
+    name = options.pop("name", None)
+    if not isinstance(name, str):
+        raise InvalidValueError("a driver without a name", "a name is needed", 'name = "anyskin"')
+    if name.endswith(".toml"):
+        if options:
+            rule = "the file has all that the driver takes"
+            raise InvalidValueError(f"{next(iter(options))} beside {name}", rule, f'driver = "{name}"')
+        return load(name)
+    return named(name, **options)
+
+
+def load(path: str | Path) -> Driver:
+    r"""The driver that a file describes: a table with the driver's `name` and its options.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        A TOML file.
+
+    Raises
+    ------
+    FileError
+        A file that cannot be read, is no TOML, or describes no driver.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "board.toml")
+    ...     _ = file.write_text('name = "lines"\ncolumns = ["p0", "p1"]')
+    ...     load(file).channels
+    ('p0', 'p1')
+    """
+    try:
+        with Path(path).open("rb") as file:
+            table = tomllib.load(file)
+    except OSError as error:
+        raise FileError(str(path), f"it cannot be read ({error.strerror})", "check the name and the folder") from None
+    except (ValueError, RecursionError) as error:
+        raise FileError(str(path), f"not TOML: {str(error)[:100]}", 'write key = "value"') from None
+    if str(table.get("name", "")).endswith(".toml"):
+        raise FileError(f'{path}: name = "{table["name"]}"', "a file cannot name another", 'name = "fixed"')
+    try:
+        return from_table(table)
+    except SubskinError as error:
+        raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
