@@ -134,13 +134,14 @@ def main() -> None:
     options = parser.parse_args()
     file = ss.io.parse_finger(TEXT)
     memory = large(file, options.megabytes) if options.megabytes else []
-    found = kills(file, options.kills, options.seed)
-    show(
-        f"{options.kills} recorders killed at random moments",
-        ["files that gave frames", "unreadable", "holes", "frames", "age of the last frame (s), median", "worst"],
-        [[f"{found['recovered']}", f"{found['unreadable']}", f"{found['holes']}", f"{found['frames']}",
-          f"{found['median']:.2f}", f"{found['worst']:.2f}"]],
-    )  # fmt: skip
+    found = kills(file, options.kills, options.seed) if options.kills else None
+    if found:
+        show(
+            f"{options.kills} recorders killed at random moments",
+            ["files that gave frames", "unreadable", "holes", "frames", "age of the last frame (s), median", "worst"],
+            [[*(f"{found[k]:.0f}" for k in ("recovered", "unreadable", "holes", "frames")),
+              f"{found['median']:.2f}", f"{found['worst']:.2f}"]],
+        )  # fmt: skip
     if memory:
         show(
             "peak memory of the process (MB)",

@@ -95,7 +95,8 @@ def main() -> None:
         answer.success, answer.message = True, "what is read now is the zero"
         return answer
 
-    about = About.for_finger(stream.file, stream.channels, time.time() - time.monotonic(), "live")
+    epoch = time.time() - stream.port.clock()
+    about = About.for_finger(stream.chain.file, stream.chain.channels, epoch, stream.driver.name)
     node.create_service(Trigger, f"{given['topic']}/zero", zero)
     finger = Finger(node, about, given["topic"])
     threading.Thread(target=rclpy.spin, args=(node,), daemon=True).start()  # for the service alone
