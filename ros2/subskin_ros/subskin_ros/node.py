@@ -96,7 +96,7 @@ def main() -> None:
         return answer
 
     epoch = time.time() - stream.port.clock()
-    about = About.for_finger(stream.chain.file, stream.chain.channels, epoch, stream.driver.name)
+    about = About.for_finger(stream.chain.file, stream.chain.channels, epoch, type(stream.driver).__name__)
     node.create_service(Trigger, f"{given['topic']}/zero", zero)
     finger = Finger(node, about, given["topic"])
     threading.Thread(target=rclpy.spin, args=(node,), daemon=True).start()  # for the service alone
