@@ -164,7 +164,7 @@ class StreamReader:
 
         self.name, self.left, self.skipped = name, "", 0
         try:
-            self._file = pa.OSFile(str(path))  # a map would count the whole file as memory
+            self._file = pa.OSFile(str(path), "rb")  # a map would count the whole file as memory
             self._size: int = self._file.size()
         except (OSError, pa.ArrowException) as error:
             reason = getattr(error, "strerror", None) or error
