@@ -32,6 +32,9 @@ _COMMANDS = {
     "tolerances": "say what each tolerance of a finger costs in locating",
     "design": "find the fingers that meet your goals, with a report",
     "ports": "list the boards that are plugged in, and guess their drivers",
+    "replay": "run a recording of a live stream again, or with another finger",
+    "recover": "save what can be read of a recording that was not closed",
+    "convert": "make a recording into Parquet, CSV, MCAP, a bag of ROS or a data set for LeRobot; or a bag into one",
     "figures": "redraw the memo's Figs. 2, 3, 6, 9 and 11 to 19",
 }
 """What each command does. Its module, of its name, has `add`, which says what it takes, and `run`."""

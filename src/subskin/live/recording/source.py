@@ -1,0 +1,210 @@
+"""A recording read again, whichever of its two files it is: its rows, or the steps that made them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from ..._frozen import Frozen
+from ...errors import FileError
+from ...io.files import opened as opened_file
+from ..frames import DeviceFrames
+from .about import About
+from .parquet import ParquetRecording
+from .stream import StreamReader
+from .table import COMMAND, EVENT, FRAME, STEP, joined
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+__all__ = ["OpenRecording", "RowSource", "Step", "opened"]
+
+_KINDS = {FRAME, STEP, COMMAND, EVENT}
+_LONGEST = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Step(Frozen):
+    """What went into a chain at once: frames, or a command.
+
+    Parameters
+    ----------
+    number : int
+        Which step of the recording, from 0.
+    host_time : float
+        The host's clock when it went in [s].
+    frames : DeviceFrames
+        The frames; none of a command.
+    command : str
+        What the command was; "" where frames went in.
+    values : mapping
+        What the command was given.
+    rows : pyarrow.RecordBatch or None
+        The rows of the recording that the step made.
+    """
+
+    number: int
+    host_time: float
+    frames: DeviceFrames
+    command: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    rows: Any = None
+
+
+class RowSource(Protocol):
+    """Rows of a recording, wherever they come from: what can be made into a file.
+
+    Attributes
+    ----------
+    about : About
+        What is recorded.
+    name : str
+        What messages call it.
+    """
+
+    about: About
+    name: str
+
+    def batches(self) -> Iterator[pa.RecordBatch]:
+        """The rows, some thousand at a time."""
+
+
+class OpenRecording:
+    """A recording that is open; made by `opened`.
+
+    Parameters
+    ----------
+    source : StreamReader or ParquetRecording
+        What reads the file.
+    whole : bool
+        Refuse what was not closed, or is damaged, where its readable part ends.
+    """
+
+    def __init__(self, source: StreamReader | ParquetRecording, whole: bool = False) -> None:
+        self._source, self._whole = source, whole
+        self.about: About = source.about
+        self.name: str = source.name
+
+    @property
+    def left(self) -> str:
+        """What could not be read, known after `batches` has ended; "" where all could."""
+        return self._source.left if isinstance(self._source, StreamReader) else ""
+
+    @property
+    def closed(self) -> bool:
+        """Whether the recording was closed, known after `batches` has ended; a stream that was killed was not."""
+        return self._source.closed if isinstance(self._source, StreamReader) else True
+
+    @property
+    def rows(self) -> int | None:
+        """How many rows there are; None of a stream, which does not know."""
+        return None if isinstance(self._source, StreamReader) else self._source.rows
+
+    def batches(self) -> Iterator[pa.RecordBatch]:
+        """The rows, some thousand at a time.
+
+        Raises
+        ------
+        FileError
+            A Parquet file that is damaged. A stream ends where it is damaged, and `left` says so; where it had to be
+            `whole` it is refused there.
+        """
+        yield from self._source
+        if self._whole and (self.left or not self.closed):
+            rule = "it was not closed" + (f", and {self.left} cannot be read" if self.left else "")
+            raise FileError(self.name, rule, f"subskin recover {self.name}")
+
+    def steps(self) -> Iterator[Step]:
+        """The steps that made the rows, in their order.
+
+        Raises
+        ------
+        FileError
+            As `batches`; rows that are not in the order of steps.
+        """
+        held: Any = None
+        for batch in self.batches():
+            whole = batch if held is None else joined([held, batch])
+            number = whole.column("step").to_numpy()
+            if (np.diff(number) < 0).any() or (number < 0).any():
+                raise FileError(self.name, "its steps are not in their order", "record it again")
+            cut = int(np.searchsorted(number, number[-1])) if number.size else 0  # the last step may go on
+            held = whole.slice(cut)
+            if held.num_rows > _LONGEST:
+                raise FileError(self.name, f"a step has more than {_LONGEST} rows", "record it again")
+            yield from self._steps(whole.slice(0, cut))
+        if held is not None:
+            yield from self._steps(held)
+
+    def _steps(self, rows: pa.RecordBatch) -> Iterator[Step]:
+        """The steps of rows that hold each of them whole."""
+        if not rows.num_rows:
+            return
+        column = {name: rows.column(name).to_numpy() for name in ("step", "host_time", "device_time", "sequence",
+                                                                  "lost", "bad")}  # fmt: skip
+        values = np.column_stack([rows.column(f"raw.{name}").to_numpy() for name in self.about.channels])
+        kinds = np.array(rows.column("kind").to_pylist(), dtype=object)
+        unknown = set(kinds) - _KINDS
+        if unknown:
+            raise FileError(self.name, f'a row is of the kind "{unknown.pop()}"', "record it again")
+        start = [0, *(np.flatnonzero(np.diff(column["step"])) + 1).tolist()]
+        for begin, end in zip(start, [*start[1:], rows.num_rows], strict=True):
+            kind, number = kinds[begin], int(column["step"][begin])
+            framed = begin + int((kinds[begin:end] == FRAME).sum())
+            if kind == EVENT or (kinds[begin:framed] != FRAME).any() or (framed == begin and kind == FRAME):
+                raise FileError(self.name, f"the rows of step {number} are not in their order", "record it again")
+            host, part = float(column["host_time"][begin]), slice(begin, framed)
+            lost, bad = int(column["lost"][begin]), int(column["bad"][begin])
+            frames = DeviceFrames(values[part], column["device_time"][part], column["sequence"][part], lost, bad)
+            command, told = "", {}
+            if kind == COMMAND:
+                command = rows.column("name")[begin].as_py()
+                told = dict(self._values(rows.column("values")[begin].as_py()))
+            yield Step(number, host, frames, command, told, rows.slice(begin, end - begin))
+
+    def _values(self, text: str) -> Mapping[str, Any]:
+        try:
+            told = json.loads(text) if text else {}
+        except (ValueError, RecursionError):
+            told = None
+        if not isinstance(told, dict):
+            raise FileError(self.name, f'a command was given "{text[:40]}"', "record it again")
+        return told
+
+
+@contextmanager
+def opened(path: str | Path, *, whole: bool = False) -> Iterator[OpenRecording]:
+    """Open a recording: a closed one (Parquet), or a stream that still grows or was cut off (.arrows).
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    whole : bool, optional
+        As of `OpenRecording`.
+
+    Raises
+    ------
+    FileError
+        It cannot be read, is no recording, or is damaged.
+
+    Examples
+    --------
+    >>> with opened("touch.parquet") as recording:
+    ...     recording.about.channels
+    Traceback (most recent call last):
+    subskin.errors.FileError: touch.parquet: there is no such file. Fix: check the name and the folder.
+    """
+    if str(path) == "-":
+        raise FileError("standard input", "a recording is read from a file", "name a file")
+    with opened_file(path) as file:
+        start = file.peek(4)[:4]
+    reader = ParquetRecording if start == b"PAR1" else StreamReader
+    with reader(Path(path), str(path)) as source:
+        yield OpenRecording(source, whole)
