@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.contact.local import local_transforms_of
 
 STRESS = [f"s{c}" for c in ("xx", "yy", "zz", "xy", "xz", "yz")]
 STRAIN = ["exx", "eyy", "ezz", "gxy", "gxz", "gyz"]
@@ -75,6 +76,21 @@ def test_combined_load(case, nu, shared):
     if "torsion" in values[0]:
         turned = CASES[case](components=np.zeros(3), moment=1.0)
         assert check(turned, points, nu, [v["torsion"] for v in values]) >= 9
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case[1] != "partial_slip"], ids=lambda case: case[1])
+def test_family_of_a_shape(case, shared):
+    """W_m and its derivative along x, m = 0 ... 3, of the shape alone."""
+    points = read(shared, case[0])["cases"][case[1]]
+    where = np.array([[float(p[k]) for k in "xyz"] for p in points]).T
+    families = local_transforms_of(CASES[case](components=np.array([1.0, 0.0, 0.0])), *where)
+    r = np.hypot(where[1], where[2])
+    share = np.where((r == 0) | (np.hypot(where[0], r) > 4), EXACT, TOLERANCE)
+    for name, found in (("W", families.p), ("D", families.dp)):
+        expected = np.array([[complex(float(re), float(im)) for re, im in p[name]] for p in points]).T
+        inside = where[0] > 0  # on the surface no derivative is asked for
+        off = np.abs(found - expected)[:, inside].max(axis=0)
+        assert (off <= share[inside] * np.abs(expected)[:, inside].max(axis=0)).all()
 
 
 @pytest.mark.parametrize("nu", [0.5, 0.3125, 0.0])

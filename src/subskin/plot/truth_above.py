@@ -140,6 +140,6 @@ def _said(true: FloatArray, at: FloatArray, scale: float, good: npt.NDArray[np.b
     if not good.any():
         return "no frame is ok"
     error = np.linalg.norm(at - true, axis=1)[good] / scale
-    larger = f"; errors are drawn {scale:g} times as large" if scale > 1 else ""
+    larger = f"\nerrors are drawn {scale:g} times as large" if scale > 1 else ""
     within = f"95 % within {np.quantile(error, 0.95):.2g} mm"
     return f"{int(good.sum())} ok frames: median error {np.median(error):.2g} mm\n{within}{larger}"

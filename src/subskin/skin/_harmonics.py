@@ -19,7 +19,7 @@ from ._layer_modes import Stack
 from ._pieces import NODES, ORDER, TAIL, TO_TERMS, polynomials
 from ._radial import decay_length, wave_answers, waves_for
 
-__all__ = ["SLOPE", "STATE_ROWS", "HarmonicTable", "Rows"]
+__all__ = ["SLOPE", "STATE_FIELDS", "HarmonicFields", "HarmonicTable"]
 
 _DIGITS = 37.0
 """exp(-37) is left out."""
@@ -27,7 +27,7 @@ _FINEST = 1 / 32
 _BLOCK = 1 << 21
 
 
-class Rows(NamedTuple):
+class HarmonicFields(NamedTuple):
     """How many fields there are, and what they are on circles of wave vectors."""
 
     fields: int
@@ -37,7 +37,7 @@ class Rows(NamedTuple):
 class HarmonicTable:
     """Some real fields about a contact's centre, at one depth of a stack, as far as they were asked for.
 
-    `STATE_ROWS`: the six of `Primitives` (xx, spread, real and imaginary part of shear and turned), then 2 G u_x, u_y
+    `STATE_FIELDS`: the six of `Primitives` (xx, spread, real and imaginary part of shear and turned), then 2 G u_x, u_y
     and u_z. `SLOPE`: 2 G du_x/dy and 2 G du_x/dz.
 
     Parameters
@@ -50,7 +50,7 @@ class HarmonicTable:
         That of a single contact about its centre.
     size : float
         Distance of the contact's farthest point from its centre [m].
-    kind : Rows
+    kind : HarmonicFields
         Which fields.
     """
 
@@ -60,7 +60,7 @@ class HarmonicTable:
         depth: float,
         spectrum: Callable[[FloatArray, FloatArray], LocalSpectrum],
         size: float,
-        kind: Rows,
+        kind: HarmonicFields,
     ) -> None:
         self._stack, self._depth, self._spectrum, self._size, self._kind = stack, depth, spectrum, size, kind
         self._length = float(decay_length(stack, np.array(depth)))
@@ -161,7 +161,7 @@ class HarmonicTable:
 
 
 def _on_circles(
-    kind: Rows,
+    kind: HarmonicFields,
     answers: FloatArray,
     k: FloatArray,
     spectrum: Callable[[FloatArray, FloatArray], LocalSpectrum],
@@ -208,7 +208,7 @@ def _of_slope(
     return [down * cos, down * sin]
 
 
-STATE_ROWS, SLOPE = Rows(9, _of_state), Rows(2, _of_slope)
+STATE_FIELDS, SLOPE = HarmonicFields(9, _of_state), HarmonicFields(2, _of_slope)
 
 
 def _bessel(count: int, x: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from .._check import ComplexArray, FloatArray, each_read_only
 from ..contact.local import LocalContact, LocalSpectrum, RadialTerm
 from ..material import Material
 from ..tensor import Displacements, Strain, Stress
-from ._harmonics import SLOPE, STATE_ROWS, HarmonicTable, Rows
+from ._harmonics import SLOPE, STATE_FIELDS, HarmonicFields, HarmonicTable
 from ._layer_modes import Stack
 from ._radial import DISPLACEMENTS, FIELDS, STATE, TILT, Functions, RadialSpectrum, radial_table
 from ._riesz import Fields
@@ -86,7 +86,7 @@ class Added:
         self._shape = _check.broadcast(contact=np.empty(contact.shape), points=x)
         self._wide = contact.expand(1)
         self._terms = self._wide.radial_terms
-        self._tables: dict[tuple[float, int, Rows], HarmonicTable] = {}
+        self._tables: dict[tuple[float, int, HarmonicFields], HarmonicTable] = {}
 
     def fields(self) -> Primitives:
         """Stress and strain."""
@@ -143,7 +143,7 @@ class Added:
             out[:, chosen] = radial_table(self._stack, depth, spectra[i], functions).at(u[chosen], which)
         return out.reshape(len(out), *self._shape), zeta, load[..., 0], load[..., 1] + 1j * load[..., 2], moment
 
-    def _by_harmonics(self, which: slice, kind: Rows = STATE_ROWS) -> FloatArray:
+    def _by_harmonics(self, which: slice, kind: HarmonicFields = STATE_FIELDS) -> FloatArray:
         """Fields of a contact that is not the same in all directions."""
         low, high = (np.broadcast_to(end, (*self._contact.shape, 2)) for end in self._contact.support)
         centres, sizes = (
