@@ -160,7 +160,7 @@ class Tilt(Frozen):
     """How far the material turns [rad] that a line along the depth leans: its deep end to +y (`y`) and to +z (`z`).
 
     The part of the rotation, half the curl of the displacement, that is seen so: y = (du_y/dx - du_x/dy) / 2, and z
-    alike. Arrays of one shape.
+    alike (Love, Mathematical Theory of Elasticity, 1927, section 7). Arrays of one shape.
 
     Examples
     --------
@@ -168,7 +168,7 @@ class Tilt(Frozen):
     >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
     >>> leans = skin.state(ss.PointLoad(force=1.0), x=2e-3, y=[0.0, 1e-3], z=0.0).tilt
     >>> leans.y.round(4).tolist(), (leans.z + 0.0).tolist()
-    ([0.0, 0.1068], [0.0, 0.0])
+    ([0.0, 0.0534], [0.0, 0.0])
     """
 
     y: FloatArray
@@ -234,7 +234,7 @@ class State(Frozen):
 
 
 class Deferred(State):
-    """A state that is worked out when asked for, each part by a function of no argument.
+    """A state whose `stress`, `strain`, `displacement` and `tilt` are worked out when asked for, by functions.
 
     Examples
     --------
@@ -294,7 +294,7 @@ class Wave(State):
     stress, strain : Stress, Strain
         Per Pa of traction [-], [1/Pa].
     ux, uy : ndarray
-        Displacement along the depth and along the surface [m/Pa]; `displacement` is None.
+        Displacement along the depth and along the surface [m/Pa]; `displacement` and `tilt` are None.
     """
 
     ux: FloatArray

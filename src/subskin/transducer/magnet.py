@@ -64,7 +64,7 @@ class MagnetDisplacement(Transducer, name="magnet_displacement"):
     [18.52, -3.09, 0.0]
     >>> leans = MagnetDisplacement("y", moment=7.9e-3, gap=3e-3, tilts=True)
     >>> round(1e3 * float(leans.measure(felt)), 2)
-    -5.16
+    -4.63
     """
 
     axis: Literal["x", "y", "z"]
