@@ -1,4 +1,7 @@
-"""Layers under a local contact beside finite elements in Fourier modes around its axis."""
+"""Layers under a local contact beside finite elements in Fourier modes around its axis.
+
+Two materials, and finer meshes: benchmarks/study_fem.py.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,6 @@ SOFT, HARD = ss.Material(0.4e6, 0.5), ss.Material(0.4e6, 0.3)
 SKINS = {
     "layer-0.5": ss.Layered(ss.Layer(SOFT, 4 * A)),
     "layer-0.3": ss.Layered(ss.Layer(HARD, 4 * A)),
-    "epidermis": ss.Layered([ss.Layer(ss.Material(2e6, 0.3), A), ss.Layer(SOFT, 3 * A)]),
 }
 TOUCH = ss.RoundHertz(components=(1.0, 0.375, -0.25), moment=0.3 * A, half_width=A)
 PARTS = np.array([1, 2, 3])
