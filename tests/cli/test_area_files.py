@@ -214,3 +214,20 @@ def test_what_cannot_be_is_said(folder, subskin, table, command, says):
     assert says in out.err
     assert "Fix:" in out.err
     assert len(out.err.splitlines()) == 1
+
+
+def test_a_raw_stream_is_located_while_its_offsets_drift(folder, subskin):
+    """Frame by frame, --tare takes units and offsets from the file."""
+    (folder / "stream.toml").write_text(SENSORS + RECORDING + MOUNTED)
+    raw = ("--recording", "--count", 4, "--drift", 10, "--rate", "20 Hz", "--relaxation", 0.05, "--force", "1 N")
+    assert subskin("simulate", "stream.toml", "-o", "stream.csv", *raw).code == 0
+    out = subskin("locate", "stream.toml", "stream.csv", "--tare", "6", "-o", "tared.csv")
+    assert out.code == 0, out.err
+    given, found = ss.io.read_table("stream.csv"), ss.io.read_table("tared.csv")
+    held = given.numbers("z") > 0.99 * given.numbers("z").max()
+    error = [
+        1e-3 * given.numbers("x") - found.numbers("position_y"),
+        1e-6 * given.numbers("y") - found.numbers("position_z"),
+    ]
+    assert np.isfinite(error[0][held]).mean() > 0.9
+    assert np.nanmedian(np.hypot(*error)[held]) < 0.05e-3
