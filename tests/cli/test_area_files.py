@@ -176,6 +176,29 @@ def test_a_table_without_a_model_locates(folder, subskin, table):
     np.testing.assert_allclose(file.finger.measured.values, made.values, rtol=1e-6, atol=1e-6 * made.values.max())
 
 
+def test_a_table_of_touches_that_lean_knows_drags(folder, subskin):
+    """Loads are those of the touches' axes; the table's are the finger's."""
+    from subskin.measured import MeasuredResponse
+
+    (folder / "free.toml").write_text((folder / "real.toml").read_text().replace("friction = 0", "friction = 1"))
+    lean = ("--angle", "0..25 deg", "--azimuth", "0..360 deg", "--force", "1..2 N", "--count", 60)
+    assert subskin("simulate", "free.toml", *lean, "-o", "leaning.csv").code == 0
+    named = ("--force-column", "force", "--angle-column", "angle", "--azimuth-column", "azimuth")
+    out = subskin("calibrate", "free.toml", "leaning.csv", "--response", "table", *named, "-o", "drags.toml")
+    assert out.code == 0, out.err
+    assert "same force" not in out.out
+    (readings, at), given = touches("leaning.csv"), ss.io.read_table("leaning.csv")
+    force, angle, azimuth = (given.numbers(name) for name in ("force", "angle", "azimuth"))
+    cos, sin = np.cos(TURN), np.sin(TURN)
+    back = np.array([[cos, -sin], [sin, cos]])
+    drag = (force * np.sin(angle))[:, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1) @ back
+    forces = np.column_stack([force * np.cos(angle), drag])
+    made = MeasuredResponse.from_touches(readings, (at - ORIGIN) @ back, components=forces)
+    file = ss.load("drags.toml")
+    np.testing.assert_allclose(file.finger.measured.values, made.values, rtol=1e-5, atol=1e-5 * made.values.max())
+    assert file.locate(readings).load.components.shape == (60, 3)
+
+
 def test_a_table_mounted_elsewhere_needs_three_touches(folder, subskin, table):
     """Its response moves with it; positions come out on the axes of the touches."""
     text = (folder / "real.toml").read_text().replace('["20 mm", "10 mm"]', '["30 mm", "5 mm"]')
@@ -196,7 +219,7 @@ def test_a_table_mounted_elsewhere_needs_three_touches(folder, subskin, table):
     ("command", "says"),
     [
         (("calibrate", "drawn.toml", "touches.csv", "--position-column", "position_y"), "two columns, y and z"),
-        (("calibrate", "drawn.toml", "touches.csv", "--choose"), "solved in a plane"),
+        (("calibrate", "drawn.toml", "touches.csv", "--choose"), "compared on a row"),
         (("calibrate", "drawn.toml", "touches.csv", "--response", "table", "--fit", "gain"), "--response table"),
         (("calibrate", "free.toml", "touches.csv", "--response", "table"), "friction is not 0"),
         (("calibrate", "magnets.toml", "lattice.csv", "--response", "table", "-o", "-"), "a file beside the finger"),
@@ -214,3 +237,20 @@ def test_what_cannot_be_is_said(folder, subskin, table, command, says):
     assert says in out.err
     assert "Fix:" in out.err
     assert len(out.err.splitlines()) == 1
+
+
+def test_a_raw_stream_is_located_while_its_offsets_drift(folder, subskin):
+    """Frame by frame, --tare takes units and offsets from the file."""
+    (folder / "stream.toml").write_text(SENSORS + RECORDING + MOUNTED)
+    raw = ("--recording", "--count", 4, "--drift", 10, "--rate", "20 Hz", "--relaxation", 0.05, "--force", "1 N")
+    assert subskin("simulate", "stream.toml", "-o", "stream.csv", *raw).code == 0
+    out = subskin("locate", "stream.toml", "stream.csv", "--tare", "6", "-o", "tared.csv")
+    assert out.code == 0, out.err
+    given, found = ss.io.read_table("stream.csv"), ss.io.read_table("tared.csv")
+    held = given.numbers("z") > 0.99 * given.numbers("z").max()
+    error = [
+        1e-3 * given.numbers("x") - found.numbers("position_y"),
+        1e-6 * given.numbers("y") - found.numbers("position_z"),
+    ]
+    assert np.isfinite(error[0][held]).mean() > 0.9
+    assert np.nanmedian(np.hypot(*error)[held]) < 0.05e-3

@@ -117,6 +117,20 @@ def test_each_frame_has_its_status(finger, known):
     assert np.linalg.norm(again.position - 1e-3) < 0.2e-3
 
 
+def test_a_strong_touch_between_the_nodes_of_the_scan_is_found(finger):
+    """Where noise is small, the valley about a touch is narrow; far away, where little is known, much is explained."""
+    nodes = np.linspace(-10e-3, 10e-3, 41)
+    at = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1)
+    values = finger.receptive_field(at)[..., :1]
+    doubt = 1e-3 * np.abs(values).max() * np.sqrt(0.01 + (np.abs(at / 8e-3) ** 4).sum(axis=-1))
+    table = MeasuredResponse(nodes, nodes, values, doubt[..., None, None] ** 2 * np.ones_like(values), 5.0, 0.3)
+    locate, where = InPlaceLocator(table, friction=0), np.random.default_rng(0).uniform(-4e-3, 4e-3, (200, 2))
+    assert locate._stride(values) == 3
+    found = locate(finger.read(ss.PointLoad(3.0, position=where)))
+    assert found.ok.all()
+    assert np.abs(found.position - where).max() < 0.01e-3
+
+
 def test_it_travels(known):
     again = pickle.loads(pickle.dumps(known))
     np.testing.assert_array_equal(again.values, known.values)

@@ -72,6 +72,9 @@ def run_blind(options: argparse.Namespace) -> int:
     if options.out not in (None, "-"):
         check_target(options.out)
     file, table = io.load(options.finger), io.read_table(options.touches)
+    if file.finger.array.on_area:
+        rule, fix = "blind calibration takes a row of sensors", "touches at known positions, without --blind"
+        raise InvalidValueError("--blind with sensors on an area", rule, fix)
     file = file.for_touches(table)
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
     fit = listed(options.fit or "gain,depth,position")

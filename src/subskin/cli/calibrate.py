@@ -124,7 +124,9 @@ def run(options: argparse.Namespace) -> int:
     loaded = {name: values[used] for name, values in loads.items()}
     choice = None
     if options.choose:
-        file.finger.array.refuse_area()
+        if area:
+            rule, fix = "candidates are compared on a row of sensors", "leave --choose out, and compare kinds by hand"
+            raise InvalidValueError("--choose with sensors on an area", rule, fix)
         file, fit, choice = chosen(file, fit, *touches, **loaded)
     found = calibrate(
         file.finger,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -86,6 +87,9 @@ def run(options: argparse.Namespace) -> int:
         options.force = "1 N" if local else "40 N/m"
     rng = np.random.default_rng(options.seed)
     file = _moved(options, _worn(options, file, rng))
+    if file.finger.measured is not None:
+        what = f"{options.finger} has a response in place, and readings are simulated by the field of its skin"
+        print(f"subskin: warning: {what}", file=sys.stderr)
     made = _frames if options.recording else _local_loads if local else _loads
     columns = made(options, file, rng)
     count = len(next(iter(columns.values())))

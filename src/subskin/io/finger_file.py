@@ -122,7 +122,8 @@ class FingerFile(Recorded):
         kind = "differences from the free skin" if self.differences else "as they come, offsets in them"
         columns = self.names if len(self.names) <= _SHOWN else (*self.names[:3], "...", self.names[-1])
         told = [("locate", ", ".join(options) or "as usual"), ("columns", ", ".join(columns)), ("readings", kind)]
-        return [*first, *told]
+        known = self.finger.measured
+        return [*first, *told, *([] if known is None else [("response", repr(known))])]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         return {"search": self.search, **self.options, **changes}

@@ -181,11 +181,12 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; mix (n, n): what makes readings
     of errors that are independent, of variance 1 by noise; y, z: first node and step; values, variance (k, l, n, c), of
     mixed readings; typical (3,): a load like the calibration's; options: mu, least and largest N, nodes
-    from one to the next of the scan, the thresholds of detection and of chi-square, ambiguity.
+    from one to the next of the scan, the thresholds of detection and of chi-square, ambiguity, and the chi-square from
+    which a frame is scanned again at every node.
     """
     frames, n = readings.shape
     mu, low, high = options[0], options[1], options[2]
-    detection, largest, ambiguity = options[4], options[5], options[6]
+    detection, largest, ambiguity, doubtful = options[4], options[5], options[6], options[7]
     r, load = np.empty(n), np.empty(3)
     g, b = np.zeros(6), np.zeros(3)
     cost, score, at = np.empty(values.shape[:2]), np.empty(_MOST), np.empty((_MOST, 2), dtype=np.int64)
@@ -255,9 +256,9 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
                 away = math.hypot(fits[e, 29] - fits[top, 29], fits[e, 30] - fits[top, 30])
                 if away > 1.0 and (rival < 0 or ends[e] < ends[rival]):
                     rival = e
-            if apart == 1 or not fits[top][17] > largest:
+            if apart == 1 or not fits[top][17] > doubtful:
                 break
-            apart = 1  # what the scan's nodes do not explain may lie in a narrow valley between them
+            apart = 1  # what the scan hardly explains may lie in a narrow valley between its nodes
         one = fits[top]
         row[_RESIDUAL] = one[17]
         if one[17] > largest:

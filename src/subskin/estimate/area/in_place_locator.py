@@ -19,6 +19,9 @@ from ..layout import AREA
 
 __all__ = ["InPlaceLocator"]
 
+_AGAIN = 1e-3
+"""Chance of a chi-square from which a frame is scanned again, at every node: some that no noise needs, too."""
+
 
 class InPlaceLocator(Framewise):
     """Finds the load in frames of readings by a `MeasuredResponse`; prepared once, then called on a frame or on many.
@@ -145,14 +148,16 @@ class InPlaceLocator(Framewise):
             np.ascontiguousarray(table[inside][:, :, pattern, :components])
             for table in (self.response.values, self.response.variance)
         )
+        spare = max(int(pattern.sum()) - self.unknowns, 1)
         options = np.array(
             [
                 self.friction,
                 *self._force,
                 self._stride(values),
                 2 * np.log(1 / self._false_alarm),
-                float(chdtri(max(int(pattern.sum()) - self.unknowns, 1), self._false_alarm)),
+                float(chdtri(spare, self._false_alarm)),
                 self._ambiguity,
+                float(chdtri(spare, max(_AGAIN, self._false_alarm))),
             ]
         )
         typical = np.array([self.response.load, 0.0, 0.0])
