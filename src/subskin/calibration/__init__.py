@@ -7,6 +7,7 @@ from .choice import Choice, Trial, choose
 from .health import SensorHealth, sensor_health
 from .known import calibrate
 from .misfit import Misfit
+from .planning import NextTouch, next_touch
 
 __all__ = [
     "BlindCalibration",
@@ -17,6 +18,7 @@ __all__ = [
     "Health",
     "Known",
     "Misfit",
+    "NextTouch",
     "Parameter",
     "Score",
     "SensorHealth",
@@ -24,5 +26,6 @@ __all__ = [
     "calibrate",
     "calibrate_blind",
     "choose",
+    "next_touch",
     "sensor_health",
 ]

@@ -1,15 +1,19 @@
 from . import drivers as drivers
 from . import ports as ports
 from .batch import Batch
+from .bench import Bench
 from .chain import Chain, ChainState
 from .clock import ClockMap, ClockState
 from .events import Event
 from .frames import DeviceFrames
 from .ring import RingBuffer
 from .run import Live, live
+from .session import BenchState, Said
 
 __all__ = [
     "Batch",
+    "Bench",
+    "BenchState",
     "Chain",
     "ChainState",
     "ClockMap",
@@ -18,5 +22,6 @@ __all__ = [
     "Event",
     "Live",
     "RingBuffer",
+    "Said",
     "live",
 ]
