@@ -155,7 +155,11 @@ def test_frames_with_a_missing_reading_are_left_out():
 
 @pytest.mark.parametrize(
     ("given", "error"),
-    [({"candidates": []}, GeometryError), ({"candidates": [[0.0, 1.0]]}, GeometryError), ({"hold": 0.0}, InvalidValueError)],
+    [
+        ({"candidates": []}, GeometryError),
+        ({"candidates": [[0.0, 1.0]]}, GeometryError),
+        ({"hold": 0.0}, InvalidValueError),
+    ],
 )
 def test_what_makes_no_sense_is_refused(given, error):
     with pytest.raises(error, match=r"needed|above|> 0"):

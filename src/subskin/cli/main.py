@@ -26,6 +26,7 @@ _COMMANDS = {
     "fit": "find a contact of one family, and its half width, in each frame of readings",
     "decide": "say what kind of contact made each frame of readings",
     "live": "show what touches a sensor that is plugged in, as it happens",
+    "bench": "calibrate a finger that is plugged in, touch by touch",
     "pressure": "find the pressure along the surface in each frame of readings",
     "check": "say what a finger cannot object to, and how wrong the half plane is for it",
     "compliance": "say how soft a skin should be to find a particle on a flat",

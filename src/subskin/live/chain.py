@@ -24,7 +24,7 @@ from .clock import ClockMap, ClockState
 from .events import Event, Watch, WatchState
 from .frames import DeviceFrames
 
-__all__ = ["COMMANDS", "Chain", "ChainState", "file_of"]
+__all__ = ["COMMANDS", "Chain", "ChainState", "columns_of", "file_of"]
 
 _GAP, _SILENCE = 4.5, 0.25
 """A gap is longer than so many periods of a device with a clock, or so many seconds of one without."""
@@ -133,7 +133,7 @@ class Chain(Frozen):
         self._tare, self._clock = tare, ClockMap()
         self._watch = Watch(tare.finger.array, file.names, most)
         self.channels = file.names if channels is None else tuple(channels)
-        self._index = _columns(file, self.channels)
+        self._index = columns_of(file, self.channels)
         self._factor = _factor(file)
 
     def step(
@@ -358,7 +358,7 @@ def _factor(file: FingerFile) -> FloatArray | None:
     return None if (factor == 1).all() else factor
 
 
-def _columns(file: FingerFile, channels: Sequence[str]) -> npt.NDArray[np.intp] | None:
+def columns_of(file: FingerFile, channels: Sequence[str]) -> npt.NDArray[np.intp] | None:
     """Where the sensors are among the channels; None where they are these."""
     names: Sequence[str] = file.names
     if file.live is not None and file.live.channels and set(file.live.channels) <= set(channels):

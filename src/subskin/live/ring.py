@@ -51,7 +51,7 @@ class RingBuffer:
         batch : Batch
             What came out of a chain.
         """
-        if len(batch):
+        if len(batch) and batch.found is not None:
             table = {} if not hasattr(batch.found, "table") else {"found": batch.found.table}
             self.put(time=batch.time, readings=batch.readings, free=batch.free, status=batch.found.status, **table)
 

@@ -18,8 +18,9 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..io.finger_file import FingerFile, load
+from .bare import BareChain
 from .batch import Batch
-from .chain import Chain, ChainState, file_of
+from .chain import Chain, file_of
 from .drivers import Driver, from_table
 from .frames import DeviceFrames
 from .ports import Port, PortEnded, PortLost, opened
@@ -28,7 +29,7 @@ from .ring import RingBuffer
 if TYPE_CHECKING:
     from .record import Recorder
 
-__all__ = ["Live", "live"]
+__all__ = ["Live", "connected", "live"]
 
 _POLL = 0.1
 """Seconds that a read may wait for the first byte."""
@@ -49,7 +50,7 @@ class Live:
 
     Parameters
     ----------
-    chain : Chain
+    chain : Chain or BareChain
         What is made of the frames.
     port : Port
         Where the bytes come from; it is closed at the end.
@@ -62,10 +63,15 @@ class Live:
     """
 
     def __init__(
-        self, chain: Chain, port: Port, driver: Driver, recorder: Recorder | None = None, seconds: float = 120.0
+        self,
+        chain: Chain | BareChain,
+        port: Port,
+        driver: Driver,
+        recorder: Recorder | None = None,
+        seconds: float = 120.0,
     ) -> None:
         self.chain, self.port, self.driver, self.ring = chain, port, driver, RingBuffer(seconds)
-        self.state: ChainState | None = None
+        self.state: Any = None
         self.frames = self.lost = self.bad = 0
         self.ended = False
         self.recorder = recorder
@@ -276,6 +282,23 @@ def _driver(given: Driver | str | Mapping[str, Any] | None, port: Port, file: Fi
     raise InvalidValueError(f'port "{port.name}" without a driver', rule, 'driver="lines", or driver under [live]')
 
 
+def connected(
+    file: FingerFile, port: Port | str | None = None, driver: Driver | str | Mapping[str, Any] | None = None
+) -> tuple[Port, Driver]:
+    """The port, open, and the driver that reads it; parameters and errors as of `live`."""
+    if port is None:
+        port = "" if file.live is None else file.live.port
+        if not port:
+            fix = 'port="demo" (--port demo) simulates one; port = "..." under [live] of the finger file'
+            raise InvalidValueError("no port", "nothing says where the device is", fix)
+    where = opened(port, file) if isinstance(port, str) else port
+    try:
+        return where, _driver(driver, where, file)
+    except BaseException:
+        where.close()
+        raise
+
+
 def live(
     file: FingerFile | Finger | str | Path,
     port: Port | str | None = None,
@@ -325,14 +348,8 @@ def live(
     subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
     """
     file = load(file) if isinstance(file, str | Path) else file_of(file)
-    if port is None:
-        port = "" if file.live is None else file.live.port
-        if not port:
-            fix = 'port="demo" (--port demo) simulates one; port = "..." under [live] of the finger file'
-            raise InvalidValueError("no port", "nothing says where the device is", fix)
-    where = opened(port, file) if isinstance(port, str) else port
+    where, reads = connected(file, port, driver)
     try:
-        reads = _driver(driver, where, file)
         chain = Chain(file, channels=reads.channels, **options)
         if prepare:
             chain.prepare()

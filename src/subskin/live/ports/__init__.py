@@ -6,6 +6,7 @@ from .descriptors import FilePort, StandardInput
 from .listing import PluggedIn, listed
 from .network import TcpPort, UdpPort
 from .opening import opened, schemes
+from .robot import Robot
 from .serial_port import SerialPort
 from .simulated import Faults, Simulated
 from .websocket import WebSocketPort
@@ -18,6 +19,7 @@ __all__ = [
     "Port",
     "PortEnded",
     "PortLost",
+    "Robot",
     "SerialPort",
     "Simulated",
     "StandardInput",

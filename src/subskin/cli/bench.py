@@ -1,0 +1,233 @@
+"""`subskin bench`: a finger calibrated as it is touched, step by step."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import queue
+import sys
+import threading
+import time
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import io
+from ..errors import InvalidValueError
+from .common import describe, listed, said_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from ..live import Bench, BenchState, Live, Said
+
+_EXAMPLES = """\
+  subskin bench finger.toml --port robot -o calibrated.toml         try it: a simulated finger and stage
+  subskin bench finger.toml -o calibrated.toml                      the port and the board of [live]
+  subskin bench finger.toml --port /dev/ttyACM0 --driver "anyskin?sensors=5" -o calibrated.toml --force "2 N/mm"
+  subskin bench pad.toml --positions "-6 mm:6 mm:2 mm" --accuracy "0.3 mm" -o calibrated.toml --json
+"""
+_NOTES = """\
+It measures the noise of the free skin. Then it asks for touches, each where it helps most, says after each how far
+positions are off, and stops when they are near enough. Touch with the same load each time, by a thin straight edge
+across the row (on an area, by a small tip), and hold until it is taken.
+
+Type a word and Enter at any time: again (take the last touch back), skip (this position cannot be reached), end (write
+the finger as it is). Touches are kept beside the finger as they come, in NAME.touches.csv: after Ctrl-C,
+`subskin calibrate` goes on from there.
+"""
+_WORDS = ("again", "skip", "end")
+_BARS = " ▁▂▃▄▅▆▇█"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
+    parser.add_argument("finger", help="finger.toml as drawn")
+    parser.add_argument("--port", metavar="WHERE", help="as of subskin live; robot simulates a finger and a stage")
+    parser.add_argument("--driver", metavar="NAME", help="what the device sends (that of [live])")
+    parser.add_argument(
+        "--positions",
+        metavar="LIST",
+        help="where touches can be made: first:last:step, or a list (a depth beyond the sensors, by a fourth of it)",
+    )
+    parser.add_argument("--force", metavar="FORCE", help="load of each touch, N/m or N; without it all are alike")
+    parser.add_argument("--fit", metavar="LIST", default="gain,depth,origin", help="what to fit (gain,depth,origin)")
+    parser.add_argument("--accuracy", metavar="M", default="0.2 mm", help="error of positions that is wanted (0.2 mm)")
+    parser.add_argument("--rest", metavar="S", default="2 s", help="time at rest, for the noise (2 s)")
+    parser.add_argument("--hold", metavar="S", default="0.5 s", help="time that a touch is held (0.5 s)")
+    parser.add_argument("--most", metavar="N", type=int, default=60, help="touches after which it ends (60)")
+    parser.add_argument(
+        "--accept-misfit", action="store_true", help="write the finger even where its model cannot explain the touches"
+    )
+    parser.add_argument("-o", "--out", metavar="FILE", required=True, help="the calibrated finger.toml")
+    parser.add_argument("--json", action="store_true", help="a line of JSON for each thing that is said")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    import numpy as np
+
+    from ..io.units import quantity
+    from ..live.bare import BareChain
+    from ..live.bench import Bench
+    from ..live.run import Live, connected
+
+    file = io.load(options.finger)
+    unit = "N" if file.finger.array.on_area else "N/m"
+    seconds = {name: quantity(getattr(options, name), "s", f"--{name}") for name in ("rest", "hold")}
+    bench = Bench(
+        file,
+        _candidates(options.positions, file.finger.array.points, float(np.asarray(file.finger.array.depth).mean())),
+        force=None if options.force is None else quantity(options.force, unit, "--force"),
+        fit=listed(options.fit), accuracy=quantity(options.accuracy, "m", "--accuracy"), most=options.most, **seconds,
+    )  # fmt: skip
+    port, driver = connected(file, options.port, options.driver)
+    with Live(BareChain(file, driver.channels), port, driver) as live:
+        session = _Session(options, file, bench, live)
+        session.follow()
+    found = bench.result(session.state, accept_misfit=options.accept_misfit)
+    facts: dict[str, Any] = {"source": "bench", "fit": list(bench.fit), "touches": found.score.touches}
+    facts["r2"] = float(found.r2)
+    differences = replace(file, differences=True)
+    with said_of(options.out):
+        io.save_finger(differences.with_finger(found.finger, found.origin, facts, turn=found.turn), options.out)
+    if options.json:
+        session.line({"said": "written", "file": options.out, "r2": found.r2, "error": session.state.error})
+    else:
+        print(found)
+        for doubt in found.doubts:
+            print(doubt)
+        if bench.force is None and "gain" in bench.fit:
+            print("forces found with this finger are multiples of the touches' load (no --force)")
+        print(f"-> {options.out}; next: subskin live {options.out}")
+    return 0
+
+
+class _Session:
+    """Batches go into the bench; what it says goes to the person, and to a stage that can be told."""
+
+    def __init__(self, options: argparse.Namespace, file: io.FingerFile, bench: Bench, live: Live) -> None:
+        self.options, self.file, self.bench, self.live = options, file, bench, live
+        self.kept = str(Path(options.out).with_suffix(".touches.csv"))
+        self.words: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.state: BenchState
+        self.state, said = bench.start()
+        self._drawn = 0.0
+        for one in said:
+            self.tell(one)
+
+    def follow(self) -> None:
+        """Until the session is done, or the device has ended."""
+        if not self.live.port.name.startswith("standard input"):
+            threading.Thread(target=self._listen, daemon=True).start()
+        while self.state.phase != "done" and not self.live.ended:
+            for batch in self.live.take():
+                if len(batch):
+                    self.after(*self.bench.step(self.state, batch.readings, batch.time))
+                    self._level(batch.readings[-1])
+                elif batch.command:
+                    self.line({"said": batch.command, "text": str(batch.values.get("text", ""))})
+            while not self.words.empty():
+                self._word(self.words.get())
+        self._level(None)
+        if self.state.phase != "done":
+            self.after(*self.bench.end(self.state))
+
+    def after(self, state: BenchState, said: tuple[Said, ...]) -> None:
+        """Take what a step gave."""
+        more = len(state.positions) != len(self.state.positions)
+        self.state = state
+        if more:
+            self._keep()
+        for one in said:
+            self.tell(one)
+
+    def tell(self, said: Said) -> None:
+        """Say it, to the person and to a stage."""
+        self.line({"said": said.kind, "text": said.text, **said.values})
+        press, lift = (getattr(self.live.port, name, None) for name in ("press", "lift"))
+        if said.kind in ("touch", "again") and press is not None and self.state.asked is not None:
+            press(self.state.asked)
+        if said.kind == "taken" and lift is not None:
+            lift()
+
+    def line(self, values: dict[str, Any]) -> None:
+        """A line for a person, or for a program."""
+        self._level(None)
+        if self.options.json:
+            print(json.dumps(values, allow_nan=True), flush=True)
+        elif values.get("text"):
+            print(values["text"], flush=True)
+
+    def _keep(self) -> None:
+        """Write the touches so far, as `subskin calibrate` reads them."""
+        import numpy as np
+
+        state, count = self.state, np.arange(float(len(self.state.positions)))
+        if not len(count):
+            return
+        at = state.positions
+        names = {"position": at} if at.ndim == 1 else {"position_y": at[:, 0], "position_z": at[:, 1]}
+        columns: dict[str, Any] = {"t_start": count, "t_end": count, **names}
+        if self.bench.force is not None:
+            columns["force"] = np.full(len(count), self.bench.force)
+        io.write_table(self.kept, columns | dict(zip(self.file.names, state.readings.T, strict=True)))
+
+    def _listen(self) -> None:
+        """Words that are typed; the thread ends with the process."""
+        with suppress(OSError, ValueError):  # nobody can type
+            for line in sys.stdin or ():
+                self.words.put(line.strip().lower())
+
+    def _word(self, word: str) -> None:
+        full = [name for name in _WORDS if word and name.startswith(word)]
+        if len(full) == 1:
+            self.after(*getattr(self.bench, full[0])(self.state))
+        elif word:
+            self.line({"said": "unknown", "text": f'"{word}": known are {", ".join(_WORDS)}'})
+
+    def _level(self, readings: npt.NDArray[np.float64] | None) -> None:
+        """A bar for each sensor, in a terminal, in place; None takes it away."""
+        import numpy as np
+
+        if self.options.json or not sys.stdout.isatty():
+            return
+        if readings is None:
+            if self._drawn:
+                print("\r\x1b[K", end="", flush=True)
+                self._drawn = 0.0
+            return
+        state, now = self.state, time.monotonic()
+        if state.noise is None or state.zero is None or now - self._drawn < 0.1:
+            return
+        level = np.log10(np.maximum(np.abs((readings - state.zero) / state.noise), 1.0)) / 3
+        bars = "".join(_BARS[int(min(8 * one, 8))] for one in np.nan_to_num(level))
+        print(f"\r\x1b[K  [{bars}] {state.phase}", end="", flush=True)
+        self._drawn = now
+
+
+def _candidates(text: str | None, points: npt.NDArray[np.float64], depth: float) -> npt.NDArray[np.float64]:
+    """Where touches can be made: what --positions says, on an area for both axes; or all over the sensors."""
+    import numpy as np
+
+    from ..io.units import quantity
+
+    area = points.ndim == 2 and points.shape[1] == 2 and bool(np.ptp(points[:, 1]))
+    axes = []
+    for axis in range(2 if area else 1):
+        along = points[:, axis] if points.ndim == 2 else points
+        if text is None:
+            axes.append(np.arange(along.min() - depth, along.max() + 1.001 * depth, 0.25 * depth * (1 + area)))
+        elif ":" in text:
+            parts = [quantity(part, "m", "--positions") for part in text.split(":")]
+            if len(parts) != 3 or not parts[2] > 0 or not parts[1] > parts[0]:
+                fix = '--positions "-6 mm:6 mm:1 mm"'
+                raise InvalidValueError(f'--positions "{text}"', "first:last:step is needed, rising", fix)
+            axes.append(np.arange(parts[0], parts[1] + 1e-9, parts[2]))
+        else:
+            axes.append(np.array([quantity(part, "m", "--positions") for part in listed(text)]))
+    axes = [np.round(along, 5) + 0.0 for along in axes]  # to what a person reads, and no -0
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2) if area else axes[0]

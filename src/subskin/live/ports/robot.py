@@ -1,0 +1,116 @@
+"""A simulated finger that is not as drawn, and a stage that touches it where it is told: `--port robot`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...contact import LineLoad, PointLoad
+from ...errors import InvalidValueError
+from .demo import board, touch
+from .simulated import Simulated
+
+if TYPE_CHECKING:
+    from ...finger import Finger
+    from ...io import FingerFile
+
+__all__ = ["Robot"]
+
+_GAIN, _DEPTH, _NOISE, _OFFSET, _ORIGIN = 0.15, 0.1, 1.5, 50.0, 0.1
+"""By how much the real finger is not as drawn: gains and depths by such a share, noise by a factor, offsets by so many
+noises, its origin by such a share of the depth."""
+_WAIT, _RAMP = 0.15, 0.05
+"""Time before it moves, and until it presses with its whole force [s]."""
+
+
+class Robot(Simulated, name="robot"):
+    """`robot?rate=500&seed=0`: what a board sends while a stage touches its finger, in real time.
+
+    Parameters
+    ----------
+    file : FingerFile or None
+        The finger as drawn.
+    rate : str
+        Frames a second [1/s].
+    seed : str
+        Seed of the noise, and of what the real finger is.
+    force : str
+        Force of each touch [N/m, on an area N]; "" for a force that the sensors read well.
+
+    Raises
+    ------
+    InvalidValueError
+        No finger; an option that is no number.
+    """
+
+    def __init__(self, file: FingerFile | None, rate: str = "500", seed: str = "0", force: str = "") -> None:
+        if file is None:
+            raise InvalidValueError(
+                "port robot", "it needs a finger to touch", "subskin bench finger.toml --port robot"
+            )
+        numbers = {}
+        for key, text in (("rate", rate), ("seed", seed), ("force", force or "0")):
+            try:
+                numbers[key] = float(text)
+            except ValueError:
+                raise InvalidValueError(f"robot?{key}={text}", "a number is needed", f"robot?{key}=1") from None
+        self.origin, self.finger = _real(file, int(numbers["seed"]))
+        units = touch(file.finger)[1]  # under the force that the sensors read well
+        once = np.abs(file.finger.receptive_field(file.finger.array.points[0] if file.finger.array.on_area else 0.0))
+        usual = float(np.abs(units[:, 0]).max() / max(float(once[..., 0].max()), 1e-300))
+        self.force = numbers["force"] or usual
+        self._moves: list[tuple[float, Any]] = []
+        noise = np.broadcast_to(np.asarray(self.finger.array.noise), (len(self.finger.array),))
+        super().__init__(
+            self._felt, board(file.names), rate=numbers["rate"], noise=noise, drift=0.1 * noise, skew=20e-6,
+            seed=int(numbers["seed"]),
+        )  # fmt: skip
+        self.name = "robot"
+
+    def press(self, position: Any) -> None:
+        """Touch the skin, and hold the touch.
+
+        Parameters
+        ----------
+        position : float or array_like of shape (2,)
+            Where, on the axis of the stage [m].
+        """
+        self._moves.append((self._now + _WAIT, np.asarray(position, dtype=np.float64)))
+
+    def lift(self) -> None:
+        """Leave the skin."""
+        self._moves.append((self._now + _WAIT, None))
+
+    def _felt(self, time: FloatArray) -> FloatArray:
+        """Readings at times [s]."""
+        out = np.tile(np.asarray(self.finger.array.offset), (len(time), 1))
+        moves = self._moves[-2:]
+        for k, (begin, position) in enumerate(moves):
+            if position is None:
+                continue
+            end = moves[k + 1][0] if k + 1 < len(moves) else np.inf
+            share = np.clip((time - begin) / _RAMP, 0, 1) * np.clip((end - time) / _RAMP + 1, 0, 1)
+            at = position - self.origin
+            push = PointLoad(self.force, position=at) if at.shape else LineLoad(self.force, position=at)
+            out += share[:, None] * (self.finger.measure(push) * np.asarray(self.finger.array.gain))
+        return out
+
+
+def _real(file: FingerFile, seed: int) -> tuple[Any, Finger]:
+    """Where the real finger lies on the axis of the stage, and what it is."""
+    array, rng = file.finger.array, np.random.default_rng([seed, 1])
+    n, depth = len(array), np.asarray(array.depth)
+    thickness = file.finger.skin.thickness
+    deeper = min(1 + _DEPTH * rng.uniform(-1, 1), 0.95 * thickness / float(depth.max()))
+    noise = np.asarray(array.noise)
+    changes = {
+        "gain": np.asarray(array.gain) * (1 + _GAIN * rng.uniform(-1, 1, n)),
+        "depth": depth * deeper,
+        "noise": _NOISE * noise,
+        "offset": np.asarray(array.offset) + _OFFSET * noise * rng.standard_normal(n),
+    }
+    origin = np.asarray(file.origin) + _ORIGIN * depth.mean() * rng.uniform(-1, 1, 2 if array.on_area else ())
+    return origin, replace(file.finger, array=replace(array, **changes))
