@@ -215,7 +215,9 @@ class SensorArray(LaidOut, Frozen):
         if self.on_area:
             seen = f"sensors on an area ({self.layout or f'{len(self)} at (y, z)'})"
             rule = "this is solved in a plane and takes sensors in a row, at z = 0"
-            raise GeometryError(seen, rule, "finger.locate and finger.observable take them, or SensorArray.line(...)")
+            raise GeometryError(
+                seen, rule, "finger.locate, finger.fit and finger.observable take them, or SensorArray.line(...)"
+            )
 
     @property
     def layout(self) -> str:

@@ -76,6 +76,29 @@ class TestFit:
         assert ran.code != 0
         assert "stick" in ran.err
 
+    def test_round_contacts_on_an_area(self, subskin, folder):
+        ends = '[["-4 mm", "4 mm"], ["-4 mm", "4 mm"]]'
+        grid = 'layout = "grid"\nshape = [3, 3]\npitch = "2 mm"\ndepth = "2 mm"\nnoise = 1e-4\n'
+        skin = '[skin]\nkind = "half_space"\nyoung = "0.4 MPa"\n'
+        (folder / "area.toml").write_text(f"{skin}\n[sensors]\n{grid}\n[locate]\nsearch = {ends}\n")
+        tip = ["--contact", "round_hertz", "--half-width", "1.6 mm", "--count", "6", "--seed", "1"]
+        assert subskin("simulate", "area.toml", "-o", "t.csv", *tip).code == 0
+        ran = subskin("fit", "area.toml", "t.csv", "-o", "f.csv", "--figure", "f.png")
+        assert (ran.code, ran.err) == (0, "")
+        assert (folder / "f.png").stat().st_size > 1000
+        read = ss.io.load("area.toml").finger
+        table = read_table("t.csv")
+        frames = np.stack([table.numbers(f"s{i}") for i in range(9)], axis=-1)
+        found = read.fit(frames, "round_hertz", search=((-4e-3, 4e-3), (-4e-3, 4e-3)))
+        for name, values in (("half_width", found.half_width), ("position_z", found.position[:, 1])):
+            np.testing.assert_allclose(columns("f.csv", name)[0], values, rtol=1e-6)
+        low, high = columns("f.csv", "half_width_low", "half_width_high")
+        assert ((low < 1.6e-3) & (1.6e-3 < high)).sum() >= 5
+        ran = subskin("fit", "area.toml", "t.csv", "--family", "hertz")
+        assert ran.code != 0
+        assert "round_hertz" in ran.err
+        assert subskin("decide", "area.toml", "t.csv").code != 0
+
     def test_family_and_width(self, subskin, table):
         ran = subskin("fit", "finger.toml", "r.csv", "--family", "wedge", "--width", "0.1..1 mm", "--json")
         data = json.loads(ran.out)

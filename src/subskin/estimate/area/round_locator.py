@@ -42,6 +42,15 @@ class RoundLocator(AreaLocator):
     ------
     InvalidValueError, GeometryError
         As of `AreaLocator`; half widths that the response does not reach.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid((2, 4), pitch=2e-3, depth=2e-3, noise=1e-4)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> locator = finger.locator("round_punch", search=((-3e-3, 3e-3), (-4e-3, 4e-3)))
+    >>> locator.half_width, locator.unknowns
+    ((0.0, 0.003), 6)
     """
 
     layout: ClassVar[Layout] = ROUND
