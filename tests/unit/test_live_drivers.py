@@ -67,12 +67,20 @@ def test_takktile():
     assert frames.bad == 1
 
 
-@pytest.mark.parametrize("name", ["anyskin", "lines", "takktile"])
+@pytest.mark.parametrize("last", ["3", "3,4,5", "3,x", "3,inf", "3,1e999", "3,1_0", "3,0x10"])
+def test_a_line_that_is_no_frame(last):
+    frames = barometers().feed(f"first\n1000,1,2,{last}\n2000,1,nan,3,4\n".encode())
+    assert (len(frames), frames.bad) == (1, 1)
+    assert np.isnan(frames.values).tolist() == [[False, True, False, False]]  # a value that is missing
+
+
+@pytest.mark.parametrize("name", ["anyskin", "lines", "takktile", "contactile"])
 def test_any_cut_gives_the_same(name):
     made, data = {
         "anyskin": (lambda: drivers.named("anyskin", sensors=5), ANYSKIN[37:] + 3 * ANYSKIN + b"\r\n??" + 3 * ANYSKIN),
         "lines": (barometers, CSV[40:] + 3 * CSV),
         "takktile": (drivers.named("takktile").__class__, TAKKTILE[9:] + 4 * TAKKTILE),
+        "contactile": (drivers.named("contactile").__class__, CONTACTILE[99:] + 3 * CONTACTILE),
     }[name]
     whole = made().feed(data)
     assert len(whole) >= 3
@@ -139,8 +147,9 @@ def test_xela():
 def test_xela_calibrated():
     driver = drivers.named("xela", taxels=1, calibrated=True)
     message = b'{"message": 1, "time": 0.5, "sensors": 1, "1": {"data": "0,0,0", "calibrated": %s}}\n'
-    found = driver.feed(message % b"[0.1, 0.2, -1.5]" + message % b"[[0.1, 0.2, -1.5]]" + message % b"null")
-    assert (found.values.tolist(), found.bad) == (2 * [[0.1, 0.2, -1.5]], 1)
+    told = (b"[0.1, 0.2, -1.5]", b"[[0.1, 0.2, -1.5]]", b"null", b"[0.1, 0.2, 1e999]", b"[0.1, 0.2]")
+    found = driver.feed(b"".join(message % each for each in told))
+    assert (found.values.tolist(), found.bad) == (2 * [[0.1, 0.2, -1.5]], 3)
     assert driver.channels == ("s1_t0_x_N", "s1_t0_y_N", "s1_t0_z_N")
 
 
@@ -203,6 +212,35 @@ def _by_definition(check, data):
 )
 def test_checks(check, value):
     assert drivers.CHECKS[check].of(b"123456789") == value
+
+
+TWO = [Field("a", "u16"), Field("b", "u16")]
+
+
+def test_bytes_lost_just_where_the_next_frame_holds_a_mark():
+    """Then the marks of a frame stand in their positions, though it lacks bytes: another mark is in it."""
+    driver = drivers.Fixed(TWO, end=b"\xf1\xf2")
+    frames = [driver.encode([[a, 7]]) for a in (1, 2, 3, 0xF2F1, 5, 6, 8)]
+    found = driver.feed(b"".join([*frames[:2], frames[2][2:], *frames[3:]]))
+    assert found.values[:, 0].tolist() == [1, 2, 0xF2F1, 5, 6, 8]  # not (7, 0xF2F1)
+    twice = drivers.Fixed([Field("a", "u8"), Field("b", "u8")], start=b"\xaa\xaa")
+    frames = [twice.encode([[a, 2]]) for a in (1, 3, 0xAA, 5, 6, 7)]
+    found = twice.feed(b"".join([frames[0], frames[1][:-1], *frames[2:]]))
+    assert found.values.tolist() == [[1, 2], [0xAA, 2], [5, 2], [6, 2]]  # the last waits for the mark behind it
+
+
+def test_joined_where_marks_in_the_data_look_like_frames():
+    driver = drivers.Fixed(TWO, end=b"\xf1\xf2")
+    values = [[0xF2F1, i] for i in range(3)] + [[9, i] for i in range(3)]
+    data = driver.encode(values)[2:]  # begins behind a mark that is data
+    found = driver.feed(data)
+    assert found.values.tolist() == values[1:]
+    driver.reset()
+    steady = driver.feed(driver.encode(20 * [[0xF2F1, 1]])[2:])
+    assert len(steady) == 0  # nothing tells which mark is the true one
+    assert steady.bad > 0
+    bounded = drivers.Fixed([Field("a", "u16", high=0xF2F1), Field("b", "u16", high=9)], end=b"\xf1\xf2")
+    assert bounded.feed(driver.encode(20 * [[0xF2F1, 1]])[2:]).values.tolist() == 18 * [[0xF2F1, 1]]
 
 
 def test_a_counter_and_a_clock_that_begin_again():

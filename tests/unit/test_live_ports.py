@@ -136,6 +136,31 @@ def test_websocket():
         port.reopen()
 
 
+def test_lab_streaming_layer():
+    lsl = pytest.importorskip("pylsl", exc_type=(ImportError, RuntimeError))
+    name = f"subskin-{os.getpid()}"
+    info = lsl.StreamInfo(name, "tactile", 2, 100.0, "float32", name)
+    channels = info.desc().append_child("channels")
+    for label, unit in (("p0", "Pa"), ("p1", "Pa")):
+        channels.append_child("channel").append_child_value("label", label).append_child_value("unit", unit)
+    outlet = lsl.StreamOutlet(info)
+    with opened(f"lsl:{name}") as port:
+        assert port.driver.channels == ("p0_Pa", "p1_Pa")
+        assert port.read(0.0) == b""
+        assert outlet.wait_for_consumers(WAIT)
+        outlet.push_sample([1.5, 2.5], 10.25)
+        outlet.push_sample([3.5, 4.5], 10.5)
+        data = b""
+        while len(data) < 2 * 31 and (more := port.read(WAIT)):
+            data += more
+        frames = port.driver.feed(data)
+        assert frames.values.tolist() == [[1.5, 2.5], [3.5, 4.5]]
+        assert frames.device_time.tolist() == [10.25, 10.5]
+        del outlet
+        with pytest.raises(PortLost, match="gone"):
+            port.read(WAIT)
+
+
 def test_files_end(tmp_path):
     (tmp_path / "log.bin").write_bytes(b"\x00\x01")
     with opened(f"file:{tmp_path / 'log.bin'}") as port:

@@ -57,8 +57,8 @@ def live_of(
 ) -> LiveFormat:
     """The board that [live] describes, for `count` sensors; where no unit is given, that `of` [recording].
 
-    Units have the dimension of the readings, whose SI unit is `si`, where that is known. A file that
-    describes a board is looked for in the `folder` of the finger file.
+    Units have the dimension of the readings, whose SI unit is `si`, where that is known. A file that describes a board
+    is looked for in the `folder` of the finger file.
 
     Raises
     ------

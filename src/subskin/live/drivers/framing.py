@@ -188,6 +188,13 @@ class Framer:
         """0 where frames start `at` and nowhere else, None where more bytes have to come, or how far to go on."""
         length, plausible = self.shape.length, self.shape.plausible
         rivals = [other for other in range(at + 1, at + length) if self._fits(data, other)]
+        if rivals and plausible is not None:
+            rows = [np.frombuffer(data, np.uint8, length, first) for first in (at, *rivals)]
+            likely = dict(zip((at, *rivals), plausible(np.array(rows)).tolist(), strict=True))
+            if any(likely.values()):
+                rivals = [other for other in rivals if likely[other]]
+                if not likely[at]:
+                    return rivals[0] - at
         for count in range(2, _WINDOW + 1):
             last = at + (count - 1) * length
             if last + self._seen > len(data):
@@ -195,13 +202,6 @@ class Framer:
             if not self._fits(data, last):
                 return 1
             rivals = [other for other in rivals if self._fits(data, other + (count - 2) * length)]
-            if rivals and plausible is not None:
-                rows = np.array([list(data[first : first + length]) for first in (at, *rivals)], np.uint8)
-                likely = plausible(rows)
-                if likely[0] and not likely[1:].any():
-                    return 0
-                if not likely[0] and likely[1:].sum() == 1:
-                    return int(rivals[int(np.argmax(likely[1:]))] - at)
             if not rivals:
                 return 0
-        return length
+        return length * (_WINDOW // 2)

@@ -19,6 +19,8 @@ __all__ = ["Contactile"]
 
 _START, _END = b"\x55\x66\x77\x88", b"\xaa\xbb\xcc\xdd"
 _LONGEST = 8192
+_STARTS = 16
+"""Start marks before an end mark that are tried, the latest first: all but one are data."""
 _HUB, _PILLARS, _GLOBAL, _PILLAR_SLIP, _SLIP = 1, 3, 4, 5, 6
 _SIX, _STATE_FRICTION, _STATE_TWO = struct.Struct("<6f"), struct.Struct("<bf"), struct.Struct("<B2f")
 _RATES = (100, 250, 500, 1000)
@@ -39,8 +41,8 @@ class Contactile(Driver, name="contactile"):
     r"""Contactile's controller: forces [N] and displacements [mm] of pillars, force and torque [N mm] of each sensor.
 
     A packet is handed on when its marks stand where its index says, and its sum of 16 bits is right. The sum of bytes
-    does not see two bytes in the wrong order. Marks within
-    the data do no harm. Format: PTSCOM_2.0_SPEC_SEP22, and langxin11/contactile_pts_lab, python_ws/pts_protocol.py.
+    does not see two bytes in the wrong order. Marks within the data do no harm. Format: PTSCOM_2.0_SPEC_SEP22, and
+    langxin11/contactile_pts_lab, python_ws/pts_protocol.py.
 
     Parameters
     ----------
@@ -104,8 +106,9 @@ class Contactile(Driver, name="contactile"):
         first, at, bad, found = 0, self._looked, 0, []
         while (end := data.find(_END, at)) >= 0:
             at = end + 1
-            start = data.rfind(_START, first, end)
-            while start >= max(first, end - _LONGEST):
+            start, tries = data.rfind(_START, first, end), _STARTS
+            while start >= max(first, end - _LONGEST) and tries:
+                tries -= 1
                 try:
                     packet = self._packet(data[start + 4 : end])
                 except (_Wrong, struct.error):
@@ -126,7 +129,7 @@ class Contactile(Driver, name="contactile"):
     def _packet(self, body: bytes) -> _Packet:
         """What the bytes between the marks say."""
         end = len(body) - 2
-        if end < 1 or sum(body[:end]) & 0xFFFF != _u16(body, end):
+        if end < 1 or not 0 < body[0] <= 4:
             raise _Wrong
         wide = body[0]
         blocks: dict[int, int] = {}
@@ -134,10 +137,12 @@ class Contactile(Driver, name="contactile"):
         while at < first:
             kind, offset = _u16(body, at), int.from_bytes(body[at + 2 : at + 2 + wide], "little")
             at += 2 + wide
-            if not 0 < wide <= 4 or kind in blocks or not at <= offset < end:
+            if kind in blocks or not at <= offset < end:
                 raise _Wrong
             blocks[kind], first = offset, min(first, offset)
         if at != first or not {_HUB, _PILLARS, _GLOBAL} <= set(blocks):
+            raise _Wrong
+        if sum(body[:end]) & 0xFFFF != _u16(body, end):
             raise _Wrong
         counter, ticks = struct.unpack_from("<IQ", body, blocks[_HUB])
         ends = {_HUB: blocks[_HUB] + 12}

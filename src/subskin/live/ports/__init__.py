@@ -4,6 +4,7 @@ from .base import Port, PortEnded, PortLost
 from .demo import Demo
 from .descriptors import FilePort, StandardInput
 from .listing import PluggedIn, listed
+from .lsl import LslPort
 from .network import TcpPort, UdpPort
 from .opening import opened, schemes
 from .robot import Robot
@@ -15,6 +16,7 @@ __all__ = [
     "Demo",
     "Faults",
     "FilePort",
+    "LslPort",
     "PluggedIn",
     "Port",
     "PortEnded",

@@ -9,7 +9,7 @@ from ...errors import SubskinError
 
 __all__ = ["needed"]
 
-_PACKAGES = {"serial": "pyserial", "websockets": "websockets"}
+_PACKAGES = {"serial": "pyserial"}
 
 
 def needed(module: str, extra: str) -> Any:
@@ -22,8 +22,8 @@ def needed(module: str, extra: str) -> Any:
     """
     try:
         return import_module(module)
-    except ImportError:
-        package = _PACKAGES[module.split(".")[0]]
+    except (ImportError, RuntimeError):  # RuntimeError: of pylsl, without the library beneath it
+        package = _PACKAGES.get(module.split(".")[0], module.split(".")[0])
         raise SubskinError(
             f"{package} is not installed", "this port needs it", f'pip install "subskin[{extra}]"'
         ) from None
