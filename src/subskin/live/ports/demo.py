@@ -120,9 +120,10 @@ class Demo(Simulated, name="demo"):
         self._free = np.broadcast_to(np.asarray(array.offset), (len(array),))
         self._readings = touch(file.finger)[1]
         noise = np.broadcast_to(np.asarray(array.noise), (len(array),))
+        noise = noise / self._scale
         super().__init__(
-            self._pressed, board(file.names), rate=numbers["rate"], faults=Faults.all(numbers["faults"]), noise=noise / self._scale,
-            drift=0.3 * noise / self._scale, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
+            self._pressed, board(file.names), rate=numbers["rate"], faults=Faults.all(numbers["faults"]), noise=noise,
+            drift=0.3 * noise, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
             batch=numbers["batch"] if batch else None,
         )  # fmt: skip
         self.name = "demo"
