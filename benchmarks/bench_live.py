@@ -185,7 +185,10 @@ def faulty(seconds: float, rate: float = 1000.0) -> list[str]:
     each = Faults(**dict.fromkeys(FAULTS, 1 / len(FAULTS)))
     port = Simulated(signal, board(), rate=rate, faults=each, seed=1, duration=seconds, batch=0.004)
     nothing = DeviceFrames(np.empty((0, CHANNELS)))
-    state, ids, longest, used, events, base = None, [], [], [], {}, None
+    state, events, base, steps = None, {}, None, 0
+    ids = np.full(int(seconds * rate) + 10_000, -1, dtype=np.int64)  # room for all of it: only the chain may grow
+    took = np.zeros((2, int(seconds / 0.004) + 100_000))
+    ids[:], took[:] = -1, 0.0
     seen = invented = 0
     while True:
         try:
@@ -206,18 +209,19 @@ def faulty(seconds: float, rate: float = 1000.0) -> list[str]:
         begin, spent = time.perf_counter(), time.thread_time()
         frames = nothing if command else driver.feed(data)
         state, batch = chain.step(state, frames, port.clock(), command)
-        longest.append(time.perf_counter() - begin)
-        used.append(time.thread_time() - spent)
+        took[:, steps] = time.perf_counter() - begin, time.thread_time() - spent
+        steps += 1
         for event in batch.events:
             events[event.kind] = events.get(event.kind, 0) + 1
-        frame = batch.raw[:, 0].astype(np.int32)
-        ids.append(frame)
+        frame = batch.raw[:, 0].astype(np.int64)
+        ids[seen : seen + len(frame)] = frame
         invented += int((batch.raw != signal(frame / rate).astype(np.float32)).any(axis=1).sum())
         seen += len(batch)
         if base is None and seen > min(30, seconds / 3) * rate:
             base = memory()
-    grown = memory() - (base or 0.0) - sum(one.nbytes for one in ids) / 1e6
-    arrived = np.concatenate(ids)
+    grown = memory() - (base or 0.0)
+    arrived = ids[:seen]
+    longest, used = took[:, :steps]
     total = int(seconds * rate)
     spoilt = np.zeros(total + 10_000, dtype=bool)
     for first, last, _ in port.spoilt:

@@ -1,5 +1,7 @@
 from . import drivers as drivers
 from . import ports as ports
+from . import record as record
+from . import replay as replay
 from .batch import Batch
 from .bench import Bench
 from .chain import Chain, ChainState

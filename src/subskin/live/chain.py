@@ -307,7 +307,8 @@ class Chain(Frozen):
         if gap == gap:
             values["seconds"] = gap
         if frames.lost or frames.bad:
-            parts = [f"{frames.lost} frames are lost"] if frames.lost else []
+            count = f"{frames.lost} frames are" if frames.lost > 1 else "1 frame is"
+            parts = [f"{count} lost"] if frames.lost else []
             parts += [f"{frames.bad} came broken"] if frames.bad else []
             return [Event("lost_frames", time, before.frames, ", ".join(parts), values)]
         if gap == gap:

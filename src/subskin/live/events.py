@@ -247,7 +247,8 @@ class Watch:
                 if on:
                     values = {"since": since, "ratio": float(decision.ratio[k])}
                     values["probability"] = float(decision.probability[k])
-                    told = f"{text}: {100 * values['ratio']:.0f} % of what friction holds"
+                    part = f"{100 * values['ratio']:.0f} % of what friction holds"
+                    told = f"{text}: the drag is {part}, probability {values['probability']:.2g}"
                     events.append(Event(kind, float(time[k]), first + k, told, values))
         return risk, slip
 

@@ -71,7 +71,7 @@ def board(names: tuple[str, ...]) -> Fixed:
 
 
 class Demo(Simulated, name="demo"):
-    """`demo?rate=1000&faults=0.2&seed=0`: readings of a finger's own sensors [SI], in real time.
+    """`demo?rate=1000&faults=0.2&seed=0`: a finger's own sensors in the units of its file, in real time.
 
     Parameters
     ----------
@@ -115,9 +115,12 @@ class Demo(Simulated, name="demo"):
             except ValueError:
                 raise InvalidValueError(f"demo?{key}={text}", "a number is needed", f"demo?{key}=1") from None
         array = file.finger.array
+        scale = np.broadcast_to(1.0 if file.recording is None else file.recording.scale, (len(array),))
+        self._scale = scale if file.live is None else file.live.scale
         self._free = np.broadcast_to(np.asarray(array.offset), (len(array),))
         self._readings = touch(file.finger)[1]
         noise = np.broadcast_to(np.asarray(array.noise), (len(array),))
+        noise = noise / self._scale
         super().__init__(
             self._pressed, board(file.names), rate=numbers["rate"], faults=Faults.all(numbers["faults"]), noise=noise,
             drift=0.3 * noise, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
@@ -138,4 +141,4 @@ class Demo(Simulated, name="demo"):
         weights = np.zeros((len(time), unit.shape[1]))
         weights[:, 0] = normal
         weights[:, 1] = normal * lean
-        return np.asarray(self._free + (weights[:, :, None] * unit).sum(axis=1))
+        return np.asarray(self._free + (weights[:, :, None] * unit).sum(axis=1)) / self._scale
