@@ -18,10 +18,7 @@ from .test_local_contacts import tensor, vector
 
 A = 1.25e-3  # radius [m]
 SOFT, HARD = ss.Material(0.4e6, 0.5), ss.Material(0.4e6, 0.3)
-SKINS = {
-    "layer-0.5": ss.Layered(ss.Layer(SOFT, 4 * A)),
-    "layer-0.3": ss.Layered(ss.Layer(HARD, 4 * A)),
-}
+SKINS = {"layer-0.5": ss.Layered(ss.Layer(SOFT, 4 * A)), "layer-0.3": ss.Layered(ss.Layer(HARD, 4 * A))}
 TOUCH = ss.RoundHertz(components=(1.0, 0.375, -0.25), moment=0.3 * A, half_width=A)
 PARTS = np.array([1, 2, 3])
 
