@@ -6,10 +6,10 @@ import json
 
 import numpy as np
 import pytest
-from subskin.live.chain import Chain
 
 import subskin as ss
 from subskin.errors import FileError, InvalidValueError
+from subskin.live.chain import Chain
 from subskin.live.frames import DeviceFrames
 from subskin.live.record import Recorder
 from subskin.live.recording import opened, recover
