@@ -5,6 +5,8 @@ from .chain import Chain, ChainState
 from .clock import ClockMap, ClockState
 from .events import Event
 from .frames import DeviceFrames
+from .record import Recorder
+from .replay import Replay
 from .ring import RingBuffer
 from .run import Live, live
 
@@ -17,6 +19,8 @@ __all__ = [
     "DeviceFrames",
     "Event",
     "Live",
+    "Recorder",
+    "Replay",
     "RingBuffer",
     "live",
 ]
