@@ -100,7 +100,7 @@ def _follow(watched: _Watched, view: View) -> None:
                 view.draw()
                 drawn = time.monotonic()
         view.draw()
-        behind = view.live.port.clock() - (0.0 if view.latest is None else view.latest.host_time)
+        behind = 0.0 if view.latest is None else view.live.port.clock() - view.latest.host_time
     if behind > _BEHIND:
         print(f"subskin: warning: the last frame is {behind:.0f} s late: this computer is too slow for that --speed",
               file=sys.stderr)  # fmt: skip
