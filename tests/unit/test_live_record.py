@@ -203,6 +203,17 @@ def test_a_bit_that_flips_in_a_closed_recording_is_noticed(finger, steps, tmp_pa
     assert refused > 25
 
 
+def test_a_head_that_was_changed_is_refused(finger, growing, tmp_path):
+    with Recorder(tmp_path / "touch.parquet", finger, _live.BOARD):
+        pass
+    for data in (growing[0], (tmp_path / "touch.parquet").read_bytes()):
+        assert data.count(b"0.4 MPa") >= 1
+        bad = tmp_path / "bad"
+        bad.write_bytes(data.replace(b"0.4 MPa", b"0.5 MPa"))  # a good finger, but not the one that was recorded
+        with pytest.raises(FileError, match="differs from its checksum"):
+            steps_in(bad)
+
+
 def test_a_full_disk_ends_the_recording_and_nothing_else(finger, steps, tmp_path):
     told = []
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
