@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,16 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import subskin as ss
 from subskin.errors import FileError, UnknownOptionError
+from subskin.estimate import Status
 from subskin.live.convert import convert
 from subskin.live.record import Recorder
 from subskin.live.recording import About, opened
 from subskin.live.recording.parquet import write_parquet
-from subskin.live.recording.rows import rows_of
+from subskin.live.recording.rows import rows_of, table_of
 from subskin.live.sinks.bags import read_bag
 from subskin.live.sinks.definitions import DEFINITIONS
+from subskin.live.sinks.filled import Filled
+from subskin.live.sinks.messages import typestore
 
 from .. import _commands
 from . import _live
@@ -123,6 +127,19 @@ def test_a_wrench_is_in_newtons_about_the_origin_of_the_frame(mcap, steps):
     told = [[*(getattr(w.force, a) for a in "xyz"), *(getattr(w.torque, a) for a in "xyz")] for w in wrenches]
     assert len(told) > 20
     np.testing.assert_allclose(told, expected, rtol=1e-14, atol=1e-300)
+
+
+def test_a_contact_that_is_not_sure_has_no_wrench(finger, steps):
+    about, store = About.for_finger(finger, _live.CHANNELS, EPOCH, "csv"), typestore()
+    for status in Status:
+        found = steps[2].found
+        table = found.table.copy()
+        table[:, found.layout.status] = status
+        made = _live.step(1.0, steps[2].raw, readings=steps[2].raw, found=replace(found, table=table))
+        told = Filled(about, store.types.__getitem__).of(table_of(about, [made]))
+        wrenches = [m.content.wrench for m in told if m.topic == "/subskin/wrench"]
+        assert len(wrenches) == (len(made.raw) if status in (Status.OK, Status.NO_CONTACT) else 0)
+        assert all((w.force.x == 0) == (status == Status.NO_CONTACT) for w in wrenches)
 
 
 def test_without_a_length_there_are_no_newtons_and_it_is_said(finger, steps, tmp_path):

@@ -24,6 +24,7 @@ from subskin.live.recording.stream import Growing
 from . import _live
 
 WAIT = 30.0  # seconds; what takes longer hangs
+EACH = 3  # steps in a batch of the stream
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +44,8 @@ def growing(finger, steps, tmp_path_factory):
     about = About.for_finger(finger, _live.CHANNELS, 0.0, "csv")
     file, counted, ends = Growing(path, about), Counted(about), []
     start = path.stat().st_size
-    for made in steps:
-        file.append(counted.rows([made]))
+    for first in range(0, len(steps), EACH):
+        file.append(counted.rows(steps[first : first + EACH]))
         ends.append(path.stat().st_size)
     file.end()
     file.close()
@@ -108,8 +109,8 @@ def test_the_rows_say_what_was_found(finger, steps, tmp_path):
 def test_a_stream_that_is_cut_gives_what_is_whole(growing, steps, tmp_path):
     data, ends, start = growing
     path = tmp_path / "cut.arrows"
-    head, rows = 0, [len(made.raw) or 1 for made in steps]
-    rows = np.cumsum([n + len(made.events) for n, made in zip(rows, steps, strict=True)])
+    head, rows = 0, [(len(made.raw) or 1) + len(made.events) for made in steps]
+    rows = [sum(rows[first : first + EACH]) for first in range(0, len(rows), EACH)]
     for cut in range(0, len(data), 97):
         path.write_bytes(data[:cut])
         try:
@@ -118,12 +119,12 @@ def test_a_stream_that_is_cut_gives_what_is_whole(growing, steps, tmp_path):
         except FileError as error:
             head = cut if "cut off in its head" in error.rule else -1
             continue
-        assert count == sum(n for n, end in zip(np.diff(rows, prepend=0), ends, strict=True) if end <= cut)
+        assert count == sum(n for n, end in zip(rows, ends, strict=True) if end <= cut)
         assert (recording.left == "") == (cut in (*ends, start))
         assert not recording.closed
     assert 0 < head < start + 97
     found, _ = steps_in(path)
-    assert len(found) >= len(steps) - 1
+    assert len(found) >= len(steps) - EACH
     for step, made in zip(found, steps, strict=False):
         same(step, made)
 
@@ -131,14 +132,15 @@ def test_a_stream_that_is_cut_gives_what_is_whole(growing, steps, tmp_path):
 @pytest.mark.parametrize("tail", [b"\0" * 512, b"\xff\xff\xff\xff\x40\x42\x0f\0" + b"x" * 64, b"\xff" * 99, b"PAR1"])
 def test_garbage_after_the_last_batch_is_left(growing, steps, tmp_path, tail):
     data, ends, _ = growing
+    steps = steps[: (len(ends) - 1) * EACH]
     old = tmp_path / "touch.parquet.arrows"
     old.write_bytes(data[: ends[-2]] + tail)
     found = recover(old)
     assert (found.path, found.closed) == (tmp_path / "touch.parquet", False)
     assert str(len(tail)) in found.left
-    assert found.frames == sum(len(made.raw) for made in steps[:-1])
+    assert found.frames == sum(len(made.raw) for made in steps)
     assert old.read_bytes() == data[: ends[-2]] + tail
-    for step, made in zip(steps_in(found.path)[0], steps[:-1], strict=True):
+    for step, made in zip(steps_in(found.path)[0], steps, strict=True):
         same(step, made)
 
 
@@ -199,6 +201,17 @@ def test_a_bit_that_flips_in_a_closed_recording_is_noticed(finger, steps, tmp_pa
         for step, made in zip(found, steps, strict=True):
             same(step, made)
     assert refused > 25
+
+
+def test_a_head_that_was_changed_is_refused(finger, growing, tmp_path):
+    with Recorder(tmp_path / "touch.parquet", finger, _live.BOARD):
+        pass
+    for data in (growing[0], (tmp_path / "touch.parquet").read_bytes()):
+        assert data.count(b"0.4 MPa") >= 1
+        bad = tmp_path / "bad"
+        bad.write_bytes(data.replace(b"0.4 MPa", b"0.5 MPa"))  # a good finger, but not the one that was recorded
+        with pytest.raises(FileError, match="differs from its checksum"):
+            steps_in(bad)
 
 
 def test_a_full_disk_ends_the_recording_and_nothing_else(finger, steps, tmp_path):

@@ -160,3 +160,12 @@ def test_the_command_line(session, tmp_path):
         Replay(recording, speed=-1.0)
     with pytest.raises(FileError):
         next(replay(tmp_path / "none.parquet"))
+
+
+def test_at_a_speed_it_is_shown_as_it_happened(session):
+    path, _ = session
+    done = _commands.subskin("replay", path, "--speed", "20")
+    assert done.code == 0
+    assert "mark: so" in done.out
+    assert "frames/s" in done.out
+    assert "to the last bit" in done.out

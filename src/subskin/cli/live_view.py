@@ -7,7 +7,7 @@ import math
 import sys
 from collections import Counter, deque
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ..errors import printable
 from ..io.finger_file import FingerFile
 from ..live.batch import Batch
 from ..live.events import Event
-from ..live.run import Live
 from .answers import Answers, estimate_columns
 from .common import number
 
@@ -32,6 +31,37 @@ _UNITS = {"position": (1e3, "mm"), "position_y": (1e3, "mm"), "position_z": (1e3
 _SILENT = {"no_contact": "nothing touches", "incomplete": "too few sensors can be used"}
 
 
+class Clocked(Protocol):
+    """What has a clock: a port, or a recording that is replayed."""
+
+    def clock(self) -> float:
+        """What time it is for the stream [s]."""
+
+
+class Followed(Protocol):
+    """What a view asks of a stream."""
+
+    @property
+    def frames(self) -> int:
+        """How many frames have come."""
+
+    @property
+    def lost(self) -> int:
+        """How many did not arrive."""
+
+    @property
+    def bad(self) -> int:
+        """How many arrived broken."""
+
+    @property
+    def port(self) -> Clocked:
+        """Where its time comes from."""
+
+    @property
+    def recorder(self) -> Any:
+        """What records it, or None."""
+
+
 class View:
     """Counts what comes, and says at the end what came.
 
@@ -40,13 +70,13 @@ class View:
     file : FingerFile
         The finger.
     live : Live
-        The stream.
+        The stream, or another that is followed.
     """
 
     each = 1.0
     """Seconds between two pictures."""
 
-    def __init__(self, file: FingerFile, live: Live) -> None:
+    def __init__(self, file: FingerFile, live: Followed) -> None:
         self.file, self.live = file, live
         self.events: Counter[str] = Counter()
         self.latest: Batch | None = None

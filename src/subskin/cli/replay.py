@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections import Counter
-from typing import Any, TextIO
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Any, TextIO
 
 from ..errors import FileError, InvalidValueError, printable
 from .common import add_json, describe, give, progress_bar, say
+
+if TYPE_CHECKING:
+    from ..live.replay import Replay
+    from .live_view import View
 
 _EXAMPLES = """\
   subskin replay touch.parquet                      does the chain give what was recorded, to the last bit?
@@ -50,10 +56,18 @@ def run(options: argparse.Namespace) -> int:
         if file is not None and str(options.out) == options.recording:
             raise FileError(f"-o {options.out}", "it is the recording itself", "name another file")
         shown = Replay(recording, file, speed=options.speed, **window)
-        watched = _Watched(shown, None if options.json or options.out is not None else say(options))
-        with progress_bar("frames", None) as advance:
+        view = None
+        if options.speed is not None and not options.json:
+            from .live_view import Bars, PlainLines
+
+            view = (Bars if sys.stdout.isatty() else PlainLines)(shown.file, _Played(shown))
+        quiet = options.json or options.out is not None or view is not None
+        watched = _Watched(shown, None if quiet else say(options))
+        with progress_bar("frames", None) if view is None else nullcontext(_nothing) as advance:
             watched.advance = advance
-            if kind is None:
+            if view is not None:
+                _follow(watched, view)
+            elif kind is None:
                 for _ in watched:
                     pass
             else:
@@ -69,10 +83,54 @@ def _time(text: str | None, name: str, usual: float) -> float:
     return usual if text is None else quantity(text, "s", name)
 
 
+_BEHIND = 2.0
+"""Seconds of the recording by which a picture may be late before it is said."""
+
+
+def _nothing(count: int) -> None:
+    """No bar: what is replayed at a speed is shown itself."""
+
+
+def _follow(watched: _Watched, view: View) -> None:
+    drawn = -float("inf")
+    with view:
+        for batch in watched:
+            view.see(batch)
+            if time.monotonic() - drawn >= view.each:
+                view.draw()
+                drawn = time.monotonic()
+        view.draw()
+        behind = 0.0 if view.latest is None else view.live.port.clock() - view.latest.host_time
+    if behind > _BEHIND:
+        print(f"subskin: warning: the last frame is {behind:.0f} s late: this computer is too slow for that --speed",
+              file=sys.stderr)  # fmt: skip
+
+
+class _Played:
+    """A recording that is replayed, as a view follows it."""
+
+    recorder = None
+
+    def __init__(self, shown: Replay) -> None:
+        self.port = self._shown = shown
+
+    @property
+    def frames(self) -> int:
+        return self._shown.frames
+
+    @property
+    def lost(self) -> int:
+        return self._shown.lost
+
+    @property
+    def bad(self) -> int:
+        return self._shown.bad
+
+
 class _Watched:
     """Counts what is replayed, and shows its events as they happen."""
 
-    def __init__(self, shown: Any, out: TextIO | None) -> None:
+    def __init__(self, shown: Replay, out: TextIO | None) -> None:
         self._shown, self._out = shown, out
         self.about, self.name = shown.about, shown.name
         self.status: Counter[str] = Counter()

@@ -8,6 +8,8 @@ from .chain import Chain, ChainState
 from .clock import ClockMap, ClockState
 from .events import Event
 from .frames import DeviceFrames
+from .record import Recorder
+from .replay import Replay
 from .ring import RingBuffer
 from .run import Live, live
 from .session import BenchState, Said
@@ -23,6 +25,8 @@ __all__ = [
     "DeviceFrames",
     "Event",
     "Live",
+    "Recorder",
+    "Replay",
     "RingBuffer",
     "Said",
     "live",

@@ -107,8 +107,13 @@ class Recorder:
         self._waiting: list[Recorded] = []
         self._count, self._closing, self._closed = 0, False, False
         self._change = threading.Condition()
-        self._thread = threading.Thread(target=self._run, name="subskin recorder", daemon=True)
-        self._thread.start()
+        self._ended = threading.Event()
+        self._threads = [
+            threading.Thread(target=does, name=f"subskin {name}", daemon=True)
+            for name, does in (("recorder", self._run), ("disk", self._keep))
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def __enter__(self) -> Recorder:
         return self
@@ -157,7 +162,8 @@ class Recorder:
         with self._change:
             self._closing = True
             self._change.notify_all()
-        self._thread.join()
+        for thread in self._threads:
+            thread.join()
         if not self._closed:
             self._closed = True
             self._file.close()
@@ -170,28 +176,38 @@ class Recorder:
         return self.failed
 
     def _run(self) -> None:
-        synced = time.monotonic()
-        while True:
-            with self._change:
-                if not self._closing and self._count < self._most // 2:
-                    self._change.wait(_WRITE)
-                batches, self._waiting = self._waiting, []
-                self._count = 0
-                closing = self._closing
-                self._change.notify_all()
-            try:
+        """Write what waits, some times a second."""
+        closing = False
+        try:
+            while not closing and not self.failed:
+                with self._change:
+                    if not self._closing and self._count < self._most // 2:
+                        self._change.wait(_WRITE)
+                    batches, self._waiting, self._count = self._waiting, [], 0
+                    closing = self._closing
+                    self._change.notify_all()
                 if batches:
                     self._file.append(self._counted.rows(batches))
                     self.frames = self._counted.frames
-                if closing:
-                    self._file.end()
-                    return
-                if time.monotonic() - synced >= _SYNC:
-                    self._file.sync()
-                    synced = time.monotonic()
-            except Exception as error:  # the stream goes on, whatever it is
-                self._fail(error, f"{self._part} keeps the {self.frames} frames before it")
+            if not self.failed:
+                self._file.end()
+        except Exception as error:  # the stream goes on, whatever it is
+            self._fail(error, self._kept)
+        finally:
+            self._ended.set()
+
+    def _keep(self) -> None:
+        """Wait for the disk each second; a slow one does not keep others from writing."""
+        while not self._ended.wait(_SYNC):
+            try:
+                self._file.sync()
+            except OSError as error:
+                self._fail(error, self._kept)
                 return
+
+    @property
+    def _kept(self) -> str:
+        return f"{self._part} keeps the {self.frames} frames before it"
 
     def _fail(self, error: Exception, kept: str) -> None:
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__

@@ -71,7 +71,9 @@ class Replay:
         self.same: Compared | None = Compared(old) if file is None else None
         """Which rows came out as they were recorded; None with another finger."""
         self._speed, self._begin, self._end = speed, begin, end
-        self.frames = 0
+        self._start = 0.0
+        self._first: float | None = None
+        self.frames = self.lost = self.bad = 0
 
     def __iter__(self) -> Iterator[Batch]:
         """What comes out of the chain, step by step.
@@ -82,22 +84,29 @@ class Replay:
             The recording is damaged.
         """
         state: ChainState | None = None
-        first, start = None, time.monotonic()
+        self._start = time.monotonic()
         for step in self.recording.steps():
             state, batch = self.chain.step(state, step.frames, step.host_time, step.command, step.values)
             if self.same is not None:
                 self.same.add(step, batch)
-            first = step.host_time if first is None else first
-            at = step.host_time - first
+            self._first = step.host_time if self._first is None else self._first
+            at = step.host_time - self._first
             if at > self._end:
                 break
             if at < self._begin:
-                start = time.monotonic()
+                self._start = time.monotonic()
                 continue
             if self._speed is not None:
-                time.sleep(max(start + (at - max(self._begin, 0.0)) / self._speed - time.monotonic(), 0.0))
+                time.sleep(max(self._start + (at - max(self._begin, 0.0)) / self._speed - time.monotonic(), 0.0))
             self.frames += len(batch.raw)
+            self.lost += batch.lost
+            self.bad += batch.bad
             yield batch
+
+    def clock(self) -> float:
+        """What time it is in the recording while it is shown at a speed, by the host's clock of then [s]."""
+        first = 0.0 if self._first is None else self._first
+        return first + max(self._begin, 0.0) + (time.monotonic() - self._start) * (self._speed or 0.0)
 
     def batches(self, see: Callable[[Batch], object] | None = None) -> Iterator[pa.RecordBatch]:
         """The same as rows of a new recording.

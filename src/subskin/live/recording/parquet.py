@@ -87,9 +87,9 @@ class ParquetRecording:
             told = {
                 k.decode(): v.decode() for k, v in (self._file.metadata.metadata or {}).items() if k[:8] == b"subskin."
             }
+            listed = [f"{field.name}: {field.type}" for field in schema]
         except (OSError, ValueError, pa.ArrowException, MemoryError) as error:
             raise self._damaged(error) from None
-        listed = [f"{field.name}: {field.type}" for field in schema]
         self.about = About.of(told, listed, name)
         self.rows = int(self._file.metadata.num_rows)
         if listed != described(self.about) or told.get("subskin.rows") != str(self.rows):

@@ -173,10 +173,10 @@ class StreamReader:
             self._reader: Any = pa.ipc.open_stream(self._file)
             schema = self._reader.schema
             told = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
+            listed = [f"{field.name}: {field.type}" for field in schema]
         except (OSError, ValueError, pa.ArrowException, MemoryError):
             rule = "it is no recording, or it was cut off in its head"
             raise FileError(name, rule, "name a file that subskin recorded") from None
-        listed = [f"{field.name}: {field.type}" for field in schema]
         self.about = About.of(told, listed, name)
         if listed != described(self.about):
             raise FileError(name, "its columns are not those of a recording", "name a file that subskin recorded")
