@@ -16,6 +16,7 @@ from . import plot as plot
 from . import prepared as prepared
 from . import pressing as pressing
 from . import radial as radial
+from . import radial_round as radial_round
 from . import report as report
 from . import response as response
 from . import skin as skin

@@ -43,7 +43,8 @@ def compiled(
     def wrap(function: Any) -> Any:
         if nb.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return function
-        options: dict[str, Any] = {"fastmath": _ORDERED if exact else _FAST, "inline": "always" if inline else "never", "no_cfunc_wrapper": True}
+        options: dict[str, Any] = {"fastmath": _ORDERED if exact else _FAST, "inline": "always" if inline else "never"}
+        options["no_cfunc_wrapper"] = True  # nothing calls them from C
         if borrows:
             options["_nrt"] = False
         loop: Any = nb.njit(cache=True, nogil=True, error_model="numpy", **options)(function)

@@ -27,7 +27,7 @@ _WAIT, _RAMP = 0.15, 0.05
 
 
 class Robot(Simulated, name="robot"):
-    """`robot?rate=500&seed=0`: what a board sends while a stage touches its finger, in real time.
+    r"""`robot?rate=500&seed=0`: what a board sends while a stage touches its finger, in real time.
 
     Parameters
     ----------
@@ -44,6 +44,14 @@ class Robot(Simulated, name="robot"):
     ------
     InvalidValueError
         No finger; an option that is no number.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 4\npitch = 2e-3\ndepth = 2e-3\nnoise = 1e-4"
+    >>> robot = Robot(ss.io.parse_finger(text), seed="1")
+    >>> robot.press(1e-3)
+    >>> robot.lift()
     """
 
     def __init__(self, file: FingerFile | None, rate: str = "500", seed: str = "0", force: str = "") -> None:
