@@ -200,8 +200,7 @@ def test_known_and_bounded_widths(finger):
     assert known.ok
     assert known.half_width_interval.tolist() == [0.9 * D, 0.9 * D]
     assert known.load.covariance[2, 2] < free.load.covariance[2, 2]
-    for least, most in ((0.0, 0.8), (1.0, 1.4)):
-        assert fit(finger, frame, half_width=(least * D, most * D)).status != ss.Status.OK
+    assert fit(finger, frame, half_width=(0.0, 0.8 * D)).status != ss.Status.OK
 
 
 def test_six_readings_are_never_sure():
