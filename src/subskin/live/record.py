@@ -13,7 +13,7 @@ from ..io.files import check_target
 from ..io.finger_file import FingerFile
 from .convert import check_kind, convert
 from .recording.about import About
-from .recording.rows import Counted, Recorded
+from .recording.rows import Counted, RecordedStep
 from .recording.stream import ENDING, Growing
 
 __all__ = ["Recorder"]
@@ -104,7 +104,7 @@ class Recorder:
         self.frames = 0
         self._counted = Counted(self.about)
         self._most = max(min(_FRAMES, _ROOM // (len(self.about.channels) + len(self.about.names))), 1)
-        self._waiting: list[Recorded] = []
+        self._waiting: list[RecordedStep] = []
         self._count, self._closing, self._closed = 0, False, False
         self._change = threading.Condition()
         self._ended = threading.Event()
@@ -121,7 +121,7 @@ class Recorder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def put(self, batch: Recorded) -> None:
+    def put(self, batch: RecordedStep) -> None:
         """Take what came out of a step of the chain; waits while too much is still to be written.
 
         Parameters

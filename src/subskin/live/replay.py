@@ -27,7 +27,7 @@ _AT_ONCE = 2000
 
 
 class Replay:
-    """The steps of an open recording, run through a chain once.
+    r"""The steps of an open recording, run through a chain once.
 
     Parameters
     ----------
@@ -46,6 +46,24 @@ class Replay:
         A speed that is not above 0, or an end before the beginning.
     FileError
         A recording without a finger, or a finger whose file is wrong.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from subskin.live import DeviceFrames, Recorder
+    >>> text = "skin = {young = 4e5}\nsensors = {count = 4, pitch = 2e-3, depth = 2e-3, noise = 1e-4}"
+    >>> file = parse_finger(text)
+    >>> class Board:
+    ...     channels = file.names
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with Recorder(f"{folder}/touch.parquet", file, Board()) as recorder:
+    ...         state, batch = Chain(file).step(None, DeviceFrames(np.zeros((3, 4)), [0.0, 0.1, 0.2]), 7.0)
+    ...         recorder.put(batch)
+    ...     with opened(f"{folder}/touch.parquet") as recording:
+    ...         again = Replay(recording)
+    ...         frames = sum(len(batch) for batch in again)
+    >>> frames, again.same.rows, again.same.others
+    (3, 3, 0)
     """
 
     def __init__(

@@ -18,10 +18,10 @@ from .table import COMMAND, DTYPE, EMPTY, EVENT, FRAME, STEP, columns_of, schema
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Counted", "Recorded", "rows_of", "table_of"]
+__all__ = ["Counted", "RecordedStep", "rows_of", "table_of"]
 
 
-class Recorded(Protocol):
+class RecordedStep(Protocol):
     """What is recorded of a step: a `Batch` of a chain has it."""
 
     @property
@@ -93,7 +93,7 @@ class Counted:
     def __init__(self, about: About) -> None:
         self.about, self.steps, self.frames = about, 0, 0
 
-    def rows(self, batches: Sequence[Recorded]) -> pa.RecordBatch:
+    def rows(self, batches: Sequence[RecordedStep]) -> pa.RecordBatch:
         """The rows of the next batches of a chain."""
         made = rows_of(self.about, batches, self.steps, self.frames)
         self.steps += len(batches)
@@ -101,7 +101,7 @@ class Counted:
         return made
 
 
-def rows_of(about: About, batches: Sequence[Recorded], step: int = 0, frame: int = 0) -> pa.RecordBatch:
+def rows_of(about: About, batches: Sequence[RecordedStep], step: int = 0, frame: int = 0) -> pa.RecordBatch:
     """The rows of some batches of a chain, as Arrow holds them.
 
     Parameters
@@ -119,7 +119,9 @@ def rows_of(about: About, batches: Sequence[Recorded], step: int = 0, frame: int
     return pa.RecordBatch.from_arrays(arrays, schema=schema_of(about))
 
 
-def table_of(about: About, batches: Sequence[Recorded], step: int = 0, frame: int = 0) -> dict[str, npt.NDArray[Any]]:
+def table_of(
+    about: About, batches: Sequence[RecordedStep], step: int = 0, frame: int = 0
+) -> dict[str, npt.NDArray[Any]]:
     """The columns of the rows of some batches of a chain.
 
     Parameters
@@ -156,7 +158,7 @@ def table_of(about: About, batches: Sequence[Recorded], step: int = 0, frame: in
     return columns
 
 
-def _bare(step: int, batch: Recorded) -> dict[str, Any]:
+def _bare(step: int, batch: RecordedStep) -> dict[str, Any]:
     """The row of a step without frames: a command, or nothing that came in time."""
     row = {"kind": COMMAND if batch.command else STEP, "step": step, "host_time": batch.host_time}
     row |= {"lost": batch.lost, "bad": batch.bad}
@@ -185,7 +187,7 @@ def _json(values: Mapping[str, Any]) -> str:
     return json.dumps(plain(dict(values)), allow_nan=False) if values else ""
 
 
-def _frames(batches: Sequence[Recorded], about: About) -> dict[str, Any]:
+def _frames(batches: Sequence[RecordedStep], about: About) -> dict[str, Any]:
     """The columns of the frames of batches, each of which has some."""
     if not batches:
         return {}
