@@ -141,4 +141,4 @@ class Demo(Simulated, name="demo"):
         weights = np.zeros((len(time), unit.shape[1]))
         weights[:, 0] = normal
         weights[:, 1] = normal * lean
-        return np.asarray(self._free + (weights[:, :, None] * unit).sum(axis=1)) / self._scale
+        return np.asarray((self._free + (weights[:, :, None] * unit).sum(axis=1)) / self._scale)

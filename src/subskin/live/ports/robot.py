@@ -114,7 +114,7 @@ def _real(file: FingerFile, seed: int) -> tuple[Any, Finger]:
     thickness = file.finger.skin.thickness
     deeper = min(1 + _DEPTH * rng.uniform(-1, 1), 0.95 * thickness / float(depth.max()))
     noise = np.asarray(array.noise)
-    changes = {
+    changes: dict[str, Any] = {
         "gain": np.asarray(array.gain) * (1 + _GAIN * rng.uniform(-1, 1, n)),
         "depth": depth * deeper,
         "noise": _NOISE * noise,
