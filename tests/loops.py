@@ -30,11 +30,19 @@ def wide() -> None:  # and the plain fit, which this one calls
     tip.fit(tip.read(ss.Hertz(force=[30.0, 20.0], half_width=1.5e-3)), stick=0.6)
 
 
-def area() -> None:
-    skin = ss.HalfSpace(ss.Material(young=0.4e6))
+def pad() -> ss.Finger:
     array = ss.SensorArray.grid(shape=(3, 3), pitch=1.5e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=10.0)
-    tip = ss.Finger(skin, array)
+    return ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+
+
+def area() -> None:
+    tip = pad()
     tip.locate(tip.read(ss.PointLoad(force=[1.0, 2.0])))
+
+
+def round_on_area() -> None:
+    tip = pad()
+    tip.fit(tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)), "round_hertz")
 
 
 def line() -> None:
@@ -68,7 +76,7 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-JOBS = (a_kind_of_each, wide, area, line, placement, pressure, pressing, streams)  # longest first
+JOBS = (a_kind_of_each, round_on_area, wide, area, line, placement, pressure, pressing, streams)  # longest first
 
 
 def run(job: Callable[[], None]) -> None:
