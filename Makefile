@@ -67,7 +67,8 @@ test-floor: ## the core of the tests at the lowest versions that pyproject.toml 
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
-study: $(STUDY) ## heavier than a test: finite elements, blind calibration, faults of real skins, placement, mutants
+study: $(STUDY) ## heavier than a test: long statistics, finite elements, blind calibration, real skins, placement, mutants
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -q -n $(JOBS) -m long tests
 	@shopt -s nullglob; for program in benchmarks/study_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
 figures: $(DEV) ## the memo's figures into out/figures, and the drawings of the README and the docs

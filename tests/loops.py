@@ -76,7 +76,7 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-JOBS = (a_kind_of_each, round_on_area, wide, area, line, placement, pressure, pressing, streams)  # longest first
+JOBS = (a_kind_of_each, round_on_area, area, line, placement, pressure, pressing, streams)  # longest first
 
 
 def run(job: Callable[[], None]) -> None:
@@ -84,5 +84,6 @@ def run(job: Callable[[], None]) -> None:
 
 
 if __name__ == "__main__":
+    wide()  # first, by itself: the others are built on much of it, and need not compile it twice
     with get_context("fork").Pool(2) as pool:
         pool.map(run, JOBS, chunksize=1)

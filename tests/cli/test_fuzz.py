@@ -17,7 +17,7 @@ from subskin.io.tables import write_table
 from .conftest import FINGER
 
 QUICK = settings(
-    max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=75, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 FEW = settings(QUICK, max_examples=60)
 

@@ -58,6 +58,7 @@ def test_everything_at_once_is_recovered_within_its_standard_errors():
     assert not found.weak.any()
 
 
+@pytest.mark.long
 def test_standard_errors_are_the_scatter_over_repeats():
     truth = true_finger(noise=2e-4, y=[-9e-3, -3e-3, 3e-3, 9e-3], depth=5.3e-3, width=0.0)
     start = ss.Finger(SKIN, ss.SensorArray.line(4, pitch=6e-3, depth=5e-3))

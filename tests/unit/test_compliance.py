@@ -150,6 +150,7 @@ def test_numbers_out_of_range(bad):
         skin_compliance(finger(), PARTICLE, **bad)
 
 
+@pytest.mark.long
 def test_neighbouring_moduli_answer_alike():
     """A thin skin bulges up to the flat far beside the particle, first here, then there: no answer may jump at that."""
     skin = ss.Layered(ss.Layer(ss.Material(0.6e6, 0.5), 6e-3))

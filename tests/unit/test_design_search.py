@@ -199,6 +199,7 @@ def test_halving_the_counts_finds_the_fewest_sensors(grid, study):
         assert {n for n in (fewest - 1, fewest, fewest + 1) if 0 <= n < 3} <= set(own)
 
 
+@pytest.mark.long
 def test_the_number_of_workers_does_not_change_the_ranking():
     room, effort = replace(GOALS.room, count=(5, 5)), replace(GOALS.effort, depths=2, pitches=3, touches=200)
     grid = search_grid(replace(GOALS, room=room, effort=effort))

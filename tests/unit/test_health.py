@@ -110,6 +110,7 @@ def test_many_small_changes_at_once():
     assert (found.gain_ratio[2] - 1) > 0.04
 
 
+@pytest.mark.long
 def test_standard_errors_are_those_of_the_scatter():
     tip = finger(noise=5e-4)
     now = changed(tip, {2: 0.8})

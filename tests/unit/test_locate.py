@@ -304,6 +304,7 @@ def test_what_cannot_be_done_is_said(call, error, seen):
         call()
 
 
+@pytest.mark.long
 def test_the_first_process_says_that_it_compiles_and_the_second_does_not(tmp_path):
     code = (
         "import subskin as ss;"

@@ -57,6 +57,7 @@ def test_the_truth_lies_where_the_covariance_says(sensors, count, noise):
 
 
 @pytest.mark.parametrize("sensors", [4, 8])
+@pytest.mark.long
 def test_two_hundred_touches_are_nearly_as_good_as_knowing_the_finger(sensors):
     """Issue 4: rms errors of angle and place at most 1.3 times a known finger's, places up to shift and scale."""
     ratios, foretold = [], []
@@ -87,6 +88,7 @@ def test_two_hundred_touches_are_nearly_as_good_as_knowing_the_finger(sensors):
     np.testing.assert_allclose((ratios**2 - 1).mean(0), (foretold**2 - 1).mean(0), rtol=0.6)
 
 
+@pytest.mark.long
 def test_four_times_the_touches_leave_half_the_error():
     """Of what can be learnt: here gains less their mean."""
 

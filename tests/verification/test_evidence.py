@@ -67,6 +67,7 @@ def integral(tip, units, frame, positions, widths, angles, span=None):
     return high.max() + np.log(mean) + np.log((positions[1] - positions[0]) * (span or angles[1] - angles[0]))
 
 
+@pytest.mark.long
 def test_evidence_is_the_integral_where_readings_tell_little():
     """Four sensors, noise of 1 %: place and width known to a tenth of a depth, several places possible."""
     tip = finger(4, 0.8, 1e-2)

@@ -294,6 +294,7 @@ def test_the_largest_determinant_is_not_the_best_position():
     assert six["position_worst"][six["log_det"].argmax()] > 10 * six["position_worst"].min()
 
 
+@pytest.mark.long
 def test_free_positions_win_little_from_five_sensors_on():
     span = Touches(1.0, span=(-2.0, 2.0))
     for count, pitch in ((6, 0.94), (8, 0.67)):
