@@ -56,6 +56,14 @@ def test_the_finger_written_is_the_one_that_was_touched(session):
     assert found.differences
 
 
+def test_the_stage_presses_as_hard_as_it_is_told(session):
+    folder, run = session
+    assert run.code == 0
+    drawn, found = ss.load(folder / "finger.toml"), ss.load(folder / "out.toml")
+    true = Robot(drawn, seed="3").finger.array
+    assert np.asarray(found.finger.array.gain) == pytest.approx(np.asarray(true.gain), rel=0.05)
+
+
 def test_the_touches_are_kept_and_calibrate_to_the_same_finger(session):
     folder, run = session
     assert run.code == 0

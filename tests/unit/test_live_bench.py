@@ -121,7 +121,7 @@ def test_again_skip_and_end():
     person.obey(lambda state: len(state.positions) == 2 and state.phase == "touch")
     first = person.state.positions[1]
     person.state, said = person.bench.again(person.state)
-    assert said[0].kind == "again"
+    assert "once more" in said[0].text
     assert person.state.asked == first
     assert len(person.state.positions) == 1
     person.state, said = person.bench.skip(person.state)
@@ -132,6 +132,34 @@ def test_again_skip_and_end():
     with pytest.raises(ss.SubskinError, match="at least two"):
         person.bench.result(person.state)
     assert person.press(0.0) == []
+
+
+@pytest.mark.parametrize("word", ["again", "skip"])
+def test_a_word_while_the_skin_is_touched_waits_for_the_lift(word):
+    person = Person(made(accuracy=1e-9))
+    person.obey(lambda state: len(state.positions) == 2 and state.phase == "touch")
+    wanted, before = person.state.asked, person.state.positions
+    person.press(40.0, 8)
+    assert person.state.phase == "hold"
+    person.state, said = getattr(person.bench, word)(person.state)
+    assert "lift" in said[0].text
+    held = person.state
+    for _ in range(6):  # the tip is still down where it was
+        readings = person.finger.read(ss.LineLoad(np.full(10, 40.0), position=wanted - ORIGIN), person.rng)
+        person.state, _ = person.bench.step(person.state, readings, person.time + 0.01 * np.arange(10))
+        person.time += 0.1
+    assert person.state.phase == "lift"
+    assert np.array_equal(person.state.positions, before[: len(held.positions)])
+    person.obey(lambda state: state.phase == "touch")
+    assert (person.state.asked == before[1]) if word == "again" else (person.state.asked != wanted)
+
+
+def test_nothing_to_skip_is_said():
+    person = Person(made())
+    person.obey(lambda state: state.phase == "lift")
+    state, said = person.bench.skip(person.state)
+    assert state is person.state
+    assert "nothing to skip" in said[0].text
 
 
 def test_a_sensor_that_stands_still_needs_a_stated_noise():

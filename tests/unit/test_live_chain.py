@@ -205,6 +205,16 @@ def test_channels_are_found_by_their_names_and_units_are_those_of_the_recording(
         Chain(file, channels=("a", "b", "c"))
 
 
+def test_a_misspelt_channel_is_no_reason_to_take_another():
+    text = "[skin]\nyoung = 4e5\n[sensors]\ncount = 3\npitch = 3e-3\ndepth = 2e-3\nnoise = 1e-4\n"
+    live = "[live]\ndriver = {{name = 'lines', sensors = 3}}\nchannels = [{}]\n"
+    swapped = parse_finger(text + live.format("'c2', 'c1', 'c0'"))
+    _, batch = Chain(swapped, channels=("c0", "c1", "c2")).step(None, DeviceFrames([[1.0, 2.0, 3.0]]), 1.0)
+    assert np.isfinite(batch.readings).all()
+    with pytest.raises(ss.SubskinError, match="C2: the device has the channels c0, c1, c2"):
+        Chain(parse_finger(text + live.format("'C2', 'c1', 'c0'")), channels=("c0", "c1", "c2"))
+
+
 def test_a_load_on_an_area_and_a_width_go_through_the_same_chain():
     time = clock(1.2)
     raw = readings(time, np.where(time > 0.8, 40.0, 0.0))

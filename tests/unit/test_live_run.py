@@ -210,6 +210,12 @@ def test_the_command_prints_lines_where_it_is_piped(piped, capsys):
     assert "ready in" in err
 
 
+def test_a_board_that_its_driver_cannot_read_is_said(piped, capsys, tmp_path):
+    (tmp_path / "other.csv").write_bytes(b"1,2,3,4,5,6\n" * 20)
+    assert main(["live", piped[0], "--port", f"file:{tmp_path / 'other.csv'}"]) == 1
+    assert "no frame came; " in capsys.readouterr().err
+
+
 def test_the_command_prints_a_line_of_json_for_each_frame_and_event(piped, capsys):
     finger, port = piped
     assert main(["live", finger, "--port", port, "--json", "--slip", "0.4..0.8"]) == 0

@@ -35,8 +35,8 @@ positions are off, and stops when they are near enough. Touch with the same load
 across the row (on an area, by a small tip), and hold until it is taken.
 
 Type a word and Enter at any time: again (take the last touch back), skip (this position cannot be reached), end (write
-the finger as it is). Touches are kept beside the finger as they come, in NAME.touches.csv: after Ctrl-C,
-`subskin calibrate` goes on from there.
+the finger as it is). Touches are kept beside the finger as they come, in NAME.touches.csv. Ctrl-C stops with exit code
+130 and says how `subskin calibrate` goes on from there.
 """
 _WORDS = ("again", "skip", "end")
 _BARS = " ▁▂▃▄▅▆▇█"
@@ -87,7 +87,11 @@ def run(options: argparse.Namespace) -> int:
     port, driver = connected(file, options.port, options.driver)
     with Live(BareChain(file, driver.channels), port, driver) as live:
         session = _Session(options, file, bench, live)
-        session.follow()
+        try:
+            session.follow()
+        except KeyboardInterrupt:
+            session.stopped()
+            raise
     found = bench.result(session.state, accept_misfit=options.accept_misfit)
     facts: dict[str, Any] = {"source": "bench", "fit": list(bench.fit), "touches": found.score.touches}
     facts["r2"] = float(found.r2)
@@ -102,7 +106,10 @@ def run(options: argparse.Namespace) -> int:
             print(doubt)
         if bench.force is None and "gain" in bench.fit:
             print("forces found with this finger are multiples of the touches' load (no --force)")
-        print(f"-> {options.out}; next: subskin live {options.out}")
+        again = "".join(f" --{name} {value}" for name in ("port", "driver") if (value := getattr(options, name)))
+        if getattr(port, "press", None) is not None:
+            again = " --port demo"
+        print(f"-> {options.out}; next: subskin live {options.out}{again}")
     return 0
 
 
@@ -136,6 +143,18 @@ class _Session:
         if self.state.phase != "done":
             self.after(*self.bench.end(self.state))
 
+    def stopped(self) -> None:
+        """Say where the touches are, and how to go on with them."""
+        count = len(self.state.positions)
+        self._level(None)
+        if count:
+            known = "" if self.bench.force is None else " --force-column force"
+            more = f"--fit {','.join(self.bench.fit)}{known} -o {self.options.out}"
+            said = f"subskin calibrate {self.options.finger} {self.kept} {more}"
+            print(f"stopped after {count} touches, kept in {self.kept}; to go on: {said}", file=sys.stderr)
+        else:
+            print("stopped before a touch was taken: nothing is kept", file=sys.stderr)
+
     def after(self, state: BenchState, said: tuple[Said, ...]) -> None:
         """Take what a step gave."""
         more = len(state.positions) != len(self.state.positions)
@@ -149,9 +168,11 @@ class _Session:
         """Say it, to the person and to a stage."""
         self.line({"said": said.kind, "text": said.text, **said.values})
         press, lift = (getattr(self.live.port, name, None) for name in ("press", "lift"))
-        if said.kind in ("touch", "again") and press is not None and self.state.asked is not None:
-            press(self.state.asked)
-        if said.kind == "taken" and lift is not None:
+        if press is None or lift is None:
+            return
+        if said.kind == "touch":
+            press(self.state.asked, self.bench.force)
+        if self.state.phase == "lift" and said.kind in ("taken", "again", "skip"):
             lift()
 
     def line(self, values: dict[str, Any]) -> None:

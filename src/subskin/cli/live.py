@@ -82,6 +82,10 @@ def run(options: argparse.Namespace) -> int:
     shown.end()
     if live.recorder is not None:
         print(f"-> {printable(live.recorder.failed or options.record)}", file=sys.stderr)
+    if stopped is None and not live.frames:
+        said = f"no frame came; {live.bad} were broken" if live.bad else "no frame came"
+        print(f"subskin: {said}. Is {type(live.driver).__name__} the driver of this board? --driver", file=sys.stderr)
+        return 1
     if stopped is not None and type(stopped) is not KeyboardInterrupt:
         raise stopped  # a signal that ends the process, and not Ctrl-C
     return 1 if live.recorder is not None and live.recorder.failed else 0
@@ -93,7 +97,9 @@ def _finger(options: argparse.Namespace) -> FingerFile:
     if options.finger is not None:
         return io.load(options.finger)
     if options.port is None or options.port.partition("?")[0] != "demo":
-        raise InvalidValueError("no finger", "a finger.toml says what the sensors are", "subskin live finger.toml")
+        raise InvalidValueError(
+            "no finger", "a finger.toml says what the sensors are", "subskin live finger.toml, or --port demo"
+        )
     return io.parse_finger(_DEMO, "the finger of the demo")
 
 

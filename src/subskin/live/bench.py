@@ -174,8 +174,11 @@ class Bench:
         left = replace(state, readings=state.readings[:-1], positions=state.positions[:-1])
         found, error = self._fitted(left)
         where = last if self.candidates.ndim == 2 else float(last)
-        left = replace(left, found=found, error=error, asked=where)
-        return left, (Said("again", f"touch {len(left.positions) + 1} once more: at {_where(where)}"),)
+        left = replace(left, found=found, error=error, redo=where)
+        if state.phase == "touch":
+            return self._ask(left)
+        text = f"touch {len(left.positions) + 1} is taken back: lift"
+        return replace(left, phase="lift", run=0, time=np.empty(0), kept=state.kept[:0]), (Said("again", text),)
 
     def skip(self, state: BenchState) -> tuple[BenchState, tuple[Said, ...]]:
         """Ask for another position: the one asked for cannot be reached.
@@ -186,11 +189,14 @@ class Bench:
             Of the session.
         """
         if state.asked is None or state.phase not in ("touch", "hold"):
-            return state, ()
-        left = replace(state, skipped=(*state.skipped, state.asked), phase="touch", run=0)
+            return state, (Said("skip", "no touch is asked for now: nothing to skip"),)
+        left = replace(state, skipped=(*state.skipped, state.asked), redo=None)
         if len(left.skipped) >= len(self.candidates):
             return self.end(left)
-        return self._ask(left)
+        if state.phase == "touch":
+            return self._ask(left)
+        left = replace(left, phase="lift", run=0, time=np.empty(0), kept=state.kept[:0])
+        return left, (Said("skip", f"{_where(state.asked)} is left out: lift"),)
 
     def end(self, state: BenchState) -> tuple[BenchState, tuple[Said, ...]]:
         """End the session with the touches that there are.
@@ -221,7 +227,7 @@ class Bench:
         """
         count = len(state.positions)
         if count < 2:
-            raise ConvergenceError(f"{count} touches", "a calibration needs at least two", "go on until it has them")
+            raise ConvergenceError(f"{count} touches", "a calibration needs at least two", "run it again, and go on")
         return calibrate(
             self._measured(state),
             state.readings,
@@ -310,7 +316,11 @@ class Bench:
         return state
 
     def _ask(self, state: BenchState) -> tuple[BenchState, tuple[Said, ...]]:
-        """Where the next touch helps most."""
+        """Where the next touch helps most, or the one that is to be made again."""
+        if state.redo is not None:
+            text = f"touch {len(state.positions) + 1} once more: at {_where(state.redo)}"
+            values = {"position": np.asarray(state.redo).tolist()}
+            return replace(state, asked=state.redo, redo=None), (Said("touch", text, values),)
         left = [p for p in self.candidates if not any(np.array_equal(p, s) for s in state.skipped)]
         finger, origin = (self._measured(state), self._origin()) if state.found is None else (
             self._alive(state.found), state.found.origin
@@ -346,7 +356,7 @@ class Bench:
 
     def _reached(self, state: BenchState) -> bool:
         found = state.found
-        enough = found is not None and found.spare >= _DOUBT * int(self._live.sum())
+        enough = found is not None and state.redo is None and found.spare >= _DOUBT * int(self._live.sum())
         return enough and state.error <= self.accuracy
 
     def _measured(self, state: BenchState) -> Finger:

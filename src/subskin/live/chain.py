@@ -362,8 +362,12 @@ def _factor(file: FingerFile) -> FloatArray | None:
 def columns_of(file: FingerFile, channels: Sequence[str]) -> npt.NDArray[np.intp] | None:
     """Where the sensors are among the channels; None where they are these."""
     names: Sequence[str] = file.names
-    if file.live is not None and file.live.channels and set(file.live.channels) <= set(channels):
+    if file.live is not None and file.live.channels:
         names = file.live.channels
+        missing = [name for name in names if name not in channels]
+        if missing:
+            seen = f"channels of [live]: {', '.join(missing)}"
+            raise InvalidValueError(seen, f"the device has the channels {', '.join(channels)}", "one of these for each")
     if tuple(names) == tuple(channels):
         return None
     if len(set(channels)) == len(channels) and set(names) <= set(channels):

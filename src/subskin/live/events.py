@@ -248,7 +248,7 @@ class Watch:
                     values = {"since": since, "ratio": float(decision.ratio[k])}
                     values["probability"] = float(decision.probability[k])
                     part = f"{100 * values['ratio']:.0f} % of what friction holds"
-                    told = f"{text}: the drag is {part}, probability {values['probability']:.2g}"
+                    told = f"{text}, probability {values['probability']:.2g}: the drag is {part}"
                     events.append(Event(kind, float(time[k]), first + k, told, values))
         return risk, slip
 

@@ -22,7 +22,7 @@ class Said:
     ----------
     kind : str
         "rest" (hands off), "restless", "noise", "touch" (where to touch now), "hold", "short", "taken", "again",
-        "calibrated", "reached" or "ended".
+        "skip", "calibrated", "reached" or "ended".
     text : str
         What a person reads.
     values : mapping
@@ -56,6 +56,8 @@ class BenchState(Frozen):
         Error of positions that is left, over the candidates [m]; NaN before it is known.
     skipped : tuple
         Positions that the person cannot reach.
+    redo : float or ndarray or None
+        Where a touch was taken back, and is asked for again [m].
     time, kept : ndarray, shape (k,), (k, n)
         Frames of the phase that are still looked at [s], [reading].
     run : int
@@ -73,6 +75,7 @@ class BenchState(Frozen):
     found: Calibration | None = None
     error: float = float("nan")
     skipped: tuple[Any, ...] = ()
+    redo: Any = None
     time: FloatArray = field(default_factory=lambda: np.empty(0))
     kept: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     run: int = 0

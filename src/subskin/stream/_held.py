@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy.special import chdtri
 
 from .._check import FloatArray
+from .._frozen import Frozen
 from ..errors import SubskinError
 from ..estimate.estimate import Status
 from ..estimate.locate import locator
@@ -28,7 +29,7 @@ _TOUCHES = (Status.OK, Status.AMBIGUOUS)
 _ANY, _RUBBER = np.inf, 1.0  # cones of friction: any pressing load; one that a skin can have
 
 
-class Held:
+class Held(Frozen):
     """Judges departures from the offsets that have lasted, by the finger's response.
 
     The response is tabulated once, over a wider range than a finger's own locator searches: by `prepare`, or by the

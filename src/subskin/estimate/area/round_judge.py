@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
+from . import judge as _judge
 from . import round_climb as _round_climb
 from . import scan as _scan
 from .judge import FINE
@@ -113,7 +114,7 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
     return True
 
 
-@compiled(borrows=True, built_on=(_round_climb, _scan))
+@compiled(borrows=True, built_on=(_judge, _round_climb, _scan))
 def contact_outside(w, single, model, mu, tiles, nodes, t, widths, least, boxes, box, only, picked, room, c, s, trials):
     """Whether S reaches `least` at a side of the search, or beyond, at any width.
 

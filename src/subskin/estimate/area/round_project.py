@@ -15,6 +15,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..layout import AREA, ROUND
 from . import climb as _climb
+from . import field as _field
 from . import judge as _judge
 from . import project as _project
 from . import round_climb as _round_climb
@@ -86,7 +87,7 @@ def _climbed(w, model, mu, box, starts, count, near, room, tops, trial):
     return found
 
 
-@compiled(borrows=True, built_on=(_climb, _judge, _project, _round_climb, _round_judge))
+@compiled(borrows=True, built_on=(_climb, _field, _judge, _project, _round_climb, _round_judge))
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
     boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole,
@@ -225,7 +226,7 @@ def _each(
         row[_STATUS] = status
 
 
-@compiled(built_on=(_climb, _judge, _project, _round_climb, _round_judge))
+@compiled(built_on=(_climb, _field, _judge, _project, _round_climb, _round_judge))
 def project_round(
     readings, rows, sensors, first, tables, terms, sums, harmonics, tiles, near_sensors, near_first, outer, nodes,
     boxes, sizes, widths, far, limits, options, out,

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import InvalidValueError
 from .framing import Bytes
 
@@ -84,7 +85,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Block:
+class Block(Frozen):
     """Fields of one type that lie side by side: they are read at once."""
 
     first: int

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...finger import Finger
     from ...io import FingerFile
 
-__all__ = ["Demo", "board", "touch"]
+__all__ = ["Demo", "board", "channels_of", "touch"]
 
 _KNOTS = 240
 _ROUND = 17.0
@@ -61,6 +61,11 @@ def touch(finger: Finger, force: float | None = None) -> tuple[FloatArray, Float
         loudest = np.abs(unit[:, 0] / np.where(noise > 0, noise, np.inf)).max()
         force = _LOUD / loudest if loudest > 0 else 1.0
     return at, force * unit
+
+
+def channels_of(file: FingerFile) -> tuple[str, ...]:
+    """What a simulated board calls the sensors of a file: as [live] does, or by their names."""
+    return file.names if file.live is None or not file.live.channels else file.live.channels
 
 
 def board(names: tuple[str, ...]) -> Fixed:
@@ -119,11 +124,12 @@ class Demo(Simulated, name="demo"):
         self._scale = scale if file.live is None else file.live.scale
         self._free = np.broadcast_to(np.asarray(array.offset), (len(array),))
         self._readings = touch(file.finger)[1]
+        self._most = min(float(file.options.get("friction", 1.0)), 1.0)  # it leans as far as such touches do
         noise = np.broadcast_to(np.asarray(array.noise), (len(array),))
         noise = noise / self._scale
         super().__init__(
-            self._pressed, board(file.names), rate=numbers["rate"], faults=Faults.all(numbers["faults"]), noise=noise,
-            drift=0.3 * noise, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
+            self._pressed, board(channels_of(file)), rate=numbers["rate"], faults=Faults.all(numbers["faults"]),
+            noise=noise, drift=0.3 * noise, skew=37e-6, seed=int(numbers["seed"]), duration=numbers["duration"],
             batch=numbers["batch"] if batch else None,
         )  # fmt: skip
         self.name = "demo"
@@ -137,7 +143,7 @@ class Demo(Simulated, name="demo"):
         press, phase = np.divmod(time / _PRESS, 1)
         within = np.clip((phase - (1 - _PRESSED)) / _PRESSED, 0, 1)
         normal = np.sin(np.pi * within) ** 2
-        lean = np.where(press % 3 == 2, 0.9 * within, 0.25 * np.sin(2 * np.pi * within))
+        lean = self._most * np.where(press % 3 == 2, 0.9 * within, 0.25 * np.sin(2 * np.pi * within))
         weights = np.zeros((len(time), unit.shape[1]))
         weights[:, 0] = normal
         weights[:, 1] = normal * lean

@@ -10,7 +10,7 @@ import numpy as np
 from ..._check import FloatArray
 from ...contact import LineLoad, PointLoad
 from ...errors import InvalidValueError
-from .demo import board, touch
+from .demo import board, channels_of, touch
 from .simulated import Simulated
 
 if TYPE_CHECKING:
@@ -70,39 +70,41 @@ class Robot(Simulated, name="robot"):
         once = np.abs(file.finger.receptive_field(file.finger.array.points[0] if file.finger.array.on_area else 0.0))
         usual = float(np.abs(units[:, 0]).max() / max(float(once[..., 0].max()), 1e-300))
         self.force = numbers["force"] or usual
-        self._moves: list[tuple[float, Any]] = []
+        self._moves: list[tuple[float, Any, float]] = []
         noise = np.broadcast_to(np.asarray(self.finger.array.noise), (len(self.finger.array),))
         super().__init__(
-            self._felt, board(file.names), rate=numbers["rate"], noise=noise, drift=0.1 * noise, skew=20e-6,
+            self._felt, board(channels_of(file)), rate=numbers["rate"], noise=noise, drift=0.1 * noise, skew=20e-6,
             seed=int(numbers["seed"]),
         )  # fmt: skip
         self.name = "robot"
 
-    def press(self, position: Any) -> None:
+    def press(self, position: Any, force: float | None = None) -> None:
         """Touch the skin, and hold the touch.
 
         Parameters
         ----------
         position : float or array_like of shape (2,)
             Where, on the axis of the stage [m].
+        force : float, optional
+            How hard [N/m, on an area N]; that of the port if left out.
         """
-        self._moves.append((self._now + _WAIT, np.asarray(position, dtype=np.float64)))
+        self._moves.append((self._now + _WAIT, np.asarray(position, dtype=np.float64), force or self.force))
 
     def lift(self) -> None:
         """Leave the skin."""
-        self._moves.append((self._now + _WAIT, None))
+        self._moves.append((self._now + _WAIT, None, 0.0))
 
     def _felt(self, time: FloatArray) -> FloatArray:
         """Readings at times [s]."""
         out = np.tile(np.asarray(self.finger.array.offset), (len(time), 1))
         moves = self._moves[-2:]
-        for k, (begin, position) in enumerate(moves):
+        for k, (begin, position, force) in enumerate(moves):
             if position is None:
                 continue
             end = moves[k + 1][0] if k + 1 < len(moves) else np.inf
             share = np.clip((time - begin) / _RAMP, 0, 1) * np.clip((end - time) / _RAMP + 1, 0, 1)
             at = position - self.origin
-            push = PointLoad(self.force, position=at) if at.shape else LineLoad(self.force, position=at)
+            push = PointLoad(force, position=at) if at.shape else LineLoad(force, position=at)
             out += share[:, None] * (self.finger.measure(push) * np.asarray(self.finger.array.gain))
         return out
 

@@ -1,5 +1,5 @@
 from .about import About
-from .recover import Recovered, recover
+from .recovery import Recovered, recover
 from .source import OpenRecording, Step, opened
 
 __all__ = ["About", "OpenRecording", "Recovered", "Step", "opened", "recover"]

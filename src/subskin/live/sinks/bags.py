@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import FileError
 from ...io.files import replacing
 from ...io.finger_file import FingerFile, parse_finger
@@ -38,7 +39,7 @@ _READ: dict[str, Callable[[Any], FloatArray]] = {
 
 
 @dataclass(frozen=True)
-class _Frame:
+class _Frame(Frozen):
     """A message, as what is recorded of a step."""
 
     host_time: float
