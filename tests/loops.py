@@ -12,6 +12,8 @@ from multiprocessing import get_context
 import numpy as np
 
 import subskin as ss
+from subskin.estimate.area import InPlaceLocator
+from subskin.measured import MeasuredResponse
 
 
 def finger(count: int = 6, pitch: float = 1e-3) -> ss.Finger:
@@ -45,6 +47,14 @@ def round_on_area() -> None:
     tip.fit(tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)), "round_hertz")
 
 
+def in_place() -> None:
+    tip = pad()
+    lines = np.linspace(-2e-3, 2e-3, 4)
+    at = np.stack(np.meshgrid(lines, lines), axis=-1).reshape(-1, 2)
+    touches = tip.read(ss.PointLoad(2.0, position=at), np.random.default_rng(0))
+    InPlaceLocator(MeasuredResponse.from_touches(touches, at))(touches[:2])
+
+
 def line() -> None:
     tip = finger()
     ss.decide.slip(tip.locate(tip.read(ss.LineLoad(force=[30.0, 20.0]))), ss.decide.Friction.between(0.4, 0.6))
@@ -76,7 +86,7 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-JOBS = (a_kind_of_each, round_on_area, area, line, placement, pressure, pressing, streams)  # longest first
+JOBS = (a_kind_of_each, round_on_area, in_place, area, line, placement, pressure, pressing, streams)  # longest first
 
 
 def run(job: Callable[[], None]) -> None:

@@ -38,7 +38,9 @@ def truth(drawn, real):
     return np.concatenate([np.asarray(a.gain), np.asarray(a.depth)[:1], np.asarray(a.y)])
 
 
-@pytest.mark.parametrize(("sensors", "count", "noise"), [(4, 60, 1e-3), (8, 40, 1e-2)])
+@pytest.mark.parametrize(
+    ("sensors", "count", "noise"), [pytest.param(4, 60, 1e-3, marks=pytest.mark.long), (8, 40, 1e-2)]
+)
 def test_the_truth_lies_where_the_covariance_says(sensors, count, noise):
     """Mahalanobis distances of real fingers, drawn from the prior itself, are chi-square."""
     fingers, size = 12, 2 * sensors + 1
