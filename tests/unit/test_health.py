@@ -115,7 +115,7 @@ def test_standard_errors_are_those_of_the_scatter():
     tip = finger(noise=5e-4)
     now = changed(tip, {2: 0.8})
     scores = []
-    for seed in range(12):
+    for seed in range(25):
         found = ss.calibration.sensor_health(tip, used(now, 200, seed=seed)[0])
         scores.append((found.gain_ratio[2] - 0.8) / found.std[2])
     assert 0.65 < np.std(scores) < 1.5
