@@ -65,6 +65,19 @@ def touches(name="touches.csv", sensors="s"):
     return table.readings(names), np.stack([table.numbers(f"position_{axis}") for axis in "yz"], axis=-1)
 
 
+def nodes_of(response):
+    """Positions of a table's nodes, but for those at its ends."""
+    return np.stack(np.meshgrid(response.y[1:-1], response.z[1:-1], indexing="ij"), axis=-1)
+
+
+def same_response(one, other, share):
+    """Equal to within a share of the largest number; nothing is missing, and not all is nothing."""
+    largest = np.abs(other).max()
+    assert largest > 0
+    assert np.isfinite(one).all()
+    assert np.abs(one - other).max() < share * largest
+
+
 def test_what_is_simulated_lies_on_the_axes_of_the_touches(folder, subskin):
     lean = ("--angle", "20 deg", "--azimuth", "50 deg", "--count", 5, "--force", "1 N", "-o", "lean.csv")
     assert subskin("simulate", "real.toml", *lean).code == 0
@@ -80,8 +93,10 @@ def test_what_is_simulated_lies_on_the_axes_of_the_touches(folder, subskin):
     (folder / "free.toml").write_text((folder / "real.toml").read_text().replace("friction = 0", "friction = 1"))
     assert subskin("locate", "free.toml", "lean.csv", "-o", "free.csv").code == 0
     table = ss.io.read_table("free.csv")
-    np.testing.assert_allclose(table.numbers("azimuth"), free.load.azimuth + TURN, rtol=1e-9)
-    assert np.abs(table.numbers("azimuth") - np.deg2rad(50)).max() < 5 * table.numbers("azimuth_std").max()
+    azimuth, error = table.numbers("azimuth"), table.numbers("azimuth_std")
+    np.testing.assert_allclose(azimuth, free.load.azimuth + TURN, rtol=1e-9, equal_nan=False)
+    assert error.max() < 0.5
+    assert (np.abs(azimuth - np.deg2rad(50)) < 5 * error).all()
 
 
 def test_a_file_is_calibrated_as_python_does(folder, subskin):
@@ -173,7 +188,7 @@ def test_a_table_without_a_model_locates(folder, subskin, table):
     cos, sin = np.cos(TURN), np.sin(TURN)
     own = (at - ORIGIN) @ np.array([[cos, -sin], [sin, cos]])
     made = MeasuredResponse.from_touches(readings[::2], own[::2])
-    np.testing.assert_allclose(file.finger.measured.values, made.values, rtol=1e-6, atol=1e-6 * made.values.max())
+    same_response(file.finger.measured.values, made.values, 1e-6)
 
 
 def test_a_table_of_touches_that_lean_knows_drags(folder, subskin):
@@ -195,8 +210,11 @@ def test_a_table_of_touches_that_lean_knows_drags(folder, subskin):
     forces = np.column_stack([force * np.cos(angle), drag])
     made = MeasuredResponse.from_touches(readings, (at - ORIGIN) @ back, components=forces)
     file = ss.load("drags.toml")
-    np.testing.assert_allclose(file.finger.measured.values, made.values, rtol=1e-5, atol=1e-5 * made.values.max())
-    assert file.locate(readings).load.components.shape == (60, 3)
+    same_response(file.finger.measured.values, made.values, 1e-5)
+    true = ss.load("free.toml").finger.receptive_field(nodes_of(made))
+    off = file.finger.measured.values[1:-1, 1:-1] - true
+    off, size = (np.sqrt(np.mean(np.square(part), axis=(0, 1, 2))) for part in (off, true))
+    assert (off < size * [0.05, 0.25, 0.25]).all()
 
 
 def test_a_table_mounted_elsewhere_needs_three_touches(folder, subskin, table):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..io.finger_file import FingerFile
 from .batch import Batch
-from .chain import columns_of
+from .channels import columns_of
 from .clock import ClockMap, ClockState
 from .frames import DeviceFrames
 

@@ -20,11 +20,12 @@ from ..io.finger_file import FingerFile
 from ..stream import Pipeline, Tare, Tared
 from ..stream.stage import join
 from .batch import Batch
+from .channels import columns_of, factor_of
 from .clock import ClockMap, ClockState
 from .events import Event, Watch, WatchState
 from .frames import DeviceFrames
 
-__all__ = ["COMMANDS", "Chain", "ChainState", "columns_of", "file_of"]
+__all__ = ["COMMANDS", "Chain", "ChainState", "file_of"]
 
 _GAP, _SILENCE = 4.5, 0.25
 """A gap is longer than so many periods of a device with a clock, or so many seconds of one without."""
@@ -134,7 +135,7 @@ class Chain(Frozen):
         self._watch = Watch(tare.finger.array, file.names, most)
         self.channels = file.names if channels is None else tuple(channels)
         self._index = columns_of(file, self.channels)
-        self._factor = _factor(file)
+        self._factor = factor_of(file)
 
     def step(
         self,
@@ -349,35 +350,6 @@ def _joined(parts: Sequence[tuple[Any, ...]]) -> tuple[FloatArray, FloatArray, T
     """The parts of a batch in which a device began again, as one."""
     time, picked, tared, found = (join([part[k] for part in parts]) for k in range(4))
     return time, picked, tared, found
-
-
-def _factor(file: FingerFile) -> FloatArray | None:
-    """What makes of a channel what the pipeline takes, the unit of [recording]; None where it is that."""
-    if file.live is None:
-        return None
-    factor = file.live.scale / (1.0 if file.recording is None else file.recording.scale)
-    return None if (factor == 1).all() else factor
-
-
-def columns_of(file: FingerFile, channels: Sequence[str]) -> npt.NDArray[np.intp] | None:
-    """Where the sensors are among the channels; None where they are these."""
-    names: Sequence[str] = file.names
-    if file.live is not None and file.live.channels:
-        names = file.live.channels
-        missing = [name for name in names if name not in channels]
-        if missing:
-            seen = f"channels of [live]: {', '.join(missing)}"
-            raise InvalidValueError(seen, f"the device has the channels {', '.join(channels)}", "one of these for each")
-    if tuple(names) == tuple(channels):
-        return None
-    if len(set(channels)) == len(channels) and set(names) <= set(channels):
-        return np.array([list(channels).index(name) for name in names])
-    if len(channels) == len(names) and not set(names) & set(channels):
-        return None
-    missing = [name for name in names if name not in channels]
-    seen = f"the device has the channels {', '.join(channels)}"
-    rule = f"the finger's sensors are {', '.join(names)}; not found: {', '.join(missing)}"
-    raise InvalidValueError(seen, rule, "channels = [...] under [live] names one for each sensor")
 
 
 def _plain(value: Any) -> Any:
