@@ -11,6 +11,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
+from .._shown import with_error
 from ..decide.verdict import SlipVerdict
 from ..errors import printable
 from ..io.finger_file import FingerFile
@@ -156,25 +157,27 @@ class View:
         if not answer:
             return "no frame yet"
         status = str(answer["status"])
-        parts = [status.upper() if status != "ok" else "ok"]
+        parts = [status.upper()]
         if status in _SILENT:
             return f"{parts[0]}: {_SILENT[status]}"
         area = "position_y" in answer
-        for name in ("position", "position_y", "position_z", "force", "line_force", "point_force", "newtons", "angle",
+        for name in ("position", "position_y", "position_z", "force", "line_force", "point_force", "angle",
                      "azimuth", "half_width", "beside"):  # fmt: skip
             value = answer.get(name)
             if value is None or not math.isfinite(value):
                 continue
             point = area or name == "point_force"
-            scale, unit = _UNITS.get(name, (1.0, "N" if point or name == "newtons" else "N/m"))
+            scale, unit = _UNITS.get(name, (1.0, "N" if point else "N/m"))
             std = answer.get(f"{name}_std", math.nan)
-            doubt = f" +- {number(scale * std, 2)}" if math.isfinite(std) else ""
-            parts.append(f"{name.replace('_', ' ')} {number(scale * value)}{doubt} {unit}")
+            told = f"{name.replace('_', ' ')} {with_error(scale * value, scale * std, unit)}"
+            whole = answer.get("newtons", math.nan) if name == "force" else math.nan
+            parts.append(told + (f" ({number(whole, 3)} N)" if math.isfinite(whole) else ""))
         batch = self.latest
         if batch is not None and batch.decision is not None:
             verdict = SlipVerdict(int(batch.decision.verdict[-1])).name.lower().replace("_", " ")
             ratio = float(batch.decision.ratio[-1])
-            parts.append(verdict + (f", {number(100 * ratio, 3)} % of the friction" if math.isfinite(ratio) else ""))
+            share = f", {number(100 * ratio, 3)} % of what friction holds" if math.isfinite(ratio) else ""
+            parts.append(f"slip: {verdict}{share}")
         return "  ".join(parts)
 
     def state(self) -> str:
