@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...finger import Finger
     from ...io import FingerFile
 
-__all__ = ["Demo", "board", "channels_of", "touch"]
+__all__ = ["Demo", "board", "channels_of", "touch", "usual_force"]
 
 _KNOTS = 240
 _ROUND = 17.0
@@ -56,11 +56,18 @@ def touch(finger: Finger, force: float | None = None) -> tuple[FloatArray, Float
     free = np.asarray(array.offset)
     pressed, *leant = (np.asarray(finger.read(push)) - free for push in pushes)
     unit = np.stack([pressed, *(one - pressed for one in leant)], axis=-2)
-    if force is None:
-        noise = np.broadcast_to(np.asarray(array.noise), unit.shape[-1:])
-        loudest = np.abs(unit[:, 0] / np.where(noise > 0, noise, np.inf)).max()
-        force = _LOUD / loudest if loudest > 0 else 1.0
-    return at, force * unit
+    return at, (_read_well(finger, unit) if force is None else force) * unit
+
+
+def usual_force(finger: Finger) -> float:
+    """The normal force that a finger's sensors read well [N/m, on an area N]."""
+    return _read_well(finger, touch(finger, 1.0)[1])
+
+
+def _read_well(finger: Finger, unit: FloatArray) -> float:
+    noise = np.broadcast_to(np.asarray(finger.array.noise), unit.shape[-1:])
+    loudest = float(np.abs(unit[:, 0] / np.where(noise > 0, noise, np.inf)).max())
+    return _LOUD / loudest if loudest > 0 else 1.0
 
 
 def channels_of(file: FingerFile) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from ..._check import FloatArray
 from ...contact import LineLoad, PointLoad
 from ...errors import InvalidValueError
-from .demo import board, channels_of, touch
+from .demo import board, channels_of, usual_force
 from .simulated import Simulated
 
 if TYPE_CHECKING:
@@ -66,10 +66,7 @@ class Robot(Simulated, name="robot"):
             except ValueError:
                 raise InvalidValueError(f"robot?{key}={text}", "a number is needed", f"robot?{key}=1") from None
         self.origin, self.finger = _real(file, int(numbers["seed"]))
-        units = touch(file.finger)[1]  # under the force that the sensors read well
-        once = np.abs(file.finger.receptive_field(file.finger.array.points[0] if file.finger.array.on_area else 0.0))
-        usual = float(np.abs(units[:, 0]).max() / max(float(once[..., 0].max()), 1e-300))
-        self.force = numbers["force"] or usual
+        self.force = numbers["force"] or usual_force(file.finger)
         self._moves: list[tuple[float, Any, float]] = []
         noise = np.broadcast_to(np.asarray(self.finger.array.noise), (len(self.finger.array),))
         super().__init__(
