@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from subskin.live.frames import DeviceFrames
 from subskin.live.record import Recorder
 from subskin.live.recording import opened, recover
 from subskin.live.replay import Replay, replay
+from subskin.measured import MeasuredResponse
 
 from .. import _commands
 from . import _live
@@ -169,3 +172,30 @@ def test_at_a_speed_it_is_shown_as_it_happened(session):
     assert "mark: so" in done.out
     assert "frames/s" in done.out
     assert "to the last bit" in done.out
+
+
+def test_a_finger_with_a_response_in_place_has_to_be_given(tmp_path):
+    text = (
+        '[skin]\nkind = "half_space"\nyoung = 4e5\n[sensors]\nlayout = "grid"\nshape = [3, 3]\npitch = "4 mm"\n'
+        'depth = "4 mm"\nkind = "mean_pressure"\nnoise = 5\n[locate]\nfriction = 0\n'
+    )
+    drawn = ss.io.parse_finger(text)
+    axis = np.linspace(-5e-3, 5e-3, 8)
+    at = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    readings = drawn.finger.read(ss.PointLoad(2.0, position=at), np.random.default_rng(0))
+    measured = replace(drawn.finger, measured=MeasuredResponse.from_touches(readings, at))
+    ss.io.save_finger(drawn.with_finger(measured, (0.0, 0.0)), tmp_path / "calibrated.toml")
+    file = ss.load(tmp_path / "calibrated.toml")
+    board = SimpleNamespace(channels=file.names, name="board")
+    state, chain = None, Chain(file)
+    with Recorder(tmp_path / "x.parquet", file, board) as recorder:
+        for k, load in enumerate((0.0, 0.0, 2.0)):
+            raw = file.finger.read(ss.PointLoad(load, position=(1e-3, -2e-3)))
+            state, batch = chain.step(state, DeviceFrames(raw[None], [0.1 * k]), 0.1 * k)
+            recorder.put(batch)
+    with opened(tmp_path / "x.parquet") as recording, pytest.raises(FileError, match="--finger with the file"):
+        Replay(recording)
+    with opened(tmp_path / "x.parquet") as recording:
+        again = list(Replay(recording, file))
+    assert again[-1].found.position[0] == pytest.approx([1e-3, -2e-3], abs=0.2e-3)
+    assert again[-1].found.table.tobytes() == batch.found.table.tobytes()

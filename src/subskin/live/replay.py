@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -82,6 +83,11 @@ class Replay:
         old = recording.about
         if file is None and not old.finger:
             raise FileError(recording.name, "it holds no finger file", "--finger finger.toml")
+        if file is None and "response" in tomllib.loads(old.finger).get("calibration", {}):
+            rule = "its finger goes by a response in a file of its own, which a recording does not hold"
+            raise FileError(
+                recording.name, rule, "--finger with the file that was recorded with, its response beside it"
+            )
         self.recording, self.name = recording, recording.name
         self.file = parse_finger(old.finger, f"the finger in {recording.name}") if file is None else file
         self.chain = Chain(self.file, channels=old.channels, **old.options)
