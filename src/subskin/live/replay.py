@@ -83,11 +83,9 @@ class Replay:
         old = recording.about
         if file is None and not old.finger:
             raise FileError(recording.name, "it holds no finger file", "--finger finger.toml")
-        if file is None and "response" in tomllib.loads(old.finger).get("calibration", {}):
+        if file is None and _in_place(old.finger):
             rule = "its finger goes by a response in a file of its own, which a recording does not hold"
-            raise FileError(
-                recording.name, rule, "--finger with the file that was recorded with, its response beside it"
-            )
+            raise FileError(recording.name, rule, "--finger with the file of that finger, its response beside it")
         self.recording, self.name = recording, recording.name
         self.file = parse_finger(old.finger, f"the finger in {recording.name}") if file is None else file
         self.chain = Chain(self.file, channels=old.channels, **old.options)
@@ -231,6 +229,15 @@ def _differs(before: Any, now: Any, kind: str) -> Any:
     if kind != "double":
         return a != b
     return (a.view(np.int64) != b.view(np.int64)) & ~(np.isnan(a) & np.isnan(b))
+
+
+def _in_place(finger: str) -> bool:
+    """Whether a finger file goes by a response in place; what is no TOML is said where it is read."""
+    try:
+        table = tomllib.loads(finger).get("calibration")
+    except tomllib.TOMLDecodeError:
+        return False
+    return isinstance(table, dict) and "response" in table
 
 
 def replay(
