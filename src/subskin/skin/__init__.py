@@ -6,7 +6,8 @@ from .base import Skin
 from .half_plane import HalfPlane
 from .half_space import HalfSpace
 from .in_space import in_space
-from .layered import Layer, Layered
+from .layer import Layer
+from .layered import Layered
 from .round import Round
 
 __all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Round", "Skin", "in_space"]
