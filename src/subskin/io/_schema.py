@@ -115,7 +115,7 @@ class StrictTable(BaseModel):
 
 
 class MaterialTable(StrictTable):
-    """[skin.base]: the half plane beneath the layers."""
+    """[skin.base]: the half plane beneath the layers; [skin.core]: what the core of a round finger is made of."""
 
     material: StrictStr | None = None
     young: Pressure | None = None
@@ -141,6 +141,8 @@ class SkinTable(StrictTable):
     core_radius: Length | None = None
     layers: list[LayerTable] | None = None
     base: MaterialTable | None = None
+    core: MaterialTable | None = None
+    bond: Literal["bonded", "frictionless"] | None = None
 
 
 class SensorsTable(StrictTable):
