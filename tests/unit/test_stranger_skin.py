@@ -291,7 +291,8 @@ class TestWith:
         assert rings.interfaces == pytest.approx((1e-3, 4e-3))
         assert rings.with_() == rings
         changed = rings.with_(materials=[RUBBER, firm, RUBBER], radius=9e-3)
-        assert changed == ss.Round(firm, 9e-3, pytest.approx(5e-3), ss.Layer(RUBBER, 1e-3), core=RUBBER)
+        assert changed == ss.Round(firm, 9e-3, changed.core_radius, ss.Layer(RUBBER, 1e-3), core=RUBBER)
+        assert changed.core_radius == pytest.approx(5e-3)
         with pytest.raises(InvalidValueError, match="thickness of a Round"):
             rings.with_(thickness=5e-3)
 
