@@ -35,6 +35,7 @@ __all__ = [
     "SkinTable",
     "StrictTable",
     "TareTable",
+    "TipTable",
     "one",
     "one_or_each",
 ]
@@ -238,6 +239,13 @@ class SpreadTable(StrictTable):
     leaning: list[Above0]
 
 
+class TipTable(StrictTable):
+    """[tip]: what flat layers are bent to."""
+
+    radius: Length
+    shape: Literal["cylinder", "sphere"] | None = None
+
+
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
@@ -270,4 +278,5 @@ class FingerDocument(StrictTable):
     relaxation: RelaxationTable | None = None
     tare: TareTable = TareTable()
     touch: ContactTable = ContactTable()
+    tip: TipTable | None = None
     calibration: CalibrationTable = CalibrationTable()
