@@ -85,7 +85,7 @@ def tip_error(finger: Finger, radius: float, shape: Shape | None = None) -> TipE
     >>> array = ss.SensorArray.grid((4, 4), pitch=2e-3, depth=2e-3, transducer=ss.MeanPressure())
     >>> error = tip_error(ss.Finger(skin, array), radius=16e-3)
     >>> round(error.reading, 2), error.shape
-    (0.12, 'sphere')
+    (0.11, 'sphere')
     """
     skin, array = finger.skin, finger.array
     if skin.curvature or not np.isfinite(skin.thickness):

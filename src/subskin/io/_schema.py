@@ -130,6 +130,15 @@ class LayerTable(MaterialTable):
     bond: Literal["bonded", "frictionless"] = "bonded"
 
 
+class RidgesTable(StrictTable):
+    """[skin.ridges]: ridges on the skin."""
+
+    pitch: Length
+    height: Length
+    width: Length | None = None
+    crest: Length = 0.0
+
+
 class SkinTable(StrictTable):
     """[skin]: what is pressed. Which keys are needed depends on the kind (see `_skin`)."""
 
@@ -144,6 +153,7 @@ class SkinTable(StrictTable):
     base: MaterialTable | None = None
     core: MaterialTable | None = None
     bond: Literal["bonded", "frictionless"] | None = None
+    ridges: RidgesTable | None = None
 
 
 class SensorsTable(StrictTable):

@@ -17,7 +17,7 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
 from .._common import index_of
-from ._nodes import LineLoads, line_loads
+from ...contact.as_lines import LineLoads, line_loads
 from .shape import Ridges
 
 __all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
