@@ -33,7 +33,9 @@ SKINS = {
     "a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Layered([ss.Layer(ss.Material(2e6, 0.3), A), ss.Layer(SOFT, 3 * A)]),
     "round 8 a, core 4 a, nu = 1/2": ss.Round(SOFT, 8 * A, 4 * A),
     "round 8 a, core 4 a, nu = 0.3": ss.Round(HARD, 8 * A, 4 * A),
-    "round 8 a: a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Round(SOFT, 8 * A, 4 * A, ss.Layer(ss.Material(2e6, 0.3), A)),
+    "round 8 a: a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Round(
+        SOFT, 8 * A, 4 * A, ss.Layer(ss.Material(2e6, 0.3), A)
+    ),
 }
 CONTACTS = {
     "strip": ss.Strip(40.0, half_width=A),

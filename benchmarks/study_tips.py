@@ -143,7 +143,14 @@ def main() -> None:
                 for i, radius in enumerate(RADII)
                 for j, depth in enumerate(DEPTHS)
             ]
-            columns = ["radius / thickness", "depth / thickness", "reading", "position [depths]", "force", "angle [rad]"]
+            columns = [
+                "radius / thickness",
+                "depth / thickness",
+                "reading",
+                "position [depths]",
+                "force",
+                "angle [rad]",
+            ]
             show(f"A flat layer on a {shape}, sensors of {name}: worst errors", columns, rows, options.json)
     if options.write:
         document = {

@@ -277,7 +277,13 @@ class TestSkins:
             (ROUND, 'radius = "8 mm"', 'radius = "-8 mm"', 4, "has to be > 0"),
             (ROUND, 'core_radius = "4 mm"', 'core_radius = "7 mm"', 10, "which is 0.001 m thick"),
             (ROUND, 'young = "0.4 MPa"', 'young = "0.4 MPa"\nplane = "stress"', 4, 'plane beside kind = "round"'),
-            (ROUND, 'kind = "round"', 'kind = "round"\nlayers = [{young = 2e6, thickness = "4 mm"}]', 3, "thinner layers"),
+            (
+                ROUND,
+                'kind = "round"',
+                'kind = "round"\nlayers = [{young = 2e6, thickness = "4 mm"}]',
+                3,
+                "thinner layers",
+            ),
             (ROUND, 'kind = "round"', "", 4, 'radius beside kind = "half_plane"'),
         ],
     )

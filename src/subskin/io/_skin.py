@@ -14,7 +14,7 @@ from ..skin import KINDS, Layer, Ridged, Skin
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["Misplaced", "build_skin", "key_of", "numbers"]
+__all__ = ["Misplaced", "build_skin", "is_written", "key_of", "numbers"]
 
 _EXAMPLE = {
     "young": 'young = "0.4 MPa"',
@@ -98,6 +98,11 @@ def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
         return kind(**values)
     except SubskinError as error:
         raise Misplaced(error, *path, key_of(error)) from None
+
+
+def is_written(skin: Skin) -> bool:
+    """Whether a file can describe a skin, with or without ridges."""
+    return type(skin if skin.ridges is None else getattr(skin, "skin", None)) in KINDS.values()
 
 
 def numbers(skin: Any, *path: str | int) -> dict[tuple[str | int, ...], Any]:

@@ -98,9 +98,7 @@ class Ring(Joined):
         share = np.where(n > 0, np.sinh(n * t) / np.where(n > 0, 2 * n, 1.0), 0.5 * t) * np.sinh(t)
         mean, difference = _sines(n, t)
         factors = np.cosh(n * t) * np.cosh(t), share, mean, difference
-        return np.asarray(
-            sum(f[:, None, None] * m for f, m in zip(factors, (np.eye(4), b, a, a @ b), strict=True)),
-        )
+        return np.asarray(sum(f[:, None, None] * m for f, m in zip(factors, (np.eye(4), b, a, a @ b), strict=True)))
 
 
 def _sides(plus: FloatArray, minus: FloatArray, n: FloatArray) -> FloatArray:

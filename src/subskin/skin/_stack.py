@@ -85,9 +85,7 @@ class Joined(ABC):
                 out[:, chosen] = method(k[chosen], x, remainder)
         return out
 
-    def _joined(
-        self, upper: Sheet, lower: Sheet, allowed: FloatArray, k: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def _joined(self, upper: Sheet, lower: Sheet, allowed: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Amplitudes allowed above an interface, given those below, and the factor that finds those from these."""
         scaled = allowed.copy()
         scaled[..., 2:, :] *= lower.shear / upper.shear

@@ -349,7 +349,9 @@ class Skin(Frozen, ABC):
     @property
     def endless(self) -> bool:
         """Whether it is a half plane: one material, flat, with no base."""
-        return self.ridges is None and len(self.materials) == 1 and not self.curvature and not np.isfinite(self.thickness)
+        return (
+            self.ridges is None and len(self.materials) == 1 and not self.curvature and not np.isfinite(self.thickness)
+        )
 
     @property
     def ridges(self) -> tuple[float, float] | None:

@@ -126,7 +126,9 @@ class Layered(Skin):
         return replace(self, layers=layers, base=None if self.base is None else new[-1])
 
     def __str__(self) -> str:
-        return f"{' and '.join(map(str, self.stack))} on {'a rigid base' if self.base is None else HalfPlane(self.base)}"
+        return (
+            f"{' and '.join(map(str, self.stack))} on {'a rigid base' if self.base is None else HalfPlane(self.base)}"
+        )
 
     @cached_property
     def modes(self) -> _modes.Stack:

@@ -117,7 +117,10 @@ class Ridged(Skin):
     def with_(  # noqa: D102
         self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
     ) -> Self:
-        return replace(self, skin=self.skin.with_(materials=materials, thickness=thickness, radius=radius))
+        new = self.skin.with_(materials=materials, thickness=thickness, radius=radius)
+        wider = new.period / self.skin.period if np.isfinite(new.period) else 1.0  # as many ridges go round
+        width = None if self.width is None else wider * self.width
+        return replace(self, skin=new, pitch=wider * self.pitch, width=width, crest=wider * self.crest)
 
     def __str__(self) -> str:
         return f"ridges of {1e3 * self.height:.6g} mm every {1e3 * self.pitch:.6g} mm on {self.skin}"
@@ -209,9 +212,7 @@ class Ridged(Skin):
             press, drag = np.moveaxis(values, -1, 0)
             return np.stack([even * press, even * drag + tilt * press], axis=-1)
 
-        tensors = [
-            type(t)(*(through(getattr(t, c)) for c in _COMPONENTS)) for t in (smooth.stress, smooth.strain)
-        ]
+        tensors = [type(t)(*(through(getattr(t, c)) for c in _COMPONENTS)) for t in (smooth.stress, smooth.strain)]
         return Wave(tensors[0], tensors[1], through(smooth.ux), through(smooth.uy))  # type: ignore[arg-type]
 
     def surface_influence(self, step: float, count: int) -> FloatArray:

@@ -16,7 +16,7 @@ from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
-from .._common import index_of
+from .._common import index_of, refuse_ridges
 from ...contact.as_lines import LineLoads, line_loads
 from .shape import Ridges
 
@@ -128,6 +128,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     (1.564, 2.017)
     """
     sensor = index_of(finger.array, sensor)
+    refuse_ridges(finger.skin, "the gain of ridges")
     alone = replace(finger, array=replace(finger.array.select([sensor]), y=[0.0]))
     depth = float(np.asarray(alone.array.depth)[0])
     (low, high), lines, shares = _broken_up(contact, ridges, depth)
@@ -190,6 +191,7 @@ def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random
     >>> read_ridged(finger, touch, Ridges(pitch=2e-3)).round(4).tolist()
     [0.0019, -0.0068, 0.0019]
     """
+    refuse_ridges(finger.skin, "readings under ridges")
     depth = float(np.asarray(finger.array.depth).min())
     (low, high), lines, shares = _broken_up(contact, ridges, depth)
     margin = 1e-3 * depth  # a line load has no width
