@@ -86,14 +86,14 @@ def tip_map_figure(values: Mapping[str, FloatArray], here: tuple[float, float] |
     values : mapping
         What `tip_map` returned.
     here : (float, float), optional
-        Radius and depth of sensors to ring, in thicknesses of the skin.
+        Radius and depth of sensors to ring [thicknesses of the skin].
 
     Examples
     --------
     >>> import subskin as ss
     >>> figure = tip_map_figure(ss.design.tip.tip_map("sphere", "mean_pressure"), here=(4.0, 0.5))
-    >>> [label.get_text() for label in figure.axes[0].get_xticklabels()]
-    ['0.2', '0.4', '0.6', '0.8']
+    >>> [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    ['2', '3', '5', '10', '20', '50']
     """
     depths, radii = values["depth"], values["radius"]
     ring = None

@@ -67,7 +67,7 @@ class Ring(Joined):
 
     def _sticks(self, upper: Sheet, k: FloatArray) -> npt.NDArray[np.bool_]:
         # nothing else could hold a ring that is turned
-        return super()._sticks(upper, k) | (k == 0)
+        return np.asarray(super()._sticks(upper, k) | (k == 0))
 
     def _down(self, layer: Sheet, k: FloatArray) -> FloatArray:
         n = np.maximum(k, 2.0)

@@ -32,9 +32,9 @@ class Skin(Frozen, ABC):
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
     writes `materials`, `at`, `wave` and `surface_influence`, and overrides `interfaces`, `thickness`, `curvature`,
-    `ridges`, `takes_local`, `with_` and `__str__`, a description for people, where those of a flat skin without end, solved in a
-    plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen
-    dataclass.
+    `ridges`, `takes_local`, `with_` and `__str__`, a description for people, where those of a flat skin without end,
+    solved in a plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it
+    is a frozen dataclass.
     """
 
     plot = Drawing("field_map")

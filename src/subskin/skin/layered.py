@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +14,9 @@ from .. import _check
 from .._check import FloatArray, each_read_only
 from ..contact.base import Contact
 from ..contact.local import LocalContact
-from ..errors import GeometryError, InvalidValueError
+from ..errors import InvalidValueError
 from ..material import Material
-from ..tensor import Deferred, Displacements, State, Strain, Stress, Tilt, Wave
+from ..tensor import Deferred, Displacements, State, Tilt, Wave
 from . import _layer_modes as _modes
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._local import Added, stack_displacements

@@ -218,6 +218,13 @@ class Ridged(Skin):
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """Refused: how the surface between ridges moves depends on where they stand.
 
+        Parameters
+        ----------
+        step : float
+            Half the width of a hat [m].
+        count : int
+            Number of distances.
+
         Raises
         ------
         InvalidValueError

@@ -89,7 +89,7 @@ class Round(Skin):
     >>> epidermis = ss.Layer(ss.Material(young=2e6, poisson=0.48), thickness=0.3e-3)
     >>> skin = ss.Round(rubber, radius=8e-3, core_radius=4e-3, layers=epidermis)
     >>> round(float(skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0).xx), 6)
-    -0.029
+    -0.029569
     """
 
     material: Material

@@ -120,7 +120,8 @@ def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
 class OneSensor:
     """The receptive field of one sensor, from which that of every row at its depth follows by shifting it.
 
-    On a skin that is not the same everywhere each row is tabulated by itself. `reach` is the largest distance of a load from a sensor that will be asked for [m].
+    On a skin with ridges each row is tabulated by itself. `reach` is the largest distance of a load from a sensor that
+    will be asked for [m].
     """
 
     def __init__(

@@ -13,11 +13,11 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...contact import Contact
+from ...contact.as_lines import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
 from .._common import index_of, refuse_ridges
-from ...contact.as_lines import LineLoads, line_loads
 from .shape import Ridges
 
 __all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
