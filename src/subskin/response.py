@@ -320,7 +320,7 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
 
     def make() -> Response:
         low, high = _ends_of(finger, ends)
-        step = float(np.asarray(finger.array.depth).min()) / 16
+        step = float(np.asarray(finger.array.depth).min()) / 32
         return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
