@@ -320,7 +320,8 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
 
     def make() -> Response:
         low, high = _ends_of(finger, ends)
-        step = float(np.asarray(finger.array.depth).min()) / 16
+        cells = 2 * _cells(high - low, float(np.asarray(finger.array.depth).min()) / 16)  # half as many never do
+        step = (high - low) / cells
         if finger.skin.ridges is not None:
             low, high, step = _from_crest_to_crest(low, high, step, *finger.skin.ridges, finger.skin.period)
         return Response.from_function(finger.receptive_field, low, high, step=step)
