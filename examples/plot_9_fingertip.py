@@ -23,8 +23,7 @@ skins = {
 array = ss.SensorArray([0.0], depth=1.5e-3)
 y = np.linspace(-6e-3, 6e-3, 241)
 fields = {
-    name: ss.Finger(skin, array).receptive_field(y)[:, 0]
-    for name, skin in skins.items()
+    name: ss.Finger(skin, array).receptive_field(y)[:, 0] for name, skin in skins.items()
 }
 
 # %%

@@ -84,14 +84,14 @@ def test_compliance_is_what_the_strain_integrates_to():
 
 @pytest.mark.parametrize("name", ["round-0.3", "round layers"])
 def test_influence_on_a_round_finger_is_the_sum_of_its_waves(name):
-    skin, step, count = SKINS[name], 0.05 * A, 400
+    skin, step, count = SKINS[name], 0.2 * A, 100
     seen = skin.surface_influence(step, count)
-    n = np.arange(1.0, 3e5)
+    n = np.arange(1.0, 75e3)
     k = n / skin.radius
     share = step * np.sinc(0.5 * k * step / np.pi) ** 2 / (np.pi * skin.radius)
     c, mean = skin.surface_compliance(k) * share[:, None, None], skin.surface_compliance(np.zeros(1))[0]
     scale = np.abs(seen).max()
-    for j in (0, 1, 9, 60, 399):
+    for j in (0, 1, 9, 60, 99):
         cos, sin = np.cos(k * j * step), np.sin(k * j * step)
         waves = [[c[:, 0, 0] @ cos, -c[:, 0, 1] @ sin], [c[:, 1, 0] @ sin, c[:, 1, 1] @ cos]]
         expected = np.array(waves) + mean * np.eye(2) * step / (2 * np.pi * skin.radius)

@@ -73,7 +73,7 @@ def layers_of(given: Any) -> tuple[Layer, ...]:
     layers = (given,) if isinstance(given, Layer) else tuple(given) if listed else ()
     if not (layers or listed) or not all(isinstance(layer, Layer) for layer in layers):
         fix = "Layer(Material(young=0.4e6), thickness=4e-3)"
-        raise InvalidValueError(f"layers = {given!r}", "a Layer or a list of them is needed", fix)
+        raise InvalidValueError(f"layers = {given!r}", "one Layer or more are needed", fix)
     if len(layers) > _MOST:
         raise InvalidValueError(f"{len(layers)} layers", f"at most {_MOST} are handled", "join those that are alike")
     thin, thick = (extreme((layer.thickness for layer in layers), default=1.0) for extreme in (min, max))
