@@ -119,7 +119,7 @@ def test_it_decays(skin, contact):
         x = min(skin.thickness, 0.5 / skin.curvature) * np.array([0.3, 0.8])
         sizes = np.maximum(largest(skin.stress(contact, x, y)), largest(skin.stress(contact, x, -y)))
         sizes = sizes.max(axis=1)
-        assert (sizes[1:] < np.array([0.8, 0.95]) * sizes[:-1]).all()  # a torque goes all about
+        assert (sizes[1:] < 0.8 * (sizes[:1] if slides(skin) else sizes[:-1])).all()  # a loose ring bends all about
     elif np.isfinite(skin.thickness):
         x, y = skin.thickness * np.array([[0.05], [0.3], [0.8]]), A * np.array([-200.0, -150.0, 150.0, 200.0])
         loose = slides(skin)

@@ -216,8 +216,10 @@ class Round(Skin):
             if not np.prod(shape):
                 return hooke(np.zeros((3, *shape)), first)
             fields = synthesise(contact, xs, ys, n / self.radius, weights, response)
-            closed = self._disk(contact, np.minimum(xs, top), ys)
-            fields += closed if upper.all() else np.where(upper, closed, 0.0)
+            self._refuse_wide(contact)
+            if upper.any():
+                closed = self._disk(contact, np.minimum(xs, top), ys)
+                fields += closed if upper.all() else np.where(upper, closed, 0.0)
             return self._state(fields, np.broadcast_to(xs, shape))
 
         return state
@@ -225,17 +227,17 @@ class Round(Skin):
     def _state(self, fields: FloatArray, x: FloatArray) -> State:
         return layers_hooke(fields, self.materials, self._ring.positions(x))
 
+    def _refuse_wide(self, contact: Contact) -> None:
+        low, high = contact.support
+        wide, turn = float(np.max(high - low, initial=0.0)), self.period
+        if wide > 0.5 * turn:
+            rule = f"it reaches round the finger, {turn:.6g} m about"
+            raise GeometryError(f"a contact {wide:.6g} m wide", rule, "a narrower contact")
+
     def _disk(self, contact: Contact, x: FloatArray, y: FloatArray) -> FloatArray:
         """sigma_x, tau_xy and eps_y of a full disk: the half plane's formulas at a depth of R log(R / r)."""
         low, high = contact.support
-        centre = 0.5 * (low + high)
-        half, turn = 0.5 * float(np.max(high - low, initial=0.0)), 2 * np.pi * self.radius
-        if half > 0.25 * turn:
-            raise GeometryError(
-                f"a contact {2 * half:.6g} m wide",
-                f"it reaches round the finger, {turn:.6g} m about",
-                "a narrower contact",
-            )
+        centre, turn = 0.5 * (low + high), self.period
         # whole turns only: a point on a contact's edge stays exactly there
         around = y - turn * np.round((y - centre) / turn)
         rho = 1 - x / self.radius
