@@ -86,3 +86,13 @@ def test_a_harmonic_of_rings_solves_the_equations(name, n):
         parts = zip((wave.ux[0], wave.uy[0], wave.stress.xx[0], wave.stress.xy[0]), (-ur, ut, srr, -srt), strict=True)
         for (seen, expected), size in zip(parts, sizes, strict=True):
             assert np.abs(seen - expected[at]).max() < 2e-8 * size
+
+
+@pytest.mark.long
+def test_a_body_pressed_on_rings_of_one_material_is_on_one_ring():
+    cut = ss.Round(SOFT, R, 4.0, ss.Layer(SOFT, 0.5))
+    whole, parts = (ss.press(skin, ss.pressing.Cylinder(5.0), force=0.1) for skin in (ss.Round(SOFT, R, 4.0), cut))
+    assert parts.half_width == pytest.approx(whole.half_width, rel=1e-9)
+    assert parts.depth == pytest.approx(whole.depth, rel=1e-9)
+    stiff = ss.press(SKINS["epidermis"], ss.pressing.Cylinder(5.0), force=0.1)
+    assert stiff.half_width < 0.9 * whole.half_width
