@@ -27,6 +27,8 @@ _OK, _AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipV
 
 _HALF = math.sqrt(0.5)
 _BELL = 1 / math.sqrt(2 * math.pi)
+_SURELY = 39.0
+"""Beyond this Phi is 0, and the density too, to the last bit that a float has."""
 _CLOSE = 0.02
 """Ends of a cell so close together that a series serves where differences would lose digits."""
 
@@ -85,7 +87,12 @@ def _fill(
             end = scale * edges[k + 1]
             middle = _deviations(n, side * t, nn, side * nt, tt, 0.5 * (scale * edges[k] + end))
             high = _deviations(n, side * t, nn, side * nt, tt, end)
-            mean = _cell_mean(low, middle, high)
+            if max(low, middle, high) < -_SURELY:
+                mean = 0.0
+            elif min(low, middle, high) > _SURELY:
+                mean = 1.0
+            else:
+                mean = _cell_mean(low, middle, high)
             out[k] = mean if side > 0 else out[k] + mean
             low = high
 

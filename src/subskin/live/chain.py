@@ -208,10 +208,12 @@ class Chain(Frozen):
         events += self._lost(frames, before, clock, float(time[0]), gap)
         events += happened
         left = ChainState(pipeline, clock, watch, before.frames + count, period)
-        return left, Batch(
-            time, device, frames.sequence, frames.values, tared.readings, tared.free, frames.lost, frames.bad,
-            found, decision, tuple(events), host_time, before.frames,
-        )  # fmt: skip
+        return left, Batch.filled({
+            "time": time, "device_time": device, "sequence": frames.sequence, "raw": frames.values,
+            "readings": tared.readings, "free": tared.free, "lost": frames.lost, "bad": frames.bad, "found": found,
+            "decision": decision, "events": tuple(events), "host_time": host_time, "first": before.frames,
+            "command": "", "values": {},
+        })  # fmt: skip
 
     def prepare(self) -> float:
         """Tabulate and compile all that a stream would otherwise wait for; the seconds that it took."""
