@@ -207,7 +207,9 @@ class Chain(Frozen):
         period, gap = self._paced(before, time, device, bool(breaks))
         events += self._lost(frames, before, clock, float(time[0]), gap)
         events += happened
-        left = ChainState(pipeline, clock, watch, before.frames + count, period)
+        left = ChainState.filled(
+            {"pipeline": pipeline, "clock": clock, "watch": watch, "frames": before.frames + count, "period": period}
+        )
         return left, Batch.filled({
             "time": time, "device_time": device, "sequence": frames.sequence, "raw": frames.values,
             "readings": tared.readings, "free": tared.free, "lost": frames.lost, "bad": frames.bad, "found": found,
@@ -291,7 +293,7 @@ class Chain(Frozen):
         last = np.nan if before.clock is None else before.clock.time
         period, own = before.period, bool(device[-1] == device[-1])
         if time.size == 1:
-            longest = usual = float(time[0]) - last
+            longest = usual = time.item(0) - last
         else:
             longest = max(float((time[1:] - time[:-1]).max()), float(time[0]) - last if last == last else 0.0)
             usual = float(time[-1] - time[0]) / (time.size - 1)
