@@ -202,7 +202,7 @@ def piped(tmp_path, lines):
 
 def test_the_command_prints_lines_where_it_is_piped(piped, capsys):
     finger, port = piped
-    assert main(["live", finger, "--port", port]) == 0
+    assert main(["live", finger, "--port", port, "--rate", "200"]) == 0
     out, err = capsys.readouterr()
     assert "contact_on: contact: ok" in out
     assert "79 frames" in out
@@ -218,7 +218,7 @@ def test_a_board_that_its_driver_cannot_read_is_said(piped, capsys, tmp_path):
 
 def test_the_command_prints_a_line_of_json_for_each_frame_and_event(piped, capsys):
     finger, port = piped
-    assert main(["live", finger, "--port", port, "--json", "--slip", "0.4..0.8"]) == 0
+    assert main(["live", finger, "--port", port, "--rate", "200", "--json", "--slip", "0.4..0.8"]) == 0
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     frames = [row for row in rows if row["kind"] == "frame"]
     assert [row["row"] for row in frames] == list(range(79))
