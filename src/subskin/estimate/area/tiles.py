@@ -185,13 +185,7 @@ def tiles_of(
 
 
 def _add_tiles(
-    build: _Builder,
-    response: Response,
-    scale: FloatArray,
-    box: FloatArray,
-    step: float,
-    finer: float,
-    friction: float,
+    build: _Builder, response: Response, scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
 ) -> None:
     """The tiles of one response."""
     y, z = _grid(box, step)
