@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any
 
-from ..errors import ConvergenceError, SubskinError, printable
+from ..errors import ConvergenceError, SubskinError, WorkersError, printable
 
 __all__ = ["main"]
 
@@ -110,7 +110,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             code = _run(argv)
             sys.stdout.flush()
             return code
-    except ConvergenceError as error:
+    except (ConvergenceError, WorkersError) as error:
         return _fail(str(error), 1)
     except SubskinError as error:
         return _fail(str(error), 2)
