@@ -20,6 +20,7 @@ __all__ = ["main"]
 
 _COMMANDS = {
     "simulate": "compute the readings of a finger under random loads, or a raw recording of an indenter",
+    "touches": "simulate touches to learn from, in a Zarr store",
     "segment": "cut a raw recording into presses",
     "calibrate": "fit a finger to touches at known positions, or --blind to any touches",
     "locate": "find the load in each frame of readings",
