@@ -35,6 +35,7 @@ def run_tasks(
     *,
     executor: Executor | None = None,
     workers: int | None = None,
+    passed: Callable[[int, Any], object] | None = None,
     stopping: Callable[[], object] | None = None,
 ) -> None:
     """Call each of `tasks`, and `keep` with the number and the result of each, in the order in which they finish.
@@ -49,6 +50,8 @@ def run_tasks(
         What does the work, and is not shut down; threads of this process, if left out.
     workers : int, optional
         How many threads; as many as there are cores if left out.
+    passed : callable, optional
+        Called after `keep`, with the same; not any more while the work is being stopped. What it raises stops it.
     stopping : callable, optional
         Called when the work is stopped, before running tasks are waited for.
 
@@ -84,6 +87,8 @@ def run_tasks(
             result = future.result()
             del waiting[number]
             keep(number, result)
+            if passed is not None:
+                passed(number, result)
     except BaseException as error:
         for future in waiting.values():
             future.cancel()

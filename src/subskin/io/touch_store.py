@@ -123,12 +123,14 @@ def save_touches(
             raise WorkersError(seen, rule, "a folder that all machines share")
         done[k] = True
         group["done"][:] = done
+
+    def passed(number: int, _: object) -> None:
         if progress is not None:
-            progress(len(touches.rows(k)))
+            progress(len(touches.rows(int(missing[number]))))
 
     tasks = [partial(_write, str(target), touches, int(k)) for k in missing]
     try:
-        run_tasks(tasks, keep, executor=executor, workers=workers)
+        run_tasks(tasks, keep, executor=executor, workers=workers, passed=passed)
     except OSError as error:
         said = error.strerror or str(error)
         raise FileError(str(path), f"it cannot be written ({said})", "space on the disk; then the same again") from None

@@ -169,8 +169,7 @@ def placement_study(
 
     rows: dict[int, dict[str, FloatArray]] = {}
 
-    def keep(cell: int, row: dict[str, FloatArray]) -> None:
-        rows[cell] = row
+    def row_passed(_: int, row: dict[str, FloatArray]) -> None:
         if executor is not None and progress is not None:
             for _ in range(np.count_nonzero(~np.isnan(row["ambiguous"]))):  # those with room
                 progress()
@@ -184,7 +183,7 @@ def placement_study(
         )
         for k, d in cells
     ]  # fmt: skip
-    run_tasks(tasks, keep, executor=executor, workers=threads, stopping=stop.set)
+    run_tasks(tasks, rows.__setitem__, executor=executor, workers=threads, passed=row_passed, stopping=stop.set)
     shape = (len(kinds), *steps.shape, numbers.size)
     found = [rows[i] for i in range(len(cells))]
     values = {name: _check.read_only(np.stack([r[name] for r in found]).reshape(shape)) for name in PLACEMENT_MEASURES}

@@ -169,16 +169,15 @@ def search_grid(
     rows: dict[tuple[int, ...], Mapping[str, FloatArray]] = {}
     asked: list[tuple[tuple[int, ...], str, Callable[[], Mapping[str, FloatArray]]]] = []
 
-    def known(task: tuple[int, ...], row: Mapping[str, FloatArray]) -> None:
-        rows[task] = row
+    def passed(*_: object) -> None:
         if progress is not None:
             progress()
 
     def keep(number: int, row: Mapping[str, FloatArray]) -> None:
         task, key, _ = asked[number]
+        rows[task] = row
         if store is not None:
             store.put(key, row)
-        known(task, row)
 
     for task in tasks:
         k, m, d = task
@@ -191,14 +190,15 @@ def search_grid(
         key = hashlib.sha256(repr(question).encode()).hexdigest()[:24]
         row = None if store is None else store.get(key)
         if row is not None:
-            known(task, row)
+            rows[task] = row
+            passed()
             continue
         work = partial(
             study_row, skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error,
             width=kind.width, rng=effort.seed, samples=effort.touches,
         )  # fmt: skip
         asked.append((task, key, work))
-    run_tasks([work for *_, work in asked], keep, executor=executor, workers=workers)
+    run_tasks([work for *_, work in asked], keep, executor=executor, workers=workers, passed=passed)
     values = {name: np.stack([rows[task][name] for task in tasks]).reshape(shape) for name in rows[tasks[0]]}
     values["unsure"] = values["ambiguous"] + values["unfelt"]
     values |= {name: np.zeros(shape) for name in ("strain", "range")}
