@@ -176,10 +176,10 @@ def test_a_worker_of_dask_that_is_killed_is_survived(quiet):
         if len(found) == 3:
             os.kill(result[1], signal.SIGKILL)
 
-    with quiet.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
-        with quiet.Client(cluster) as client:
-            run_tasks([partial(_slow, n) for n in range(12)], keep, executor=client)
-            assert {n: result[0] for n, result in found.items()} == {n: n for n in range(12)}
-            assert len({pid for _, pid in found.values()}) >= 2
-            with pytest.raises(WorkersError, match="the workers are lost"):
-                run_tasks([partial(os._exit, 1)], keep, executor=client)
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    with quiet.LocalCluster(**options) as cluster, quiet.Client(cluster) as client:
+        run_tasks([partial(_slow, n) for n in range(12)], keep, executor=client)
+        assert {n: result[0] for n, result in found.items()} == {n: n for n in range(12)}
+        assert len({pid for _, pid in found.values()}) >= 2
+        with pytest.raises(WorkersError, match="the workers are lost"):
+            run_tasks([partial(os._exit, 1)], keep, executor=client)

@@ -147,7 +147,7 @@ def test_the_store_opens_in_xarray_to_the_last_bit(file, tmp_path):
     exact = replace(file, precision="double")
     assert save_touches(exact, tmp_path / "t.zarr", progress=steps.append).tolist() == [0, 1, 2]
     assert (steps[0], sorted(steps[1:])) == (0, [500, 1000, 1000])
-    found = xarray.open_zarr(tmp_path / "t.zarr")
+    found = xarray.open_zarr(tmp_path / "t.zarr", chunks=None)
     assert found.readings.dims == ("touch", "sensor")
     assert found.sensor.values.tolist() == ["s0", "s1", "s2", "s3"]
     assert found.parameter.values.tolist() == list(file.touches.parameters)
@@ -158,7 +158,7 @@ def test_the_store_opens_in_xarray_to_the_last_bit(file, tmp_path):
         for name, values in file.touches.shard_of(k)._asdict().items():
             assert found[name][rows.start : rows.stop].values.tobytes() == values.tobytes()
     save_touches(file, tmp_path / "single.zarr")
-    single = xarray.open_zarr(tmp_path / "single.zarr")
+    single = xarray.open_zarr(tmp_path / "single.zarr", chunks=None)
     assert single.readings.values.tobytes() == found.readings.values.astype("f4").tobytes()
     force = single.parameters.sel(parameter="normal").values
     assert (force > 4).all()
@@ -216,7 +216,7 @@ def test_another_file_is_refused(file, tmp_path, monkeypatch):
         with pytest.raises(FileError, match=said):
             save_touches(changed, store)
     monkeypatch.setattr("subskin.io.touch_store.__version__", "9.9")
-    with pytest.raises(FileError, match="began it, and this is 9.9"):
+    with pytest.raises(FileError, match="began it, and this is 9"):
         save_touches(small, store)
     with pytest.raises(FileError, match="it holds no touches"):
         save_touches(small, tmp_path)

@@ -26,6 +26,8 @@ from .touches_file import CHUNK, TouchesFile
 
 __all__ = ["TouchesCost", "cost_of_touches", "save_touches", "shards_done"]
 
+_ORDER = ("parameters", "labels", "readings")
+"""In which the arrays of a shard are written."""
 _SECONDS = 10.0
 """How long the first shard is measured for, at most, in CPU time."""
 
@@ -115,7 +117,7 @@ def save_touches(
 
     def keep(number: int, _: object) -> None:
         k = int(missing[number])
-        if not _shard_file(target, k).is_file():
+        if not _shard_file(target, "readings", k).is_file():
             seen, rule = (
                 f"{target}: shard {k} is not there",
                 "workers have to write into the same folder as this process",
@@ -298,17 +300,19 @@ def _difference(before: Any, now: Any, at: str = "") -> str:
     return f"{at} was {said[0]} and is {said[1]}"
 
 
-def _shard_file(target: Path, k: int) -> Path:
-    return target / "readings" / "c" / str(k) / "0"
+def _shard_file(target: Path, name: str, k: int) -> Path:
+    return target / name / "c" / str(k) / "0"
 
 
 def _write(path: str, touches: RandomTouches, k: int) -> None:
     """Compute shard k and write it; the readings come last, so that where they are all is."""
     group = _zarr(path).open_group(path, mode="r+")
-    rows = touches.rows(k)
-    _fill(group, touches.shard_of(k), slice(rows.start, rows.stop))
+    rows, shard = touches.rows(k), touches.shard_of(k)
+    for name in reversed(_ORDER):  # of a machine that went down: Zarr would read what it replaces in part
+        _shard_file(Path(path), name, k).unlink(missing_ok=True)
+    _fill(group, shard, slice(rows.start, rows.stop))
 
 
 def _fill(group: Any, shard: TouchShard, rows: slice) -> None:
-    for name in ("parameters", "labels", "readings"):
+    for name in _ORDER:
         group[name][rows] = getattr(shard, name)
