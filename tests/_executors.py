@@ -18,7 +18,10 @@ class Backwards:
         if len(self.given) == self.count:
             for future, work in reversed(self.given):
                 own, some = pickle.loads(work)
-                future.set_result(own(*some))
+                try:
+                    future.set_result(own(*some))
+                except Exception as error:
+                    future.set_exception(error)
         return self.given[-1][0]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import sys
 from asyncio import CancelledError as _Dropped  # of Dask too
 from collections.abc import Callable, Sequence
@@ -60,7 +61,7 @@ def run_tasks(
     InvalidValueError
         An executor without `submit`.
     WorkersError
-        The executor has lost its workers.
+        The executor has lost its workers, or they lack a module that the work is made of.
 
     Examples
     --------
@@ -80,7 +81,7 @@ def run_tasks(
     waiting: dict[int, Any] = {}
     try:
         for number, task in enumerate(tasks):
-            waiting[number] = pool.submit(task)
+            waiting[number] = pool.submit(_Packed(task))
             waiting[number].add_done_callback(partial(_put, finished, number))
         for _ in tasks:
             number, future = finished.get()
@@ -106,6 +107,35 @@ def run_tasks(
     finally:
         if own is not None:
             own.shutdown(wait=True)
+
+
+class _Packed:
+    """A task that other processes unpack only when they call it: what they cannot load is then an error of the task.
+
+    Dask would else lose the connection to the worker, and try again without end.
+    """
+
+    def __init__(self, task: Callable[[], Any]) -> None:
+        self._task = task
+
+    def __getstate__(self) -> bytes:
+        packed: bytes = sys.modules.get("cloudpickle", pickle).dumps(self._task)  # Dask's, which knows scripts too
+        return packed
+
+    def __setstate__(self, packed: bytes) -> None:
+        self._task = partial(_unpacked, packed)
+
+    def __call__(self) -> Any:
+        return self._task()
+
+
+def _unpacked(packed: bytes) -> Any:
+    try:
+        task = pickle.loads(packed)
+    except (ImportError, AttributeError) as error:
+        rule = "what the work is made of has to be installed on every machine"
+        raise WorkersError(f"a worker cannot load its work ({error})", rule, "the same environment on all") from None
+    return task()
 
 
 def _put(finished: SimpleQueue[tuple[int, Any]], number: int, future: Any) -> None:

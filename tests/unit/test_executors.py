@@ -9,11 +9,13 @@ import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 import subskin as ss
+from subskin._tasks import run_tasks
 from subskin.contact import RoundHertz, contact_of
 from subskin.design import Goals, Touches, placement_study, search_grid
 from subskin.design.search import Accuracy, Effort, Room, SensorKind, SkinChoice
@@ -143,6 +145,18 @@ def test_what_is_refused():
         simulate_readings(finger, ss.LineLoad, {"force": [1.0, 2.0], "position": [0.0, 3.0]})
 
 
+class Stranger:
+    """Of a module that workers have not got."""
+
+    def __reduce__(self):
+        return import_module, ("no_such_module",)
+
+
+def test_work_that_workers_cannot_load():
+    with pytest.raises(WorkersError, match=r"a worker cannot load its work \(No module named"):
+        run_tasks([partial(print, Stranger())], print, executor=Backwards(1))
+
+
 @pytest.fixture
 def quiet():
     """Warnings of Dask about this machine are none of ours."""
@@ -160,14 +174,11 @@ def test_dask_in_this_process(quiet, grid):
         assert study(executor=client)["ambiguous"].tobytes() == study(workers=1)["ambiguous"].tobytes()
 
 
-def _slow(number):
-    time.sleep(0.3)
-    return number, os.getpid()
-
-
 @pytest.mark.long
 def test_a_worker_of_dask_that_is_killed_is_survived(quiet):
-    from subskin._tasks import run_tasks
+    def slow(number):
+        time.sleep(0.3)
+        return number, os.getpid()
 
     found = {}
 
@@ -178,8 +189,10 @@ def test_a_worker_of_dask_that_is_killed_is_survived(quiet):
 
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
     with quiet.LocalCluster(**options) as cluster, quiet.Client(cluster) as client:
-        run_tasks([partial(_slow, n) for n in range(12)], keep, executor=client)
+        run_tasks([partial(slow, n) for n in range(12)], keep, executor=client)
         assert {n: result[0] for n, result in found.items()} == {n: n for n in range(12)}
         assert len({pid for _, pid in found.values()}) >= 2
         with pytest.raises(WorkersError, match="the workers are lost"):
             run_tasks([partial(os._exit, 1)], keep, executor=client)
+        with pytest.raises(WorkersError, match="cannot load its work"):
+            run_tasks([partial(print, Stranger())], keep, executor=client)

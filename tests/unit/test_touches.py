@@ -299,7 +299,7 @@ def test_killed_at_any_moment(file, tmp_path):
     save_touches(parse_touches(text, finger=file.finger), tmp_path / "whole.zarr")
     command = [sys.executable, "-m", "subskin", "touches", "touches.toml", "-o", "killed.zarr"]
     rng, done = np.random.default_rng(0), []
-    for _ in range(40):
+    for _ in range(8):
         run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         before = time.monotonic()
         while not (tmp_path / "killed.zarr").exists() and time.monotonic() < before + 60:
