@@ -115,6 +115,8 @@ class _Packed:
     Dask would else lose the connection to the worker, and try again without end.
     """
 
+    __name__ = "subskin"  # what Dask shows of it
+
     def __init__(self, task: Callable[[], Any]) -> None:
         self._task = task
 
@@ -151,6 +153,6 @@ def _lost(error: BaseException) -> WorkersError | None:
     said = " ".join(str(error).split())
     return WorkersError(
         f"the workers are lost ({said.rstrip('.')[:200]})" if said else "the workers are lost",
-        "a worker that dies again and again, often for want of memory, cannot finish; what it had finished is kept",
-        "fewer workers with more memory each; then go on from what is kept",
+        "what they had finished is kept, the rest needs workers that live",
+        "see that they run, and have memory enough; then the same again",
     )

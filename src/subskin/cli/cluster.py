@@ -50,7 +50,8 @@ def cluster(options: argparse.Namespace) -> Iterator[Any]:
     except ModuleNotFoundError:
         rule, fix = "it needs distributed, which is not installed", 'pip install "subskin[dask]"'
         raise InvalidValueError(f"--dask {address}", rule, fix) from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what goes wrong is said by errors
+    for name in [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is said by errors
     with _deaf_thread(distributed) as loop:
         if address == "local":
             count = getattr(options, "workers", None) or os.cpu_count() or 1
