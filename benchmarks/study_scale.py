@@ -63,9 +63,9 @@ def goals() -> Goals:
         accuracy=Accuracy(position=0.1e-3),
         sensors=(SensorKind("gauge", ss.NormalStrain(), 2e-4), SensorKind("pressure", ss.MeanPressure(), 30.0)),
         skins=(SkinChoice("silicone", ss.HalfPlane(ss.Material(young=0.4e6))),),
-        room=Room(count=(4, 8), depth=(1e-3, 4e-3), least_pitch=0.8e-3, longest_row=14e-3),
+        room=Room(count=(4, 6), depth=(1e-3, 4e-3), least_pitch=0.8e-3, longest_row=14e-3),
         tolerances={},
-        effort=Effort(depths=10, pitches=10, touches=2000, keep=1),
+        effort=Effort(depths=10, pitches=4, touches=1000, keep=1),
     )
 
 

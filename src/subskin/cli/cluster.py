@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 from .. import __version__
@@ -46,7 +47,7 @@ def cluster(options: argparse.Namespace) -> Iterator[Any]:
         yield None
         return
     try:
-        import distributed
+        distributed: Any = import_module("distributed")
     except ModuleNotFoundError:
         rule, fix = "it needs distributed, which is not installed", 'pip install "subskin[dask]"'
         raise InvalidValueError(f"--dask {address}", rule, fix) from None

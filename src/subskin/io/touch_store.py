@@ -230,9 +230,9 @@ def _make(zarr: Any, target: Path, file: TouchesFile, count: int | None = None) 
                 name, shape=(rows, wide), dtype=kind, chunks=(chunk, wide), shards=(shard, wide), fill_value=empty,
                 dimension_names=("touch", axis),
             )  # fmt: skip
-        for axis, said in names.items():
-            own = group.create_array(axis, shape=(len(said),), dtype=str, dimension_names=(axis,))
-            own[:] = np.array(said, dtype=object)
+        for axis, each in names.items():
+            own = group.create_array(axis, shape=(len(each),), dtype=str, dimension_names=(axis,))
+            own[:] = np.array(each, dtype=object)
         group.create_array(
             "done", shape=(-(-rows // touches.shard),), dtype=bool, fill_value=False, dimension_names=("shard",)
         )

@@ -254,7 +254,8 @@ class RandomTouches(Frozen):
         which = rng.choice(len(shares), m, p=shares / shares.sum())
         width = np.zeros(m)
         for i, contact in enumerate(self.contacts):  # all draw alike, so that one's range does not move another's
-            drawn = rng.uniform(*(contact.half_width or (0.0, 0.0)), m)
+            low, high = contact.half_width or (0.0, 0.0)
+            drawn = rng.uniform(low, high, m)
             width = np.where(which == i, drawn, width)
         y, z = (rng.uniform(*ends, m) for ends in (self.position, self.across) if ends is not None)
         loads = {name: rng.uniform(*getattr(self, name), m) for name in ("force", "angle", "azimuth")}
@@ -307,7 +308,7 @@ class RandomTouches(Frozen):
         return replace(array, gain=1.0, offset=0.0).digitise(readings)
 
 
-def _range(name: str, ends: Any, unit: str, **limits: float) -> None:
+def _range(name: str, ends: Any, unit: str, **limits: Any) -> None:
     """Refuse what is not two numbers within the limits, the first at most the second."""
     values = _check.real(name, ends, unit=unit, **limits)
     if values.shape != (2,) or values[0] > values[1]:
