@@ -258,7 +258,8 @@ class RandomTouches(Frozen):
             drawn = rng.uniform(low, high, m)
             width = np.where(which == i, drawn, width)
         y, z = (rng.uniform(*ends, m) for ends in (self.position, self.across) if ends is not None)
-        loads = {name: rng.uniform(*getattr(self, name), m) for name in ("force", "angle", "azimuth")}
+        ranges = {"force": self.force, "angle": self.angle, "azimuth": self.azimuth}
+        loads: dict[str, FloatArray] = {name: rng.uniform(low, high, m) for name, (low, high) in ranges.items()}
         if self.local:
             loads["position"] = np.stack([y, z], axis=-1)
         else:
