@@ -13,6 +13,7 @@ from typing import Any, TextIO
 from .. import design, io
 from ..errors import FileError, InvalidValueError
 from ..io.files import write_bytes
+from .cluster import add_dask, cluster
 from .common import add_json, describe, give, progress_bar, show
 
 _EXAMPLES = """\
@@ -33,6 +34,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--out", metavar="DIR", default="design", help="folder of the result (design)")
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the touches (that of the file)")
     parser.add_argument("--workers", type=int, metavar="N", help="rows computed at a time (one for each core)")
+    add_dask(parser)
     parser.add_argument("--no-report", action="store_true", help="write fingers and table only")
     parser.add_argument("--example", action="store_true", help="print an example of goals.toml and stop")
     add_json(parser)
@@ -58,8 +60,8 @@ def run(options: argparse.Namespace) -> int:
     looks = len(goals.skins) * len(goals.sensors)
     rows = len(goals.skins) * len(goals.sensors) * goals.effort.depths
     try:
-        with progress_bar("rows of designs", rows, uneven=True) as advance:
-            grid = design.search_grid(goals, store=store, workers=options.workers, progress=advance)
+        with cluster(options) as executor, progress_bar("rows of designs", rows, uneven=True) as advance:
+            grid = design.search_grid(goals, store=store, workers=options.workers, executor=executor, progress=advance)
         with progress_bar("close looks at skins and sensors", looks, uneven=True) as advance:
             study = design.rank_fingers(grid, workers=options.workers, progress=advance)
     except KeyboardInterrupt:

@@ -11,7 +11,8 @@ from .. import io
 from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, families
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import add_shared, describe, give, number, quantity_range, show
+from .cluster import add_dask, cluster
+from .common import add_shared, describe, give, number, progress_bar, quantity_range, show
 from .frames import AREA_COLUMNS
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
     )
     parser.add_argument("--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3")
+    add_dask(parser)
     raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each position")
     raw.add_argument("--recording", action="store_true", help="write raw frames, as [recording] of the file reads them")
     raw.add_argument(
@@ -91,7 +93,8 @@ def run(options: argparse.Namespace) -> int:
         what = f"{options.finger} has a response in place, and readings are simulated by the field of its skin"
         print(f"subskin: warning: {what}", file=sys.stderr)
     made = _frames if options.recording else _local_loads if local else _loads
-    columns = made(options, file, rng)
+    with cluster(options) as executor, progress_bar("loads", None) as advance:
+        columns = made(options, file, rng, executor, advance)
     count = len(next(iter(columns.values())))
     if options.out is not None:
         io.write_table(options.out, columns)
@@ -171,8 +174,12 @@ def _local(options: argparse.Namespace) -> Any:
     return partial(_LOCAL[options.contact], **more)
 
 
-def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _loads(
+    options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
+) -> dict[str, Any]:
     import numpy as np
+
+    from ..synthetic import simulate_readings
 
     origin = file.origin
     low, high = _positions(options, file, origin)
@@ -180,15 +187,21 @@ def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gene
     position = np.linspace(low, high, options.count) if options.grid else random
     force = rng.uniform(*quantity_range(options.force, "N/m", "--force", file.length), options.count)
     angle = rng.uniform(*quantity_range(options.angle, "rad", "--angle"), options.count)
-    contact = _contact(options)(force=force, angle=angle, position=position - origin)
-    readings = file.finger.read(contact, rng=rng)
+    loads = {"force": force, "angle": angle, "position": position - origin}
+    readings = simulate_readings(
+        file.finger, _contact(options), loads, rng=rng, executor=executor, progress=lambda n: advance(n, options.count)
+    )
     columns: dict[str, Any] = {"position": position, "force": force, "angle": angle}
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 
-def _local_loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _local_loads(
+    options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
+) -> dict[str, Any]:
     """Local contacts over the sensors, forces in N."""
     import numpy as np
+
+    from ..synthetic import simulate_readings
 
     count = options.count
     at = np.stack([rng.uniform(*ends, count) for ends in _ranges(options, file)], axis=-1)
@@ -199,8 +212,10 @@ def _local_loads(options: argparse.Namespace, file: io.FingerFile, rng: np.rando
         columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
     load = {name: columns[name] for name in ("force", "angle")} | {"azimuth": columns["azimuth"] - file.turn}
     own = file.on_finger(at) if file.finger.array.on_area else at - [file.origin, 0.0]
-    contact = _local(options)(**load, position=own)
-    readings = file.finger.read(contact, rng=rng)
+    readings = simulate_readings(
+        file.finger, _local(options), load | {"position": own},
+        rng=rng, executor=executor, progress=lambda n: advance(n, count),
+    )  # fmt: skip
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 
@@ -218,7 +233,9 @@ def _moved(options: argparse.Namespace, file: io.FingerFile) -> io.FingerFile:
     return replace(file, origin=np.array(each) if on_area else each[0])
 
 
-def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _frames(
+    options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
+) -> dict[str, Any]:
     from functools import partial
 
     import numpy as np
@@ -253,6 +270,8 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
         relaxation=options.relaxation,
         drift=options.drift,
         rng=rng,
+        executor=executor,
+        progress=advance,
     )
     how = file.recording or RecordingFormat(file.names)
     usual = replace(how, press=how.press or Column("press"))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..._check import FloatArray
 from ..._frozen import Frozen
+from ..._tasks import Executor, run_tasks
 from ...contact import LineLoad
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
@@ -134,6 +134,7 @@ def search_grid(
     *,
     store: Store | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: Callable[[], object] | None = None,
 ) -> DesignGrid:
     """Judge every design of the grid, on all cores; `rank_fingers` has an example.
@@ -146,6 +147,9 @@ def search_grid(
         Rows found there are not worked out again, and finished ones are put there.
     workers : int, optional
         How many rows at a time; as many as there are cores if left out. The result does not depend on it.
+    executor : executor, optional
+        Works out the rows instead of threads of this process: anything with `submit` (docs/scale.md). `store` is
+        asked and filled in this process. The result does not depend on it.
     progress : callable, optional
         Called after each of the skins x kinds x depths rows.
 
@@ -153,6 +157,8 @@ def search_grid(
     ------
     GeometryError
         No depth lies within a skin.
+    WorkersError
+        The executor has lost its workers; finished rows are in the store.
     """
     effort, room = goals.effort, goals.room
     depths = np.stack([_depths(goals, k) for k in range(len(goals.skins))])
@@ -161,8 +167,19 @@ def search_grid(
     shape = (len(goals.skins), len(goals.sensors), depths.shape[1], pitches.size, counts.size)
     tasks = list(np.ndindex(shape[:3]))
     rows: dict[tuple[int, ...], Mapping[str, FloatArray]] = {}
+    asked: list[tuple[tuple[int, ...], str, Callable[[], Mapping[str, FloatArray]]]] = []
 
-    def work(task: tuple[int, ...]) -> Mapping[str, FloatArray]:
+    def passed(*_: object) -> None:
+        if progress is not None:
+            progress()
+
+    def keep(number: int, row: Mapping[str, FloatArray]) -> None:
+        task, key, _ = asked[number]
+        rows[task] = row
+        if store is not None:
+            store.put(key, row)
+
+    for task in tasks:
         k, m, d = task
         kind, skin = goals.sensors[m], goals.skins[k].skin
         depth = float(depths[k, d])
@@ -172,24 +189,16 @@ def search_grid(
         )  # fmt: skip
         key = hashlib.sha256(repr(question).encode()).hexdigest()[:24]
         row = None if store is None else store.get(key)
-        if row is None:
-            row = study_row(
-                skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width,
-                rng=effort.seed, samples=effort.touches,
-            )  # fmt: skip
-            if store is not None:
-                store.put(key, row)
-        return row
-
-    pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
-    try:
-        waiting = {pool.submit(work, task): task for task in tasks}
-        for done in as_completed(waiting):
-            rows[waiting[done]] = done.result()
-            if progress is not None:
-                progress()
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        if row is not None:
+            rows[task] = row
+            passed()
+            continue
+        work = partial(
+            study_row, skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error,
+            width=kind.width, rng=effort.seed, samples=effort.touches,
+        )  # fmt: skip
+        asked.append((task, key, work))
+    run_tasks([work for *_, work in asked], keep, executor=executor, workers=workers, passed=passed)
     values = {name: np.stack([rows[task][name] for task in tasks]).reshape(shape) for name in rows[tasks[0]]}
     values["unsure"] = values["ambiguous"] + values["unfelt"]
     values |= {name: np.zeros(shape) for name in ("strain", "range")}
