@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from ._frozen import Frozen
 from .contact import LocalContact, PointLoad
 from .errors import ConvergenceError, GeometryError
 from .finger import Finger
-from .prepared import prepared
+from .prepared import prepared, tabulated
 
 __all__ = ["RadialResponse", "tabulate_radial"]
 
@@ -39,7 +40,7 @@ def _nodes(degree: int) -> FloatArray:
 _NODES = _nodes(DEGREE)
 _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 _CHECKS = np.array([-0.49, -0.17, 0.29])
-_ANGLES, _TURNED = 24, 0.1
+_ANGLES, _FEW_ANGLES, _TURNED = 24, 9, 0.1
 _HIGHEST = 8
 _KEPT, _SAME = 1e-10, 1e-8
 """Shares of the largest reading: below the first a harmonic is rounding, below the second two are one."""
@@ -203,12 +204,25 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
         keys = list(zip(kinds, depth.tolist(), np.asarray(array.width).tolist(), strict=True))
         each = {key: keys.index(key) for key in keys}
         octaves = np.ceil(np.log2(1.0 + (radius / depth.min()) ** 2))
-        every = [sampled(finger, i, int(octaves) * PER_OCTAVE) for i in each.values()]
+        cells = int(octaves) * PER_OCTAVE
+        every = [
+            tabulated(("radial", finger.skin, *key, cells), partial(_of_one, finger, i, cells))
+            for key, i in each.items()
+        ]
         terms, tables, error = shared(every)
         kind = np.array([list(each).index(key) for key in keys])
         return RadialResponse(array.points, depth, np.asarray(array.gain), kind, tables, terms, error)
 
     return prepared(finger).get(("radial", float(radius)), make)
+
+
+def _of_one(finger: Finger, sensor: int, cells: int) -> tuple[FloatArray, float, float]:
+    """As `sampled`, at few angles where these do: a point of an isotropic skin reads no more than three harmonics."""
+    if not np.asarray(finger.array.width)[sensor]:
+        found = sampled(finger, sensor, cells, angles=_FEW_ANGLES)
+        if found[2] <= _MOST:
+            return found
+    return sampled(finger, sensor, cells)
 
 
 def sampled(

@@ -201,7 +201,7 @@ def search_grid(
     return DesignGrid(goals, depths, pitches, counts, values, criteria_of(goals))
 
 
-_VERSION = 1
+_VERSION = 2
 """Of what is kept in a store: to be raised where `study_row` comes to give other numbers."""
 
 
