@@ -142,17 +142,42 @@ class RadialResponse(Frozen):
         position : array_like, shape (..., 2)
             Where the load presses, (y, z) [m].
         """
-        delta = self.points - np.asarray(position, dtype=np.float64)[..., None, :]
-        zeta = delta[..., 0] + 1j * delta[..., 1]
-        v = 1.0 + (delta**2).sum(axis=-1) / self.depth**2
-        cell, t = _cell_of(v, self.coefficients.shape[1])
-        c = self.coefficients[self.kind, cell]  # (..., n, functions, 6)
-        values = np.einsum("...fk,...k->...f", c, t[..., None] ** np.arange(DEGREE + 1))
-        out = np.zeros((*v.shape, 3))
+        delta, cell, t, _ = self._cells(position)
+        values = np.einsum("...fk,...k->...f", self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1))
+        zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3))
         for component, order, part, function, sign in self.terms.tolist():
             shape = zeta**order
             out[..., component] += sign * values[..., function] * (shape.imag if part else shape.real)
         return out * self.gain[:, None]
+
+    def slopes(self, position: npt.ArrayLike) -> FloatArray:
+        """How the readings change as the load moves along y and along z [1/N/m], shape (..., n, 3, 2).
+
+        Parameters
+        ----------
+        position : array_like, shape (..., 2)
+            As in a call.
+        """
+        delta, cell, t, steep = self._cells(position)
+        c, powers = self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
+        values = np.einsum("...fk,...k->...f", c, powers)
+        slope = np.einsum("...fk,...k->...f", c[..., 1:] * np.arange(1, DEGREE + 1), powers[..., :-1]) * steep[..., None]
+        zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3, 2))
+        for component, order, part, function, sign in self.terms.tolist():
+            f, df, shape = values[..., function], slope[..., function], zeta**order
+            below = order * zeta ** max(order - 1, 0)
+            for along, turned in enumerate((below, 1j * below)):
+                each = f * (turned.imag if part else turned.real) + df * delta[..., along] * (
+                    shape.imag if part else shape.real
+                )
+                out[..., component, along] -= sign * each
+        return out * self.gain[:, None, None]
+
+    def _cells(self, position: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.intp], FloatArray, FloatArray]:
+        """From the load to each sensor, the cell of that distance, how far in it, and d t / d u / 2 there."""
+        delta = self.points - np.asarray(position, dtype=np.float64)[..., None, :]
+        cell, t = _cell_of(1.0 + (delta**2).sum(axis=-1) / self.depth**2, self.coefficients.shape[1])
+        return delta, cell, t, 2.0 * PER_OCTAVE / 2.0 ** (cell // PER_OCTAVE) / self.depth**2
 
 
 def _cell_of(v: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
