@@ -14,12 +14,14 @@ import numpy as np
 from ..._compiled import compiled
 from ...estimate.area import climb as _climb
 from ...estimate.area import cone as _cone
-from ...estimate.area.climb import FIT, climb
+from ...estimate.area.climb import FIT, climb, drops
 from ...estimate.area.cone import eliminate
 from ...estimate.area.field import ROWS
 
 _SURE = 4.75  # standard deviations: a rival farther off than this wins, or ties, once in a million touches
-_FINE = 0.03
+_FINE = 1e-4
+_FAR, _LEVEL = 4.0, 4.0  # as of `judge.look_round`: standard deviations off the top, and the least fall there
+_CURVED = 0.2  # of the distance within which two are not far apart: from there on the top need be no parabola
 _MOST = 24
 
 
@@ -47,6 +49,7 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
     cap = (_SURE + math.sqrt(_SURE * _SURE + ambiguity)) ** 2
     left, at, found = np.empty(nodes), np.empty(_MOST, dtype=np.int64), np.empty((_MOST, 2))
     fit, trial, scratch = np.empty(FIT), np.empty(FIT), np.empty((ROWS, n))
+    root, fall, best, side = np.empty(3), np.empty(8), np.empty(FIT), np.empty(4)
     whole = scratch.view(np.int64)
     for f in range(readings.shape[0]):
         w = readings[f]
@@ -60,6 +63,16 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
         if yy + zz < math.inf and det > 0.0:
             inside_y, inside_z = min(y - box[0], box[1] - y), min(z - box[2], box[3] - z)
             unsure = max(_normal(-inside_y / math.sqrt(yy)), _normal(-inside_z / math.sqrt(zz)))
+            if yy + zz > _CURVED * _CURVED * wide * wide:  # the top may be no parabola: `judge.look_round`
+                root[0] = math.sqrt(yy)
+                root[1] = yz / root[0]
+                root[2] = math.sqrt(max(zz - root[1] * root[1], 0.0))
+                fit[29], fit[30], trial[3], best[3] = y, z, 0.0, math.inf
+                drops(
+                    w, sensors, first, table, terms, mu, box, fit, total, root, _FAR, scratch, whole, trial, best, fall
+                )  # fmt: skip
+                for k in range(fall.size):
+                    unsure = 1.0 if fall[k] < _LEVEL else unsure
         # S is bounded by that of any force, which is quick; what is left out leaves half of the readings
         least = min(0.5 * total, total - 2.0 * cap)
         for m in range(nodes):
@@ -84,8 +97,7 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
                     dy, dz = grid[0] + j * grid[1] - y, grid[3] + k * grid[4] - z
                     far = (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) / det
                     if far > 36.0 and dy * dy + dz * dz > wide * wide:
-                        root = math.sqrt(max(here, 1e-12))
-                        unsure = max(unsure, _normal((ambiguity - here) / (2.0 * root)))
+                        unsure = max(unsure, _normal((ambiguity - here) / (2.0 * math.sqrt(max(here, 1e-12)))))
                 lowest = True
                 for e in range(max(j - 1, 0), min(j + 2, rows)):
                     for d in range(max(k - 1, 0), min(k + 2, columns)):
@@ -93,6 +105,23 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
                 if lowest and count < _MOST:
                     at[count] = j * columns + k
                     count += 1
+        for q in range(4):  # as good at a side of the search
+            if unsure == 1.0:
+                break
+            side[:] = box
+            low, at_y, at_z = total - least, 0.0, 0.0
+            for e in range(columns if q < 2 else rows):
+                j, k = (e, (columns - 1) * (q % 2)) if q > 1 else ((rows - 1) * (q % 2), e)
+                if left[j * columns + k] < low:
+                    low, at_y, at_z = left[j * columns + k], grid[0] + j * grid[1], grid[3] + k * grid[4]
+            if not low < total - least:
+                continue
+            side[2 * (q // 2)] = side[2 * (q // 2) + 1] = box[q]
+            climb(
+                w, sensors, first, table, terms, mu, side, at_y, at_z, 0.05, 1e-3 * apart, 0.0, total - ambiguity,
+                scratch, whole, fit, trial,
+            )  # fmt: skip
+            unsure = 1.0 if total - fit[3] < ambiguity else unsure
         clear, odds, rivals = 1.0, 0.0, 0
         for c in range(count):
             j, k = at[c] // columns, at[c] % columns
@@ -103,10 +132,6 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
             here, off = max(total - fit[3], 1e-12), math.hypot(fit[29] - y, fit[30] - z)
             if here > cap or off < apart:
                 continue
-            if unsure < 1.0:  # the top itself, where its ridge is so flat that the climb stops beside it
-                dy, dz = fit[29] - y, fit[30] - z
-                if (zz * dy * dy - 2.0 * yz * dy * dz + yy * dz * dz) / det < 1.0:
-                    continue
             again = False  # two starts may end at one rival
             for d in range(rivals):
                 again |= math.hypot(fit[29] - found[d, 0], fit[30] - found[d, 1]) < 5.0 * apart
@@ -114,12 +139,10 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
                 continue
             found[rivals, 0], found[rivals, 1] = fit[29], fit[30]
             rivals += 1
-            root = math.sqrt(here)
-            clear *= 1.0 - (
-                _normal((ambiguity - here) / (2.0 * root)) - _normal((-ambiguity - here) / (2.0 * root))
-            )  # fmt: skip
+            far = math.sqrt(here)
+            clear *= 1.0 - (_normal((ambiguity - here) / (2.0 * far)) - _normal((-ambiguity - here) / (2.0 * far)))
             if off > wide:
-                wins = _normal(-0.5 * root)
+                wins = _normal(-0.5 * far)
                 odds += wins / (1.0 - wins)
         out[f, 0] = (1.0 - unfelt) * (1.0 - (1.0 - unsure) * clear)
         out[f, 1] = (1.0 - unfelt) * odds / (1.0 + odds)
