@@ -2,9 +2,10 @@
 
 from ._area import AREA_MEASURES, Kind
 from ._table import PLACEMENT_MEASURES
-from .area import study_area
+from .area import channels_of, study_area
+from .area_quality import AreaQuality, area_quality
 from .best import BestRow, best_row
-from .layout import Layout, layouts
+from .layout import PATTERNS, Layout, layouts
 from .positions import BestPositions, best_positions
 from .quality import PlacementQuality, placement_quality
 from .row import study_row
@@ -12,15 +13,19 @@ from .study import PlacementStudy, placement_study
 
 __all__ = [
     "AREA_MEASURES",
+    "PATTERNS",
     "PLACEMENT_MEASURES",
+    "AreaQuality",
     "BestPositions",
     "BestRow",
     "Kind",
     "Layout",
     "PlacementQuality",
     "PlacementStudy",
+    "area_quality",
     "best_positions",
     "best_row",
+    "channels_of",
     "layouts",
     "placement_quality",
     "placement_study",

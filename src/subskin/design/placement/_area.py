@@ -33,7 +33,7 @@ AREA_MEASURES = (*(f"{name}_{s}" for name in AREA_STDS for s in ("worst", "95", 
 """Names of the numbers in which an array on an area is judged; `study_area` describes them."""
 _BLIND = 1e-10
 """Share of the information of the best seen combination of unknowns below which another is not seen at all."""
-_WIDER = 0.02
+WIDER = 0.02
 """Share by which the half width is changed for the slope of the readings in it."""
 _NODES = 0.4
 """Distance of the positions at which loads are looked for, in least depths: as `AreaLocator` has it."""
@@ -61,7 +61,7 @@ class OneArea:
         point = tabulate_radial(probe, radius)
         self.wider, self.tables = 0.0, (point,)
         if touches.half_width is not None:
-            self.wider = _WIDER * touches.half_width
+            self.wider = WIDER * touches.half_width
             widths = [touches.half_width + k * self.wider for k in (-1, 0, 1)]
             cells, angles = point.coefficients.shape[1], 2 * int(point.terms[:, 1].max()) + 2
             every = []
@@ -76,13 +76,7 @@ class OneArea:
                 replace(point, terms=terms, coefficients=c, error=error, kind=np.arange(len(kinds))) for c in each
             )
         middle = self.tables[len(self.tables) // 2]
-        table, error = middle.cubics()
-        if middle.pair is not None:
-            table = np.stack([sign * table[:, :, function] for function, sign in middle.pair], axis=2)
-        self.cells = table.shape[1]
-        self.cubics = np.ascontiguousarray(table.reshape(table.shape[0] * self.cells, -1))
-        terms = middle.terms if middle.pair is None else middle.terms[:0]
-        self.terms = np.ascontiguousarray(terms).astype(np.int64)
+        self._compiled = compiled_tables(middle)
 
     def field(self, points: FloatArray, which: npt.NDArray[np.intp]) -> AreaField:
         """Of channels at `points` (n, 2) [m], `which` (n,) of the kinds each is."""
@@ -92,7 +86,17 @@ class OneArea:
             replace(table, points=points, depth=np.full(len(which), self.depth), gain=1 / noise, kind=own[which])
             for table in self.tables
         )
-        return AreaField(tables, self.wider, self.cubics, self.terms, self.cells)
+        return AreaField(tables, self.wider, *self._compiled)
+
+
+def compiled_tables(response: RadialResponse) -> tuple[FloatArray, npt.NDArray[np.int64], int]:
+    """Tables of a response as compiled loops want them, what their functions stand for, and the cells of one."""
+    table, _ = response.cubics()
+    if response.pair is not None:
+        table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
+    terms = response.terms if response.pair is None else response.terms[:0]
+    rows = np.ascontiguousarray(table.reshape(table.shape[0] * table.shape[1], -1))
+    return rows, np.ascontiguousarray(terms).astype(np.int64), table.shape[1]
 
 
 @dataclass(frozen=True, eq=False)

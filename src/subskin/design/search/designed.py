@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ...finger import Finger
 from ..blind_spots import BlindSpots
-from ..placement import PlacementQuality
+from ..placement import AreaQuality, PlacementQuality
 from ..tolerance import Outcome, ToleranceBudget
 from ..two_point import TwoPointLimen
 from .goals import Goals, Row
@@ -41,7 +43,7 @@ class DesignedFinger:
     finger : Finger
     values : dict of str to float
         As those of `DesignGrid`, for this design [m, rad, -].
-    quality : PlacementQuality
+    quality : PlacementQuality or AreaQuality
         Accuracy and ambiguity over positions and angles.
     outcome : Outcome or None
         What the tolerances leave as made and after calibration; None where only noise counts.
@@ -49,8 +51,8 @@ class DesignedFinger:
         What each tolerance costs, of the first finger alone.
     unopposed : BlindSpots or None
         What it cannot object to: of the first finger, and of all where a goal asks for it.
-    two_points : TwoPointLimen
-        The distance from which on two touches read as two.
+    two_points : TwoPointLimen or None
+        The distance from which on two touches read as two; None on an area.
     wide : float
         Distance at which 95 % of pairs of touches do not read like one wide contact [m].
     checks : tuple of Check
@@ -62,11 +64,11 @@ class DesignedFinger:
     row: Row
     finger: Finger
     values: dict[str, float]
-    quality: PlacementQuality
+    quality: PlacementQuality | AreaQuality
     outcome: Outcome | None
     budget: ToleranceBudget | None
     unopposed: BlindSpots | None
-    two_points: TwoPointLimen
+    two_points: TwoPointLimen | None
     wide: float
     checks: tuple[Check, ...]
     as_made: tuple[Check, ...]
@@ -74,8 +76,8 @@ class DesignedFinger:
 
     @property
     def point(self) -> float:
-        """Distance at which 95 % of pairs of touches read as two [m]."""
-        return apart(self.two_points)
+        """Distance at which 95 % of pairs of touches read as two [m]; NaN on an area."""
+        return np.nan if self.two_points is None else apart(self.two_points)
 
     @property
     def excess(self) -> float:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from ... import _check
+from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
+from ...lattice import even_row
 from ...skin import Skin
 from ...transducer import Transducer
 from .._common import whole
+from ..placement import Kind, Layout, channels_of, layouts
 from ..touches import Touches
+from .room import Effort, Room
 
-__all__ = ["Accuracy", "Effort", "Goals", "Room", "Row", "SensorKind", "SkinChoice"]
+__all__ = ["Accuracy", "Goals", "Mix", "Row", "SensorKind", "SkinChoice"]
 
 WIDEST = 2.5
 """Pitches go up to this many times the largest depth, unless the room ends before."""
@@ -74,6 +79,47 @@ class SensorKind:
         """Standard deviation of a reading, that of rounding included."""
         return float(np.hypot(self.noise, self.resolution / np.sqrt(12)))
 
+    @property
+    def kinds(self) -> tuple[SensorKind, ...]:
+        """Itself: a `Mix` has several."""
+        return (self,)
+
+    @property
+    def together(self) -> bool:
+        """Whether all its kinds are at each position."""
+        return True
+
+
+@dataclass(frozen=True)
+class Mix:
+    """Several kinds of sensor in one array on an area, such as strain beside shear; docs/designing.md has an example.
+
+    Parameters
+    ----------
+    name : str
+        What it is called in the report.
+    kinds : sequence of SensorKind
+        Two or more.
+    together : bool, optional
+        Whether all of them are at each position, as channels; else they take turns from one position to the next.
+
+    Raises
+    ------
+    InvalidValueError
+        Fewer than two kinds.
+    """
+
+    name: str
+    kinds: tuple[SensorKind, ...]
+    together: bool = True
+
+    def __post_init__(self) -> None:
+        kinds = tuple(self.kinds)
+        object.__setattr__(self, "kinds", kinds)
+        if len(kinds) < 2 or not all(isinstance(kind, SensorKind) for kind in kinds):
+            rule = "two kinds of sensor or more are needed"
+            raise InvalidValueError(f"{len(kinds)} kinds in a mix", rule, 'kinds = ["gauge", "shear"]')
+
 
 @dataclass(frozen=True)
 class SkinChoice:
@@ -97,6 +143,8 @@ class Accuracy:
         Standard error of the force, relative to it.
     unsure : float, optional
         Largest share of touches that may be ambiguous, not noticed, or lost to tolerances, in (0, 1].
+    radius : float, optional
+        Standard error of the radius of touches on an area that have one [m].
     feature : float, optional
         Distance at which two touches have to read as two, 95 % of pairs [m].
     blind_spots : float, optional
@@ -113,13 +161,14 @@ class Accuracy:
     position: float | None = None
     angle: float | None = None
     force: float | None = None
+    radius: float | None = None
     unsure: float = 0.01
     feature: float | None = None
     blind_spots: float | None = None
     calibrated: Literal["known", "blind", "none"] = "known"
 
     def __post_init__(self) -> None:
-        for name in ("position", "angle", "force", "feature"):
+        for name in ("position", "angle", "force", "radius", "feature"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
         for name in ("unsure", "blind_spots"):
@@ -136,63 +185,19 @@ class Accuracy:
 
 
 @dataclass(frozen=True)
-class Room:
-    """Where sensors can be put; `rank_fingers` has an example.
-
-    Parameters
-    ----------
-    count : (int, int)
-        Fewest and most sensors; at least 3.
-    depth : (float, float)
-        Shallowest and deepest [m].
-    least_pitch : float
-        Least distance between sensors, their wiring included [m].
-    longest_row : float, optional
-        Largest distance from the first sensor to the last [m].
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        Counts or depths that do not ascend; a row too short for the fewest sensors.
-    """
-
-    count: tuple[int, int]
-    depth: tuple[float, float]
-    least_pitch: float
-    longest_row: float = np.inf
-
-    def __post_init__(self) -> None:
-        low, high = self.count
-        if int(low) != low or int(high) != high or not 3 <= low <= high:
-            raise InvalidValueError(
-                f"count = {list(self.count)!r}", "two whole numbers are needed, 3 <= fewest <= most", "3 and 12"
-            )
-        shallow, deep = self.depth
-        if not (0 < shallow <= deep < np.inf):
-            raise GeometryError(
-                f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed", "depth=(1e-3, 4e-3)"
-            )
-        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
-        if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
-            raise GeometryError(
-                f"longest_row = {self.longest_row:.6g} m",
-                f"{low} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
-                "fewer sensors, a smaller pitch, or a longer row",
-            )
-
-
-@dataclass(frozen=True)
 class Row:
-    """A row of equal sensors.
+    """A row of equal sensors, or an array on an area.
 
     Parameters
     ----------
     skin, sensor : int
-        Which of the goals' skins and kinds of sensor.
+        Which of the goals' skins, and of their `choices` of kinds.
     count : int
-        How many sensors.
+        How many positions.
     depth, pitch : float
         [m].
+    layout : Layout, optional
+        On an area: how the positions are set out.
     """
 
     skin: int
@@ -200,47 +205,24 @@ class Row:
     count: int
     depth: float
     pitch: float
+    layout: Layout | None = None
 
     @property
     def length(self) -> float:
-        """From the first sensor to the last [m]."""
+        """From the first sensor to the last [m]; on an area the longer side."""
+        if self.layout is not None:
+            return float(self.layout.size.max()) * self.pitch
         return (self.count - 1) * self.pitch
 
     def which(self, goals: Goals) -> tuple[int, int, int]:
-        """Index of its skin, kind and count in the arrays of a `DesignGrid`."""
-        return self.skin, self.sensor, self.count - goals.room.count[0]
+        """Index of its skin, kind and count, or layout, in the arrays of a `DesignGrid`.
 
-
-@dataclass(frozen=True)
-class Effort:
-    """How finely designs are searched; `rank_fingers` has an example.
-
-    Parameters
-    ----------
-    depths, pitches : int, optional
-        How many of each are tried.
-    touches : int, optional
-        Touches by which each design is judged.
-    seed : int, optional
-        Seed of the touches: the same seed gives the same numbers.
-    keep : int, optional
-        How many fingers are returned at most.
-
-    Raises
-    ------
-    InvalidValueError
-        What is no whole number, or too small.
-    """
-
-    depths: int = 20
-    pitches: int = 30
-    touches: int = 10_000
-    seed: int = 0
-    keep: int = 5
-
-    def __post_init__(self) -> None:
-        for name, least in (("depths", 1), ("pitches", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
-            whole(name, getattr(self, name), least)
+        That of free positions is the first layout of as many.
+        """
+        if self.layout is None:
+            return self.skin, self.sensor, self.count - goals.room.count[0]
+        own = [l for l in goals.layouts if l == self.layout] or [l for l in goals.layouts if l.count == self.count]
+        return self.skin, self.sensor, goals.layouts.index(own[0])
 
 
 @dataclass(frozen=True)
@@ -250,9 +232,10 @@ class Goals:
     Parameters
     ----------
     touches : Touches
-        The weakest touch to notice, the friction, and the span of skin that is touched; the span is needed.
+        The weakest touch to notice, the friction, and the span or the area of skin that is touched; one is needed.
+        With an area arrays on an area are searched, else rows.
     strongest : float
-        The strongest force to bear [N/m].
+        The strongest force to bear [N/m], on an area [N].
     accuracy : Accuracy
     sensors : tuple of SensorKind
     skins : tuple of SkinChoice
@@ -264,11 +247,13 @@ class Goals:
         only noise counts.
     effort : Effort, optional
     title : str, optional
+    mixes : sequence of Mix, optional
+        On an area: arrays of several kinds, tried beside those of one.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        Touches without a span, a strongest force below the weakest, nothing to choose from.
+        Touches without a span, what is not worked out on an area (docs/designing.md), a strongest force below the weakest, nothing to choose from.
     """
 
     touches: Touches
@@ -281,24 +266,17 @@ class Goals:
     tolerances: Mapping[str, float] | None = None
     effort: Effort = Effort()
     title: str = "Finger"
+    mixes: tuple[Mix, ...] = ()
 
     def __post_init__(self) -> None:
-        low, high = self.touches.span_on()
+        object.__setattr__(self, "mixes", tuple(self.mixes))
         if not self.touches.force <= self.strongest < np.inf:
             raise InvalidValueError(
-                f"strongest = {self.strongest!r} N/m",
-                f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
+                f"strongest = {self.strongest!r} {self.touches.unit}",
+                f"has to be at least the weakest force, {self.touches.force:.6g} {self.touches.unit}",
                 "swap the two forces",
             )
-        room, deep = self.room, self.room.depth[1]
-        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
-        felt = longest + 2 * _FELT * deep
-        if high - low > felt:  # most often one in the wrong unit
-            raise GeometryError(
-                f"span = {high - low:.6g} m",
-                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
-                'a shorter span, with its unit: "12 mm"',
-            )
+        self._check_area() if self.on_area else self._check_span()
         for name, amount in (self.tolerances or {}).items():
             _check.scalar(name, amount, at_least=0.0)
         strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
@@ -308,18 +286,109 @@ class Goals:
             object.__setattr__(self, name, choices)
             if not choices:
                 raise InvalidValueError(f"{name} = ()", "one at least is needed", f"{name}=[...]")
-            called = [choice.name for choice in choices]
+            called = [choice.name for choice in (choices if name == "skins" else self.choices)]
             twice = [c for c in called if called.count(c) > 1]
             if twice:
                 raise InvalidValueError(
                     f'two {name} called "{twice[0]}"', "each needs a name of its own in the report", "another name"
                 )
 
+    def _check_span(self) -> None:
+        low, high = self.touches.span_on()
+        room, deep = self.room, self.room.depth[1]
+        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
+        felt = longest + 2 * _FELT * deep
+        if high - low > felt:  # most often one in the wrong unit
+            raise GeometryError(
+                f"span = {high - low:.6g} m",
+                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
+                'a shorter span, with its unit: "12 mm"',
+            )
+        if self.mixes:
+            rule = "rows are of one kind of sensor"
+            raise InvalidValueError(f'the mix "{self.mixes[0].name}"', rule, "touches on an area, or no mixes")
+        if self.accuracy.radius is not None:
+            rule = "it is found of round touches on an area"
+            raise InvalidValueError("radius = ...", rule, "leave out the radius")
+
+    def _check_area(self) -> None:
+        refused = {"feature": self.accuracy.feature, "blind_spots": self.accuracy.blind_spots}
+        for name, value in refused.items():
+            if value is not None:
+                rule = "it is worked out for rows, and not for arrays on an area"
+                raise InvalidValueError(f"{name} = {value!r}", rule, f"leave out {name}")
+        if self.accuracy.radius is not None and self.touches.half_width is None:
+            rule = "touches without a half width are points"
+            raise InvalidValueError(f"radius = {self.accuracy.radius!r} m", rule, "Touches(..., half_width=1e-3)")
+        for choice in self.skins:
+            if not choice.skin.takes_local:
+                rule = "it is solved in a plane and takes no touch on an area"
+                raise InvalidValueError(f'the skin "{choice.name}"', rule, "half_space or layers")
+        if not self.layouts:
+            low, high = self.room.count
+            seen = f"{low} to {high} sensors"
+            raise GeometryError(seen, f"no {' or '.join(self.room.layouts)} has so many", "more sensors, or layouts")
+
+    @property
+    def on_area(self) -> bool:
+        """Whether arrays on an area are searched, not rows."""
+        return self.touches.area is not None
+
+    @property
+    def choices(self) -> tuple[SensorKind | Mix, ...]:
+        """What an array can be made of: the kinds of sensor, then the mixes."""
+        return (*self.sensors, *self.mixes)
+
+    @property
+    def extent(self) -> FloatArray:
+        """Sides along y and z of where sensors may stand [m], shape (2,); a row has no other side."""
+        if not self.on_area:
+            return np.array([self.room.longest_row, np.inf])
+        if self.room.area is not None:
+            return np.array(self.room.area)
+        touched = np.ptp(np.asarray(self.touches.area), axis=1)
+        return np.asarray(np.minimum(1.5 * touched, touched + 4 * self.room.depth[1]))
+
+    @cached_property
+    def layouts(self) -> tuple[Layout, ...]:
+        """How the positions can be set out: rows of each count, or on an area those of `layouts`."""
+        low, high = self.room.count
+        if not self.on_area:
+            return tuple(Layout("row", (n,)) for n in range(low, high + 1))
+        most = max(len(choice.kinds) if choice.together else 1 for choice in self.choices)
+        y, z = self.extent.tolist()
+        patterns = [name for name in self.room.layouts if name != "free"]
+        return layouts(patterns, (max(-(-low // most), 2), high), y / z)
+
+    @property
+    def counted(self) -> int:
+        """Touches by which each design is judged."""
+        usual = 500 if self.on_area else 10_000
+        return usual if self.effort.touches is None else self.effort.touches
+
+    def readings(self, sensor: int, count: int) -> int:
+        """Readings of an array of `count` positions: each kind of a mix that is together has one at each."""
+        choice = self.choices[sensor]
+        return count * (len(choice.kinds) if choice.together else 1)
+
+    def channels(self, sensor: int) -> tuple[Kind, ...]:
+        """The kinds of one of the `choices`, as `study_area` takes them."""
+        return tuple(Kind(kind.transducer, kind.error, kind.width) for kind in self.choices[sensor].kinds)
+
     def finger(self, row: Row) -> Finger:
         """The finger of one `row`."""
-        kind = self.sensors[row.sensor]
-        array = SensorArray.line(
-            row.count, row.pitch, row.depth, transducer=kind.transducer, noise=kind.noise, width=kind.width,
-            low=-kind.largest, high=kind.largest, resolution=kind.resolution,
+        choice, skin = self.choices[row.sensor], self.skins[row.skin].skin
+        if row.layout is None:
+            points, which = np.stack([even_row(row.count, row.pitch), np.zeros(row.count)], axis=-1), [0] * row.count
+        else:
+            middle = np.mean(np.asarray(self.touches.area), axis=1)
+            at, of = channels_of(row.layout, len(choice.kinds), choice.together)
+            points, which = row.layout.points(row.pitch, (float(middle[0]), float(middle[1])))[at], of.tolist()
+        kinds = [choice.kinds[i] for i in which]
+        each = {name: [getattr(kind, name) for kind in kinds] for name in ("noise", "width", "resolution")}
+        largest = np.array([kind.largest for kind in kinds])
+        array = SensorArray(
+            points[:, 0], row.depth, [kind.transducer for kind in kinds], z=points[:, 1], low=-largest, high=largest,
+            **each,
         )  # fmt: skip
-        return Finger(self.skins[row.skin].skin, array)
+        return Finger(skin, array)

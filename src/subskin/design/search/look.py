@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..blind_spots import BlindSpots, blind_spots
-from ..placement import placement_quality
+from ..placement import area_quality, placement_quality
 from ..tolerance import ErrorsKept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
 from .designed import Check, DesignedFinger
 from .grid import Criterion, DesignGrid
@@ -36,8 +36,8 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     """The best row that `aim` finds; what noise alone spoils is looked at no further until it is among the kept."""
     best, goals = aim.best(), grid.goals
     finger = goals.finger(best.row)
-    quality = placement_quality(finger, goals.touches)
-    found = limen(finger, goals, "point")
+    quality = area_quality(finger, goals.touches) if goals.on_area else placement_quality(finger, goals.touches)
+    found = None if goals.on_area else limen(finger, goals, "point")
     nothing = (None, None, None, found, np.nan)
     design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), ())
     design = _checked(grid, design)
@@ -47,7 +47,7 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """With its tolerances, and its blind spots where a goal asks for them."""
     goals, amounts = grid.goals, _amounts(grid, design)
-    if amounts and design.outcome is None:
+    if amounts and design.outcome is None and not goals.on_area:
         method = "blind" if goals.accuracy.calibrated == "blind" else "known"
         search, seed = design.quality.search, goals.effort.seed
         outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
@@ -59,6 +59,8 @@ def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 
 def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the table of fingers says."""
+    if grid.goals.on_area:
+        return _studied(grid, design)
     wide = apart(limen(design.finger, grid.goals, "wide", positions=9))
     return replace(_studied(grid, design), wide=wide)
 
@@ -66,6 +68,8 @@ def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the report says of the first finger."""
     goals, amounts = grid.goals, _amounts(grid, design)
+    if goals.on_area:
+        return design
     if amounts:
         budget = tolerance_budget(
             design.finger, goals.touches, amounts, positions=12, angles=6, draws=50, rng=goals.effort.seed,

@@ -9,6 +9,7 @@ from threading import Event
 
 import numpy as np
 
+from ..._check import FloatArray
 from ...errors import ConvergenceError
 from .designed import DesignedFinger, DesignStudy
 from .grid import DesignGrid
@@ -69,7 +70,8 @@ def rank_fingers(
     found: list[DesignedFinger] = []
     pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
     try:
-        for fingers in pool.map(lambda pair: _fewest(grid, pair[0], pair[1], stopped), pairs):
+        look = _fewest_on_area if grid.goals.on_area else _fewest
+        for fingers in pool.map(lambda pair: look(grid, pair[0], pair[1], stopped), pairs):
             found += fingers
             if progress is not None:
                 progress()
@@ -82,6 +84,10 @@ def rank_fingers(
     looked = {f.row.which(grid.goals): f.checks for f in (*found, *best)}
     would = () if (grid.excess <= 1).any() else remedies(grid)
     return DesignStudy(grid, tuple(best), looked, would)
+
+
+_LOOKS = 5
+"""Layouts of one skin and kind on an area that are looked at closely at most."""
 
 
 def _rank(finger: DesignedFinger) -> tuple[bool, int, float]:
@@ -110,3 +116,24 @@ def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFi
         if 0 <= n < excess.size and np.isfinite(excess[n]):
             meets(n)
     return [looked[n] for n in sorted(looked)]
+
+
+def _fewest_on_area(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFinger]:
+    """Close looks at arrays of one skin and kind: those of fewest sensors first, until one more after one that meets.
+
+    Of layouts that meet no goals on the grid the nearest are looked at.
+    """
+    excess = np.where(np.isfinite(grid.excess[k, m]), grid.excess[k, m], np.inf).min(axis=(0, 1))
+    order = sorted(np.flatnonzero(np.isfinite(excess)).tolist(), key=lambda n: (excess[n] > 1, _few(grid, excess, n)))
+    found: list[DesignedFinger] = []
+    for n in order[:_LOOKS]:
+        if stopped.is_set() or (found and found[-1].meets and len(found) > 1):
+            break
+        found.append(looked_at(grid, (k, m, n)))
+    return found
+
+
+def _few(grid: DesignGrid, excess: FloatArray, n: int) -> tuple[float, float]:
+    """Sensors and excess of a layout, whichever comes first: of those that would do the sensors."""
+    own = float(grid.counts[n]), float(excess[n])
+    return own if excess[n] <= 1 else own[::-1]

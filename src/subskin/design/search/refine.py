@@ -11,10 +11,10 @@ import numpy as np
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...finger import Finger
-from ..placement import study_row
+from ..placement import Layout
 from ..two_point import TwoPointLimen, two_point_limen
 from .goals import Goals, Row
-from .grid import DesignGrid, loaded
+from .grid import DesignGrid, loaded, studied
 
 _DEPTHS = 2.0
 """Two points are tried up to so many depths apart."""
@@ -50,7 +50,7 @@ class Aim(Frozen):
         grid, room = self.grid, self.grid.goals.room
         own = grid.depths[self.skin]
         d, s = self._start()
-        longest = room.longest_row / (self._count - 1)
+        longest = float((self.grid.goals.extent / np.maximum(self._layout.size, 1e-9)).min())
         pitches = _between(_round_values(grid.pitches, s), room.least_pitch, longest, grid.pitches[[s]])
         depths = _between(_round_values(own, d), room.depth[0], float(own[-1]), own[[d]])
         at, step = int(np.argmin(np.abs(depths - own[d]))), max(depths.size // 4, 1)
@@ -65,8 +65,12 @@ class Aim(Frozen):
         return tried[at]
 
     @property
-    def _count(self) -> int:
-        return int(self.grid.counts[self.n])
+    def _layout(self) -> Layout:
+        return self.grid.goals.layouts[self.n]
+
+    def _row(self, depth: float, pitch: float) -> Row:
+        layout = self._layout if self.grid.goals.on_area else None
+        return Row(self.skin, self.sensor, self._layout.count, depth, pitch, layout)
 
     def _excess(self, values: Mapping[str, float | FloatArray]) -> FloatArray:
         """Largest ratio of values to what is wanted of them; infinite where one is none."""
@@ -97,7 +101,7 @@ class Aim(Frozen):
             own = float(excess[cell])
             if own < best[0]:
                 depth, pitch = float(grid.depths[self.skin, cell[0]]), float(grid.pitches[cell[1]])
-                value = max(own, self._apart(Row(self.skin, self.sensor, self._count, depth, pitch), 9)), own
+                value = max(own, self._apart(self._row(depth, pitch), 9)), own
                 if value < best:
                     best, chosen = value, cell
         return chosen
@@ -105,17 +109,13 @@ class Aim(Frozen):
     def _at_depth(self, depth: float, pitches: FloatArray, so_far: float) -> Tried:
         """The best pitch, if it is better than what was found `so_far`."""
         goals = self.grid.goals
-        kind, effort = goals.sensors[self.sensor], goals.effort
-        found = study_row(
-            goals.skins[self.skin].skin, kind.transducer, depth, pitches, [self._count], goals.touches,
-            noise=kind.error, width=kind.width, rng=effort.seed, samples=effort.touches,
-        )  # fmt: skip
+        found = studied(goals, self.skin, self.sensor, depth, pitches, [self._layout])
         under_load = loaded(goals, self.skin, self.sensor, depth)
         rows = []
         for j, pitch in enumerate(pitches):
             values = {name: float(value[j, 0]) for name, value in found.items()} | under_load
-            values["unsure"] = values["ambiguous"] + values["unfelt"]
-            row = Row(self.skin, self.sensor, self._count, depth, float(pitch))
+            values["unsure"] = values["ambiguous"] + (values["unfelt"] if values["ambiguous"] < 1 else 0.0)
+            row = self._row(depth, float(pitch))
             rows.append((float(self._excess(values)), row, values))
         rows.sort(key=lambda row: row[0])
         best = Tried(np.inf, *rows[0])
