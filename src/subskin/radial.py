@@ -143,7 +143,9 @@ class RadialResponse(Frozen):
             Where the load presses, (y, z) [m].
         """
         delta, cell, t, _ = self._cells(position)
-        values = np.einsum("...fk,...k->...f", self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1))
+        values = np.einsum(
+            "...fk,...k->...f", self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
+        )
         zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3))
         for component, order, part, function, sign in self.terms.tolist():
             shape = zeta**order
@@ -161,7 +163,9 @@ class RadialResponse(Frozen):
         delta, cell, t, steep = self._cells(position)
         c, powers = self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
         values = np.einsum("...fk,...k->...f", c, powers)
-        slope = np.einsum("...fk,...k->...f", c[..., 1:] * np.arange(1, DEGREE + 1), powers[..., :-1]) * steep[..., None]
+        slope = (
+            np.einsum("...fk,...k->...f", c[..., 1:] * np.arange(1, DEGREE + 1), powers[..., :-1]) * steep[..., None]
+        )
         zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3, 2))
         for component, order, part, function, sign in self.terms.tolist():
             f, df, shape = values[..., function], slope[..., function], zeta**order

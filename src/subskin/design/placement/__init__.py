@@ -2,7 +2,7 @@
 
 from ._area import AREA_MEASURES, Kind
 from ._table import PLACEMENT_MEASURES
-from .area import channels_of, study_area
+from .area import AREA_SAMPLES, channels_of, study_area
 from .area_quality import AreaQuality, area_quality
 from .best import BestRow, best_row
 from .layout import PATTERNS, Layout, layouts
@@ -13,6 +13,7 @@ from .study import PlacementStudy, placement_study
 
 __all__ = [
     "AREA_MEASURES",
+    "AREA_SAMPLES",
     "PATTERNS",
     "PLACEMENT_MEASURES",
     "AreaQuality",

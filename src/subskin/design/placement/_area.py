@@ -23,7 +23,7 @@ from ...transducer import Transducer
 from ..touches import Touches
 from ._table import FALSE_ALARM, SHARES, jittered
 
-AREA_GRID = (13, 6)
+AREA_GRID = (9, 6)
 """Positions along y, and along z, and azimuths at which bounds are found."""
 _LEANS = np.array([0.0, 0.5, 1.0])
 """Angles at which they are, in shares of the largest, and the weights of the trapezoidal rule."""
@@ -224,7 +224,8 @@ class Told(NamedTuple):
             "force": np.sqrt(np.maximum(np.einsum("...i,...ij,...j->...", along, f, along), 0.0)) / size,
             "radius": np.sqrt(np.maximum(at[..., 2, 2], 0.0)) if c.shape[-1] == 6 else np.zeros(bad.shape),
         }
-        return {name: np.where(bad, np.inf, value) for name, value in out.items()}
+        known = "radius" if c.shape[-1] == 5 else ""
+        return {name: value if name == known else np.where(bad, np.inf, value) for name, value in out.items()}
 
 
 def _widest(two: FloatArray) -> FloatArray:
@@ -334,7 +335,9 @@ def searched_area(points: FloatArray, depth: float, touches: Touches, margin: fl
 def check_area(skin: Skin, touches: Touches) -> None:
     """Refuses touches that are not on an area, and a skin that takes none there."""
     if touches.area is None:
-        raise GeometryError("touches without an area", "local touches are needed", "area=((-5e-3, 5e-3), (-5e-3, 5e-3))")
+        raise GeometryError(
+            "touches without an area", "local touches are needed", "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"
+        )
     if not skin.takes_local:
         rule = "it is solved in a plane and takes no touch on an area"
         raise InvalidValueError(f"the skin {skin}", rule, "HalfSpace(material), or Layered")

@@ -17,7 +17,7 @@ from .layout import Layout
 
 __all__ = ["AREA_SAMPLES", "channels_of", "study_area"]
 
-AREA_SAMPLES = 500
+AREA_SAMPLES = 300
 
 
 def study_area(
@@ -118,7 +118,9 @@ def study_area(
     if not designs:
         return out
     boxes = [searched_area(points, deep, touches, beyond) for *_, points in designs]
-    reach = max(float(np.hypot(*np.abs(box[None] - p[:, :, None]).max(axis=(0, 2)))) for (*_, p), box in zip(designs, boxes))
+    reach = max(
+        float(np.hypot(*np.abs(box[None] - p[:, :, None]).max(axis=(0, 2)))) for (*_, p), box in zip(designs, boxes)
+    )
     one = OneArea(skin, kinds, deep, touches, reach)
     for (i, j, points), box in zip(designs, boxes, strict=True):
         at, which = channels_of(layouts[j], len(kinds), together)
@@ -130,9 +132,7 @@ def study_area(
     return out
 
 
-def channels_of(
-    layout: Layout, kinds: int, together: bool
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def channels_of(layout: Layout, kinds: int, together: bool) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Position and kind of each channel of a layout, (n,) both.
 
     Examples

@@ -22,7 +22,7 @@ from .area import AREA_SAMPLES
 
 __all__ = ["AreaQuality", "area_quality"]
 
-_FINE = (25, 8)
+_FINE = (21, 6)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ...errors import InvalidValueError
+from ...lattice import even_grid
 
 __all__ = ["PATTERNS", "Layout", "layouts"]
 
@@ -80,9 +81,11 @@ class Layout:
 
     @property
     def unit(self) -> FloatArray:
-        """Positions (y, z) in pitches about the middle, shape (count, 2); row by row."""
+        """Positions (y, z) in pitches about the middle, shape (count, 2); row by row, of a grid as `even_grid` has them."""
         if self.at:
             return np.array(self.at)
+        if self.pattern == "grid":
+            return even_grid((self.rows[0], len(self.rows)), 1.0)
         apart = np.sqrt(0.75) if self.pattern == "hexagonal" else 1.0
         out = [
             np.stack([np.arange(n) - (n - 1) / 2, np.full(n, apart * (j - (len(self.rows) - 1) / 2))], axis=-1)
@@ -104,6 +107,8 @@ class Layout:
 
         Along a row one after the other; each row begins one further, so that kinds are mixed along both sides.
         """
+        if self.pattern == "grid":
+            return np.add.outer(np.arange(self.rows[0]), np.arange(len(self.rows))).reshape(-1) % kinds
         return np.concatenate([(np.arange(n) + j) % kinds for j, n in enumerate(self.rows)])
 
 

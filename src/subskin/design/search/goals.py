@@ -18,7 +18,7 @@ from ...lattice import even_row
 from ...skin import Skin
 from ...transducer import Transducer
 from .._common import whole
-from ..placement import Kind, Layout, channels_of, layouts
+from ..placement import AREA_SAMPLES, Kind, Layout, channels_of, layouts
 from ..touches import Touches
 from .room import Effort, Room
 
@@ -349,6 +349,12 @@ class Goals:
         touched = np.ptp(np.asarray(self.touches.area), axis=1)
         return np.asarray(np.minimum(1.5 * touched, touched + 4 * self.room.depth[1]))
 
+    @property
+    def middle(self) -> tuple[float, float]:
+        """About which arrays on an area stand, (y, z) [m]."""
+        y, z = self.touches.area or ((0.0, 0.0), (0.0, 0.0))
+        return 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
+
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
         """How the positions can be set out: rows of each count, or on an area those of `layouts`."""
@@ -363,7 +369,7 @@ class Goals:
     @property
     def counted(self) -> int:
         """Touches by which each design is judged."""
-        usual = 500 if self.on_area else 10_000
+        usual = AREA_SAMPLES if self.on_area else 10_000
         return usual if self.effort.touches is None else self.effort.touches
 
     def readings(self, sensor: int, count: int) -> int:
@@ -381,9 +387,8 @@ class Goals:
         if row.layout is None:
             points, which = np.stack([even_row(row.count, row.pitch), np.zeros(row.count)], axis=-1), [0] * row.count
         else:
-            middle = np.mean(np.asarray(self.touches.area), axis=1)
             at, of = channels_of(row.layout, len(choice.kinds), choice.together)
-            points, which = row.layout.points(row.pitch, (float(middle[0]), float(middle[1])))[at], of.tolist()
+            points, which = row.layout.points(row.pitch, self.middle)[at], of.tolist()
         kinds = [choice.kinds[i] for i in which]
         each = {name: [getattr(kind, name) for kind in kinds] for name in ("noise", "width", "resolution")}
         largest = np.array([kind.largest for kind in kinds])

@@ -221,7 +221,13 @@ def question_of(goals: Goals, k: int, m: int, depth: float, pitches: FloatArray)
 
 
 def studied(
-    goals: Goals, k: int, m: int, depth: float, pitches: FloatArray, layouts: Sequence[Layout], samples: int | None = None
+    goals: Goals,
+    k: int,
+    m: int,
+    depth: float,
+    pitches: FloatArray,
+    layouts: Sequence[Layout],
+    samples: int | None = None,
 ) -> dict[str, FloatArray]:
     """`study_row` or `study_area` of a skin and kind at a depth, arrays of shape (pitches, layouts)."""
     skin, effort = goals.skins[k].skin, {"rng": goals.effort.seed, "samples": samples or goals.counted}
@@ -278,6 +284,7 @@ def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
         load = LineLoad(goals.strongest, angles, at)
     state = goals.skins[k].skin.state(load, depth, 0.0)
     readings = [
-        float(np.abs(kind.transducer.linear_part.measure(state)).max()) / kind.largest for kind in goals.choices[m].kinds
+        float(np.abs(kind.transducer.linear_part.measure(state)).max()) / kind.largest
+        for kind in goals.choices[m].kinds
     ]
     return {"strain": float(MaxCompressiveStrain().measure(state).max()), "range": max(readings)}

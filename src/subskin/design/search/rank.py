@@ -86,7 +86,7 @@ def rank_fingers(
     return DesignStudy(grid, tuple(best), looked, would)
 
 
-_LOOKS = 5
+_LOOKS = 3
 """Layouts of one skin and kind on an area that are looked at closely at most."""
 
 

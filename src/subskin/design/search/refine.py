@@ -18,6 +18,8 @@ from .grid import DesignGrid, loaded, studied
 
 _DEPTHS = 2.0
 """Two points are tried up to so many depths apart."""
+_FEW = 6
+"""Depths, and pitches at each, between which the best array on an area is refined."""
 _CELLS, _PITCHES = 16, 3
 """How many designs of the grid, and at each depth of the refinement, are asked for their two points at most."""
 
@@ -53,6 +55,8 @@ class Aim(Frozen):
         longest = float((self.grid.goals.extent / np.maximum(self._layout.size, 1e-9)).min())
         pitches = _between(_round_values(grid.pitches, s), room.least_pitch, longest, grid.pitches[[s]])
         depths = _between(_round_values(own, d), room.depth[0], float(own[-1]), own[[d]])
+        if self.grid.goals.on_area:  # each costs twenty times one of a row
+            pitches, depths = (_thinned(v, _FEW) for v in (pitches, depths))
         at, step = int(np.argmin(np.abs(depths - own[d]))), max(depths.size // 4, 1)
         tried: dict[int, Tried] = {}
         while step >= 1:
@@ -150,6 +154,11 @@ def _round_values(grid: FloatArray, i: int) -> FloatArray:
     step = 10.0 ** np.floor(np.log10(float(grid[i]))) / 20
     first, last = float(grid[max(i - 1, 0)]), float(grid[min(i + 1, grid.size - 1)])
     return np.asarray(step * np.arange(np.ceil(first / step - 1e-9), np.floor(last / step + 1e-9) + 1))
+
+
+def _thinned(values: FloatArray, most: int) -> FloatArray:
+    """So many of the values at most, evenly chosen."""
+    return values[np.unique(np.linspace(0, values.size - 1, min(most, values.size)).round().astype(int))]
 
 
 def _between(values: FloatArray, low: float, high: float, otherwise: FloatArray) -> FloatArray:

@@ -157,7 +157,9 @@ def _counts(grid: DesignGrid) -> Remedy:
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf).min(axis=(3, 4))
     for k, m in np.ndindex(excess.shape[:2]):
         bear = [d for d in range(excess.shape[2]) if _bears(grid, goals, k, m, float(grid.depths[k, d]))]
-        for d in np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")][: _TRIED if not goals.on_area else 1].tolist():
+        for d in np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")][
+            : _TRIED if not goals.on_area else 1
+        ].tolist():
             row = _meeting(grid, wider, k, m, float(grid.depths[k, d]), more)
             if row is not None and not row.count >= best.value:
                 best = Remedy("count", row.count, row)

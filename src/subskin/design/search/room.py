@@ -87,7 +87,7 @@ class Effort:
     depths, pitches : int, optional
         How many of each are tried.
     touches : int, optional
-        Touches by which each design is judged; 10,000 of a row and 500 on an area if left out.
+        Touches by which each design is judged; 10,000 of a row and 300 on an area if left out.
     seed : int, optional
         Seed of the touches: the same seed gives the same numbers.
     keep : int, optional
