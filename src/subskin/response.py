@@ -256,7 +256,7 @@ class Response(Frozen):
         return total.reshape(*positions.shape, -1, 2)
 
     def averaged(self, width: float) -> Response:
-        """The mean over so wide a sensor about each position, of a table of line loads; half as much shorter either way.
+        """The mean over so wide a sensor about each position, of a table of line loads; shorter by that width.
 
         Parameters
         ----------

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.errors import InvalidValueError, UnknownOptionError
 from subskin import prepared as prepared_module
 from subskin.design.placement._table import OneSensor
+from subskin.errors import InvalidValueError, UnknownOptionError
 from subskin.prepared import Prepared, prepared, tabulated
 from subskin.radial import tabulate_radial
 

@@ -140,7 +140,15 @@ class Touches:
         return self.local(self.force * lean, rng.uniform(box[:, 0], box[:, 1], (count, 2)))
 
     def local(self, components: FloatArray, position: FloatArray) -> LocalContact:
-        """Touches of this kind with the given components [N], shape (..., 3), at positions [m], shape (..., 2)."""
+        """Touches of this kind on an area.
+
+        Parameters
+        ----------
+        components : ndarray, shape (..., 3)
+            N, Ty and Tz of each [N].
+        position : ndarray, shape (..., 2)
+            Where each presses, (y, z) [m].
+        """
         if self.half_width is None:
             return PointLoad(components=components, position=position)
         return RoundHertz(components=components, position=position, half_width=self.half_width)

@@ -176,7 +176,7 @@ def _row(goals: Goals, row: Row | None) -> str:
 
 def row_in_words(goals: Goals, row: Row) -> str:
     """What a design is: how many of what, how far apart and how deep, in which skin."""
-    many = f"{row.count} ×" if row.layout is None else f"{row.layout.text} of"
+    many = f"{row.count} ×" if row.layout is None else f"{row.layout.text},"
     apart = "" if row.layout is not None and row.layout.at else f"{in_words(row.pitch, 'm')} apart, "
     return (
         f"{many} {goals.choices[row.sensor].name}, {apart}"

@@ -98,6 +98,6 @@ class GoalsDocument(StrictTable):
     room: RoomTable
     sensor: Annotated[list[SensorTable], Field(min_length=1)]
     skin: Annotated[list[SkinChoiceTable], Field(min_length=1)]
-    mix: list[MixTable] = []
+    mix: list[MixTable] = Field(default_factory=list)
     tolerances: dict[str, Any] | None = None
     search: EffortTable = EffortTable()

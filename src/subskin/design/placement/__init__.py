@@ -1,11 +1,11 @@
 """Where to put the sensors: bounds, ambiguity, and the best row."""
 
-from ._area import AREA_MEASURES, Kind
+from ._area import AREA_MEASURES, Channel
 from ._table import PLACEMENT_MEASURES
 from .area import AREA_SAMPLES, channels_of, study_area
 from .area_quality import AreaQuality, area_quality
 from .best import BestRow, best_row
-from .layout import PATTERNS, Layout, layouts
+from .layout import PATTERNS, Arrangement, layouts
 from .positions import BestPositions, best_positions
 from .quality import PlacementQuality, placement_quality
 from .row import study_row
@@ -17,10 +17,10 @@ __all__ = [
     "PATTERNS",
     "PLACEMENT_MEASURES",
     "AreaQuality",
+    "Arrangement",
     "BestPositions",
     "BestRow",
-    "Kind",
-    "Layout",
+    "Channel",
     "PlacementQuality",
     "PlacementStudy",
     "area_quality",

@@ -39,8 +39,18 @@ _NODES = 0.4
 """Distance of the positions at which loads are looked for, in least depths: as `AreaLocator` has it."""
 
 
-class Kind(NamedTuple):
-    """What one channel of an array measures, its noise [its unit] and the width over which it averages [m]."""
+class Channel(NamedTuple):
+    """What one channel of an array measures.
+
+    Parameters
+    ----------
+    transducer : Transducer
+        One with a linear part.
+    noise : float
+        Standard deviation of a reading [unit of the transducer], > 0.
+    width : float, optional
+        Width along y over which it averages [m].
+    """
 
     transducer: Transducer
     noise: float
@@ -53,7 +63,7 @@ class OneArea:
     radius: the largest distance of a load from a sensor that will be asked for [m].
     """
 
-    def __init__(self, skin: Skin, kinds: Sequence[Kind], depth: float, touches: Touches, radius: float) -> None:
+    def __init__(self, skin: Skin, kinds: Sequence[Channel], depth: float, touches: Touches, radius: float) -> None:
         self.kinds, self.depth = tuple(kinds), depth
         zero, widths = np.zeros(len(kinds)), [kind.width for kind in kinds]
         transducers = [kind.transducer for kind in kinds]
@@ -235,7 +245,7 @@ def _widest(two: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(mean + np.hypot(half, two[..., 0, 1]), 0.0)))
 
 
-class Spots(NamedTuple):
+class AskedTouches(NamedTuple):
     """Touches of a study: a closed grid of positions (p, 2) and loads (d, 3), their weights; and so many at random."""
 
     position: FloatArray
@@ -245,7 +255,7 @@ class Spots(NamedTuple):
     random_load: FloatArray
 
     @classmethod
-    def of(cls, touches: Touches, grid: tuple[int, int], samples: int, rng: np.random.Generator) -> Spots:
+    def of(cls, touches: Touches, grid: tuple[int, int], samples: int, rng: np.random.Generator) -> AskedTouches:
         """Touches over the area and the cone of `touches`."""
         box = np.asarray(touches.area)
         side = np.ones(grid[0])
@@ -280,36 +290,42 @@ def units_of(touches: Touches, depth: float) -> FloatArray:
 
 
 def judged_area(
-    field: AreaField, touches: Touches, spots: Spots, box: FloatArray, ambiguity: float
+    field: AreaField, touches: Touches, asked: AskedTouches, box: FloatArray, ambiguity: float
 ) -> tuple[Told, dict[str, float]]:
-    """Bounds on the grid of `spots`, and `AREA_MEASURES`."""
+    """Bounds on the grid of `asked`, and `AREA_MEASURES`."""
     depth = float(field.response.depth.min())
     units, known = units_of(touches, depth), 0 if touches.friction > 0 else 2
-    told = Told.of(field.information(spots.position, spots.load), units, known)
-    stds = told.stds(spots.load)
+    told = Told.of(field.information(asked.position, asked.load), units, known)
+    stds = told.stds(asked.load)
     area = np.ptp(np.asarray(touches.area), axis=1)
     most = {"position": area.max() / 12**0.5, "angle": touches.cone / 3**0.5, "force": 1.0, "radius": np.inf}
     out: dict[str, float] = {}
     for name in AREA_STDS:
         std, ceiling = stds[name], most[name]
         out[f"{name}_worst"] = float(std.max())
-        out[f"{name}_95"] = quantile(std, spots.weight, 0.95)
-        out[f"{name}_mean"] = float((np.minimum(std, ceiling) * spots.weight).sum())
-    out["rank"] = quantile(told.rank.astype(float), spots.weight, 0.05)
-    out["log_det"] = float((told.log_det * spots.weight).sum())
+        out[f"{name}_95"] = quantile(std, asked.weight, 0.95)
+        out[f"{name}_mean"] = float((np.minimum(std, ceiling) * asked.weight).sum())
+    out["rank"] = quantile(told.rank.astype(float), asked.weight, 0.05)
+    out["log_det"] = float((told.log_det * asked.weight).sum())
     if out["rank"] < units.size - known:
         shares = np.array([1.0, np.nan, np.nan])
     else:
-        shares = _shares(field, touches, spots, units, known, box, ambiguity)
+        shares = _shares(field, touches, asked, units, known, box, ambiguity)
     out |= dict(zip(SHARES, shares.tolist(), strict=True))
     return told, {name: out[name] for name in AREA_MEASURES}
 
 
 def _shares(
-    field: AreaField, touches: Touches, spots: Spots, units: FloatArray, known: int, box: FloatArray, ambiguity: float
+    field: AreaField,
+    touches: Touches,
+    asked: AskedTouches,
+    units: FloatArray,
+    known: int,
+    box: FloatArray,
+    ambiguity: float,
 ) -> FloatArray:
     """Means of `SHARES` over the touches drawn at random."""
-    position, load = spots.random_position, spots.random_load
+    position, load = asked.random_position, asked.random_load
     m = field.columns(position)
     by = np.einsum("tnmc,tc->tnm", m[..., :-1, :], load)
     jacobian = np.concatenate([by, m[..., -1, :]], axis=-1)

@@ -11,9 +11,9 @@ from ... import _check
 from ..._check import FloatArray
 from ...skin import Skin
 from ..touches import Touches
-from ._area import AREA_GRID, AREA_MEASURES, Kind, OneArea, Spots, check_area, judged_area, searched_area
+from ._area import AREA_GRID, AREA_MEASURES, AskedTouches, Channel, OneArea, check_area, judged_area, searched_area
 from ._table import AMBIGUITY, MARGIN
-from .layout import Layout
+from .layout import Arrangement
 
 __all__ = ["AREA_SAMPLES", "channels_of", "study_area"]
 
@@ -22,10 +22,10 @@ AREA_SAMPLES = 300
 
 def study_area(
     skin: Skin,
-    kinds: Sequence[Kind],
+    kinds: Sequence[Channel],
     depth: float,
     pitches: npt.ArrayLike,
-    layouts: Sequence[Layout],
+    layouts: Sequence[Arrangement],
     touches: Touches,
     *,
     together: bool = True,
@@ -46,13 +46,13 @@ def study_area(
     ----------
     skin : Skin
         One that takes local contacts.
-    kinds : sequence of Kind
+    kinds : sequence of Channel
         What the channels measure; of several, all are at each position.
     depth : float
         Depth of the sensors [m], > 0.
     pitches : array_like, shape (s,)
         Distances of neighbours [m], > 0.
-    layouts : sequence of c Layouts
+    layouts : sequence of c Arrangements
         How the positions are set out.
     touches : Touches
         What is to be located, on an area.
@@ -91,11 +91,11 @@ def study_area(
     Strain gauges on one line see four of the five unknowns, however many there are.
 
     >>> import subskin as ss
-    >>> from subskin.design.placement import Kind, Layout, study_area
+    >>> from subskin.design.placement import Channel, Arrangement, study_area
     >>> skin = ss.HalfSpace(ss.Material(young=0.4e6))
     >>> touches = ss.design.Touches(force=1.0, friction=0.5, area=((-2e-3, 2e-3), (-2e-3, 2e-3)))
-    >>> both = [Layout("row", (6,)), Layout("grid", (3, 3, 3))]
-    >>> found = study_area(skin, [Kind(ss.NormalStrain(), 1e-3)], 2e-3, [1.5e-3], both, touches, samples=50)
+    >>> both = [Arrangement("row", (6,)), Arrangement("grid", (3, 3, 3))]
+    >>> found = study_area(skin, [Channel(ss.NormalStrain(), 1e-3)], 2e-3, [1.5e-3], both, touches, samples=50)
     >>> found["rank"].tolist(), (1e3 * found["position_95"]).round(3).tolist()
     ([[4.0, 5.0]], [[inf, 0.012]])
     """
@@ -105,7 +105,7 @@ def study_area(
     beyond = _check.scalar("margin", margin, at_least=0.0)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     amount = int(_check.scalar("samples", samples, at_least=1))
-    spots = Spots.of(touches, grid, amount, np.random.default_rng(rng))
+    asked = AskedTouches.of(touches, grid, amount, np.random.default_rng(rng))
     out = {name: np.full((steps.size, len(layouts)), np.nan) for name in AREA_MEASURES}
     middle = tuple(np.mean(np.asarray(touches.area), axis=1).tolist())
     wide = max(kind.width for kind in kinds)
@@ -124,7 +124,7 @@ def study_area(
     one = OneArea(skin, kinds, deep, touches, reach)
     for (i, j, points), box in zip(designs, boxes, strict=True):
         at, which = channels_of(layouts[j], len(kinds), together)
-        _, values = judged_area(one.field(points[at], which), touches, spots, box, most)
+        _, values = judged_area(one.field(points[at], which), touches, asked, box, most)
         for name, value in values.items():
             out[name][i, j] = value
         if progress is not None:
@@ -132,12 +132,21 @@ def study_area(
     return out
 
 
-def channels_of(layout: Layout, kinds: int, together: bool) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def channels_of(layout: Arrangement, kinds: int, together: bool) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Position and kind of each channel of a layout, (n,) both.
+
+    Parameters
+    ----------
+    layout : Arrangement
+        How the positions are set out.
+    kinds : int
+        How many kinds of channel there are.
+    together : bool
+        Whether all are at each position; else they take turns.
 
     Examples
     --------
-    >>> [v.tolist() for v in channels_of(Layout("row", (2,)), 2, True)]
+    >>> [v.tolist() for v in channels_of(Arrangement("row", (2,)), 2, True)]
     [[0, 0, 1, 1], [0, 1, 0, 1]]
     """
     if together:

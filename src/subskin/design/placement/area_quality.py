@@ -16,7 +16,7 @@ from ...finger import Finger
 from ...radial import tabulate_radial
 from ...radial_round import tabulate_round
 from ..touches import Touches
-from ._area import AREA_STDS, WIDER, AreaField, Spots, check_area, compiled_tables, judged_area, searched_area
+from ._area import AREA_STDS, WIDER, AreaField, AskedTouches, check_area, compiled_tables, judged_area, searched_area
 from ._table import AMBIGUITY, MARGIN, SHARES
 from .area import AREA_SAMPLES
 
@@ -126,24 +126,24 @@ def area_quality(
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     box = searched_area(array.points, float(np.asarray(array.depth).max()), touches, beyond)
     field = field_of(replace(finger, array=array, measured=None), touches, box)
-    spots = Spots.of(touches, grid, samples, np.random.default_rng(rng))
-    told, values = judged_area(field, touches, spots, box, most)
-    p, d = grid[0], len(spots.load)
-    y, z = spots.position.reshape(p, p, 2)[:, 0, 0], spots.position.reshape(p, p, 2)[0, :, 1]
+    asked = AskedTouches.of(touches, grid, samples, np.random.default_rng(rng))
+    told, values = judged_area(field, touches, asked, box, most)
+    p, d = grid[0], len(asked.load)
+    y, z = asked.position.reshape(p, p, 2)[:, 0, 0], asked.position.reshape(p, p, 2)[0, :, 1]
     ambiguous = np.ones(p * p)
     if np.isfinite(values["unfelt"]):
-        every = np.repeat(spots.position, d, axis=0), np.tile(spots.load, (p * p, 1))
+        every = np.repeat(asked.position, d, axis=0), np.tile(asked.load, (p * p, 1))
         c = told.covariance.reshape(p * p * d, *told.covariance.shape[2:])
         spread = np.stack([c[:, 0, 0], c[:, 0, 1], c[:, 1, 1]], axis=-1)
         shares = field.survey(touches, *every, spread, box, most)[:, SHARES.index("ambiguous")].reshape(p * p, d)
-        own = spots.weight / spots.weight.sum(axis=1, keepdims=True)
+        own = asked.weight / asked.weight.sum(axis=1, keepdims=True)
         ambiguous = (shares * own).sum(axis=1)
     read = _check.read_only
-    stds = {name: read(v.reshape(p, p, d)) for name, v in told.stds(spots.load).items() if name in AREA_STDS}
+    stds = {name: read(v.reshape(p, p, d)) for name, v in told.stds(asked.load).items() if name in AREA_STDS}
     (a, b), (e, f) = box.tolist()
     return AreaQuality(
-        finger, touches, ((a, b), (e, f)), read(y.copy()), read(z.copy()), read(spots.load),
-        read(spots.weight.reshape(p, p, d)), read(told.covariance.reshape(p, p, d, *told.covariance.shape[2:])),
+        finger, touches, ((a, b), (e, f)), read(y.copy()), read(z.copy()), read(asked.load),
+        read(asked.weight.reshape(p, p, d)), read(told.covariance.reshape(p, p, d, *told.covariance.shape[2:])),
         told.rank.reshape(p, p, d), stds, read(ambiguous.reshape(p, p)), values,
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...lattice import even_grid
 
-__all__ = ["PATTERNS", "Layout", "layouts"]
+__all__ = ["PATTERNS", "Arrangement", "layouts"]
 
 Pattern = Literal["row", "grid", "hexagonal", "free"]
 PATTERNS: tuple[Pattern, ...] = ("row", "grid", "hexagonal")
@@ -23,7 +23,7 @@ _SLENDER = 2.0
 
 
 @dataclass(frozen=True)
-class Layout:
+class Arrangement:
     """Positions of sensors in units of their pitch, about their middle.
 
     Parameters
@@ -43,7 +43,7 @@ class Layout:
 
     Examples
     --------
-    >>> Layout("hexagonal", (2, 3, 2)), Layout("hexagonal", (1, 2)).points(1.0).round(3).tolist()
+    >>> Arrangement("hexagonal", (2, 3, 2)), Arrangement("hexagonal", (1, 2)).points(1.0).round(3).tolist()
     (2 + 3 + 2 hexagonal, [[0.0, -0.433], [-0.5, 0.433], [0.5, 0.433]])
     """
 
@@ -60,7 +60,9 @@ class Layout:
             raise InvalidValueError(f"rows of {self.rows}", "the rows of a grid have as many sensors each", "(4, 4, 4)")
         if (self.pattern == "free") != bool(self.at) or (self.at and len(self.at) != sum(self.rows)):
             rule = "free positions are listed, others follow from their rows"
-            raise InvalidValueError(f"{self.pattern} with {len(self.at)} positions", rule, 'Layout("grid", (3, 3))')
+            raise InvalidValueError(
+                f"{self.pattern} with {len(self.at)} positions", rule, 'Arrangement("grid", (3, 3))'
+            )
 
     def __repr__(self) -> str:
         return self.text
@@ -81,7 +83,7 @@ class Layout:
 
     @property
     def unit(self) -> FloatArray:
-        """Positions (y, z) in pitches about the middle, shape (count, 2); row by row, of a grid as `even_grid` has them."""
+        """Positions (y, z) in pitches about the middle, shape (count, 2); of a grid in the order of `even_grid`."""
         if self.at:
             return np.array(self.at)
         if self.pattern == "grid":
@@ -99,21 +101,34 @@ class Layout:
         return np.asarray(np.ptp(self.unit, axis=0))
 
     def points(self, pitch: float, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
-        """Positions (y, z) [m], shape (count, 2)."""
+        """Positions (y, z) [m], shape (count, 2).
+
+        Parameters
+        ----------
+        pitch : float
+            Distance of neighbours [m].
+        centre : (float, float), optional
+            Where the middle is (y, z) [m].
+        """
         return np.asarray(centre + pitch * self.unit)
 
     def colours(self, kinds: int) -> npt.NDArray[np.intp]:
         """Which of so many kinds stands at each position where they take turns, shape (count,).
 
         Along a row one after the other; each row begins one further, so that kinds are mixed along both sides.
+
+        Parameters
+        ----------
+        kinds : int
+            How many there are.
         """
         if self.pattern == "grid":
             return np.add.outer(np.arange(self.rows[0]), np.arange(len(self.rows))).reshape(-1) % kinds
         return np.concatenate([(np.arange(n) + j) % kinds for j, n in enumerate(self.rows)])
 
 
-def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1.0) -> tuple[Layout, ...]:
-    """Layouts of the patterns with so many positions: of each pattern and count the one nearest to the area's sides.
+def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1.0) -> tuple[Arrangement, ...]:
+    """Arrangements with so many positions: of each pattern and count that whose sides are nearest to the area's.
 
     Parameters
     ----------
@@ -125,6 +140,11 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
         Side of the area along y over that along z. Grids and hexagonal rows more than twice as slender, or half as
         slender, are left out.
 
+    Raises
+    ------
+    InvalidValueError
+        A pattern of another name.
+
     Examples
     --------
     >>> layouts(("grid", "hexagonal"), (6, 7))
@@ -134,23 +154,23 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
     every = []
     for pattern in patterns:
         if pattern == "row":
-            every += [Layout("row", (n,)) for n in range(low, high + 1)]
+            every += [Arrangement("row", (n,)) for n in range(low, high + 1)]
         elif pattern == "grid":
-            every += [Layout("grid", (m,) * n) for n in range(2, high // 2 + 1) for m in range(2, high // n + 1)]
+            every += [Arrangement("grid", (m,) * n) for n in range(2, high // 2 + 1) for m in range(2, high // n + 1)]
         elif pattern == "hexagonal":
             for n in range(2, high + 1):
                 for m in range(1, high + 1):
                     for other in (m - 1, m + 1):
-                        every.append(Layout("hexagonal", tuple(m if j % 2 == 0 else other for j in range(n))))
+                        every.append(Arrangement("hexagonal", tuple(m if j % 2 == 0 else other for j in range(n))))
         else:
             rule = f"has to be one of {', '.join(PATTERNS)}"
             raise InvalidValueError(f'layout "{pattern}"', rule, f'"{PATTERNS[1]}"')
 
-    def off(layout: Layout) -> float:
+    def off(layout: Arrangement) -> float:
         along, across = layout.size
         return abs(float(np.log(along / across / slender))) if layout.pattern != "row" else 0.0
 
-    best: dict[tuple[str, int], Layout] = {}
+    best: dict[tuple[str, int], Arrangement] = {}
     for layout in every:
         if low <= layout.count <= high and min(layout.rows) > 0 and off(layout) <= np.log(_SLENDER) + 1e-9:
             key = layout.pattern, layout.count

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -17,8 +17,7 @@ from ...finger import Finger
 from ...lattice import even_row
 from ...skin import Skin
 from ...transducer import Transducer
-from .._common import whole
-from ..placement import AREA_SAMPLES, Kind, Layout, channels_of, layouts
+from ..placement import AREA_SAMPLES, Arrangement, Channel, channels_of, layouts
 from ..touches import Touches
 from .room import Effort, Room
 
@@ -196,7 +195,7 @@ class Row:
         How many positions.
     depth, pitch : float
         [m].
-    layout : Layout, optional
+    layout : Arrangement, optional
         On an area: how the positions are set out.
     """
 
@@ -205,7 +204,7 @@ class Row:
     count: int
     depth: float
     pitch: float
-    layout: Layout | None = None
+    layout: Arrangement | None = None
 
     @property
     def length(self) -> float:
@@ -221,8 +220,9 @@ class Row:
         """
         if self.layout is None:
             return self.skin, self.sensor, self.count - goals.room.count[0]
-        own = [l for l in goals.layouts if l == self.layout] or [l for l in goals.layouts if l.count == self.count]
-        return self.skin, self.sensor, goals.layouts.index(own[0])
+        counts = [layout.count for layout in goals.layouts]
+        known = self.layout in goals.layouts
+        return self.skin, self.sensor, goals.layouts.index(self.layout) if known else counts.index(self.count)
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,8 @@ class Goals:
     Raises
     ------
     InvalidValueError, GeometryError
-        Touches without a span, what is not worked out on an area (docs/designing.md), a strongest force below the weakest, nothing to choose from.
+        Touches without a span, what is not worked out on an area (docs/designing.md), a strongest force below the
+        weakest, nothing to choose from.
     """
 
     touches: Touches
@@ -264,7 +265,7 @@ class Goals:
     room: Room
     largest_strain: float = 0.1
     tolerances: Mapping[str, float] | None = None
-    effort: Effort = Effort()
+    effort: Effort = field(default_factory=Effort)
     title: str = "Finger"
     mixes: tuple[Mix, ...] = ()
 
@@ -356,11 +357,11 @@ class Goals:
         return 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
 
     @cached_property
-    def layouts(self) -> tuple[Layout, ...]:
+    def layouts(self) -> tuple[Arrangement, ...]:
         """How the positions can be set out: rows of each count, or on an area those of `layouts`."""
         low, high = self.room.count
         if not self.on_area:
-            return tuple(Layout("row", (n,)) for n in range(low, high + 1))
+            return tuple(Arrangement("row", (n,)) for n in range(low, high + 1))
         most = max(len(choice.kinds) if choice.together else 1 for choice in self.choices)
         y, z = self.extent.tolist()
         patterns = [name for name in self.room.layouts if name != "free"]
@@ -373,13 +374,27 @@ class Goals:
         return usual if self.effort.touches is None else self.effort.touches
 
     def readings(self, sensor: int, count: int) -> int:
-        """Readings of an array of `count` positions: each kind of a mix that is together has one at each."""
+        """Readings of an array: each kind of a mix that is together has one at each position.
+
+        Parameters
+        ----------
+        sensor : int
+            Which of the `choices`.
+        count : int
+            How many positions.
+        """
         choice = self.choices[sensor]
         return count * (len(choice.kinds) if choice.together else 1)
 
-    def channels(self, sensor: int) -> tuple[Kind, ...]:
-        """The kinds of one of the `choices`, as `study_area` takes them."""
-        return tuple(Kind(kind.transducer, kind.error, kind.width) for kind in self.choices[sensor].kinds)
+    def channels(self, sensor: int) -> tuple[Channel, ...]:
+        """The kinds of one of the `choices`, as `study_area` takes them.
+
+        Parameters
+        ----------
+        sensor : int
+            Which of them.
+        """
+        return tuple(Channel(kind.transducer, kind.error, kind.width) for kind in self.choices[sensor].kinds)
 
     def finger(self, row: Row) -> Finger:
         """The finger of one `row`."""

@@ -17,7 +17,7 @@ from ..._frozen import Frozen
 from ...contact import LineLoad
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
-from ..placement import Layout, study_area, study_row
+from ..placement import Arrangement, study_area, study_row
 from .goals import WIDEST, Goals, Row
 
 __all__ = ["DEEPEST", "Criterion", "DesignGrid", "Store", "fits", "loaded", "search_grid", "studied"]
@@ -80,7 +80,8 @@ class DesignGrid(Frozen):
         [m]
     counts : ndarray of int, shape (counts,)
     values : dict of ndarray
-        The measures of `placement_study`, on an area of `study_area`; "unsure": the share of touches that are ambiguous or not noticed; "strain":
+        The measures of `placement_study`, on an area of `study_area`; "unsure": the share of touches that are
+        ambiguous or not noticed; "strain":
         compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
         be read [m, rad, -]. NaN where a row has no room.
     criteria : tuple of Criterion
@@ -119,7 +120,13 @@ class DesignGrid(Frozen):
         }
 
     def row(self, k: int, m: int, d: int, s: int, n: int) -> Row:
-        """The design of some indices."""
+        """The design of some indices.
+
+        Parameters
+        ----------
+        k, m, d, s, n : int
+            Which skin, kind, depth, pitch and count.
+        """
         layout = self.goals.layouts[n] if self.goals.on_area else None
         return Row(k, m, int(self.counts[n]), float(self.depths[k, d]), float(self.pitches[s]), layout)
 
@@ -226,7 +233,7 @@ def studied(
     m: int,
     depth: float,
     pitches: FloatArray,
-    layouts: Sequence[Layout],
+    layouts: Sequence[Arrangement],
     samples: int | None = None,
 ) -> dict[str, FloatArray]:
     """`study_row` or `study_area` of a skin and kind at a depth, arrays of shape (pitches, layouts)."""
@@ -242,8 +249,8 @@ def studied(
     )  # fmt: skip
 
 
-def fits(goals: Goals, m: int, pitches: FloatArray, layouts: Sequence[Layout]) -> npt.NDArray[np.bool_]:
-    """Which pitches and layouts the room allows, shape (pitches, layouts); on an area by their number of readings too."""
+def fits(goals: Goals, m: int, pitches: FloatArray, layouts: Sequence[Arrangement]) -> npt.NDArray[np.bool_]:
+    """Which pitches and layouts the room allows, shape (pitches, layouts); on an area by the number of readings too."""
     sizes = np.array([layout.size for layout in layouts])
     inside = (pitches[:, None, None] * sizes <= goals.extent * (1 + 1e-9)).all(axis=-1)
     if not goals.on_area:

@@ -45,7 +45,7 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
-    """With its tolerances, and its blind spots where a goal asks for them."""
+    """With its tolerances, and its blind asked where a goal asks for them."""
     goals, amounts = grid.goals, _amounts(grid, design)
     if amounts and design.outcome is None and not goals.on_area:
         method = "blind" if goals.accuracy.calibrated == "blind" else "known"

@@ -87,7 +87,7 @@ def rank_fingers(
 
 
 _LOOKS = 3
-"""Layouts of one skin and kind on an area that are looked at closely at most."""
+"""Arrangements of one skin and kind on an area that are looked at closely at most."""
 
 
 def _rank(finger: DesignedFinger) -> tuple[bool, int, float]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...finger import Finger
-from ..placement import Layout
+from ..placement import Arrangement
 from ..two_point import TwoPointLimen, two_point_limen
 from .goals import Goals, Row
 from .grid import DesignGrid, loaded, studied
@@ -69,7 +69,7 @@ class Aim(Frozen):
         return tried[at]
 
     @property
-    def _layout(self) -> Layout:
+    def _layout(self) -> Arrangement:
         return self.grid.goals.layouts[self.n]
 
     def _row(self, depth: float, pitch: float) -> Row:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ..._check import FloatArray
-from ..placement import Layout, layouts
+from ..placement import Arrangement, layouts
 from .goals import Goals, Row, SkinChoice
 from .grid import DEEPEST, DesignGrid, fits, loaded, studied
 
@@ -17,7 +17,7 @@ __all__ = ["Remedy", "remedies"]
 
 _LOADED = ("strain", "range")
 _TRIED = 3
-"""Depths at which each kind in each skin is tried, the likeliest first; on an area, of many layouts, the first alone."""
+"""Depths at which each kind in each skin is tried, the likeliest first; on an area that alone."""
 _FURTHER, _STEPS = 3.0, 6
 """Depths outside the room go to so many times its ends, in so many steps."""
 _TOUCHES = 2000
@@ -142,7 +142,7 @@ def _counts(grid: DesignGrid) -> Remedy:
     """The fewest sensors beyond those allowed, up to twice as many."""
     goals, most = grid.goals, int(grid.counts[-1])
     best = Remedy("count", np.nan)
-    more: tuple[Layout, ...]
+    more: tuple[Arrangement, ...]
     if goals.on_area:
         sides = goals.extent.tolist()
         patterns = [name for name in goals.room.layouts if name != "free"]
@@ -150,7 +150,7 @@ def _counts(grid: DesignGrid) -> Remedy:
     else:
         room = goals.room.longest_row / goals.room.least_pitch
         last = min(2 * most, int(min(room, 2 * most) + 1e-9) + 1)
-        more = tuple(Layout("row", (n,)) for n in range(most + 1, last + 1))
+        more = tuple(Arrangement("row", (n,)) for n in range(most + 1, last + 1))
     if not more:
         return best
     wider = replace(goals, room=replace(goals.room, count=(goals.room.count[0], 10 * most)))
@@ -171,7 +171,7 @@ def _bears(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float) -> bool
     return all(found[c.name] <= c.wanted for c in grid.criteria if c.name in _LOADED)
 
 
-def _meeting(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float, tried: Sequence[Layout]) -> Row | None:
+def _meeting(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float, tried: Sequence[Arrangement]) -> Row | None:
     """The design of fewest sensors at a depth that meets all criteria of the grid, if any."""
     if not _bears(grid, goals, k, m, depth):
         return None
