@@ -69,22 +69,7 @@ class OneArea:
         transducers = [kind.transducer for kind in kinds]
         probe = Finger(skin, SensorArray(zero, depth, transducers, width=widths, z=zero))
         point = tabulate_radial(probe, radius)
-        self.wider, self.tables = 0.0, (point,)
-        if touches.half_width is not None:
-            self.wider = WIDER * touches.half_width
-            widths = [touches.half_width + k * self.wider for k in (-1, 0, 1)]
-            cells, angles = point.coefficients.shape[1], 2 * int(point.terms[:, 1].max()) + 2
-            every = []
-            for a in widths:
-                for i, kind in enumerate(kinds):
-                    load = partial(RoundHertz, half_width=a)
-                    key = ("round", skin, kind.transducer, depth, kind.width, cells, angles, a)
-                    every.append(tabulated(key, partial(sampled, probe, i, cells, load, angles)))
-            terms, tables, error = shared(every)
-            each = tables.reshape(3, len(kinds), *tables.shape[1:])
-            self.tables = tuple(
-                replace(point, terms=terms, coefficients=c, error=error, kind=np.arange(len(kinds))) for c in each
-            )
+        self.wider, self.tables = tables_of(probe, point, touches)
         middle = self.tables[len(self.tables) // 2]
         self._compiled = compiled_tables(middle)
 
@@ -97,6 +82,27 @@ class OneArea:
             for table in self.tables
         )
         return AreaField(tables, self.wider, *self._compiled)
+
+
+def tables_of(finger: Finger, point: RadialResponse, touches: Touches) -> tuple[float, tuple[RadialResponse, ...]]:
+    """A finger's tables for the touches from those for points: three of them about a half width, and how far apart."""
+    if touches.half_width is None:
+        return 0.0, (point,)
+    wider = WIDER * touches.half_width
+    sensors = [int(np.flatnonzero(point.kind == kind)[0]) for kind in range(len(point.coefficients))]
+    cells, angles = point.coefficients.shape[1], 2 * int(point.terms[:, 1].max()) + 2
+    every = []
+    for k in (-1, 0, 1):
+        a = touches.half_width + k * wider
+        load = partial(RoundHertz, half_width=a)
+        for i in sensors:
+            array = finger.array
+            sensor = array.transducers[i], float(np.asarray(array.depth)[i]), float(np.asarray(array.width)[i])
+            key = ("round", finger.skin, *sensor, cells, angles, a)
+            every.append(tabulated(key, partial(sampled, finger, i, cells, load, angles)))
+    terms, tables, error = shared(every)
+    each = tables.reshape(3, len(sensors), *tables.shape[1:])
+    return wider, tuple(replace(point, terms=terms, coefficients=c, error=error) for c in each)
 
 
 def compiled_tables(response: RadialResponse) -> tuple[FloatArray, npt.NDArray[np.int64], int]:
@@ -305,7 +311,7 @@ def judged_area(
         out[f"{name}_worst"] = float(std.max())
         out[f"{name}_95"] = quantile(std, asked.weight, 0.95)
         out[f"{name}_mean"] = float((np.minimum(std, ceiling) * asked.weight).sum())
-    out["rank"] = quantile(told.rank.astype(float), asked.weight, 0.05)
+    out["rank"] = float(told.rank.max())
     out["log_det"] = float((told.log_det * asked.weight).sum())
     if out["rank"] < units.size - known:
         shares = np.array([1.0, np.nan, np.nan])

@@ -20,6 +20,7 @@ from ...estimate.area.field import ROWS
 
 _SURE = 4.75  # standard deviations: a rival farther off than this wins, or ties, once in a million touches
 _FINE = 1e-4
+_BROAD, _TINY = 6.1, 12  # standard deviations beyond which a load has to fit worse, where sensors are so few
 _FAR, _LEVEL = 4.0, 4.0  # as of `judge.look_round`: standard deviations off the top, and the least fall there
 _CURVED = 0.2  # of the distance within which two are not far apart: from there on the top need be no parabola
 _MOST = 24
@@ -59,7 +60,7 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
             total += w[i] * w[i]
         over = math.sqrt(total + 3.0) - math.sqrt(detection)
         unfelt = _normal(-over) if over < 8.0 else 0.0
-        det, unsure = yy * zz - yz * yz, 1.0
+        det, unsure, widened = yy * zz - yz * yz, 1.0, math.inf
         if yy + zz < math.inf and det > 0.0:
             inside_y, inside_z = min(y - box[0], box[1] - y), min(z - box[2], box[3] - z)
             unsure = max(_normal(-inside_y / math.sqrt(yy)), _normal(-inside_z / math.sqrt(zz)))
@@ -71,8 +72,11 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
                 drops(
                     w, sensors, first, table, terms, mu, box, fit, total, root, _FAR, scratch, whole, trial, best, fall
                 )  # fmt: skip
+                widened = 0.0
                 for k in range(fall.size):
                     unsure = 1.0 if fall[k] < _LEVEL else unsure
+                    widened += min(max(_FAR * _FAR / max(fall[k], 1e-9), 0.1), 9.0) / fall.size
+                widened = max(widened, 1.0)
         # S is bounded by that of any force, which is quick; what is left out leaves half of the readings
         least = min(0.5 * total, total - 2.0 * cap)
         for m in range(nodes):
@@ -105,6 +109,20 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
                 if lowest and count < _MOST:
                     at[count] = j * columns + k
                     count += 1
+        for q in range(4 if n <= _TINY else 0):  # a top as a banana is: as good far along y or z, the other one free
+            if unsure == 1.0 or not widened < math.inf:
+                break
+            off = (2 * (q % 2) - 1) * _BROAD * math.sqrt(widened * (yy if q < 2 else zz))
+            to_y, to_z = (y + off, z + off * yz / yy) if q < 2 else (y + off * yz / zz, z + off)
+            if not (box[0] < to_y < box[1] and box[2] < to_z < box[3] and abs(off) > wide):
+                continue
+            side[:] = box
+            side[2 * (q // 2)] = side[2 * (q // 2) + 1] = to_y if q < 2 else to_z
+            climb(
+                w, sensors, first, table, terms, mu, side, to_y, to_z, 0.05, 1e-3 * apart, 0.0, total - ambiguity,
+                scratch, whole, fit, trial,
+            )  # fmt: skip
+            unsure = 1.0 if total - fit[3] < ambiguity else unsure
         for q in range(4):  # as good at a side of the search
             if unsure == 1.0:
                 break

@@ -10,19 +10,26 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...contact import RoundHertz
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...radial import tabulate_radial
-from ...radial_round import tabulate_round
 from ..touches import Touches
-from ._area import AREA_STDS, WIDER, AreaField, AskedTouches, check_area, compiled_tables, judged_area, searched_area
+from ._area import (
+    AREA_STDS,
+    AreaField,
+    AskedTouches,
+    check_area,
+    compiled_tables,
+    judged_area,
+    searched_area,
+    tables_of,
+)
 from ._table import AMBIGUITY, MARGIN, SHARES
 from .area import AREA_SAMPLES
 
 __all__ = ["AreaQuality", "area_quality"]
 
-_FINE = (21, 6)
+_FINE = (17, 6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +83,7 @@ def area_quality(
     touches: Touches,
     *,
     grid: tuple[int, int] = _FINE,
-    samples: int = 4 * AREA_SAMPLES,
+    samples: int = 2 * AREA_SAMPLES,
     rng: np.random.Generator | int = 0,
     margin: float = MARGIN,
     ambiguity: float = AMBIGUITY,
@@ -153,11 +160,6 @@ def field_of(finger: Finger, touches: Touches, box: FloatArray) -> AreaField:
     points = finger.array.points
     reach = float(np.hypot(*np.abs(box[None] - points[:, :, None]).max(axis=(0, 2))))
     noise = np.asarray(finger.array.noise)
-    if touches.half_width is None:
-        tables, wider = (tabulate_radial(finger, reach),), 0.0
-    else:
-        wider = WIDER * touches.half_width
-        table = tabulate_round(finger, RoundHertz, reach, 1.1 * touches.half_width)
-        tables = tuple(table.at(touches.half_width + k * wider) for k in (-1, 0, 1))
+    wider, tables = tables_of(finger, tabulate_radial(finger, reach), touches)
     whitened = tuple(replace(table, gain=table.gain / noise) for table in tables)
     return AreaField(whitened, wider, *compiled_tables(whitened[len(whitened) // 2]))
