@@ -344,6 +344,8 @@ def legend_of(study: DesignStudy) -> str:
         parts.append("as made: the same share before a calibration")
     if accuracy.feature is not None:
         parts.append("two: distance at which two touches read as two")
+    if accuracy.edge is not None:
+        parts.append("edge: standard error of an edge's direction that 95 % of the edges keep")
     return "; ".join(parts) + "."
 
 
@@ -378,6 +380,8 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
             cells[name] = next(in_words(c.value, "") for c in checks if c.criterion.name == "unsure")
     if goals.accuracy.feature is not None:
         cells["two"] = in_words(finger.point, "m")
+    if goals.accuracy.edge is not None:
+        cells["edge"] = in_words(finger.edge, "rad")
     return cells
 
 

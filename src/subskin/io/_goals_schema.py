@@ -27,6 +27,7 @@ class TouchTable(StrictTable):
     span: Length | None = None
     area: Lengths | None = None
     half_width: Length | None = None
+    edge: Length | None = None
     feature: Length | None = None
     largest_strain: Number = 0.1
 
@@ -38,6 +39,7 @@ class AccuracyTable(StrictTable):
     angle: _Angle | None = None
     force: Number | None = None
     radius: Length | None = None
+    edge: _Angle | None = None
     unsure: Number = 0.01
     blind_spots: Number | None = None
     calibrated: StrictStr = "known"

@@ -105,7 +105,7 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
             raise InvalidValueError(f"length = {touch.length:g} m", "has to be > 0", 'length = "20 mm"')
         touches, strongest = _touches(touch)
         at = ("accuracy",)
-        wanted = Accuracy(**accuracy.model_dump(), feature=touch.feature)
+        wanted = Accuracy(**accuracy.model_dump(), feature=touch.feature, edge_length=touch.edge)
         at = ("room",)
         if len(depths) != 2:
             rule, fix = "one depth or two are needed", 'depth = ["1 mm", "4 mm"]'

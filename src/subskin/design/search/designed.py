@@ -11,7 +11,7 @@ from ...finger import Finger
 from ..blind_spots import BlindSpots
 from ..placement import AreaQuality, PlacementQuality
 from ..tolerance import Outcome, ToleranceBudget
-from ..two_point import TwoPointLimen
+from ..two_point import AreaLimen, TwoPointLimen
 from .goals import Goals, Row
 from .grid import Criterion, DesignGrid
 from .refine import apart
@@ -51,8 +51,10 @@ class DesignedFinger:
         What each tolerance costs, of the first finger alone.
     unopposed : BlindSpots or None
         What it cannot object to: of the first finger, and of all where a goal asks for it.
-    two_points : TwoPointLimen or None
-        The distance from which on two touches read as two; None on an area.
+    two_points : TwoPointLimen, AreaLimen or None
+        The distance from which on two touches read as two; on an area None where no goal asks for it.
+    edge : float
+        Error that 95 % of the edges on an area keep of their direction [rad]; NaN where no goal asks for it.
     wide : float
         Distance at which 95 % of pairs of touches do not read like one wide contact [m].
     checks : tuple of Check
@@ -68,15 +70,16 @@ class DesignedFinger:
     outcome: Outcome | None
     budget: ToleranceBudget | None
     unopposed: BlindSpots | None
-    two_points: TwoPointLimen | None
+    two_points: TwoPointLimen | AreaLimen | None
     wide: float
     checks: tuple[Check, ...]
     as_made: tuple[Check, ...]
     calibrated: tuple[Check, ...]
+    edge: float = np.nan
 
     @property
     def point(self) -> float:
-        """Distance at which 95 % of pairs of touches read as two [m]; NaN on an area."""
+        """Distance at which 95 % of pairs of touches read as two [m]; NaN where there are none."""
         return np.nan if self.two_points is None else apart(self.two_points)
 
     @property

@@ -144,6 +144,8 @@ class Accuracy:
         Largest share of touches that may be ambiguous, not noticed, or lost to tolerances, in (0, 1].
     radius : float, optional
         Standard error of the radius of touches on an area that have one [m].
+    edge, edge_length : float, optional
+        On an area: standard error of the direction of an edge [rad], and its length [m]; both or neither.
     feature : float, optional
         Distance at which two touches have to read as two, 95 % of pairs [m].
     blind_spots : float, optional
@@ -161,13 +163,18 @@ class Accuracy:
     angle: float | None = None
     force: float | None = None
     radius: float | None = None
+    edge: float | None = None
+    edge_length: float | None = None
     unsure: float = 0.01
     feature: float | None = None
     blind_spots: float | None = None
     calibrated: Literal["known", "blind", "none"] = "known"
 
     def __post_init__(self) -> None:
-        for name in ("position", "angle", "force", "radius", "feature"):
+        if (self.edge is None) != (self.edge_length is None):
+            rule = "the direction of an edge, and the edge's length, go together"
+            raise InvalidValueError(f"edge = {self.edge!r}", rule, "edge=0.1, edge_length=6e-3")
+        for name in ("position", "angle", "force", "radius", "edge", "edge_length", "feature"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
         for name in ("unsure", "blind_spots"):
@@ -308,16 +315,15 @@ class Goals:
         if self.mixes:
             rule = "rows are of one kind of sensor"
             raise InvalidValueError(f'the mix "{self.mixes[0].name}"', rule, "touches on an area, or no mixes")
-        if self.accuracy.radius is not None:
-            rule = "it is found of round touches on an area"
-            raise InvalidValueError("radius = ...", rule, "leave out the radius")
+        for name in ("radius", "edge"):
+            if getattr(self.accuracy, name) is not None:
+                rule = "it is found of touches on an area"
+                raise InvalidValueError(f"{name} = {getattr(self.accuracy, name)!r}", rule, f"leave out the {name}")
 
     def _check_area(self) -> None:
-        refused = {"feature": self.accuracy.feature, "blind_spots": self.accuracy.blind_spots}
-        for name, value in refused.items():
-            if value is not None:
-                rule = "it is worked out for rows, and not for arrays on an area"
-                raise InvalidValueError(f"{name} = {value!r}", rule, f"leave out {name}")
+        if self.accuracy.blind_spots is not None:
+            rule = "they are worked out for rows, and not for arrays on an area"
+            raise InvalidValueError(f"blind_spots = {self.accuracy.blind_spots!r}", rule, "leave out blind_spots")
         if self.accuracy.radius is not None and self.touches.half_width is None:
             rule = "touches without a half width are points"
             raise InvalidValueError(f"radius = {self.accuracy.radius!r} m", rule, "Touches(..., half_width=1e-3)")

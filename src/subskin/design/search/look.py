@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...finger import Finger
 from ..blind_spots import BlindSpots, blind_spots
-from ..placement import area_quality, placement_quality
+from ..placement import AreaQuality, PlacementQuality, area_quality, placement_quality
 from ..tolerance import ErrorsKept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
+from ..two_point import AreaLimen, edge_direction, two_point_area
 from .designed import Check, DesignedFinger
+from .goals import Goals
 from .grid import Criterion, DesignGrid
 from .refine import Aim, apart, limen
 
@@ -37,11 +40,27 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     best, goals = aim.best(), grid.goals
     finger = goals.finger(best.row)
     quality = area_quality(finger, goals.touches) if goals.on_area else placement_quality(finger, goals.touches)
-    found = None if goals.on_area else limen(finger, goals, "point")
+    found = _two_touches(goals, finger, quality) if goals.on_area else limen(finger, goals, "point")
     nothing = (None, None, None, found, np.nan)
-    design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), ())
+    design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), (), _edge(goals, finger))
     design = _checked(grid, design)
     return _studied(grid, design) if design.meets else design
+
+
+def _two_touches(goals: Goals, finger: Finger, quality: AreaQuality | PlacementQuality) -> AreaLimen | None:
+    """On an area, where a goal asks for it and a single touch is told."""
+    feature = goals.accuracy.feature
+    if feature is None or not isinstance(quality, AreaQuality) or not np.isfinite(quality["position_95"]):
+        return None
+    largest = max(1.25 * feature, 4.0 * float(np.asarray(finger.array.depth).min()))
+    return two_point_area(finger, goals.touches, largest=largest, search=quality.search, rng=goals.effort.seed)
+
+
+def _edge(goals: Goals, finger: Finger) -> float:
+    """Error that 95 % of the edges on an area keep of their direction [rad]; NaN where no goal asks for it."""
+    if goals.accuracy.edge_length is None:
+        return np.nan
+    return float(np.quantile(edge_direction(finger, goals.touches, goals.accuracy.edge_length), 0.95, method="higher"))
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
@@ -117,7 +136,9 @@ def _checks(grid: DesignGrid, design: DesignedFinger, left: ErrorsKept | None) -
     checks = [Check(c, values[c.name]) for c in grid.criteria]
     if accuracy.feature is not None:
         feature = Criterion("feature", "distance that two touches need", "m", accuracy.feature)
-        checks.append(Check(feature, design.point))
+        checks.append(Check(feature, design.point if np.isfinite(design.point) else np.inf))
+    if accuracy.edge is not None:
+        checks.append(Check(Criterion("edge", "error of an edge's direction", "rad", accuracy.edge), design.edge))
     if accuracy.blind_spots is not None and design.unopposed is not None:
         outside = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)
         checks.append(Check(outside, design.unopposed.wrong))

@@ -12,7 +12,7 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...finger import Finger
 from ..placement import Arrangement
-from ..two_point import TwoPointLimen, two_point_limen
+from ..two_point import AreaLimen, TwoPointLimen, two_point_limen
 from .goals import Goals, Row
 from .grid import DesignGrid, loaded, studied
 
@@ -84,7 +84,7 @@ class Aim(Frozen):
     def _apart(self, row: Row, positions: int) -> float:
         """Distance at which two points are told, over what is wanted; 0 where nothing is."""
         goals = self.grid.goals
-        if goals.accuracy.feature is None:
+        if goals.accuracy.feature is None or goals.on_area:  # there it is looked at of the best alone
             return 0.0
         return apart(limen(goals.finger(row), goals, "point", positions)) / goals.accuracy.feature
 
@@ -94,7 +94,7 @@ class Aim(Frozen):
         excess = self._excess({name: v[self.skin, self.sensor, :, :, self.n] for name, v in grid.values.items()})
         cells = [(int(d), int(s)) for d, s in np.argwhere(np.isfinite(excess))]
         cells.sort(key=lambda cell: float(excess[cell]))
-        if grid.goals.accuracy.feature is None:
+        if grid.goals.accuracy.feature is None or grid.goals.on_area:
             return cells[0]
         # those that would do come in any order but their own: two points may be told best where all else is tight
         good = sum(excess[cell] <= 1 for cell in cells)
@@ -144,7 +144,7 @@ def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], posit
     )
 
 
-def apart(found: TwoPointLimen) -> float:
+def apart(found: TwoPointLimen | AreaLimen) -> float:
     """Distance at which 95 % of the pairs of touches read as two [m]."""
     return float(np.quantile(found.separation, 0.95, method="higher"))
 
