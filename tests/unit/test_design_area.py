@@ -9,6 +9,7 @@ import subskin as ss
 from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
 from subskin.design.placement import Arrangement, Channel, area_quality, layouts, study_area
 from subskin.design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinChoice
+from subskin.design.two_point import edge_direction, two_point_area
 from subskin.design.words import reasons_of, verdict_of
 from subskin.errors import GeometryError, InvalidValueError
 from subskin.io import FolderStore, load, parse_goals
@@ -237,13 +238,14 @@ def test_fingers_are_ranked_and_go_into_files(study, tmp_path):
     text = """
     touch = {force = ["1 N", "1.5 N"], friction = 0.5, area = ["8 mm", "6 mm"], largest_strain = 0.25}
     accuracy = {position = "0.4 mm", force = 0.3}
-    room = {count = [6, 7], depth = ["3 mm", "3.5 mm"], least_pitch = "3 mm", area = ["18 mm", "9 mm"], layouts = ["row", "grid", "hexagonal"]}
+    room = {count = [6, 7], depth = ["3 mm", "3.5 mm"], least_pitch = "3 mm", area = ["18 mm", "9 mm"],
+            layouts = ["row", "grid", "hexagonal"]}
     sensor = [{name = "gauge", kind = "normal_strain", noise = 1e-3}, {name = "pressure", kind = "mean_pressure",
               noise = "30 Pa", largest = "80 kPa"}]
     skin = [{name = "thick", kind = "half_space", young = "0.4 MPa"}]
     tolerances = {none = true}
     search = {depths = 2, pitches = 1, touches = 100, keep = 3}
-    """.replace("\n              noise", " noise")
+    """.replace("\n            ", " ")
     file = parse_goals(text)
     assert replace(file.goals, title="Finger") == replace(GOALS, title="Finger")
     for k, layout in enumerate((best.row.layout, Arrangement("grid", (3, 3)))):
@@ -297,3 +299,41 @@ def test_rows_refuse_what_is_of_an_area():
         Touches(1.0, half_width=1e-3)
     with pytest.raises(InvalidValueError, match="a span is of line loads"):
         Touches(1.0, span=(-1e-3, 1e-3), area=BOX)
+
+
+def test_the_direction_of_an_edge_is_told_as_differences_of_readings_say():
+    """An edge of points, evenly loaded; unknown are its position, direction and all three components of its force."""
+    finger, length = grid_finger(), 4e-3
+    found = edge_direction(finger, TOUCHES, length, positions=3, directions=4)
+    t, weight = np.polynomial.legendre.leggauss(24)
+
+    def read(unknowns):
+        y, z, turn, *components = unknowns
+        at = np.array([y, z]) + 0.5 * length * t[:, None] * np.array([np.cos(turn), np.sin(turn)])
+        load = 0.5 * weight[:, None] * np.array(components)
+        return finger.read(ss.PointLoad(components=load, position=at)).sum(axis=0)
+
+    middle, turn = (-4e-3, 0.0), np.pi * 1.25 / 4
+    point = np.array([*middle, turn, 1.0, 0.0, 0.0])
+    steps = np.array([1e-6, 1e-6, 1e-4, 1e-3, 1e-3, 1e-3])
+    columns = [(read(point + s * e) - read(point - s * e)) / (2 * s) for s, e in zip(steps, np.eye(6), strict=True)]
+    jacobian = np.stack(columns, axis=-1) / 1e-3
+    expected = np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[2, 2])
+    assert found[0, 1, 1] == pytest.approx(expected, rel=1e-4)
+
+
+def test_two_touches_on_an_area_read_as_two_as_often_as_is_said(quality):
+    """At the distance that is found 90 % of noisy frames fail the test that 1 % of frames of one touch fail."""
+    from scipy.stats import chi2
+
+    finger, rng = grid_finger(noise=2e-4), np.random.default_rng(3)
+    found = two_point_area(finger, TOUCHES, pairs=12, search=quality.search)
+    told = np.flatnonzero(np.isfinite(found.separation))
+    assert told.size > 6
+    half = 0.5 * found.separation[told, None] * np.stack([np.cos(found.azimuth), np.sin(found.azimuth)], -1)[told]
+    inside = np.abs(half)
+    middle = np.clip(found.position[told], np.array(BOX)[:, 0] + inside, np.array(BOX)[:, 1] - inside)
+    readings = sum(finger.read(ss.PointLoad(force=0.5, position=middle + side * half)) for side in (-1, 1))
+    frames = readings + 2e-4 * rng.standard_normal((60, *readings.shape))
+    left = finger.locate(frames, search=quality.search, friction=0.5).residual
+    assert np.mean(left > chi2.isf(0.01, 16 - 5)) == pytest.approx(0.9, abs=0.05)

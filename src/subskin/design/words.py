@@ -215,7 +215,7 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     )
     many = f"{row.count} sensors" if row.layout is None else f"{row.count} positions, {row.layout.text}"
     reasons = [
-        _limit(study.goals, study.looked[which]),
+        _limit(study.goals, _own_checks(study, row)),
         f"{many}{fewer}.",
         _span("Depth", row.depth, depths, own.min(axis=1), d, ("shallower", "deeper"), ", with a pitch that suits it",
               lambda i: _worst(grid, (k, m, i, int(np.argmin(own[i])), n))),
@@ -234,6 +234,12 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
             f"{_worst(grid, (k, m, d, s, n))}."
         )
     return tuple(reasons)
+
+
+def _own_checks(study: DesignStudy, row: Row) -> tuple[Check, ...]:
+    """Those of a design that was looked at closely; free positions are not among the layouts of the grid."""
+    own = [finger.checks for finger in study.fingers if finger.row == row]
+    return own[0] if own else study.looked[row.which(study.goals)]
 
 
 def _called(goals: Goals, n: int) -> str:

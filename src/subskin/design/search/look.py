@@ -12,11 +12,12 @@ from ..placement import AreaQuality, PlacementQuality, area_quality, placement_q
 from ..tolerance import ErrorsKept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
 from ..two_point import AreaLimen, edge_direction, two_point_area
 from .designed import Check, DesignedFinger
+from .free import freed
 from .goals import Goals
 from .grid import Criterion, DesignGrid
 from .refine import Aim, apart, limen
 
-__all__ = ["explained", "finished", "looked_at"]
+__all__ = ["explained", "finished", "freed_from", "looked_at"]
 
 _MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force"}
 """What tolerances add to, and what they add."""
@@ -52,7 +53,7 @@ def _two_touches(goals: Goals, finger: Finger, quality: AreaQuality | PlacementQ
     feature = goals.accuracy.feature
     if feature is None or not isinstance(quality, AreaQuality) or not np.isfinite(quality["position_95"]):
         return None
-    largest = max(1.25 * feature, 4.0 * float(np.asarray(finger.array.depth).min()))
+    largest = max(1.25 * feature, 2.0 * float(np.asarray(finger.array.depth).min()))
     return two_point_area(finger, goals.touches, largest=largest, search=quality.search, rng=goals.effort.seed)
 
 
@@ -61,6 +62,18 @@ def _edge(goals: Goals, finger: Finger) -> float:
     if goals.accuracy.edge_length is None:
         return np.nan
     return float(np.quantile(edge_direction(finger, goals.touches, goals.accuracy.edge_length), 0.95, method="higher"))
+
+
+def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | None:
+    """The finger with its sensors at free positions, where they are better than its own."""
+    row, values = freed(grid, finger.row, finger.values)
+    if row == finger.row:
+        return None
+    made = grid.goals.finger(row)
+    values = {**finger.values, **values}
+    quality = area_quality(made, grid.goals.touches)
+    moved = replace(finger, row=row, finger=made, values=values, quality=quality, edge=_edge(grid.goals, made))
+    return _checked(grid, replace(moved, two_points=_two_touches(grid.goals, made, quality)))
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:

@@ -13,7 +13,7 @@ from ..._check import FloatArray
 from ...errors import ConvergenceError
 from .designed import DesignedFinger, DesignStudy
 from .grid import DesignGrid
-from .look import explained, finished, looked_at
+from .look import explained, finished, freed_from, looked_at
 from .remedy import remedies
 
 __all__ = ["rank_fingers"]
@@ -81,13 +81,17 @@ def rank_fingers(
         stopped.set()
         pool.shutdown(wait=True, cancel_futures=True)
     best[0] = explained(grid, best[0])
-    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best)}
+    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best) if not _free(f)}
     would = () if (grid.excess <= 1).any() else remedies(grid)
     return DesignStudy(grid, tuple(best), looked, would)
 
 
 _LOOKS = 3
 """Arrangements of one skin and kind on an area that are looked at closely at most."""
+
+
+def _free(finger: DesignedFinger) -> bool:
+    return finger.row.layout is not None and bool(finger.row.layout.at)
 
 
 def _rank(finger: DesignedFinger) -> tuple[bool, int, float]:
@@ -130,6 +134,10 @@ def _fewest_on_area(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[De
         if stopped.is_set() or (found and found[-1].meets and len(found) > 1):
             break
         found.append(looked_at(grid, (k, m, n)))
+    if "free" in grid.goals.room.layouts and found and not stopped.is_set():
+        best = min(found, key=_rank)
+        moved = freed_from(grid, best)
+        found += [] if moved is None or not moved.excess < best.excess else [moved]
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ __all__ = ["AreaLimen", "edge_direction", "two_point_area"]
 
 _STEPS, _NEAREST, _FARTHEST = 12, 0.1, 4.0
 """Distances of two touches that are tried, and the nearest and farthest of them [least depths]."""
+_ROUNDS, _FINER = 2, 6
+"""How often the last step too near and the first far enough are looked between, and at how many distances."""
 _NODES = 16
 """Points of which an edge is made."""
 _BLIND = 1e-10
@@ -34,7 +37,7 @@ class AreaLimen(Frozen):
     finger : Finger
     touches : Touches
     position : ndarray, shape (k, 2)
-        Middle of each pair (y, z) [m].
+        Middle of each pair (y, z) [m], moved in where one touch would else leave the area.
     azimuth : ndarray, shape (k,)
         Direction from one touch to the other, from +y towards +z [rad].
     separation : ndarray, shape (k,)
@@ -78,11 +81,11 @@ def two_point_area(
     touches : Touches
         On an area; its half width is that of each touch.
     pairs : int, optional
-        Pairs drawn at random, of any direction, that lie about a position on the area.
+        Pairs drawn at random, of any direction; both touches lie on the area, where that is wide enough.
     power, false_alarm : float, optional
         Share of frames of two that are told, and of frames of one that are taken for two.
     largest : float, optional
-        Largest distance that is tried [m]; four least depths if left out.
+        Largest distance that is tried [m]; four least depths, or the shorter side of the area if that is less.
     search : optional
         Where a single touch is looked for [m], as in `Finger.locate`.
     rng : Generator or int, optional
@@ -105,45 +108,51 @@ def two_point_area(
     """
     box = _area(touches)
     depth = float(np.asarray(finger.array.depth).min())
-    far = _FARTHEST * depth if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
+    usual = min(_FARTHEST * depth, float(np.ptp(box, axis=1).min()))
+    far = usual if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
     count = whole("pairs", pairs)
     drawn = np.random.default_rng(rng)
     middle = drawn.uniform(box[:, 0], box[:, 1], (count, 2))
     azimuth = drawn.uniform(0.0, np.pi, count)
     along = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     step = np.geomspace(min(_NEAREST * depth, 0.5 * far), far, _STEPS)
-    half = 0.5 * step[:, None, None] * along
     down = np.array([0.5 * touches.force, 0.0, 0.0])
-    frames = sum(
-        (finger.measure(touches.local(down, middle + side * half), linear=True) for side in (-1, 1)),
-        np.zeros((*half.shape[:2], len(finger.array))),
-    )
-    readings = np.asarray(finger.array.gain) * frames + np.asarray(finger.array.offset)
     family = "line" if touches.half_width is None else "round_hertz"
     options = {} if search is None else {"search": search}
-    found = finger.fit(readings, family, friction=touches.friction, **options)
+
+    def distances(separation: FloatArray) -> FloatArray:
+        """From the readings of two so far apart (s, k) to those of the best single one, in units of noise."""
+        half = 0.5 * separation[..., None] * along
+        inside = np.minimum(np.abs(half), 0.5 * np.ptp(box, axis=1))
+        centre = np.clip(middle, box[:, 0] + inside, box[:, 1] - inside)
+        pressed = [finger.measure(touches.local(down, centre + side * half), linear=True) for side in (-1, 1)]
+        readings = np.asarray(finger.array.gain) * (pressed[0] + pressed[1]) + np.asarray(finger.array.offset)
+        found = finger.fit(readings, family, friction=touches.friction, **options)
+        return np.sqrt(np.nan_to_num(np.asarray(found.residual), nan=0.0))
+
     spare = int(finger.array.live.sum()) - (5 if touches.half_width is None else 6)
     needed = _needed(spare, power, false_alarm, "fit")
-    distance = np.sqrt(np.nan_to_num(np.asarray(found.residual), nan=0.0))
     return AreaLimen(
         finger, touches, _check.read_only(middle), _check.read_only(azimuth),
-        _check.read_only(_from_which_on(step, distance, needed)), far, needed,
+        _check.read_only(_from_which_on(step, distances, needed, count)), far, needed,
     )  # fmt: skip
 
 
-def _from_which_on(step: FloatArray, distance: FloatArray, needed: float) -> FloatArray:
-    """Beyond the last step (s,) at which a distance (s, k) is too small, as a power of the step between."""
-    told = distance >= needed
-    last = np.where(told.all(axis=0), -1, step.size - 1 - np.argmax(~told[::-1], axis=0))
-    out = np.full(distance.shape[1], np.inf)
-    for k in np.flatnonzero(last < step.size - 1):
-        i = last[k]
-        if i < 0:
-            out[k] = step[0]
-            continue
-        low, high = max(float(distance[i, k]), 1e-3 * needed), float(distance[i + 1, k])
-        out[k] = step[i] * (step[i + 1] / step[i]) ** (np.log(needed / low) / np.log(high / low))
-    return out
+def _from_which_on(
+    step: FloatArray, distances: Callable[[FloatArray], FloatArray], needed: float, pairs: int
+) -> FloatArray:
+    """Beyond the last separation at which a distance is too small, (pairs,): between steps (s,), then between finer."""
+    tried = np.broadcast_to(step[:, None], (step.size, pairs))
+    for turn in range(_ROUNDS + 1):
+        told = distances(tried) >= needed
+        last = np.where(told.all(axis=0), -1, len(tried) - 1 - np.argmax(~told[::-1], axis=0))
+        if turn == 0:
+            never, always = last == len(tried) - 1, last < 0
+        low, high = (
+            np.take_along_axis(tried, np.clip(last + more, 0, len(tried) - 1)[None], axis=0)[0] for more in (0, 1)
+        )
+        tried = np.geomspace(low, high, _FINER)
+    return np.asarray(np.where(never, np.inf, np.where(always, step[0], np.sqrt(low * high))))
 
 
 def edge_direction(
