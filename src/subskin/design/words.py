@@ -213,7 +213,8 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
         if n
         else ", the fewest that were allowed"
     )
-    many = f"{row.count} sensors" if row.layout is None else f"{row.count} positions, {row.layout.text}"
+    many = f"{row.count} sensors" if row.layout is None else f"{row.count} positions ({row.layout.text})"
+    free = row.layout is not None and bool(row.layout.at)
     reasons = [
         _limit(study.goals, _own_checks(study, row)),
         f"{many}{fewer}.",
@@ -221,6 +222,9 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
               lambda i: _worst(grid, (k, m, i, int(np.argmin(own[i])), n))),
         _span("Pitch", row.pitch, pitches, own[d], s, ("closer", "wider"), "", lambda i: _worst(grid, (k, m, d, i, n))),
     ]  # fmt: skip
+    if free:
+        base = study.goals.layouts[n].text
+        reasons[-1] = f"Free positions: the sensors of the best {base} array, each moved while that made it better."
     others = [("sensor", kind.name, (k, i, n)) for i, kind in enumerate(study.goals.choices) if i != m]
     others += [("skin", skin.name, (i, m, n)) for i, skin in enumerate(study.goals.skins) if i != k]
     for what, name, other in others:

@@ -127,10 +127,8 @@ def _build(document: _goals_schema.GoalsDocument) -> Goals:
         at = ("tolerances",)
         tolerances = _tolerances(document.tolerances)
         at = ()
-        keys = {name: ("touch", name) for name in ("span", "largest_strain", "area", "half_width")}
-        keys |= {name: ("accuracy", name) for name in ("radius", "feature", "blind_spots")}
-        if document.touch.area is not None:
-            keys |= {name: ("touch", name) for name in ("feature",)}
+        keys = {name: ("touch", name) for name in ("span", "largest_strain", "area", "half_width", "feature")}
+        keys |= {name: ("accuracy", name) for name in ("radius", "edge", "blind_spots")}
         keys |= {name: ("tolerances", name) for name in document.tolerances or ()}
         return Goals(
             touches=touches, strongest=strongest, accuracy=wanted, sensors=tuple(sensors), skins=tuple(skins),

@@ -44,7 +44,7 @@ class Arrangement:
     Examples
     --------
     >>> Arrangement("hexagonal", (2, 3, 2)), Arrangement("hexagonal", (1, 2)).points(1.0).round(3).tolist()
-    (2 + 3 + 2 hexagonal, [[0.0, -0.433], [-0.5, 0.433], [0.5, 0.433]])
+    (2+3+2 hexagonal, [[0.0, -0.433], [-0.5, 0.433], [0.5, 0.433]])
     """
 
     pattern: Pattern
@@ -78,8 +78,8 @@ class Arrangement:
         if self.pattern == "grid":
             return f"{self.rows[0]} x {len(self.rows)} grid"
         if self.pattern == "hexagonal":
-            return f"{' + '.join(map(str, self.rows))} hexagonal"
-        return f"row of {self.count}" if self.pattern == "row" else f"{self.count} at free positions"
+            return f"{'+'.join(map(str, self.rows))} hexagonal"
+        return f"row of {self.count}" if self.pattern == "row" else f"{self.count} free"
 
     @property
     def unit(self) -> FloatArray:
@@ -148,7 +148,7 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
     Examples
     --------
     >>> layouts(("grid", "hexagonal"), (6, 7))
-    (2 x 3 grid, 2 + 1 + 2 + 1 hexagonal, 2 + 3 + 2 hexagonal)
+    (2 x 3 grid, 2+1+2+1 hexagonal, 2+3+2 hexagonal)
     """
     low, high = counts
     every = []

@@ -251,7 +251,7 @@ class Goals:
         Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
         Tolerances of making the finger, as in `tolerance_budget`; those of `usual_tolerances` if left out. With {},
-        only noise counts.
+        and on an area, only noise counts.
     effort : Effort, optional
     title : str, optional
     mixes : sequence of Mix, optional
@@ -321,6 +321,10 @@ class Goals:
                 raise InvalidValueError(f"{name} = {getattr(self.accuracy, name)!r}", rule, f"leave out the {name}")
 
     def _check_area(self) -> None:
+        if self.tolerances:
+            rule = "they are worked out for rows; on an area only the noise of the sensors is counted"
+            raise InvalidValueError(f"tolerances of {', '.join(self.tolerances)}", rule, "tolerances={}")
+        object.__setattr__(self, "tolerances", {})
         if self.accuracy.blind_spots is not None:
             rule = "they are worked out for rows, and not for arrays on an area"
             raise InvalidValueError(f"blind_spots = {self.accuracy.blind_spots!r}", rule, "leave out blind_spots")
