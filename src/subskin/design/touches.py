@@ -79,7 +79,7 @@ class Touches:
 
     def _check_area(self) -> None:
         fix = "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"
-        box = _check.real("area", self.area, unit="m")
+        box = _check.real("area", () if self.area is None else self.area, unit="m")
         if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
             raise GeometryError(f"area = {self.area!r}", "the ends of y and those of z are needed, ascending", fix)
         if self.span is not None or self.length is not None:

@@ -208,11 +208,9 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf)
     own, depths, pitches = excess[k, m, :, :, n], grid.depths[k], grid.pitches
     d, s = (int(np.argmin(np.abs(np.log(tried / at)))) for tried, at in ((depths, row.depth), (pitches, row.pitch)))
-    fewer = (
-        f"; with {_called(study.goals, n - 1)} the best {_other(study, excess, (k, m, n - 1))}"
-        if n
-        else ", the fewest that were allowed"
-    )
+    before = study.goals.layouts[n - 1]
+    less = f"a {before.text}" if study.goals.on_area else str(before.count)
+    fewer = f"; with {less} the best {_other(study, excess, (k, m, n - 1))}" if n else ", the fewest that were allowed"
     many = f"{row.count} sensors" if row.layout is None else f"{row.count} positions ({row.layout.text})"
     free = row.layout is not None and bool(row.layout.at)
     reasons = [
@@ -244,12 +242,6 @@ def _own_checks(study: DesignStudy, row: Row) -> tuple[Check, ...]:
     """Those of a design that was looked at closely; free positions are not among the layouts of the grid."""
     own = [finger.checks for finger in study.fingers if finger.row == row]
     return own[0] if own else study.looked[row.which(study.goals)]
-
-
-def _called(goals: Goals, n: int) -> str:
-    """A number of sensors, or on an area a layout."""
-    layout = goals.layouts[n]
-    return f"a {layout.text}" if goals.on_area else str(layout.count)
 
 
 def _limit(goals: Goals, checks: tuple[Check, ...]) -> str:
@@ -345,11 +337,8 @@ def legend_of(study: DesignStudy) -> str:
     lost = "share of touches that are ambiguous or not noticed"
     if outcome is not None:
         lost = f"share of touches that are ambiguous, not noticed or lost by a finger {_AFTER[outcome.method]}"
-    errors = ["position", "angle", *["force"] * study.goals.on_area]
-    errors += ["radius"] * (study.goals.touches.half_width is not None)
-    parts += [f"{', '.join(errors)}: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
-    if study.goals.on_area:
-        parts.append("n: readings")
+    errors = ", ".join(name for name, _ in _errors(study.goals))
+    parts += [f"{errors}: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
     if outcome is not None:
         parts.append("as made: the same share before a calibration")
     if accuracy.feature is not None:
@@ -372,17 +361,15 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
         cells["skin"] = goals.skins[row.skin].name
     if row.layout is not None:
         cells["layout"] = row.layout.text
+    else:
+        cells["n"] = str(row.count)
     cells |= {
-        "n": str(goals.readings(row.sensor, row.count)),
         "pitch": "-" if row.layout is not None and row.layout.at else in_words(row.pitch, "m"),
         "depth": in_words(row.depth, "m"),
-        "position": in_words(values["position_95"], "m"),
-        "angle": in_words(values["angle_95"], "rad") if goals.touches.friction > 0 else "-",
     }
-    if goals.on_area:
-        cells["force"] = in_words(values["force_95"], "")
-    if goals.touches.half_width is not None:
-        cells["radius"] = in_words(values["radius_95"], "m")
+    for name, unit in _errors(goals):
+        known = name == "angle" and goals.touches.friction == 0
+        cells[name] = "-" if known else in_words(values[f"{name}_95"], unit)
     if finger.outcome is None:
         cells["unsure"] = in_words(values["unsure"], "")
     else:
@@ -393,6 +380,14 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
     if goals.accuracy.edge is not None:
         cells["edge"] = in_words(finger.edge, "rad")
     return cells
+
+
+def _errors(goals: Goals) -> list[tuple[str, str]]:
+    """Errors that the table shows, and their units: those of position and angle; on an area those that are wanted."""
+    every = [("position", "m"), ("angle", "rad"), ("force", ""), ("radius", "m")]
+    if not goals.on_area:
+        return every[:2]
+    return [one for one in every if getattr(goals.accuracy, one[0]) is not None]
 
 
 def _times(checks: tuple[Check, ...]) -> str:

@@ -162,9 +162,10 @@ def _touches(touch: _goals_schema.TouchTable) -> tuple[Touches, float]:
         area = ((-y / 2, y / 2), (-z / 2, z / 2))
         wide = touch.half_width
         return Touches(forces[0], touch.friction, length=touch.length, area=area, half_width=wide), forces[1]
-    if not touch.span > 0:
+    span = touch.span or 0.0
+    if not span > 0:
         raise InvalidValueError(f"span = {touch.span:g}", "has to be > 0", 'span = "12 mm"')
-    ends = (-touch.span / 2, touch.span / 2)
+    ends = (-span / 2, span / 2)
     return Touches(forces[0], touch.friction, ends, touch.length, half_width=touch.half_width), forces[1]
 
 
@@ -265,7 +266,7 @@ def _sensors_of(goals: Goals, row: Row) -> dict[str, Any]:
         kinds = [kinds[i] for i in layout.colours(len(kinds))]
     said = [said_of(kind.transducer) for kind in kinds]
     table |= {"kind": said[0]} if len(kinds) == 1 else {"channels" if choice.together else "kind": said}
-    each_of = {
+    each_of: dict[str, list[Any]] = {
         "noise": [rounded(kind.noise) for kind in kinds],
         "width": [format_quantity(kind.width, "m") for kind in kinds] if any(kind.width for kind in kinds) else [],
         "low": [rounded(-kind.largest) for kind in kinds],

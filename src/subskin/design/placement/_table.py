@@ -140,8 +140,8 @@ class OneSensor:
         for k in range(1, int(np.ceil((reach + width) / piece - 1e-9))):
             # farther off the field is smoother: cells of the middle do
             for side in (-1, 1):
-                ends = sorted((side * k * piece, side * (k + 1) * piece))
-                more = tabulated((*key, side * k), partial(stretch, *ends, field.step, np.inf))
+                low, high = sorted((side * k * piece, side * (k + 1) * piece))
+                more = tabulated((*key, side * k), partial(stretch, low, high, field.step, np.inf))
                 parts.insert(0 if side < 0 else len(parts), more.coefficients)
         whole = Response(-piece * (len(parts) + 1) / 2, field.step, np.concatenate(parts))
         if width:

@@ -1,7 +1,8 @@
 """From what a designer knows to ranked fingers."""
 
+from .choices import Mix, SensorKind, SkinChoice
 from .designed import Check, DesignedFinger, DesignStudy
-from .goals import Accuracy, Goals, Mix, Row, SensorKind, SkinChoice
+from .goals import Accuracy, Goals, Row
 from .grid import Criterion, DesignGrid, Store, search_grid
 from .rank import rank_fingers
 from .remedy import Remedy

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...contact import LineLoad
+from ...contact import LineLoad, LocalContact
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
 from ..placement import Arrangement, study_area, study_row
@@ -237,15 +237,16 @@ def studied(
     samples: int | None = None,
 ) -> dict[str, FloatArray]:
     """`study_row` or `study_area` of a skin and kind at a depth, arrays of shape (pitches, layouts)."""
-    skin, effort = goals.skins[k].skin, {"rng": goals.effort.seed, "samples": samples or goals.counted}
+    skin, seed, count = goals.skins[k].skin, goals.effort.seed, samples or goals.counted
     if goals.on_area:
-        together = goals.choices[m].together
         return study_area(
-            skin, goals.channels(m), depth, pitches, layouts, goals.touches, together=together, **effort
+            skin, goals.channels(m), depth, pitches, layouts, goals.touches, together=goals.choices[m].together,
+            rng=seed, samples=count,
         )  # fmt: skip
     kind, counts = goals.sensors[m], [layout.count for layout in layouts]
     return study_row(
-        skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width, **effort
+        skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width, rng=seed,
+        samples=count,
     )  # fmt: skip
 
 
@@ -286,7 +287,7 @@ def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
         normal, side = np.broadcast_arrays(np.cos(angles), np.sin(angles))
         where = np.stack([at, np.zeros(at.size)], axis=-1)
         for_all = goals.strongest * np.stack([normal, side, np.zeros(angles.shape)], axis=-1)
-        load = goals.touches.local(for_all, where)
+        load: LineLoad | LocalContact = goals.touches.local(for_all, where)
     else:
         load = LineLoad(goals.strongest, angles, at)
     state = goals.skins[k].skin.state(load, depth, 0.0)

@@ -77,9 +77,9 @@ def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | Non
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
-    """With its tolerances, and its blind asked where a goal asks for them."""
+    """With its tolerances, and its blind spots where a goal asks for them."""
     goals, amounts = grid.goals, _amounts(grid, design)
-    if amounts and design.outcome is None and not goals.on_area:
+    if amounts and design.outcome is None and isinstance(design.quality, PlacementQuality):
         method = "blind" if goals.accuracy.calibrated == "blind" else "known"
         search, seed = design.quality.search, goals.effort.seed
         outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
@@ -100,7 +100,7 @@ def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the report says of the first finger."""
     goals, amounts = grid.goals, _amounts(grid, design)
-    if goals.on_area:
+    if isinstance(design.quality, AreaQuality):
         return design
     if amounts:
         budget = tolerance_budget(

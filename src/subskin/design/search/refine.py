@@ -158,7 +158,7 @@ def _round_values(grid: FloatArray, i: int) -> FloatArray:
 
 def _thinned(values: FloatArray, most: int) -> FloatArray:
     """So many of the values at most, evenly chosen."""
-    return values[np.unique(np.linspace(0, values.size - 1, min(most, values.size)).round().astype(int))]
+    return np.asarray(values[np.unique(np.linspace(0, values.size - 1, min(most, values.size)).round().astype(int))])
 
 
 def _between(values: FloatArray, low: float, high: float, otherwise: FloatArray) -> FloatArray:

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..._check import FloatArray
 from ..placement import Arrangement, layouts
-from .goals import Goals, Row, SkinChoice
+from .choices import SkinChoice
+from .goals import Goals, Row
 from .grid import DEEPEST, DesignGrid, fits, loaded, studied
 
 __all__ = ["Remedy", "remedies"]

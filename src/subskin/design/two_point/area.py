@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -118,7 +119,7 @@ def two_point_area(
     step = np.geomspace(min(_NEAREST * depth, 0.5 * far), far, _STEPS)
     down = np.array([0.5 * touches.force, 0.0, 0.0])
     family = "line" if touches.half_width is None else "round_hertz"
-    options = {} if search is None else {"search": search}
+    options: dict[str, Any] = {} if search is None else {"search": search}
 
     def distances(separation: FloatArray) -> FloatArray:
         """From the readings of two so far apart (s, k) to those of the best single one, in units of noise."""
