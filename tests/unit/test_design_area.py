@@ -9,6 +9,8 @@ import subskin as ss
 from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
 from subskin.design.placement import Arrangement, Channel, area_quality, layouts, study_area
 from subskin.design.search import Accuracy, Effort, Mix, Room, Row, SensorKind, SkinChoice
+from subskin.design.search.free import freed
+from subskin.design.search.grid import studied
 from subskin.design.two_point import edge_direction, two_point_area
 from subskin.design.words import reasons_of, verdict_of
 from subskin.errors import GeometryError, InvalidValueError
@@ -338,3 +340,23 @@ def test_two_touches_on_an_area_read_as_two_as_often_as_is_said(quality):
     frames = readings + 2e-4 * rng.standard_normal((60, *readings.shape))
     left = finger.locate(frames, search=quality.search, friction=0.5).residual
     assert np.mean(left > chi2.isf(0.01, 16 - 5)) == pytest.approx(0.9, abs=0.05)
+
+
+def test_free_positions_are_never_worse_and_keep_to_the_room(grid):
+    """A grid of six; mirror images move together."""
+    n = [layout.text for layout in GOALS.layouts].index("3 x 2 grid")
+    row = replace(grid.row(0, 1, 1, 0, n), pitch=4e-3)
+    values = {
+        name: float(v[0, 0]) for name, v in studied(GOALS, 0, 1, row.depth, np.array([4e-3]), [row.layout], 100).items()
+    }
+    values["unsure"] = values["ambiguous"] + values["unfelt"]
+    moved, after = freed(grid, row, values)
+    wanted = {c.name: c.wanted for c in grid.criteria if c.name in after}
+    assert moved.layout.pattern == "free"
+    assert max(after[k] / w for k, w in wanted.items()) < max(values[k] / w for k, w in wanted.items())
+    points = moved.layout.points(moved.pitch)
+    apart = np.linalg.norm(points[:, None] - points, axis=-1) + np.diag(np.full(6, np.inf))
+    assert apart.min() >= GOALS.room.least_pitch * (1 - 1e-3)
+    assert (np.abs(points) <= 0.5 * GOALS.extent * (1 + 1e-9)).all()
+    for mirror in ((-1, 1), (1, -1)):
+        np.testing.assert_allclose(sorted((points * mirror).tolist()), sorted(points.tolist()), atol=2e-5)

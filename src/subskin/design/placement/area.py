@@ -97,7 +97,7 @@ def study_area(
     >>> both = [Arrangement("row", (6,)), Arrangement("grid", (3, 3, 3))]
     >>> found = study_area(skin, [Channel(ss.NormalStrain(), 1e-3)], 2e-3, [1.5e-3], both, touches, samples=50)
     >>> found["rank"].tolist(), (1e3 * found["position_95"]).round(3).tolist()
-    ([[4.0, 5.0]], [[inf, 0.012]])
+    ([[4.0, 5.0]], [[inf, 0.121]])
     """
     check_area(skin, touches)
     deep = _check.scalar("depth", depth, unit="m", above=0.0)

@@ -148,7 +148,7 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
     Examples
     --------
     >>> layouts(("grid", "hexagonal"), (6, 7))
-    (2 x 3 grid, 2+1+2+1 hexagonal, 2+3+2 hexagonal)
+    (3 x 2 grid, 2+3+2 hexagonal)
     """
     low, high = counts
     every = []

@@ -42,7 +42,8 @@ class AreaLimen(Frozen):
     azimuth : ndarray, shape (k,)
         Direction from one touch to the other, from +y towards +z [rad].
     separation : ndarray, shape (k,)
-        Distance from which on a pair reads as two [m]; infinite where it does not up to the largest that was tried.
+        Distance from which on a pair reads as two [m], a tenth of the least depth or more; infinite where it does not
+        up to the largest that was tried.
     largest : float
         That distance [m].
     needed : float
@@ -104,7 +105,7 @@ def two_point_area(
     >>> array = ss.SensorArray.grid((4, 4), pitch=2e-3, depth=2e-3, noise=1e-4)
     >>> touches = ss.design.Touches(force=1.0, friction=0.5, area=((-2e-3, 2e-3), (-2e-3, 2e-3)))
     >>> found = two_point_area(ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array), touches, pairs=20)
-    >>> bool(0.3e-3 < np.quantile(found.separation, 0.95) < 1.5e-3)
+    >>> bool(0.2e-3 < np.quantile(found.separation, 0.95) < 0.4e-3)
     True
     """
     box = _area(touches)
