@@ -131,7 +131,12 @@ class OneSensor:
     def __init__(
         self, skin: Skin, transducer: Transducer, depth: float, noise: float, width: float, reach: float
     ) -> None:
-<<<<<<< HEAD
+        self._row: Callable[[FloatArray], Finger] | None = None
+        self._depth = depth
+        if skin.ridges is not None:
+            self._row = lambda y: Finger(skin, SensorArray(y, depth, transducer, noise=noise, width=width))
+            return
+
         def stretch(low: float, high: float, step: float, tolerance: float) -> Response:
             return Response.from_function(
                 lambda positions: _of_one(skin, transducer, depth, positions), low, high, step=step, tolerance=tolerance
@@ -151,18 +156,6 @@ class OneSensor:
             whole = whole.averaged(width)
         self._step, self._start = whole.step, whole.start
         self._values = np.ascontiguousarray(whole.coefficients[:, :, 0, :] / noise)
-        self._depth = depth
-=======
-        self._row: Callable[[FloatArray], Finger] | None = None
-        self._depth = depth
-        if skin.ridges is not None:
-            self._row = lambda y: Finger(skin, SensorArray(y, depth, transducer, noise=noise, width=width))
-            return
-        finger = Finger(skin, SensorArray([0.0], depth, transducer, width=width))
-        field = Response.from_function(finger.receptive_field, -reach, reach, step=depth / _CELLS)
-        self._start, self._step = field.start, field.step
-        self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
->>>>>>> main
 
     def row(self, positions: FloatArray, search: tuple[float, float]) -> RowField:
         """The table of sensors at `positions` [m]."""
