@@ -241,6 +241,44 @@ class Skin(Frozen, ABC):
         [5.1138, 4.4519, 4.0772]
         """
 
+    def area_influence(self, step: float, shape: tuple[int, int], drag: bool = False) -> FloatArray:
+        """Displacement of the surface at the distances (i, j) * step along y and z from a bilinear hat.
+
+        A hat is a traction of 1 Pa at a node that falls to 0 at the next ones, bilinearly between them. Skins that
+        take local contacts have it.
+
+        Parameters
+        ----------
+        step : float
+            Step of the grid [m].
+        shape : tuple of int
+            Numbers of distances (n, k), from 0 on.
+        drag : bool, optional
+            Also what drags do.
+
+        Returns
+        -------
+        ndarray, shape (1 or 6, n, k)
+            Displacement [m/Pa]: u_x of a pressure; with `drag` then u_y of q_y, u_z of q_z, u_y of q_z (or u_z of q_y),
+            u_x of q_y, u_x of q_z. The last two change sign for u_y and u_z of a pressure.
+
+        Raises
+        ------
+        InvalidValueError
+            A skin that is solved in a plane; drags on layers of which one slides.
+        GeometryError
+            A step that is far wider than the first layer is thick.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfSpace(ss.Material(young=1e6, poisson=0.5))
+        >>> (1e12 * skin.area_influence(step=1e-4, shape=(2, 2))).round(3).tolist()
+        [[[70.954, 26.079], [26.079, 17.613]]]
+        """
+        rule = "an area is pressed, and this skin is solved in a plane, for bodies that do not change along z"
+        raise InvalidValueError(f"a {type(self).__name__}", rule, "HalfSpace or Layered, or a long body as Cylinder")
+
     def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
         """Displacement of the surface per traction: that of `wave` at x = 0.
 
