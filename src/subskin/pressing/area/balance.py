@@ -10,7 +10,9 @@ import numpy as np
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ..bounded import BoolArray
+from ..equilibrium import Mixer
 from .influence import AreaInfluence
+from .lateral import dragged, finer_drag
 from .load import Asked
 from .normal import Pressed, finer, pressed
 
@@ -19,6 +21,7 @@ __all__ = ["AreaBalance", "AreaCase", "equilibrium"]
 _COARSEST = 32
 _SAFE = 0.7
 """Share of the tolerance to which the pressure is solved: the scale is a guess."""
+_ROUNDS = 60
 _ROUGH = 100.0
 """Times the tolerance to which a coarse grid is solved: it is only a start."""
 _MARGIN = 4
@@ -74,7 +77,8 @@ class AreaCase(Frozen):
 class AreaBalance(Frozen):
     """Pressure (n, k) and shear (2, n, k) at the nodes [Pa], and the body's position; a start, or a solution.
 
-    `products` is the number of products by the influence on the finest grid, of the pressure's and the shear's solve.
+    `products` is the number of products by the influence on the finest grid, of the pressure's and the shear's solve;
+    `rough` is the coarser grid's solution from which it starts.
     """
 
     pressure: FloatArray
@@ -86,17 +90,101 @@ class AreaBalance(Frozen):
     twist: float
     scale: float
     products: tuple[int, int] = (0, 0)
+    rough: AreaBalance | None = None
 
 
 def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance:
     """Equilibrium on the grid of `case`; without a start by way of coarser grids."""
     n, k = case.height.shape
     if start is None and min(n, k) >= 2 * _COARSEST and not n % 2 and not k % 2:
-        rough = replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3))
-        coarse = equilibrium(rough)
+        coarse = equilibrium(replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3)))
         pressure, touches = finer(coarse.pressure)
-        start = replace(coarse, pressure=pressure, touches=touches, shear=np.zeros((2, n, k)))
-    return _normal(case, _first(case) if start is None else start)
+        start = replace(coarse, pressure=pressure, touches=touches, rough=coarse)
+    return _settle(case, _first(case) if start is None else start)
+
+
+def _settle(case: AreaCase, start: AreaBalance) -> AreaBalance:
+    """The pressure, and with friction the shear, in turn until neither disturbs the other."""
+    if case.load.friction is None:
+        zeros = np.zeros((2, *case.height.shape))
+        return replace(_normal(case, start), shear=zeros, rough=None)
+    op, limit = case.influence, case.tolerance * start.scale
+    state, lifted, mixer = start, np.zeros(case.height.shape), Mixer()
+    if op.coupled and start.rough is None and start.shear.any():
+        lifted = op.lifted(start.shear)
+    for _ in range(_ROUNDS):
+        state = replace(_tangential(case, _normal(case, state, lifted)), rough=None)
+        if not op.coupled:
+            break
+        change = op.lifted(state.shear) - lifted
+        if case.load.force is not None and state.touches.any():
+            even = float(change[state.touches].mean())
+            change -= even
+            state = replace(state, depth=state.depth + even)
+        if np.abs(change[state.touches]).max(initial=0.0) <= 0.5 * limit:
+            break
+        lifted = mixer.next(lifted.reshape(-1), change.reshape(-1)).reshape(lifted.shape)
+    return state
+
+
+def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
+    """The shear within what friction holds, the pressure being what it is."""
+    load, op, p = case.load, case.influence, state.pressure
+    mu = float(load.friction or 0.0)
+    held, touch = mu * p, p > 0
+    if not mu:
+        return replace(state, shear=np.zeros((2, *p.shape)))
+    w = op.dragged(p) - case.shift
+    rows: list[FloatArray] = []
+    targets: list[float] = []
+    rigid = np.zeros((2, *p.shape))
+    if load.slide is None:
+        rows += [case.cell * np.eye(2)[i].reshape(2, 1, 1) for i in (0, 1)]
+        targets += [float(t) for t in load.tangential]  # type: ignore[union-attr]
+    else:
+        rigid = case.rigid(load.slide, 0.0)
+    if load.twist is None:
+        rows.append(case.cell * case.rigid(np.zeros(2), 1.0))
+        targets.append(float(load.torsion or 0.0))
+    else:
+        rigid = rigid + case.rigid(np.zeros(2), load.twist)
+    slid = _sliding(case, state, held, w - rigid)
+    if slid is not None:
+        return slid
+    if state.rough is not None:
+        start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
+    else:
+        start, sticks = state.shear, touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
+    limit = _SAFE * case.tolerance * state.scale * min(mu, 1.0)
+    found = dragged(op, w - rigid, held, rows, np.array(targets), start, sticks, limit)
+    at = list(found.multipliers * case.cell)
+    slide = np.array([at.pop(0), at.pop(0)]) if load.slide is None else load.slide
+    twist = float(at.pop(0)) if load.twist is None else load.twist
+    products = state.products[0], state.products[1] + found.products
+    return replace(state, shear=found.shear, slide=slide, twist=twist, products=products)
+
+
+def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:
+    """All of it slides along a drag, or turns beneath a moment, that friction does not hold; None where it may."""
+    load = case.load
+    most = float(held.sum() * case.cell)
+    if load.slide is None and not load.torsion and load.tangential is not None:
+        size = float(np.hypot(*load.tangential))
+        if size >= most * (1 - 1e-12) and size > 0:
+            along = load.tangential / size
+            q = along[:, None, None] * held
+            moved = w + case.influence.lateral(q)
+            far = (moved * along[:, None, None]).sum(axis=0)[held > 0]
+            return replace(state, shear=q, slide=along * float(far.max()), twist=0.0)
+    if load.twist is None and load.tangential is not None and not load.tangential.any() and load.torsion:
+        turning = case.rigid(np.zeros(2), float(np.sign(load.torsion)))
+        arm = np.hypot(*turning)
+        if abs(load.torsion) >= float((held * arm).sum()) * case.cell * (1 - 1e-12):
+            q = turning / np.maximum(arm, 1e-300) * held
+            moved = w + case.influence.lateral(q)
+            far = (moved * turning).sum(axis=0) / np.maximum(arm, 1e-300) ** 2
+            return replace(state, shear=q, slide=np.zeros(2), twist=float(np.sign(load.torsion) * far[held > 0].max()))
+    return None
 
 
 def _first(case: AreaCase) -> AreaBalance:
@@ -146,7 +234,7 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
     scale = max(abs(depth), case.influence.own * top) if top else state.scale
     return replace(
         state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale,
-        products=(found.products, state.products[1]),
+        products=(found.products, 0) if state.rough is not None else (state.products[0] + found.products, state.products[1]),
     )  # fmt: skip
 
 
