@@ -155,13 +155,20 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
         start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
     else:
         start, sticks = state.shear, touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
-    limit = _SAFE * case.tolerance * state.scale * min(mu, 1.0)
-    found = dragged(op, w - rigid, held, rows, np.array(targets), start, sticks, limit)
+    limit = _SAFE * case.tolerance * state.scale
+    part = _part(touch)
+    shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
+    sums = [np.ascontiguousarray(np.broadcast_to(row, w.shape)[box]) for row in rows]
+    found = dragged(
+        op.cropped(shape), (w - rigid)[box], held[part], sums, np.array(targets), start[box], sticks[part], limit
+    )
+    shear = np.zeros(w.shape)
+    shear[box] = found.shear
     at = list(found.multipliers * case.cell)
     slide = np.array([at.pop(0), at.pop(0)]) if load.slide is None else load.slide
     twist = float(at.pop(0)) if load.twist is None else load.twist
     products = state.products[0], state.products[1] + found.products
-    return replace(state, shear=found.shear, slide=slide, twist=twist, products=products)
+    return replace(state, shear=shear, slide=slide, twist=twist, products=products)
 
 
 def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:

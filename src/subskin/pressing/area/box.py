@@ -15,7 +15,7 @@ from .balance import AreaBalance, AreaCase, Gap, equilibrium
 from .influence import area_influence
 from .load import Asked
 
-__all__ = ["Box", "area_case", "fresh"]
+__all__ = ["Box", "area_case", "continued", "fresh"]
 
 _NODES = 256
 _COARSE = 32
@@ -87,6 +87,15 @@ def fresh(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked, box: Box) -> t
             low, high = np.minimum(low, where - reach), np.maximum(high, where + reach)
         ends = _within(body, low, high)
     raise GeometryError(_size(ends), "the bodies touch beyond it as well, however large it is made", "window=, or less force")
+
+
+def continued(case: AreaCase, state: AreaBalance, body: LocalIndenter) -> AreaBalance:
+    """The solution of the next problem on the grid of the last."""
+    found = equilibrium(case, replace(state, products=(0, 0), touches=state.pressure > 0, rough=None))
+    if any(_cut_off(case, found, body)):
+        seen = f"a grid of {case.step * case.y.size:.6g} by {case.step * case.z.size:.6g} m"
+        raise GeometryError(seen, "the contact reaches its border, and goes on", "a wider window for the first press")
+    return found
 
 
 def area_case(skin: Skin, gap: Gap, load: Asked, ends: Ends, nodes: int, tolerance: float) -> AreaCase:

@@ -15,7 +15,7 @@ from ..body import LocalIndenter
 from ..solution import PressStatus
 from ..verdict import judged, not_small
 from .balance import AreaBalance, AreaCase
-from .box import Box, fresh
+from .box import Box, continued, fresh
 from .certify import certified, moved_by
 from .load import Asked, asked, pair
 from .solution import LocalSolution
@@ -41,7 +41,10 @@ def press_area(
     load = asked(given.pop("friction"), **given)  # type: ignore[arg-type]
     at = np.zeros(2) if np.ndim(position) == 0 and position == 0 else pair("position", position, "m")  # type: ignore[arg-type]
     box = Box.checked(grid["nodes"], grid["window"], _TOLERANCE if grid["tolerance"] is None else grid["tolerance"])  # type: ignore[arg-type]
-    case, state = fresh(skin, body, _Gap(body), load, box)
+    if after is None:
+        case, state = fresh(skin, body, _Gap(body), load, box)
+    else:
+        case, state = _next(_same(after, skin, body, at, load), load, grid, box)
     moved = moved_by(case, state)
     certificate = certified(case, state, moved)
     held = load.friction is not None and bool(state.shear.any())
@@ -55,6 +58,34 @@ def press_area(
     slips = held and not pressed.stick.any()
     status, reason = judged(certificate, case.tolerance, int((state.pressure > 0).sum()), slips, load.friction)
     return replace(pressed, status=status, reason=reason)
+
+
+def _same(after: object, skin: Skin, body: LocalIndenter, at: FloatArray, load: Asked) -> LocalSolution:
+    """The state before, if it is one of this contact."""
+    if not isinstance(after, LocalSolution):
+        seen = f"after = {repr(after)[:60]}"
+        raise InvalidValueError(seen, "what an earlier press on an area returned is needed", "after=press(...)")
+    case = after.case
+    height = body.height(case.y[:, None], case.z)
+    if after.skin != skin or not np.array_equal(after.position, at) or not np.array_equal(height, case.height):
+        seen, rule = "after= of another skin, indenter or position", "the history of friction is that of one contact"
+        raise GeometryError(seen, rule, "press the same bodies at the same position")
+    if (load.friction is None) != (after.friction is None):
+        rule, fix = "the shear of the state before needs something to hold it", "friction= for each step of a history"
+        raise InvalidValueError("friction in one of two presses only", rule, fix)
+    return after
+
+
+def _next(after: LocalSolution, load: Asked, grid: dict[str, object], box: Box) -> tuple[AreaCase, AreaBalance]:
+    """The next problem on the grid of the last, and its solution; slip counts from there."""
+    for name in ("nodes", "window"):
+        if grid[name] is not None:
+            seen = f"{name} = {grid[name]} after another press"
+            raise GeometryError(seen, "a press goes on with the grid of the one before", f"{name}= of the first press")
+    before, state = after.case, after.state
+    shift = after.lateral - before.rigid(state.slide, state.twist)
+    case = replace(before, load=load, shift=shift, tolerance=box.tolerance)
+    return case, continued(case, after.state, after.indenter)
 
 
 @dataclass(frozen=True)
