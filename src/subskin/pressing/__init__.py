@@ -4,10 +4,15 @@ from .area.solution import LocalSolution
 from .body import Cone, Ellipsoid, LocalIndenter, Roller, Sphere
 from .certificate import Certificate
 from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
+from .height_map import HeightMap
 from .press import press
+from .shapes import Box, BoxCorner, BoxEdge, Pin, Ridged, Together
 from .solution import ContactSolution, PressStatus
 
 __all__ = [
+    "Box",
+    "BoxCorner",
+    "BoxEdge",
     "Certificate",
     "Cone",
     "ContactSolution",
@@ -15,16 +20,20 @@ __all__ = [
     "Edge",
     "Ellipsoid",
     "Flat",
+    "HeightMap",
     "Indenter",
     "LocalIndenter",
     "LocalSolution",
     "ParticleOnFlat",
+    "Pin",
     "PressStatus",
     "Profile",
+    "Ridged",
     "Roller",
     "RoundedFlat",
     "RoundedWedge",
     "SineRidges",
     "Sphere",
+    "Together",
     "press",
 ]

@@ -13,10 +13,21 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 
-__all__ = ["Cone", "Ellipsoid", "LocalIndenter", "Roller", "Sphere"]
+__all__ = [
+    "ANYWHERE",
+    "Cone",
+    "Ellipsoid",
+    "Ends",
+    "LocalIndenter",
+    "Roller",
+    "Sphere",
+    "beyond",
+    "points",
+    "turned",
+]
 
 Ends = tuple[tuple[float, float], tuple[float, float]]
-_ANY = (-np.inf, np.inf)
+ANYWHERE = (-np.inf, np.inf)
 _SIZES: dict[str, dict[str, Any]] = {
     **{
         name: {"unit": "m", "above": 0.0}
@@ -43,7 +54,7 @@ class LocalIndenter(Frozen, ABC):
     @property
     def ends(self) -> Ends:
         """Positions along y and along z [m] beyond which there is no body."""
-        return _ANY, _ANY
+        return ANYWHERE, ANYWHERE
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -143,7 +154,7 @@ class Roller(LocalIndenter):
     @property
     def ends(self) -> Ends:  # noqa: D102
         # turned, it ends somewhere else for each z
-        return _ANY, _ANY if self.end_radius or self.azimuth else (-self.half_length, self.half_length)
+        return ANYWHERE, ANYWHERE if self.end_radius or self.azimuth else (-self.half_length, self.half_length)
 
 
 @dataclass(frozen=True)

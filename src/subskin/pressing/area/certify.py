@@ -83,8 +83,11 @@ def _friction(mu: float, p: FloatArray, q: FloatArray, slip: FloatArray) -> tupl
     # friction drives the skin along with the body, so the skin lags: its slip is against the drag
     slid = slip[:, rubbed]
     along = q[:, rubbed] / np.maximum(size[rubbed], 1e-300)
-    lag = np.minimum((slid * along).sum(axis=0), 0.0)
-    wrong = float(np.hypot(*(slid - lag * along)).max(initial=0.0))
+    lag = (slid * along).sum(axis=0)
+    if within.any():
+        wrong = float(np.hypot(*(slid - np.minimum(lag, 0.0) * along)).max(initial=0.0))
+    else:  # the slide is as long as one likes, and across it the skin slips by the less the longer
+        wrong = float(np.maximum(lag, 0.0).max(initial=0.0))
     return float(np.maximum(size - held, 0.0).max(initial=0.0)), creep, wrong
 
 
