@@ -96,7 +96,7 @@ class AreaBalance(Frozen):
 def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance:
     """Equilibrium on the grid of `case`; without a start by way of coarser grids."""
     n, k = case.height.shape
-    if start is None and min(n, k) >= 2 * _COARSEST and not n % 2 and not k % 2:
+    if start is None and max(n, k) >= 2 * _COARSEST and min(n, k) >= _COARSEST and not n % 2 and not k % 2:
         coarse = equilibrium(replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3)))
         pressure, touches = finer(coarse.pressure)
         start = replace(coarse, pressure=pressure, touches=touches, rough=coarse)

@@ -29,6 +29,7 @@ _LOOSE = 0.5
 _SINGLE = 3e5
 _AT_BOUND = 1e-9
 """A drag nearer to the greatest than this share of it is the greatest."""
+_ROUNDING = 1e-7
 _TYPICAL = 0.85
 _SOFT = 0.3
 """Share of its stiffness against turning by which a node that slips answers less; measured, 29 products for 35."""
@@ -65,7 +66,7 @@ def dragged(
     own = float(op.rows[1, 0, 0] - op.rows[1, 0, 1])
     stick = sticks & touch
     q, change = np.zeros(w.shape), _onto(np.where(touch, start, 0.0), held, touch & ~stick)
-    gradient, products, length = w, 0, 1.0
+    gradient, products, length, drift = w, 0, 1.0, 0.0
     slip, multipliers = w, np.zeros(len(sums))
     for _ in range(_CHANGES):
         guess = _Guess(op, q + change, slip, held, stick, touch, sums)
@@ -92,6 +93,10 @@ def dragged(
             size = np.hypot(*q)
             over = float((size - held).max(initial=0.0, where=touch))
             settled = error <= limit
+            if settled and drift > limit:
+                gradient, products, drift, before = w + op.lateral(q), products + 1, 0.0, 1.0
+                direction[:] = 0.0
+                continue
             if settled or error <= _LOOSE * own * over or step == _STEPS or not now > 0:
                 break
             direction *= now / before
@@ -105,6 +110,7 @@ def dragged(
                 break
             length = now / curve
             moved *= length
+            drift += 0.0 if exact else _ROUNDING * float(np.abs(moved).max())
             gradient = gradient + moved
             q = q + length * direction
             guess.turn(length * direction)

@@ -31,6 +31,8 @@ _RIM = 0.75
 """Share of what neighbours beyond the rim would answer that is taken off there."""
 _SINGLE = 3e5
 """Up to so many times the limit what is left is small enough for products in single precision."""
+_ROUNDING = 1e-7
+"""Share of a displacement that a product in single precision is off by."""
 _TYPICAL = 0.85
 """Length of a first step, before there is another to go by."""
 
@@ -65,7 +67,7 @@ def pressed(
     if not free.any():
         free = body & (f <= f[body].min() + limit)
     x = np.where(free, np.maximum(start, 0.0), 0.0)
-    gradient, change, products, length = f, x, 0, 1.0
+    gradient, change, products, length, drift = f, x, 0, 1.0, 0.0
     multipliers, back = np.zeros(len(sums)), np.zeros(x.shape, dtype=bool)
     x = np.zeros(x.shape)
     for _ in range(_CHANGES):
@@ -88,6 +90,10 @@ def pressed(
                 continue
             breaks = max(0.0, -float(x.min()))
             settled = error <= limit
+            if settled and drift > limit:
+                gradient, products, drift, before = f + op.normal(x), products + 1, 0.0, 1.0
+                direction[:] = 0.0
+                continue
             if settled or error <= _LOOSE * own * breaks or step == _STEPS or not now > 0:
                 break
             direction *= now / before
@@ -101,6 +107,7 @@ def pressed(
                 break
             length = now / curve
             moved *= length
+            drift += 0.0 if exact else _ROUNDING * max(float(moved.max()), -float(moved.min()))
             gradient += moved
             x += length * direction
         gap = gradient - _shift(multipliers, sums)

@@ -139,7 +139,8 @@ class LocalSolution(Frozen):
     @cached_property
     def edges(self) -> FloatArray:
         """Outermost positions that touch, [[low y, low z], [high y, high z]] [m], shape (2, 2)."""
-        ends = [_ends(p, nodes) for p, nodes in ((self.pressure, self.y), (self.pressure.T, self.z))]
+        p, body = self.pressure, np.isfinite(self.gap)
+        ends = [_ends(p, body, self.y), _ends(p.T, body.T, self.z)]
         return _check.read_only(np.array(ends).T)
 
     @property
@@ -163,17 +164,24 @@ class LocalSolution(Frozen):
         return np.asarray(sticks)
 
 
-def _ends(pressure: FloatArray, nodes: FloatArray) -> tuple[float, float]:
-    """Outermost positions along the first axis: the square of the pressure falls to 0 in a straight line."""
+def _ends(pressure: FloatArray, body: BoolArray, nodes: FloatArray) -> tuple[float, float]:
+    """Outermost positions along the first axis: the square of the pressure falls to 0 in a straight line.
+
+    Where the body ends at the last node that touches, the contact does half a step beyond.
+    """
     step, out = float(nodes[1] - nodes[0]), []
     for side in (1, -1):
-        square = pressure[::side] ** 2
+        square, solid = pressure[::side] ** 2, body[::side]
         first = int(np.argmax((square > 0).any(axis=1)))
         best = 0.0
         for i in (first, first + 1):  # that of the next row may reach farther
             here, behind = square[i], square[min(i + 1, len(square) - 1)]
-            fresh = (here > 0) & (behind > here) & ~(square[i - 1] > 0 if i else False)
-            share = (here[fresh] / (behind - here)[fresh]).max(initial=0.0)
+            outer = (here > 0) & ~(square[i - 1] > 0 if i else False)
+            if not i or not solid[i - 1][outer].all():
+                best = max(best, 0.5 - (i - first))
+                continue
+            falls = outer & (behind > here)
+            share = (here[falls] / (behind - here)[falls]).max(initial=0.0)
             best = max(best, min(float(share), 1.0) - (i - first))
         out.append(float(nodes[::side][first] - side * best * step))
     return out[0], out[1]
