@@ -144,7 +144,8 @@ class _Guess:
         self.stick, self.slides = stick.astype(np.float32), touch & ~stick
         size = np.maximum(np.hypot(*q), 1e-300)
         self.normal = np.where(self.slides, q / size, 0.0)
-        self.tangent = np.stack([-self.normal[1], self.normal[0]]).astype(np.float32)
+        self.exact = np.stack([-self.normal[1], self.normal[0]])
+        self.tangent = self.exact.astype(np.float32)
         unit = np.zeros(q.shape, dtype=np.float32)
         unit[0, 0, 0] = 1.0
         self.typical = float(op.nearly_lateral(unit)[0, 0, 0])
@@ -194,8 +195,10 @@ class _Guess:
 
     def answer(self, gradient: FloatArray, multipliers: FloatArray) -> tuple[Single, Single, FloatArray]:
         """What is left of the slip where it may not be, its answer, and the multipliers that leave it."""
-        masked = self.kept(gradient - _shift(multipliers, self.sums))
-        masked += (self.stiff * self.turned).astype(np.float32) * self.tangent
+        # the slip is along the drag but for rounding, and what is across it is told in double precision
+        slip = gradient - _shift(multipliers, self.sums)
+        across = (slip * self.exact).sum(axis=0) + self.stiff * self.turned
+        masked = (slip * self.stick + across * self.exact).astype(np.float32)
         z = self._solved(masked)
         more = self.gram @ _totals(self.sums, z)
         for share, one, spread in zip(more, self.sums, self.spread, strict=True):

@@ -136,6 +136,33 @@ class LocalSolution(Frozen):
         p[1:-1, 1:-1], q[1:-1, 1:-1] = self.pressure[inside], self.shear[inside]
         return PressureGrid(y, z, p, q if self.friction is not None else None)
 
+    def thinned(self, nodes: int = 48) -> PressureGrid:
+        """The contact on fewer nodes, of the same resultants: a layered finger reads it the quicker.
+
+        Each node's traction goes to the four coarse nodes about it, by its distances. A field at a depth x errs by
+        about a sixth of the square of the coarse step over x.
+
+        Parameters
+        ----------
+        nodes : int, optional
+            Nodes along the longer side of the contact.
+        """
+        full = self.contact
+        count = _check.whole("nodes", nodes, at_least=4, at_most=4096)
+        longest = max(full.nodes_y.size, full.nodes_z.size)
+        wide = max(1.0, (longest - 1) / (count - 1)) * self.case.step
+        if wide <= self.case.step * (1 + 1e-9):
+            return full
+        axes, shares = [], []
+        for at in (full.nodes_y, full.nodes_z):
+            size = int(np.ceil((at[-1] - at[0]) / wide - 1e-9)) + 3  # a border of zeros
+            axes.append(0.5 * (at[0] + at[-1]) + wide * (np.arange(size) - 0.5 * (size - 1)))
+            away = np.abs(axes[-1][:, None] - at) / wide
+            shares.append(np.maximum(1 - away, 0.0) * (self.case.step / wide))
+        maps = [full.node_pressure, full.node_shear[..., 0], full.node_shear[..., 1]]
+        p, a, b = (shares[0] @ one @ shares[1].T for one in maps)
+        return PressureGrid(*axes, p, np.stack([a, b], axis=-1) if self.friction is not None else None)
+
     @cached_property
     def edges(self) -> FloatArray:
         """Outermost positions that touch, [[low y, low z], [high y, high z]] [m], shape (2, 2)."""
