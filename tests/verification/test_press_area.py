@@ -54,12 +54,12 @@ class TestClosedForms:
         along, across = (top / STIFF * b / (m * a**2) * part for part in (k - e, (a / b) ** 2 * e - k))
         body = on.Ellipsoid(radius_y=1 / (2 * across), radius_z=1 / (2 * along))
         pressed = ss.press(HALF, body, force=2 / 3 * np.pi * a * b * top, nodes=128)
-        assert pressed.half_width == pytest.approx([b, a], rel=0.008)
+        assert pressed.half_width == pytest.approx([b, a], rel=0.012)
         assert pressed.depth == pytest.approx(top * b * k / STIFF, rel=2e-4)
         assert pressed.pressure.max() == pytest.approx(top, rel=1e-3)
 
     def test_cone(self):
-        pressed = ss.press(HALF, on.Cone(slope=0.15), force=FORCE, nodes=128)
+        pressed = ss.press(HALF, on.ConeTip(slope=0.15), force=FORCE, nodes=128)
         a = np.sqrt(2 * FORCE / (np.pi * STIFF * 0.15))
         assert pressed.half_width == pytest.approx([a, a], rel=0.01)
         assert pressed.depth == pytest.approx(np.pi / 2 * a * 0.15, rel=2e-3)
@@ -117,21 +117,23 @@ class TestHistory:
 
 
 class TestSkins:
-    @pytest.mark.parametrize("material", [RUBBER, ss.Material(YOUNG, 0.3)])
-    @pytest.mark.parametrize("kind", ["half space", "layer", "firm on soft"])
-    def test_the_surface_follows_the_body(self, kind, material):
-        """Displacements by the skin's own field, not by the solver's rows; with friction at nu < 1/2 all is coupled."""
-        skin = {
-            "half space": ss.HalfSpace(material),
-            "layer": ss.Layered(ss.Layer(material, 2e-3)),
-            "firm on soft": ss.Layered([ss.Layer(ss.Material(2e6, 0.4), 0.5e-3), ss.Layer(material, 3e-3)]),
-        }[kind]
+    @pytest.mark.parametrize(
+        "skin",
+        [
+            HALF,
+            ss.Layered(ss.Layer(ss.Material(YOUNG, 0.3), 2e-3)),
+            ss.Layered([ss.Layer(ss.Material(2e6, 0.4), 0.5e-3), ss.Layer(RUBBER, 3e-3)]),
+        ],
+        ids=["half space", "layer", "firm on soft"],
+    )
+    def test_the_surface_follows_the_body(self, skin):
+        """Displacements by the skin's own field, not by the solver's rows; at nu < 1/2 and in layers all is coupled."""
         pressed = ss.press(
-            skin, BALL, force=0.1, friction=0.2, tangential=(0.015, 0.005), nodes=32, position=(1e-3, -2e-3)
+            skin, BALL, force=0.1, friction=0.4, tangential=(0.015, 0.005), nodes=32, position=(1e-3, -2e-3)
         )
         assert pressed.certificate.worst < 5e-8
         i, j = np.nonzero(pressed.pressure)
-        some = slice(None, None, max(1, i.size // 5))
+        some = slice(None, None, 40)
         y, z = pressed.y[i[some]], pressed.z[j[some]]
         moved = skin.displacement(pressed.contact, 0.0, y, z)
         body = BALL.height(y - 1e-3, z + 2e-3)

@@ -1,7 +1,7 @@
 """Contact of a skin with a rigid body: indenters, and the solver that finds pressure, shear, stick and slip."""
 
 from .area.solution import LocalSolution
-from .body import Cone, Ellipsoid, LocalIndenter, Roller, Sphere
+from .body import ConeTip, Ellipsoid, LocalIndenter, Roller, Sphere
 from .certificate import Certificate
 from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .height_map import HeightMap
@@ -14,7 +14,7 @@ __all__ = [
     "BoxCorner",
     "BoxEdge",
     "Certificate",
-    "Cone",
+    "ConeTip",
     "ContactSolution",
     "Cylinder",
     "Edge",

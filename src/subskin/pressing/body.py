@@ -15,7 +15,7 @@ from .._frozen import Frozen
 
 __all__ = [
     "ANYWHERE",
-    "Cone",
+    "ConeTip",
     "Ellipsoid",
     "Ends",
     "LocalIndenter",
@@ -158,7 +158,7 @@ class Roller(LocalIndenter):
 
 
 @dataclass(frozen=True)
-class Cone(LocalIndenter):
+class ConeTip(LocalIndenter):
     """A cone of small slope with a rounded tip.
 
     Parameters
@@ -170,7 +170,7 @@ class Cone(LocalIndenter):
 
     Examples
     --------
-    >>> Cone(slope=0.2).height([0.0, 3e-3], [0.0, 4e-3]).round(9).tolist()
+    >>> ConeTip(slope=0.2).height([0.0, 3e-3], [0.0, 4e-3]).round(9).tolist()
     [0.0, 0.001]
     """
 

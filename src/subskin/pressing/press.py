@@ -66,8 +66,8 @@ def press(
         into a `HalfSpace` or `Layered`.
     indenter : Indenter or LocalIndenter
         A long shape of the catalogue (`Cylinder`, `RoundedFlat`, `RoundedWedge`, `SineRidges`, `ParticleOnFlat`,
-        `Flat`, `Edge`) or a `Profile`; or one that presses on an area (`Sphere`, `Ellipsoid`, `Roller`, `Cone`, `Box`,
-        `BoxEdge`, `BoxCorner`, `Ridged`, `Together`) or a `HeightMap`.
+        `Flat`, `Edge`) or a `Profile`; or one that presses on an area (`Sphere`, `Ellipsoid`, `Roller`, `ConeTip`, `Box`,
+        `BoxEdge`, `BoxCorner`, `Pin`, `Ridged`, `Together`) or a `HeightMap`.
     force, depth : float, optional
         Normal force [N/m; N on an area] or how far the indenter goes in from first touching the tangent plane at y = 0
         [m], > 0: one of the two.

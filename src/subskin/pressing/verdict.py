@@ -37,9 +37,9 @@ def believable(pressed: ContactSolution, limit: float) -> None:
     large = not_small(f"a force of {pressed.force:.6g} N/m", strain, slope, limit)
     if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
         message = "the contact reaches the end of the profile, which is taken for a sharp end of the body"
-        warnings.warn(message, ValidityWarning, stacklevel=3)
+        warnings.warn(message, ValidityWarning, stacklevel=4)
     if large:
-        warnings.warn(large, ValidityWarning, stacklevel=3)
+        warnings.warn(large, ValidityWarning, stacklevel=4)
 
 
 def not_small(seen: str, strain: float, slope: float, limit: float) -> str:

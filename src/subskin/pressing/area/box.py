@@ -15,7 +15,7 @@ from .balance import AreaBalance, AreaCase, Gap, equilibrium
 from .influence import area_influence
 from .load import Asked
 
-__all__ = ["Box", "area_case", "continued", "fresh"]
+__all__ = ["AreaGrid", "area_case", "continued", "fresh"]
 
 _NODES = 256
 _COARSE = 32
@@ -36,7 +36,7 @@ Ends = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
-class Box:
+class AreaGrid:
     """What was asked of the grid: nodes along the longer side, sides along y and z [m]; None where nothing was."""
 
     nodes: int
@@ -44,7 +44,7 @@ class Box:
     tolerance: float
 
     @classmethod
-    def checked(cls, nodes: int | None, window: object, tolerance: float) -> Box:
+    def checked(cls, nodes: int | None, window: object, tolerance: float) -> AreaGrid:
         """The same, checked."""
         count = _check.scalar("nodes", _NODES if nodes is None else nodes, at_least=32, at_most=4096)
         if count % _EVEN:
@@ -56,7 +56,7 @@ class Box:
         return cls(int(count), sides, _check.scalar("tolerance", tolerance, at_least=1e-12, at_most=1e-3))
 
 
-def fresh(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked, box: Box) -> tuple[AreaCase, AreaBalance]:
+def fresh(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked, box: AreaGrid) -> tuple[AreaCase, AreaBalance]:
     """A problem on a grid of its own, and its solution."""
     if box.window is not None:
         ends = -0.5 * box.window, 0.5 * box.window

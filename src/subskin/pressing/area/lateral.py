@@ -91,7 +91,7 @@ def dragged(
                 products, blind, before = products + 1, False, 1.0
                 continue
             size = np.hypot(*q)
-            over = float((size - held).max(initial=0.0, where=touch))
+            over = _most(size - held, touch)
             settled = error <= limit
             if settled and drift > limit:
                 gradient, products, drift, before = w + op.lateral(q), products + 1, 0.0, 1.0
@@ -119,7 +119,9 @@ def dragged(
         out = stick & (size > held)
         along = (q * slip).sum(axis=0) / np.maximum(size, 1e-300)
         back = touch & ~stick & (along > max(limit, error))  # less than what is left is noise
-        if settled and not back.any() and own * float((size - held).max(initial=0.0, where=touch)) <= limit:
+        across = np.where(touch & ~stick, q[0] * slip[1] - q[1] * slip[0], 0.0) / np.maximum(size, 1e-300)
+        straight = np.abs(across).max() <= limit  # a turn is solved for as if it were small
+        if settled and straight and not back.any() and own * _most(size - held, touch) <= limit:
             return Dragged(_onto(q, held, touch & ~(stick & ~out)), multipliers, stick & ~out, products, True)
         stick = (stick & ~out) | back
         change = _onto(q, held, touch & ~stick) - q
@@ -226,6 +228,10 @@ def finer_drag(shear: FloatArray, held: FloatArray, finer_held: FloatArray) -> t
     size = np.hypot(*q)
     length = np.maximum(finer_held - np.where(sticks, left, 0.0), 0.0)
     return q * np.where(size > 0, length / np.where(size > 0, size, 1.0), 0.0), sticks & (finer_held > 0)
+
+
+def _most(values: FloatArray, where: BoolArray) -> float:
+    return float(values.max(initial=0.0, where=where))
 
 
 def _onto(q: FloatArray, held: FloatArray, where: BoolArray) -> FloatArray:

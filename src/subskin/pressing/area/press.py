@@ -15,7 +15,7 @@ from ..body import LocalIndenter
 from ..solution import PressStatus
 from ..verdict import judged, not_small
 from .balance import AreaBalance, AreaCase
-from .box import Box, continued, fresh
+from .box import AreaGrid, continued, fresh
 from .certify import certified, moved_by
 from .load import Asked, asked, pair
 from .solution import LocalSolution
@@ -40,7 +40,7 @@ def press_area(
             raise InvalidValueError(f"{name} = {grid[name]}", f"a body on an area takes no {name}", f"leave out {name}")
     load = asked(given.pop("friction"), **given)  # type: ignore[arg-type]
     at = np.zeros(2) if np.ndim(position) == 0 and position == 0 else pair("position", position, "m")  # type: ignore[arg-type]
-    box = Box.checked(grid["nodes"], grid["window"], _TOLERANCE if grid["tolerance"] is None else grid["tolerance"])  # type: ignore[arg-type]
+    box = AreaGrid.checked(grid["nodes"], grid["window"], _TOLERANCE if grid["tolerance"] is None else grid["tolerance"])  # type: ignore[arg-type]
     if after is None:
         case, state = fresh(skin, body, _Gap(body), load, box)
     else:
@@ -76,7 +76,7 @@ def _same(after: object, skin: Skin, body: LocalIndenter, at: FloatArray, load: 
     return after
 
 
-def _next(after: LocalSolution, load: Asked, grid: dict[str, object], box: Box) -> tuple[AreaCase, AreaBalance]:
+def _next(after: LocalSolution, load: Asked, grid: dict[str, object], box: AreaGrid) -> tuple[AreaCase, AreaBalance]:
     """The next problem on the grid of the last, and its solution; slip counts from there."""
     for name in ("nodes", "window"):
         if grid[name] is not None:
