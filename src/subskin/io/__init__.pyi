@@ -1,4 +1,5 @@
 from ._live import LiveFormat
+from .body_file import read_body
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .search_store import FolderStore
@@ -20,6 +21,7 @@ __all__ = [
     "parse_finger",
     "parse_goals",
     "quantity",
+    "read_body",
     "read_table",
     "reading",
     "save_finger",
