@@ -111,7 +111,9 @@ def beside_peers(repeats: int) -> list[list[str]]:
         ):
             if importlib.util.find_spec(module):
                 taken, pressure = solve(nodes)
-                rows.append([name, f"{nodes}^2", f"{1e3 * taken:.0f}", "", f"{error(pressure, WINDOW / nodes):.1e}", ""])
+                rows.append(
+                    [name, f"{nodes}^2", f"{1e3 * taken:.0f}", "", f"{error(pressure, WINDOW / nodes):.1e}", ""]
+                )
             else:
                 print(f'{name} is not installed: pip install -e ".[bench]"')
     return rows

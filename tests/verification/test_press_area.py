@@ -1,4 +1,4 @@
-"""Bodies pressed on an area, against theory: Hertz, Love, Boussinesq, Cattaneo and Mindlin, Jaeger; and awkward ones."""
+"""Bodies pressed on an area, against theory: Hertz, Love, Boussinesq, Cattaneo, Jaeger; and awkward ones."""
 
 from __future__ import annotations
 

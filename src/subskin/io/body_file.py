@@ -81,16 +81,17 @@ def read_body(
             heights = _image(file, height)
         else:
             known = ", ".join((*_MESHES, *_TABLES, *_ARRAYS, *_IMAGES))
-            raise FileError(f"{file}: a body is read from {known}, not from {kind or 'a file without a suffix'}")
+            raise FileError(f"{file}", f"a body is read from {known}", "save it as one of these")
     except (OSError, ValueError, EOFError) as error:
         if isinstance(error, FileError | InvalidValueError):
             raise
-        raise FileError(f"{file}: {error}") from error
+        raise FileError(f"{file}: {error}", "the file has to hold what its suffix says", "see io.read_body") from error
     if heights.ndim != 2 or min(heights.shape) < 2:
-        raise FileError(f"{file}: heights of shape {heights.shape}; two rows and two columns or more are needed")
+        seen = f"{file}: heights of shape {heights.shape}"
+        raise FileError(seen, "two rows and two columns or more are needed", "one height a cell, commas between them")
     heights = np.where(np.isnan(heights), np.inf, heights)
     if not np.isfinite(heights).any():
-        raise FileError(f"{file}: no height in it is a number")
+        raise FileError(f"{file}: no height in it is a number", "a body has heights", "numbers in the cells")
     y, z = (step * (np.arange(count) - 0.5 * (count - 1)) for count in heights.shape)
     return HeightMap(y, z, heights)
 
@@ -123,10 +124,13 @@ def _facets(file: Path) -> FloatArray:
         lines = [line.split() for line in data.decode("ascii", errors="replace").splitlines()]
         found = [line[1:4] for line in lines if line[:1] == ["vertex"]]
         if not found or len(found) % 3:
-            raise FileError(f"{file}: neither a binary STL ({count} triangles in {len(data)} bytes) nor an ASCII one")
+            seen = f"{file}: {len(data)} bytes, {len(found)} corners in ASCII"
+            raise FileError(
+                seen, "a binary STL has 84 bytes and 50 a triangle, an ASCII one three corners each", "export it anew"
+            )
         corners = np.array(found, dtype=np.float64).reshape(-1, 3, 3)
     if not np.isfinite(corners).all():
-        raise FileError(f"{file}: a corner of a triangle is not a number")
+        raise FileError(f"{file}: a corner that is not a number", "triangles have corners", "export it anew")
     return corners
 
 
@@ -135,15 +139,18 @@ def _sampled(file: Path, corners: FloatArray, step: float) -> HeightMap:
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     counts = np.floor((high - low)[:2] / step * (1 + _EDGE)).astype(int) + 1
     if (counts < 2).any() or np.prod(counts.astype(float)) > _MOST:
-        seen = f"a mesh of {1e3 * (high - low)[0]:.4g} by {1e3 * (high - low)[1]:.4g} mm at a pitch of {1e3 * step:.4g} mm"
-        raise FileError(f"{file}: {seen} makes {counts[0]} by {counts[1]} points; another pitch or unit is needed")
+        seen = (
+            f"a mesh of {1e3 * (high - low)[0]:.4g} by {1e3 * (high - low)[1]:.4g} mm at a pitch of {1e3 * step:.4g} mm"
+        )
+        rule = f"that makes {counts[0]} by {counts[1]} points, and 2 by 2 to {_MOST:.0e} are handled"
+        raise FileError(f"{file}: {seen}", rule, "another pitch or unit")
     middle = 0.5 * (low + high)[:2]
     axes = [step * (np.arange(count) - 0.5 * (count - 1)) for count in counts]
     out = np.full(counts, np.inf)
     for triangle in corners - np.append(middle, low[2]):
         _lower(out, axes, triangle)
     if not np.isfinite(out).any():
-        raise FileError(f"{file}: no triangle covers a point of the map; a finer pitch is needed")
+        raise FileError(f"{file}: no triangle covers a point of the map", "a body has heights", "a finer pitch")
     return HeightMap(axes[0], axes[1], out)
 
 

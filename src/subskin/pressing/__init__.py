@@ -3,8 +3,8 @@
 from .area.solution import LocalSolution
 from .body import ConeTip, Ellipsoid, LocalIndenter, Roller, Sphere
 from .certificate import Certificate
-from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .height_map import HeightMap
+from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .press import press
 from .shapes import Box, BoxCorner, BoxEdge, Pin, Ridged, Together
 from .solution import ContactSolution, PressStatus

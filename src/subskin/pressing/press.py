@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, overload
 
 import numpy as np
 
@@ -27,6 +28,14 @@ Pair = float | tuple[float, float] | FloatArray
 """One number of a long body, two along (y, z) of one that presses on an area."""
 
 _UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
+
+
+@overload
+def press(skin: Skin, indenter: Indenter, **given: Any) -> ContactSolution: ...
+
+
+@overload
+def press(skin: Skin, indenter: LocalIndenter, **given: Any) -> LocalSolution: ...
 
 
 def press(
@@ -66,8 +75,8 @@ def press(
         into a `HalfSpace` or `Layered`.
     indenter : Indenter or LocalIndenter
         A long shape of the catalogue (`Cylinder`, `RoundedFlat`, `RoundedWedge`, `SineRidges`, `ParticleOnFlat`,
-        `Flat`, `Edge`) or a `Profile`; or one that presses on an area (`Sphere`, `Ellipsoid`, `Roller`, `ConeTip`, `Box`,
-        `BoxEdge`, `BoxCorner`, `Pin`, `Ridged`, `Together`) or a `HeightMap`.
+        `Flat`, `Edge`) or a `Profile`; or one that presses on an area (`Sphere`, `Ellipsoid`, `Roller`, `ConeTip`,
+        `Pin`, `Box`, `BoxEdge`, `BoxCorner`, `Ridged`, `Together`) or a `HeightMap`.
     force, depth : float, optional
         Normal force [N/m; N on an area] or how far the indenter goes in from first touching the tangent plane at y = 0
         [m], > 0: one of the two.
@@ -144,7 +153,9 @@ def press(
         return press_area(skin, indenter, given, position, grid, after, max_strain)
     if not isinstance(indenter, Indenter):
         seen = f"indenter = {type(indenter).__name__}"
-        raise InvalidValueError(seen, "an Indenter is needed", "Cylinder(radius=8e-3), Sphere(radius=8e-3), or Profile.from_function")
+        raise InvalidValueError(
+            seen, "an Indenter is needed", "Cylinder(radius=8e-3), Sphere(radius=8e-3), or a Profile"
+        )
     for name, value in (("torsion", torsion), ("twist", twist)):
         if value is not None:
             raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")

@@ -244,8 +244,7 @@ class Skin(Frozen, ABC):
     def area_influence(self, step: float, shape: tuple[int, int], drag: bool = False) -> FloatArray:
         """Displacement of the surface at the distances (i, j) * step along y and z from a bilinear hat.
 
-        A hat is a traction of 1 Pa at a node that falls to 0 at the next ones, bilinearly between them. Skins that
-        take local contacts have it.
+        A hat is a traction of 1 Pa at a node that falls to 0 at the next ones, bilinearly between them.
 
         Parameters
         ----------
@@ -253,7 +252,7 @@ class Skin(Frozen, ABC):
             Step of the grid [m].
         shape : tuple of int
             Numbers of distances (n, k), from 0 on.
-        drag : bool, optional
+        drag : bool
             Also what drags do.
 
         Returns
@@ -264,10 +263,8 @@ class Skin(Frozen, ABC):
 
         Raises
         ------
-        InvalidValueError
-            A skin that is solved in a plane; drags on layers of which one slides.
-        GeometryError
-            A step that is far wider than the first layer is thick.
+        InvalidValueError, GeometryError
+            A skin of a plane; drags on layers of which one slides; a step far wider than the first layer is thick.
 
         Examples
         --------
@@ -276,7 +273,7 @@ class Skin(Frozen, ABC):
         >>> (1e12 * skin.area_influence(step=1e-4, shape=(2, 2))).round(3).tolist()
         [[[70.954, 26.079], [26.079, 17.613]]]
         """
-        rule = "an area is pressed, and this skin is solved in a plane, for bodies that do not change along z"
+        rule = "an area is pressed, and this skin is solved in a plane"
         raise InvalidValueError(f"a {type(self).__name__}", rule, "HalfSpace or Layered, or a long body as Cylinder")
 
     def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:

@@ -301,7 +301,6 @@ class Layered(Skin):
         h = _check.scalar("step", step, unit="m", above=0.0)
         return _influence(self, h, int(count))
 
-
     def area_influence(  # noqa: D102
         self, step: float, shape: tuple[int, int], drag: bool = False
     ) -> FloatArray:

@@ -239,10 +239,9 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
     tilt = load.tilt if load.moment is None else np.array(at)
     top = float(pressure.max(initial=0.0))
     scale = max(abs(depth), case.influence.own * top) if top else state.scale
-    return replace(
-        state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale,
-        products=(found.products, 0) if state.rough is not None else (state.products[0] + found.products, state.products[1]),
-    )  # fmt: skip
+    before = (0, 0) if state.rough is not None else state.products
+    products = before[0] + found.products, before[1]
+    return replace(state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale, products=products)
 
 
 def _on_part(
@@ -258,7 +257,10 @@ def _on_part(
     part = _part(state.touches)
     while True:
         shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-        sums = [row[part[0] if row.shape[0] > 1 else slice(None), part[1] if row.shape[1] > 1 else slice(None)] for row in rows]
+        sums = [
+            row[part[0] if row.shape[0] > 1 else slice(None), part[1] if row.shape[1] > 1 else slice(None)]
+            for row in rows
+        ]
         found = pressed(
             case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], sums, targets,
             state.pressure[part], state.touches[part], limit,

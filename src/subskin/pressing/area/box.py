@@ -1,8 +1,9 @@
-"""The grid of a contact on an area: as large as it has to be, found on coarse grids that grow or shrink, or as asked."""
+"""The grid of a contact on an area: as large as it has to be, found on coarse grids, or as asked for."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class AreaGrid:
     tolerance: float
 
     @classmethod
-    def checked(cls, nodes: int | None, window: object, tolerance: float) -> AreaGrid:
+    def checked(cls, nodes: int | None, window: Any, tolerance: float) -> AreaGrid:
         """The same, checked."""
         count = _check.scalar("nodes", _NODES if nodes is None else nodes, at_least=32, at_most=4096)
         if count % _EVEN:
@@ -52,7 +53,7 @@ class AreaGrid:
             raise InvalidValueError(f"nodes = {count:.6g}", f"a multiple of {_EVEN} is needed, for coarser grids", fix)
         sides = None
         if window is not None:
-            sides = np.broadcast_to(_check.real("window", window, unit="m", above=0.0), (2,))  # type: ignore[arg-type]
+            sides = np.broadcast_to(_check.real("window", window, unit="m", above=0.0), (2,))
         return cls(int(count), sides, _check.scalar("tolerance", tolerance, at_least=1e-12, at_most=1e-3))
 
 
@@ -86,7 +87,9 @@ def fresh(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked, box: AreaGrid)
             reach = 0.25 * float((high - low).max())
             low, high = np.minimum(low, where - reach), np.maximum(high, where + reach)
         ends = _within(body, low, high)
-    raise GeometryError(_size(ends), "the bodies touch beyond it as well, however large it is made", "window=, or less force")
+    raise GeometryError(
+        _size(ends), "the bodies touch beyond it as well, however large it is made", "window=, or less force"
+    )
 
 
 def continued(case: AreaCase, state: AreaBalance, body: LocalIndenter) -> AreaBalance:
@@ -107,10 +110,15 @@ def area_case(skin: Skin, gap: Gap, load: Asked, ends: Ends, nodes: int, toleran
     y, z = (m + step * (np.arange(c) - 0.5 * (c - 1)) for m, c in zip(middle, counts, strict=True))
     height = np.asarray(gap(y[:, None], z))
     if not np.isfinite(height).any():
-        raise InvalidValueError(_size(ends), "the indenter never touches the skin: no part of it is there", "a wider window")
+        raise InvalidValueError(
+            _size(ends), "the indenter never touches the skin: no part of it is there", "a wider window"
+        )
     leaning = load.tilt[0] * y[:, None] + load.tilt[1] * z
     if load.depth is not None and load.moment is None and not (height - leaning < load.depth).any():
-        seen, fix = f"depth = {load.depth:.6g} m", f"its lowest point is {float((height - leaning).min()):.6g} m above it"
+        seen, fix = (
+            f"depth = {load.depth:.6g} m",
+            f"its lowest point is {float((height - leaning).min()):.6g} m above it",
+        )
         raise InvalidValueError(seen, "the indenter never touches the skin", fix)
     op = area_influence(skin, step, (counts[0], counts[1]), load.friction is not None)
     return AreaCase(op, step, y, z, height, load, np.zeros((2, *height.shape)), tolerance, gap)
@@ -155,7 +163,9 @@ def _found(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked) -> Ends:
         return _within(body, middle - 0.5 * side, middle + 0.5 * side)
     if not touched:
         raise InvalidValueError("this body", "the indenter never touches the skin", "another position, or a window")
-    raise GeometryError(_size(ends), "the contact reaches its border, however large it is made", "press less, or window=")
+    raise GeometryError(
+        _size(ends), "the contact reaches its border, however large it is made", "press less, or window="
+    )
 
 
 def _plain(load: Asked) -> Asked:

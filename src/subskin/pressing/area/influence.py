@@ -184,7 +184,11 @@ class AreaInfluence(Frozen):
             if len(kernel) == 1:
                 out.append([float((kernel[0] * tractions[0]).sum())])
                 continue
-            kernel[3], kernel[4], kernel[5] = kernel[3] * turns[0] * turns[1], kernel[4] * turns[0], kernel[5] * turns[1]
+            kernel[3], kernel[4], kernel[5] = (
+                kernel[3] * turns[0] * turns[1],
+                kernel[4] * turns[0],
+                kernel[5] * turns[1],
+            )
             xx, yy, zz, yz, xy, xz = kernel
             p, a, b = tractions
             moved = (xx * p + xy * a + xz * b, yy * a + yz * b - xy * p, yz * a + zz * b - xz * p)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class Asked(Frozen):
     friction: float | None
 
 
-def asked(friction: float | None, **given: object) -> Asked:
+def asked(friction: float | None, **given: Any) -> Asked:
     """`given` are the other fields, each None where it is left out.
 
     Raises
@@ -56,7 +57,7 @@ def asked(friction: float | None, **given: object) -> Asked:
             raise InvalidValueError(seen, "one of the two can be given", "leave out one of them")
     for name, unit in _UNITS.items():
         value = given[name]
-        values[name] = None if value is None else _check.scalar(name, value, unit=unit)  # type: ignore[arg-type]
+        values[name] = None if value is None else _check.scalar(name, value, unit=unit)
         number = values[name]
         if number is not None and name in ("force", "depth") and not number > 0:
             seen = f"{name} = {number:.6g} {unit}"
@@ -70,10 +71,8 @@ def asked(friction: float | None, **given: object) -> Asked:
             if np.any(given[name]):
                 seen = f"{name} = {given[name]}"
                 raise InvalidValueError(seen, "nothing is dragged without friction", "give friction=, e.g. 0.5")
-        rest = {"tangential": None, "slide": None, "moment": pairs["moment"]}
-        return Asked(
-            **rest, tilt=upright, friction=None, **{n: v if n in ("force", "depth") else None for n, v in values.items()}
-        )
+        force, depth = values["force"], values["depth"]
+        return Asked(force, depth, pairs["moment"], upright, None, None, None, None, None)
     grip = _check.scalar("friction", friction, at_least=0.0)
     if pairs["tangential"] is None and pairs["slide"] is None:
         pairs["tangential"] = np.zeros(2)
@@ -82,9 +81,9 @@ def asked(friction: float | None, **given: object) -> Asked:
     return Asked(**values, **pairs, tilt=upright, friction=grip)
 
 
-def pair(name: str, value: object, unit: str) -> FloatArray:
+def pair(name: str, value: Any, unit: str) -> FloatArray:
     """Two numbers along (y, z)."""
-    both = _check.real(name, value, unit=unit)  # type: ignore[arg-type]
+    both = _check.real(name, value, unit=unit)
     if both.shape != (2,):
         seen = f"{name} of shape {both.shape}"
         raise InvalidValueError(seen, "on an area it has two components, along y and z", f"{name}=(1e-3, 0.0)")

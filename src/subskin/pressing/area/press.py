@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -28,9 +29,9 @@ _TOLERANCE = 1e-8
 def press_area(
     skin: Skin,
     body: LocalIndenter,
-    given: dict[str, object],
-    position: object,
-    grid: dict[str, object],
+    given: dict[str, Any],
+    position: Any,
+    grid: dict[str, Any],
     after: object,
     max_strain: float,
 ) -> LocalSolution:
@@ -38,9 +39,11 @@ def press_area(
     for name in ("period", "datum"):
         if grid[name] is not None:
             raise InvalidValueError(f"{name} = {grid[name]}", f"a body on an area takes no {name}", f"leave out {name}")
-    load = asked(given.pop("friction"), **given)  # type: ignore[arg-type]
-    at = np.zeros(2) if np.ndim(position) == 0 and position == 0 else pair("position", position, "m")  # type: ignore[arg-type]
-    box = AreaGrid.checked(grid["nodes"], grid["window"], _TOLERANCE if grid["tolerance"] is None else grid["tolerance"])  # type: ignore[arg-type]
+    load = asked(given.pop("friction"), **given)
+    centred = np.ndim(position) == 0 and position == 0  # what is left out
+    at = np.zeros(2) if centred else pair("position", position, "m")
+    tolerance = _TOLERANCE if grid["tolerance"] is None else grid["tolerance"]
+    box = AreaGrid.checked(grid["nodes"], grid["window"], tolerance)
     if after is None:
         case, state = fresh(skin, body, _Gap(body), load, box)
     else:
@@ -76,7 +79,7 @@ def _same(after: object, skin: Skin, body: LocalIndenter, at: FloatArray, load: 
     return after
 
 
-def _next(after: LocalSolution, load: Asked, grid: dict[str, object], box: AreaGrid) -> tuple[AreaCase, AreaBalance]:
+def _next(after: LocalSolution, load: Asked, grid: dict[str, Any], box: AreaGrid) -> tuple[AreaCase, AreaBalance]:
     """The next problem on the grid of the last, and its solution; slip counts from there."""
     for name in ("nodes", "window"):
         if grid[name] is not None:

@@ -114,7 +114,7 @@ class LocalSolution(Frozen):
 
     @property
     def products(self) -> int:
-        """Products by the influence on the finest grid, those of a drag counted twice; the certificate takes one more."""
+        """Padded products on the finest grid, those of a drag counted twice; the certificate takes one more."""
         return self.state.products[0] + 2 * self.state.products[1]
 
     @property
