@@ -242,9 +242,7 @@ class Skin(Frozen, ABC):
         """
 
     def area_influence(self, step: float, shape: tuple[int, int], drag: bool = False) -> FloatArray:
-        """Displacement of the surface at the distances (i, j) * step along y and z from a bilinear hat.
-
-        A hat is a traction of 1 Pa at a node that falls to 0 at the next ones, bilinearly between them.
+        """Displacement of the surface at (i, j) * step along y and z from a hat: 1 Pa at a node, bilinear, 0 at the next.
 
         Parameters
         ----------
