@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, overload
+from typing import Any, TypeAlias, overload
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from .verdict import believable, judged
 
 __all__ = ["press"]
 
-Pair = float | tuple[float, float] | FloatArray
+Pair: TypeAlias = Any
 """One number of a long body, two along (y, z) of one that presses on an area."""
 
 _UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
@@ -38,7 +38,7 @@ def press(skin: Skin, indenter: Indenter, **given: Any) -> ContactSolution: ...
 def press(skin: Skin, indenter: LocalIndenter, **given: Any) -> LocalSolution: ...
 
 
-def press(
+def press(  # type: ignore[misc]  # each takes the names that are listed
     skin: Skin,
     indenter: Indenter | LocalIndenter,
     *,
@@ -149,8 +149,8 @@ def press(
     if isinstance(indenter, LocalIndenter):
         given = {"force": force, "depth": depth, "moment": moment, "tilt": tilt, "friction": friction}
         given |= {"tangential": tangential, "slide": slide, "torsion": torsion, "twist": twist}
-        grid = {"nodes": nodes, "window": window, "period": period, "datum": datum, "tolerance": tolerance}
-        return press_area(skin, indenter, given, position, grid, after, max_strain)
+        area = {"nodes": nodes, "window": window, "period": period, "datum": datum, "tolerance": tolerance}
+        return press_area(skin, indenter, given, position, area, after, max_strain)
     if not isinstance(indenter, Indenter):
         seen = f"indenter = {type(indenter).__name__}"
         raise InvalidValueError(
@@ -165,7 +165,7 @@ def press(
 
 
 def _press_long(
-    skin: Skin, indenter: Indenter, load: Prescribed, position: float, grid: Grid, after: object, max_strain: float
+    skin: Skin, indenter: Indenter, load: Prescribed, position: float, grid: Grid, after: Any, max_strain: float
 ) -> ContactSolution:
     """`press`, in a plane."""
     at = _check.scalar("position", position, unit="m")

@@ -78,7 +78,9 @@ def asked(friction: float | None, **given: Any) -> Asked:
         pairs["tangential"] = np.zeros(2)
     if values["torsion"] is None and values["twist"] is None:
         values["twist" if pairs["slide"] is not None else "torsion"] = 0.0
-    return Asked(**values, **pairs, tilt=upright, friction=grip)
+    moment, tangential, slide = (pairs[name] for name in ("moment", "tangential", "slide"))
+    force, depth, torsion, twist = (values[name] for name in _UNITS)
+    return Asked(force, depth, moment, upright, tangential, slide, torsion, twist, grip)
 
 
 def pair(name: str, value: Any, unit: str) -> FloatArray:
