@@ -106,10 +106,12 @@ def _image(file: Path, height: float | None) -> FloatArray:
     if height is None:
         rule = "an image says which points are high, not how high"
         raise InvalidValueError(f"{file.name} without a height", rule, "height=0.2e-3, of white above black [m]")
-    from matplotlib.image import imread
+    from PIL import Image
 
-    shades = np.asarray(imread(file))
-    values = shades / np.iinfo(shades.dtype).max if shades.dtype.kind in "ui" else shades.astype(np.float64)
+    with Image.open(file) as image:
+        deep = image.mode.startswith(("I", "F"))  # 16 bits, or numbers
+        shades = np.asarray(image if deep else image.convert("RGB"), dtype=np.float64)
+        values = shades / (1.0 if image.mode == "F" else 65535.0 if deep else 255.0)
     grey = values[..., :3].mean(axis=-1) if values.ndim == 3 else values
     return np.asarray(_check.scalar("height", height, unit="m", above=0.0) * grey)
 

@@ -74,7 +74,7 @@ def added_by(functions: Kernel, depth: float, step: float, shape: tuple[int, int
         seen = f"a layer of {depth:.3g} m beneath a grid with a step of {step:.3g} m"
         raise GeometryError(seen, "the step is too wide for a skin that thin", "more nodes, or a smaller window")
     fine = step / finer
-    hats = fine**2 * _folded(functions, [fine * np.arange(count + _WIDE) for count in counts], _stencil())
+    hats = fine**2 * _folded(functions, [np.asarray(fine * np.arange(count + _WIDE)) for count in counts], _stencil())
     if finer == 1:
         return hats
     # a wide hat is a sum of narrow ones; beyond the end, where none are known, the last one stands

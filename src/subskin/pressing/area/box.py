@@ -189,7 +189,7 @@ def _first_guess(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked) -> floa
     y, z = (c + 0.5 * widths[:, None] * part(turn) for c, part in zip(body.centre, (np.cos, np.sin), strict=True))
     lowest = float(gap(np.array(body.centre[0]), np.array(body.centre[1])))
     lowest = lowest if np.isfinite(lowest) else 0.0
-    height = np.median(gap(y, z), axis=1) - lowest
+    height = np.median(gap(np.asarray(y), np.asarray(z)), axis=1) - lowest
     if load.force is None:
         enough = height > float(load.depth or 0.0) - lowest
     else:

@@ -53,7 +53,7 @@ def certified(case: AreaCase, state: AreaBalance, moved: AreaDisplaced) -> Certi
     beneath = np.abs(moved.gap[at])
     cone = creep = wrong = drag_error = 0.0
     if load.friction is not None:
-        cone, creep, wrong = _friction(load.friction, p[at], state.shear[:, *at], moved.slip[:, *at])
+        cone, creep, wrong = _friction(load.friction, p[at], state.shear[:, at[0], at[1]], moved.slip[:, at[0], at[1]])
         cone, creep, wrong = cone / top, creep / scale, wrong / scale
         drag_error = _drag_error(case, state, force)
     width = case.step * np.sqrt(max(at[0].size, 1))

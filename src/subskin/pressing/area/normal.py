@@ -196,7 +196,7 @@ def finer(pressure: FloatArray) -> tuple[FloatArray, BoolArray]:
     """
     square = pressure**2
     n, k = square.shape
-    wide, total, lines = np.pad(square, 2), np.zeros((n, k)), np.zeros((n, k))
+    wide = np.pad(square, 2)
     rim = np.zeros((n, k), dtype=bool)
     touch = wide > 0
     outside = ~touch[2:-2, 2:-2]

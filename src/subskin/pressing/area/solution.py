@@ -161,7 +161,7 @@ class LocalSolution(Frozen):
             shares.append(np.maximum(1 - away, 0.0) * (self.case.step / wide))
         maps = [full.node_pressure, full.node_shear[..., 0], full.node_shear[..., 1]]
         p, a, b = (shares[0] @ one @ shares[1].T for one in maps)
-        return PressureGrid(*axes, p, np.stack([a, b], axis=-1) if self.friction is not None else None)
+        return PressureGrid(axes[0], axes[1], p, np.stack([a, b], axis=-1) if self.friction is not None else None)
 
     @cached_property
     def edges(self) -> FloatArray:
