@@ -242,7 +242,7 @@ class Skin(Frozen, ABC):
         """
 
     def area_influence(self, step: float, shape: tuple[int, int], drag: bool = False) -> FloatArray:
-        """Displacement of the surface at (i, j) * step along y and z from a hat: 1 Pa at a node, bilinear, 0 at the next.
+        """Displacement of the surface at (i, j) * step along y and z from a hat: 1 Pa at a node, 0 at the next ones.
 
         Parameters
         ----------
