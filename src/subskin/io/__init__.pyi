@@ -1,4 +1,5 @@
 from ._live import LiveFormat
+from .body_file import read_body
 from .finger_file import FingerFile, load, parse_finger, save_finger
 from .goals_file import GoalsFile, finger_text, load_goals, parse_goals
 from .search_store import FolderStore
@@ -27,6 +28,7 @@ __all__ = [
     "parse_goals",
     "parse_touches",
     "quantity",
+    "read_body",
     "read_table",
     "reading",
     "save_finger",
