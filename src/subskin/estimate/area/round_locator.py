@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...radial_round import RoundResponse
 from ..frames import sensor_rows
-from ..layout import ROUND, Layout
+from ..layout import ROUND, TWIST, Layout
 from .locator import AreaLocator
 
 __all__ = ["RoundLocator"]
@@ -35,6 +35,8 @@ class RoundLocator(AreaLocator):
         As of `AreaLocator`.
     half_width : (float, float)
         Least and largest half width [m]; twice the same where it is known.
+    moment : RoundResponse, optional
+        Readings under a unit moment about the normal, in place of N: then a moment is fitted as well.
     options
         `beyond`, `friction`, `scan_step`, `false_alarm`, `ambiguity`, `outliers`, as of `AreaLocator`.
 
@@ -53,7 +55,7 @@ class RoundLocator(AreaLocator):
     ((0.0, 0.003), 6)
     """
 
-    layout: ClassVar[Layout] = ROUND
+    layout: Layout = ROUND
     response: RoundResponse  # type: ignore[assignment]
 
     def __init__(
@@ -62,12 +64,17 @@ class RoundLocator(AreaLocator):
         array: SensorArray,
         search: tuple[tuple[float, float], tuple[float, float]],
         half_width: tuple[float, float],
+        *,
+        moment: RoundResponse | None = None,
         **options: Any,
     ) -> None:
         low, high = (_check.scalar("half_width", value, unit="m", at_least=0.0) for value in half_width)
         if not low <= high <= response.widest * (1 + 1e-12):
             rule = f"ascending half widths up to {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule, "half_width=(0.0, 2e-3)")
+        self.moment = moment
+        if moment is not None:
+            self.layout = TWIST
         self.half_width, self.wide = (low, min(high, response.widest)), high > low
         super().__init__(response, array, search, **options)  # type: ignore[arg-type]
 
@@ -94,8 +101,14 @@ class RoundLocator(AreaLocator):
         far = [0, -1] if self.wide else [0]
         sensors, first, *rest = self._looked_at(parts, [parts[i] for i in far], array, cells)
         limits = np.array([low, high, response.widest**2])
+        turns, turned = sums[:0], harmonics[:0]
+        if self.moment is not None:
+            part = self.moment.select(pattern)
+            turns, wrong = part.cubics()
+            turns = np.ascontiguousarray(turns.reshape(turns.shape[0] * cells, -1, turns.shape[-1]))
+            turned, error = part.table.terms, max(error, wrong)
         return (
             sensor_rows(array), sensors, first, tables, np.ascontiguousarray(terms).astype(np.int64), sums,
-            np.ascontiguousarray(harmonics).astype(np.int64), *rest, widths, widths[far], limits,
-            self._options(array, parts[0], error),
+            np.ascontiguousarray(harmonics).astype(np.int64), turns, np.ascontiguousarray(turned).astype(np.int64),
+            *rest, widths, widths[far], limits, self._options(array, parts[0], error),
         )  # fmt: skip
