@@ -173,9 +173,8 @@ def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, w
 def _moment(
     family: type[RoundContact], *, components: FloatArray, position: npt.ArrayLike, half_width: float
 ) -> RoundContact:
-    """A contact with a moment in place of N, and nothing else."""
-    moment = components[..., 0]
-    return family(components=np.zeros(3), moment=moment, position=position, half_width=half_width)
+    """A contact with a unit moment and nothing else, in place of the contacts of unit `components`."""
+    return family(components=np.zeros_like(components[:1]), moment=1.0, position=position, half_width=half_width)
 
 
 def _roots() -> FloatArray:

@@ -86,6 +86,8 @@ class TestFit:
         ran = subskin("fit", "area.toml", "t.csv", "-o", "f.csv", "--figure", "f.png")
         assert (ran.code, ran.err) == (0, "")
         assert (folder / "f.png").stat().st_size > 1000
+        assert "no moment about the normal is fitted" in ran.out
+        assert subskin("simulate", "area.toml", "--moment", "0.2 N mm", "--contact", "hertz", "--half-width", "1 mm").code
         (true,) = (read_table("t.csv").numbers(name) for name in ["position_z"])
         z, std = columns("f.csv", "position_z", "position_z_std")
         assert (np.abs(z - true) < 4 * std).all()

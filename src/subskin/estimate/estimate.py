@@ -267,7 +267,7 @@ class Estimate(_Found, FrameTable):
     def load(self) -> Load:
         """Position and components, and a moment where it was fitted, with the covariance of these."""
         at, k = self.layout, 2 * self.layout.dim + 1
-        which = np.append(np.arange(k), [at.unknowns - 1] * at.twist)
+        which = [*range(k), *[at.unknowns - 1] * at.twist]
         square = self.table[..., at.square[np.ix_(which, which)]]
         square.flags.writeable = False
         return Load(self.position, self.components, square, self.moment)

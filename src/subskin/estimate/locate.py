@@ -207,8 +207,9 @@ def _on_area(
         else:
             depth = float(np.asarray(finger.array.depth).min())
             low, high = widths or (0.0, 1.5 * depth)
-            response = tabulate_round(finger, round_kind, reach, max(high, 1.5 * depth))
-            twist = moment_of(finger, round_kind, response, reach, moment)
+            widest = max(high, 1.5 * depth)
+            twist = moment_of(finger, round_kind, reach, widest, moment)
+            response = tabulate_round(finger, round_kind, reach, widest)
             made = RoundLocator(response, finger.array, (y, z), (low, high), moment=twist, **options)
         return made.allow_for(finger, float(values["friction"]))
 

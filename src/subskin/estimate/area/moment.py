@@ -9,7 +9,7 @@ from ..._check import FloatArray
 from ...contact import RoundContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...radial_round import RoundResponse, tabulate_moment
+from ...radial_round import RoundResponse, tabulate_moment, tabulate_round
 
 __all__ = ["moment_of"]
 
@@ -24,16 +24,14 @@ _WIDTH, _STEP = 0.5, 1e-3
 
 
 def moment_of(
-    finger: Finger, family: type[RoundContact], response: RoundResponse, radius: float, wanted: object
+    finger: Finger, family: type[RoundContact], radius: float, widest: float, wanted: object
 ) -> RoundResponse | None:
     """The response to a moment where it is to be fitted: if nothing is said, where the sensors tell it.
 
     Parameters
     ----------
-    finger, family, radius
+    finger, family, radius, widest
         As of `tabulate_round`.
-    response : RoundResponse
-        Readings under unit forces.
     wanted : bool or None
         Whether it is fitted; None: where it can be.
 
@@ -47,9 +45,10 @@ def moment_of(
     live = int(finger.array.live.sum())
     if wanted is False or (wanted is None and live < _FEWEST):
         return None
-    made = tabulate_moment(finger, family, radius, response.widest)
-    if made is not None and live > _FEWEST - 2 and _share(finger, response, made) > _ALIKE:
-        return made
+    made = tabulate_moment(finger, family, radius, widest)
+    if made is not None and live > _FEWEST - 2:
+        if _share(finger, tabulate_round(finger, family, radius, widest), made) > _ALIKE:
+            return made
     if wanted:
         why = "no sensor reads it" if made is None else f"{live} sensors cannot tell it from the other unknowns"
         rule = "normal strain, pressure and normal stress do not see a moment about the normal; seven unknowns need seven"

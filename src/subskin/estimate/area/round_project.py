@@ -162,9 +162,13 @@ def _each(
                 _untwisted(w, model, mu, tops[best], room, others[0], v)
                 for i in range(n):
                     single[i] = v[i]
+                again = n + 1
+                if attempt == 0:
+                    hot, top = strongest(single, n)
+                    again = hot if top >= strong * strong else n
                 begun = _starts(
-                    v, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, n + 1, few,
-                    share, options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts,
+                    v, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, again, few, share,
+                     options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts,
                     levels,
                 )  # fmt: skip
                 count = _climbed(w, model, mu, box, starts, begun, _NEAR * broad, room, tops, count, others[0])
@@ -270,6 +274,10 @@ def _each(
         spread = widest_variance(point)
         if unsure(fit, point, spread, options):
             status = _AMBIGUOUS
+        for j in range(7 if twists else 0):  # where the moment leaves a combination open, rounding may be less than 0
+            own = at_covariance + j * (15 - j) // 2
+            if j != 5 and not row[own] > 0.0 and not (mu == 0.0 and 2 < j < 5):
+                row[own], status = math.inf, _AMBIGUOUS
         if status == _OK and 6.0 * math.sqrt(spread) > broad:
             nearest = 0
             for j in range(widths.size):
