@@ -38,7 +38,7 @@ normal, where the sensors tell it: those of shear and displacement do; normal st
 
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "half_width_low",
-    "half_width_high", "moment", "moment_std", "status",
+    "half_width_high", "moment", "status",
 )  # fmt: skip
 
 

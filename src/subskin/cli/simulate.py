@@ -38,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--force", metavar="RANGE", help='forces of the loads ("40 N/m"; of local contacts "1 N")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='angles of the loads ("0 deg")')
     loads.add_argument("--azimuth", metavar="RANGE", help='where local contacts lean, from +y towards +z ("0 deg")')
-    loads.add_argument("--moment", metavar="RANGE", help='moments about the normal, of local contacts ("0 N mm")')
+    loads.add_argument("--moment", metavar="RANGE", help='moments about the normal, of local contacts ("0 N*mm")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
     kinds = families()
     what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(_LOCAL)} (line; on an area point)"
