@@ -15,7 +15,7 @@ from ..frames import sensor_rows
 from ..layout import ROUND, TWIST, Layout
 from .locator import AreaLocator
 
-__all__ = ["RoundLocator"]
+__all__ = ["RoundLocator", "model_of"]
 
 _SCANNED = 5
 """Half widths at which the scan looks."""
@@ -85,22 +85,17 @@ class RoundLocator(AreaLocator):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         array, response = self.array.select(pattern), self.response.select(pattern)
-        sums, error = response.cubics()
+        (_, first, sums, harmonics, widest, *_), error = _model(response, array)
         low, high = np.square(self.half_width)
         widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
         parts = [response.at(float(np.sqrt(q))) for q in widths]
-        pair, cells = response.table.pair, sums.shape[1]
-        harmonics = response.table.terms
-        if pair is not None:
-            sums = np.stack([sign * sums[:, :, function] for function, sign in pair], axis=2)
-            harmonics = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
-        terms = harmonics if pair is None else harmonics[:0]
-        sums = np.ascontiguousarray(sums.reshape(sums.shape[0] * cells, -1, sums.shape[-1]))
+        cells = int(first[-1]) + 1
+        terms = harmonics if response.table.pair is None else harmonics[:0]
         shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
         tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
         far = [0, -1] if self.wide else [0]
         sensors, first, *rest = self._looked_at(parts, [parts[i] for i in far], array, cells)
-        limits = np.array([low, high, response.widest**2])
+        limits = np.array([low, high, widest])
         turns, turned = sums[:0], harmonics[:0]
         if self.moment is not None:
             part = self.moment.select(pattern)
@@ -108,7 +103,34 @@ class RoundLocator(AreaLocator):
             turns = np.ascontiguousarray(turns.reshape(turns.shape[0] * cells, -1, turns.shape[-1]))
             turned, error = part.table.terms, max(error, wrong)
         return (
-            sensor_rows(array), sensors, first, tables, np.ascontiguousarray(terms).astype(np.int64), sums,
-            np.ascontiguousarray(harmonics).astype(np.int64), turns, np.ascontiguousarray(turned).astype(np.int64),
+            sensor_rows(array), sensors, first, tables, terms, sums, harmonics, turns, np.ascontiguousarray(turned).astype(np.int64),
             *rest, widths, widths[far], limits, self._options(array, parts[0], error),
         )  # fmt: skip
+
+
+def model_of(response: RoundResponse, array: SensorArray) -> tuple[Any, ...]:
+    """What `round_climb` goes by, without a moment.
+
+    Parameters
+    ----------
+    response : RoundResponse
+        Readings under unit forces of the sensors of `array`.
+    array : SensorArray
+        Their noise.
+    """
+    return _model(response, array)[0]
+
+
+def _model(response: RoundResponse, array: SensorArray) -> tuple[tuple[Any, ...], float]:
+    """As `model_of`, and the error of the tables."""
+    (sums, error), table = response.cubics(), response.table
+    pair, cells, harmonics = table.pair, sums.shape[1], table.terms
+    if pair is not None:
+        sums = np.stack([sign * sums[:, :, function] for function, sign in pair], axis=2)
+        harmonics = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
+    sums = np.ascontiguousarray(sums.reshape(sums.shape[0] * cells, -1, sums.shape[-1]))
+    scale = 1 / np.asarray(array.noise)
+    sensors = np.ascontiguousarray(np.stack([*table.points.T, table.depth**-2.0, table.gain * scale]))
+    first = np.append(table.kind * cells, cells - 1).astype(np.int64)
+    harmonics = np.ascontiguousarray(harmonics).astype(np.int64)
+    return (sensors, first, sums, harmonics, response.widest**2, sums[:0], harmonics[:0]), error
