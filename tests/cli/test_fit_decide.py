@@ -97,7 +97,12 @@ class TestFit:
         ran = subskin("fit", "area.toml", "t.csv", "--family", "hertz")
         assert ran.code != 0
         assert "round_hertz" in ran.err
-        assert subskin("decide", "area.toml", "t.csv").code != 0
+        balls = ("--kind", "ball=round_hertz: 1..2.5 mm", "--kind", "none=none")
+        ran = subskin("decide", "area.toml", "t.csv", *balls, "-o", "k.csv")
+        assert (ran.code, ran.err) == (0, "")
+        assert "ball" in ran.out
+        (z,) = columns("k.csv", "position_z")
+        assert (np.abs(z - true) < 0.3e-3).all()
 
     def test_family_and_width(self, subskin, table):
         ran = subskin("fit", "finger.toml", "r.csv", "--family", "wedge", "--width", "0.1..1 mm", "--json")

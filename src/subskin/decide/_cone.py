@@ -30,6 +30,11 @@ class Forces(NamedTuple):
     nt: FloatArray
     tt: FloatArray
 
+    @property
+    def numbers(self) -> tuple[FloatArray, ...]:
+        """All fields."""
+        return tuple(self)
+
     def at(self, index: npt.NDArray[np.intp]) -> Forces:
         """The frames of a flat index."""
         return Forces(*(v.reshape(-1)[index] for v in self))
@@ -50,7 +55,7 @@ def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces | Area
         forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
     found = (estimate.status == Status.OK) | (estimate.status == Status.AMBIGUOUS)
     # where the estimator was told that there is no friction, the drag was not measured
-    known = np.isfinite(np.stack([part for part in forces if not isinstance(part, str)])).all(axis=0)
+    known = np.isfinite(np.stack(forces.numbers)).all(axis=0)
     told = found & known & (forces.tt > 0)
     edge = np.zeros_like(told)
     if np.isfinite(widest):

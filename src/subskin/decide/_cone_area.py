@@ -48,9 +48,14 @@ class AreaForces(NamedTuple):
     mm: FloatArray
     law: str
 
+    @property
+    def numbers(self) -> tuple[FloatArray, ...]:
+        """All fields but the law."""
+        return self[:-1]
+
     def at(self, index: npt.NDArray[np.intp]) -> AreaForces:
         """The frames of a flat index."""
-        return AreaForces(*(v.reshape(-1)[index] for v in self[:-1]), self.law)
+        return AreaForces(*(v.reshape(-1)[index] for v in self.numbers), self.law)
 
 
 def area_forces(estimate: Estimate, contact: str) -> AreaForces:

@@ -56,6 +56,16 @@ class AreaEvidence(Framewise):
     ------
     InvalidValueError, GeometryError
         Sensors without noise, kinds of one name, two touches, sensors that leave a position or a force open.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid((3, 3), pitch=2e-3, depth=2e-3, noise=1e-4)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> evidence = AreaEvidence(finger, [Kind("tip", "point"), Kind("coin", "round_punch", half_width=(1e-3, 2e-3))])
+    >>> table, used = evidence(finger.read(ss.PointLoad(force=1.0)))
+    >>> bool(table[1] > table[9])  # the logarithms of their probabilities
+    True
     """
 
     def __init__(
@@ -138,8 +148,9 @@ class AreaEvidence(Framewise):
         from ._area_kernel import weigh_kind
 
         out[:] = np.nan
+        usable = ((frames > np.asarray(array.low)) & (frames < np.asarray(array.high))).all(axis=1)
         w = (frames - np.asarray(array.offset)) / np.asarray(array.noise)
-        usable = (frames > np.asarray(array.low)) & (frames < np.asarray(array.high))
+        w[~usable] = 0.0  # these come again, without the sensors that are out
         total = (w * w).sum(axis=1)
         whole = np.full((len(frames), pattern.size), np.nan)
         whole[:, pattern] = frames
@@ -165,7 +176,7 @@ class AreaEvidence(Framewise):
         nothing = status != Status.OK
         out[nothing] = np.nan
         out[np.ix_(nothing, [LOCAL.first + i * LOCAL.each for i in range(len(self.kinds))])] = -np.inf
-        out[:, STATUS] = np.where(usable.all(axis=1), status, -1)
+        out[:, STATUS] = np.where(usable, status, -1)
 
     def _of_none(
         self, evidence: FloatArray, chi2: FloatArray, power: FloatArray, spare: npt.NDArray[np.intp]
