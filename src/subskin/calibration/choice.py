@@ -17,7 +17,6 @@ from ..estimate.locate import locator, row_locator
 from ..finger import Finger
 from .calibration import Calibration
 from .fit import Fit
-from .in_place import placed
 from .known import fitted
 from .spread import checked, measured
 
@@ -93,8 +92,8 @@ def choose(
     The touches are cut into five blocks of neighbours; each block is located by the finger fitted to the others.
     Neighbours are alike, so whole blocks held out say more than every fifth touch would. A high R^2 says how well
     readings are fitted, but a few large residuals may lie just where they decide positions. So positions are compared:
-    their errors, the worst error, and how many are OK. On an area an error is a distance, and blocks are cut along the
-    longer side of what was touched.
+    their errors, the worst error, and how many are OK. On an area an error is a distance, blocks are cut along the longer
+    side of what was touched, and the skin's field alone is compared, without a response in place.
 
     Parameters
     ----------
@@ -204,20 +203,21 @@ def _on_row(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple
 
 
 def _on_area(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple[Calibration, FloatArray, FloatArray]:
-    """The same of sensors on an area, (touches, 2): each block by the finger, and its response in place, of the rest."""
+    """The same of sensors on an area, (touches, 2), by the skin's field alone.
+
+    A response in place would mend most of what a wrong candidate misses: it is made for the one that is taken.
+    """
     positions = whole.positions
     order = np.argsort(positions[:, int(np.argmax(np.ptp(positions, axis=0)))], kind="stable")
     error, std = np.full((2, len(order), 2), np.nan)
     for block in np.array_split(order, _BLOCKS):
         part = whole.without(block)
-        finger = placed(part.result(), part).finger
-        own = {k: v for k, v in options.items() if finger.measured is None or k != "scan_step"}
         truth = on_finger(positions[block], part.forward.origin(part.p, part.origin), part.forward.turn(part.p))
-        at = locator(finger, "point", **own)(whole.given[block])
+        at = locator(part.finger_found(), "point", **options)(whole.given[block])
         sure = at.status == Status.OK
         error[block[sure]] = (at.position - truth)[sure]
-        std[block[sure]] = np.sqrt(np.diagonal(at.load.covariance, axis1=1, axis2=2))[sure, :2]
-    return placed(found, whole), error, std
+        std[block[sure]] = np.sqrt(np.diagonal(np.asarray(at.load.covariance), axis1=1, axis2=2))[sure, :2]
+    return found, error, std
 
 
 def _reason(best: Trial, others: Sequence[Trial]) -> str:
