@@ -2,14 +2,14 @@
 
     python benchmarks/bench_round.py [--frames 10000] [--peer 10] [--json FILE]
 
-Grids of sensors at unit depth and pitch in a half space (nu = 1/2), oblique unit Hertz contacts of half widths 0.02 to
-1.3 depths within 40 degrees anywhere over the grid, noise in shares of the reading beneath a normal point load (of shear
-in shares of the normal strain there). Errors are those of frames of status OK. Sensors of shear strain in the surface also see a moment about the normal, at most 95 %
-of what friction of 1 holds. The bound is that of the five unknowns, of the square of the half width and of the moment,
-over contacts wider than three standard deviations of the square; `begins at 0` counts intervals of the width that do, over contacts
-narrower than one. A gross error is beyond 6 standard deviations, in position or in the square of the half width, and
-beyond 0.1 depth. The peer is `scipy.optimize.least_squares` from the true contact, on the closed form. Time is that of
-the process.
+Grids of sensors at unit depth and pitch in a half space (nu = 1/2), oblique unit Hertz contacts of half widths 0.02
+to 1.3 depths within 40 degrees anywhere over the grid, noise in shares of the reading beneath a normal point load (of
+shear in shares of the normal strain there). Sensors of shear strain in the surface also see a moment about the
+normal, at most 95 % of what friction of 1 holds. Errors are those of frames of status OK. The bound is that of the
+five unknowns, of the square of the half width and of the moment, over contacts wider than three standard deviations;
+`begins at 0` counts intervals of the width that do, over contacts narrower than one. A gross error is beyond 6
+standard deviations, in position or in the square of the half width, and beyond 0.1 depth. The peer is
+`scipy.optimize.least_squares` from the true contact, on the closed form. Time is that of the process.
 """
 
 from __future__ import annotations
@@ -136,7 +136,16 @@ def main() -> None:
                     ]
                 )
                 print(rows[-1], flush=True)
-    columns = ["OK frames", "position / bound", "force", "square of width", "moment", "in 95 %", "width in 95 %", "begins at 0"]
+    columns = [
+        "OK frames",
+        "position / bound",
+        "force",
+        "square of width",
+        "moment",
+        "in 95 %",
+        "width in 95 %",
+        "begins at 0",
+    ]
     columns += ["ambiguous", "gross", "gross, OK", "chi-square over the peer's", "1000 frames/s"]
     show(f"round contacts on an area, {options.frames} frames", columns, rows, options.json)
 

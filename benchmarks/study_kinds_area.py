@@ -89,6 +89,7 @@ NAMED: dict[str, Draw] = {
     "flat side": of(ss.RoundPunch, 0.35, 1.04),
     "round side": of(ss.RoundHertz, 0.45, 1.34),
 }
+_LAYER = ss.Layered(ss.Layer(ss.Material(young=1.0), thickness=2.0))
 OTHERS: dict[str, tuple[Draw, str]] = {
     "narrow sphere, 0.1 to 0.45": (of(ss.RoundHertz, 0.1, 0.45), "vertex"),
     "narrow disc, 0.1 to 0.35": (of(ss.RoundPunch, 0.1, 0.35), "vertex"),
@@ -100,7 +101,7 @@ OTHERS: dict[str, tuple[Draw, str]] = {
     "ellipse, 0.6 to 1.2 by 0.2 to 0.5": (patches((0.6, 1.2), (0.2, 0.5), ss.EllipticHertz), ""),
     "two points, 0.5 to 3 apart": (two, ""),
     "sticks in its middle, friction 1": (sticks, "round side"),
-    "bonded layer, 2 thick": (of(ss.PointLoad, skin=ss.Layered(ss.Layer(ss.Material(young=1.0), thickness=2.0))), "point"),
+    "bonded layer, 2 thick": (of(ss.PointLoad, skin=_LAYER), "point"),
     "skin of nu = 0.4": (of(ss.PointLoad, skin=ss.HalfSpace(ss.Material(young=1.0, poisson=0.4))), "point"),
     "a sensor stuck at nothing": (faulty(0.0), "point"),
     "a sensor at 0.6 of its gain": (faulty(0.6), "point"),

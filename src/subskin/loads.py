@@ -143,8 +143,8 @@ class Load(Frozen):
     def polar(self) -> FloatArray:
         """Covariance of (position, force, angle[, azimuth, moment]); NaN where none is known.
 
-        Its shape is (..., 2 d + 1, 2 d + 1), with a moment (..., 6, 6). The components' covariance carried over to first order; readings are linear in the components, so that errors
-        are Gaussian there.
+        Its shape is (..., 2 d + 1, 2 d + 1), with a moment (..., 6, 6). The components' covariance carried over to
+        first order; readings are linear in the components, so that errors are Gaussian there.
         """
         k = 2 * self.dim + 1 + (self.moment is not None)
         if self.covariance is None:

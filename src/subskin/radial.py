@@ -221,8 +221,8 @@ def sampled(
 ) -> tuple[FloatArray, float, float]:
     """Functions of u by component, order and part, (components, orders, 2, cells, nodes); largest reading; error.
 
-    load makes unit contacts from `components` and `position`, one of each component, or less; readings are taken at so many `angles`, more than twice
-    the highest order. Where none exceeds `floor` they are taken for rounding.
+    load makes unit contacts from `components` and `position`, one of each component, or less; readings are taken at
+    so many `angles`, more than twice the highest order. Where none exceeds `floor` they are taken for rounding.
     """
     one = finger.array.select([sensor])
     probe = replace(finger, array=replace(one, y=[0.0], z=[0.0], gain=1.0))

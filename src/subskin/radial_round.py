@@ -187,9 +187,7 @@ def _one_of_each(point: RadialResponse) -> list[int]:
     return [int(np.flatnonzero(point.kind == kind)[0]) for kind in range(point.coefficients.shape[0])]
 
 
-def _over_widths(
-    point: RadialResponse, every: list[tuple[FloatArray, float, float]], widest: float
-) -> RoundResponse:
+def _over_widths(point: RadialResponse, every: list[tuple[FloatArray, float, float]], widest: float) -> RoundResponse:
     """Chebyshev sums over the squares of the half widths at whose nodes `every` kind of sensor was sampled."""
     terms, tables, error = shared(every)
     matrix = np.polynomial.chebyshev.chebvander(2 * _roots() ** 2 - 1, WIDTHS - 1)

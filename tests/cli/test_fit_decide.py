@@ -87,7 +87,8 @@ class TestFit:
         assert (ran.code, ran.err) == (0, "")
         assert (folder / "f.png").stat().st_size > 1000
         assert "no moment about the normal is fitted" in ran.out
-        assert subskin("simulate", "area.toml", "--moment", "0.2 N mm", "--contact", "hertz", "--half-width", "1 mm").code
+        long = ("--contact", "hertz", "--half-width", "1 mm")
+        assert "same at every z" in subskin("simulate", "area.toml", "--moment", "0.2 N*mm", *long).err
         (true,) = (read_table("t.csv").numbers(name) for name in ["position_z"])
         z, std = columns("f.csv", "position_z", "position_z_std")
         assert (np.abs(z - true) < 4 * std).all()

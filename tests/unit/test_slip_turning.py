@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import subskin as ss
 from subskin.decide import Friction, SlipVerdict, friction_arm, least_force, slip, slipping_about
 from subskin.decide.limit_surface import drag_held, effective_drag, moment_held
 from subskin.errors import InvalidValueError
@@ -96,12 +95,13 @@ def test_the_probability_is_that_of_draws(friction, contact):
     judged = slip(estimate(LOADS, MOMENTS, SQUARE), friction, contact=contact)
     edges, masses = np.asarray(friction.edges), np.asarray(friction.masses)
     for load, moment, p in zip(LOADS, MOMENTS, judged.probability, strict=True):
-        n, ty, tz, a, m = rng.multivariate_normal([*load, A, moment], SQUARE, 200_000).T
-        mu = rng.uniform(*np.stack([edges[:-1], edges[1:]])[:, rng.choice(masses.size, n.size, p=masses / masses.sum())])
+        n, ty, tz, a, m = rng.multivariate_normal([*load, A, moment], SQUARE, 100_000).T
+        cell = rng.choice(masses.size, n.size, p=masses / masses.sum())
+        mu = rng.uniform(edges[cell], edges[cell + 1])
         whole = effective_drag(np.hypot(ty, tz), np.abs(m) / (a * friction_arm(contact)), contact)
         drawn = (whole > mu * n).mean()
         assert p == pytest.approx(drawn, abs=6e-3 + 0.02 * min(drawn, 1 - drawn))
-    assert (np.ptp(judged.probability) > 0.5) and (judged.verdict >= SlipVerdict.HOLDS).all()
+    assert np.ptp(judged.probability) > 0.5
 
 
 def test_without_moment_it_is_what_it_was():

@@ -92,8 +92,8 @@ def choose(
     The touches are cut into five blocks of neighbours; each block is located by the finger fitted to the others.
     Neighbours are alike, so whole blocks held out say more than every fifth touch would. A high R^2 says how well
     readings are fitted, but a few large residuals may lie just where they decide positions. So positions are compared:
-    their errors, the worst error, and how many are OK. On an area an error is a distance, blocks are cut along the longer
-    side of what was touched, and the skin's field alone is compared, without a response in place.
+    their errors, the worst error, and how many are OK. On an area an error is a distance, blocks are cut
+    along the longer side of what was touched, and the skin's field alone is compared, without a response in place.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def _trial(
         found, error, std = held_out(found, whole, options)
     except ConvergenceError as wrong:
         return Trial(name, None, *nothing, str(wrong))
-    ok = np.isfinite(error).all(axis=1)
+    ok: npt.NDArray[np.bool_] = np.asarray(np.isfinite(error).all(axis=1))
     if ok.sum() < _FEWEST:
         return Trial(name, found, *nothing, f"{ok.sum()} of {len(ok)} touches held out are located")
     size, share = np.linalg.norm(error[ok], axis=1), float(ok.mean())
@@ -212,8 +212,9 @@ def _on_area(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tupl
     error, std = np.full((2, len(order), 2), np.nan)
     for block in np.array_split(order, _BLOCKS):
         part = whole.without(block)
-        truth = on_finger(positions[block], part.forward.origin(part.p, part.origin), part.forward.turn(part.p))
-        at = locator(part.finger_found(), "point", **options)(whole.given[block])
+        forward: Any = part.forward
+        truth = on_finger(positions[block], forward.origin(part.p, part.origin), forward.turn(part.p))
+        at: Any = locator(part.finger_found(), "point", **options)(whole.given[block])
         sure = at.status == Status.OK
         error[block[sure]] = (at.position - truth)[sure]
         std[block[sure]] = np.sqrt(np.diagonal(np.asarray(at.load.covariance), axis1=1, axis2=2))[sure, :2]

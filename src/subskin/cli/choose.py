@@ -74,7 +74,9 @@ def _candidates(file: FingerFile, fit: tuple[str, ...]) -> dict[str, tuple[Finge
             of = remodelled(file, skin="" if same else name, kind=kind)
             layer = bool(name) and bool(np.isfinite(of.finger.skin.thickness))
             base = tuple(n for n in fit if n != "thickness" or not name) + ("thickness",) * layer
-            where = {"half_plane": "a half plane", "half_space": "a half space", "layers": "a layer"}.get(name, "the skin as drawn")
+            where = {"half_plane": "a half plane", "half_space": "a half space", "layers": "a layer"}.get(
+                name, "the skin as drawn"
+            )
             title = f"{kind or 'sensors as drawn'} of {where}"
             out[title.replace("_", " ")] = (of, base)
             if kind == _OF_STRAIN and "poisson" not in base:

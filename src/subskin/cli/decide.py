@@ -176,4 +176,5 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
             for name, values in kept.first.items()
             if name[:2] == "p_"
         }
-        show_first(out, {**kept.first, **shares}, ["row", "kind", *shares, *_shown_at(kept.first), "half_width"], left=2)
+        names = ["row", "kind", *shares, *_shown_at(kept.first), "half_width"]
+        show_first(out, {**kept.first, **shares}, names, left=2)

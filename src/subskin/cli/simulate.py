@@ -199,7 +199,8 @@ def _local_loads(options: argparse.Namespace, file: io.FingerFile, rng: np.rando
     asked = (("moment", "N m"),) if options.moment else ()
     for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad"), *asked):
         columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
-    load = {name: columns[name] for name in ("force", "angle", "moment") if name in columns} | {"azimuth": columns["azimuth"] - file.turn}
+    load = {name: values for name, values in columns.items() if name in ("force", "angle", "moment")}
+    load["azimuth"] = columns["azimuth"] - file.turn
     own = file.on_finger(at) if file.finger.array.on_area else at - [file.origin, 0.0]
     contact = _local(options)(**load, position=own)
     readings = file.finger.read(contact, rng=rng)

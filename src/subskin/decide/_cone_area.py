@@ -46,7 +46,7 @@ class AreaForces(NamedTuple):
     tm: FloatArray
     cm: FloatArray
     mm: FloatArray
-    law: str
+    law: str = "hertz"
 
     @property
     def numbers(self) -> tuple[FloatArray, ...]:
@@ -55,7 +55,7 @@ class AreaForces(NamedTuple):
 
     def at(self, index: npt.NDArray[np.intp]) -> AreaForces:
         """The frames of a flat index."""
-        return AreaForces(*(v.reshape(-1)[index] for v in self.numbers), self.law)
+        return AreaForces(*(v.reshape(-1)[index] for v in self.numbers), law=self.law)  # type: ignore[arg-type]
 
 
 def area_forces(estimate: Estimate, contact: str) -> AreaForces:
@@ -85,11 +85,11 @@ def area_forces(estimate: Estimate, contact: str) -> AreaForces:
         open_ = ~(estimate.half_width_interval[..., 0] > 0)
         c[..., 3, 3] = np.where(open_, np.inf, c[..., 3, 3])
     errors = (c[..., i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)))
-    return AreaForces(parts[..., 0], drag, *errors, turning, *(c[..., i, 3] for i in range(4)), contact)
+    return AreaForces(parts[..., 0], drag, *errors, turning, *(c[..., i, 3] for i in range(4)), law=contact)  # type: ignore[arg-type]
 
 
 def margin_on_area(load: AreaForces, mean: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """mu N less the drag that counts, its standard deviation, and the ratio of that drag to mu N; all (frames,).
+    """What is left of mu N by the drag that counts, its standard deviation, and that drag over mu N; all (frames,).
 
     mean, std: of mu.
     """
@@ -172,9 +172,7 @@ def _beyond_surface(load: AreaForces, edges: FloatArray, masses: FloatArray, sca
     return np.clip(out, 0.0, 1.0)
 
 
-def _tails(
-    load: AreaForces, edges: FloatArray, masses: FloatArray, scale: FloatArray, by_moment: bool
-) -> FloatArray:
+def _tails(load: AreaForces, edges: FloatArray, masses: FloatArray, scale: FloatArray, by_moment: bool) -> FloatArray:
     """The part of `_beyond_surface` whose tails are along the moment, or along the drag."""
     from scipy.special import ndtr
 

@@ -124,7 +124,7 @@ def _curve(contact: str) -> _Curve:
     even = np.linspace(0.0, 1.0, _POINTS)
 
     def over(at: FloatArray, values: FloatArray) -> FloatArray:
-        """values / sqrt(1 - at^2), of ascending `at`, at even steps; at the end as just before it."""
+        """The ratio values / sqrt(1 - at^2), of ascending `at`, at even steps; at the end as just before it."""
         inside = at < 1 - 1e-9
         ratio = values[inside] / np.sqrt((1 - at[inside]) * (1 + at[inside]))
         return np.asarray(np.interp(even, at[inside], ratio))
@@ -154,7 +154,9 @@ def moment_held(hold: FloatArray, tangential: FloatArray, contact: str) -> Float
 
 
 def _held(hold: FloatArray, other: FloatArray, ratio: FloatArray) -> FloatArray:
-    share = np.divide(other, hold, out=np.full(np.broadcast_shapes(np.shape(hold), np.shape(other)), 2.0), where=hold > 0)
+    share = np.divide(
+        other, hold, out=np.full(np.broadcast_shapes(np.shape(hold), np.shape(other)), 2.0), where=hold > 0
+    )
     at = np.minimum(share, 1.0) * (_POINTS - 1)
     cell = np.minimum(at.astype(np.intp), _POINTS - 2)
     rise = ratio[cell] + (at - cell) * (ratio[cell + 1] - ratio[cell])

@@ -125,7 +125,7 @@ class Slip(Frozen):
         """Moment over the largest that friction holds without a drag, |M| / (arm mu N a); NaN where it is not known."""
         if self.estimate.load.moment is None:
             return _check.read_only(np.full(self.shape, np.nan))
-        load = forces_of(self.estimate, self.contact)[0]
+        load: Any = forces_of(self.estimate, self.contact)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(np.isnan(self.probability), np.nan, load.turning / (self.friction.mean * load.normal))
         return _check.read_only(share)
@@ -144,7 +144,7 @@ class Slip(Frozen):
 
     @cached_property
     def stick(self) -> FloatArray:
-        """Part of the contact's width that sticks, 1 at no drag, 0 where it slides; NaN for a line, and with a moment."""
+        """Part of the contact's width that sticks, 1 at no drag, 0 where it slides; NaN for a line or with a moment."""
         return self._stick(self.ratio)
 
     @cached_property
@@ -260,7 +260,7 @@ def _judge_area(
     index = np.flatnonzero(told & (load.normal.reshape(-1) > 0) & ~(edge & (estimate.friction < most)))
     if not index.size:
         return
-    part = load.at(index)
+    part: Any = load.at(index)
     (mean, std, _), n, t = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0), *part[:2]
     total = beyond(part, picked(edges, index), picked(masses, index))
     margin, margin_std, ratio = margin_on_area(part, mean, std)

@@ -304,8 +304,9 @@ def contact_type(
     mu, alarm = _check.values(friction=friction, false_alarm=false_alarm).values()
 
     def make() -> Evidence | AreaEvidence:
-        kind = AreaEvidence if on_area else Evidence
-        return kind(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
+        kind: Any = AreaEvidence if on_area else Evidence
+        made: Evidence | AreaEvidence = kind(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
+        return made
 
     key = ("evidence", chosen, None if ends is None else np.asarray(ends).tobytes(), mu, alarm)
     table, used = prepared(finger).get(key, make)(readings)

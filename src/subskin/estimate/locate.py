@@ -36,7 +36,10 @@ _LOADS = 'has to be "line", "point" or "either"'
 
 Load: TypeAlias = Literal["line", "point", "either"]
 
-_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment"
+_OF_FIT = ("half_width", "stick", "moment")
+_OPTIONS = (
+    "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment"
+)
 
 
 def locator(
@@ -306,7 +309,7 @@ def locate(
     ([1.0, -2.0], [1.433, 0.309, 0.318])
     """
     if _unknown:
-        _check.no_options(_unknown, "load, " + _OPTIONS.replace("half_width, ", "").replace(", stick", "").replace(", moment", ""))
+        _check.no_options(_unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT)]))
     if load not in (None, "line", "point", "either"):
         raise InvalidValueError(f"load = {_check.shown(load)}", _LOADS, 'load="either"')
     if load == "line":

@@ -20,7 +20,7 @@ _THICK = 3.0
 
 
 def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFile:
-    r"""`file` with another `kind` of sensor, and with a "half_plane", a "half_space" or one bonded layer ("layers") for its `skin`.
+    r"""`file` with another `kind` of sensor, and a "half_plane", a "half_space" or one layer ("layers") as `skin`.
 
     The material stays; a layer is three depths thick until its thickness is fitted. Comments stay, but for those inside
     a [skin] of another kind.

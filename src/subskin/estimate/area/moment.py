@@ -46,18 +46,20 @@ def moment_of(
     if wanted is False or (wanted is None and live < _FEWEST):
         return None
     made = tabulate_moment(finger, family, radius, widest)
-    if made is not None and live > _FEWEST - 2:
-        if _share(finger, tabulate_round(finger, family, radius, widest), made) > _ALIKE:
-            return made
+    enough = made is not None and live > _FEWEST - 2
+    if made is not None and enough and _share(finger, tabulate_round(finger, family, radius, widest), made) > _ALIKE:
+        return made
     if wanted:
         why = "no sensor reads it" if made is None else f"{live} sensors cannot tell it from the other unknowns"
-        rule = "normal strain, pressure and normal stress do not see a moment about the normal; seven unknowns need seven"
+        rule = (
+            "normal strain, pressure and normal stress do not see a moment about the normal; seven unknowns need seven"
+        )
         raise GeometryError(f"moment = True: {why}", rule, "sensors of shear or of displacement, or leave moment out")
     return None
 
 
 def _share(finger: Finger, response: RoundResponse, moment: RoundResponse) -> float:
-    """Share of a moment's readings, weighed by the noise, that none of the other six unknowns makes; the best of few."""
+    """Share of a moment's readings, weighed by the noise, that no other unknown makes; the best of few."""
     array = finger.array
     points, h = array.points, _STEP * float(np.asarray(array.depth).min())
     extent = np.maximum(np.ptp(points, axis=0), 2 * float(np.asarray(array.depth).min()))
@@ -65,7 +67,7 @@ def _share(finger: Finger, response: RoundResponse, moment: RoundResponse) -> fl
     scale = (1 / np.where(np.asarray(array.noise) > 0, array.noise, np.inf))[array.live]
 
     def read(at: FloatArray, width: float) -> FloatArray:
-        return (response.at(width)(at) @ _TRIAL)[array.live] * scale
+        return np.asarray((response.at(width)(at) @ _TRIAL)[array.live] * scale)
 
     best = 0.0
     for off in _AT:

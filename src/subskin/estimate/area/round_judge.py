@@ -69,7 +69,8 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
     """The 95 % interval of q into sides[:2, 6], and how far the others move with a standard deviation of it, sides[2].
 
     At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top; h:
-    its information; only (6,), sides (3, 7): scratch, the last others being the moment. False where S is larger at another width: trials[0] is there.
+    its information; only (6,), sides (3, 7): scratch, the last of the others being the moment. False where S is larger
+    at another width: trials[0] is there.
     """
     fit = trials[0]
     minor = h[0, 0] * h[1, 1] - h[0, 1] * h[0, 1]

@@ -102,9 +102,10 @@ class RoundLocator(AreaLocator):
             turns, wrong = part.cubics()
             turns = np.ascontiguousarray(turns.reshape(turns.shape[0] * cells, -1, turns.shape[-1]))
             turned, error = part.table.terms, max(error, wrong)
+        turned = np.ascontiguousarray(turned).astype(np.int64)
         return (
-            sensor_rows(array), sensors, first, tables, terms, sums, harmonics, turns, np.ascontiguousarray(turned).astype(np.int64),
-            *rest, widths, widths[far], limits, self._options(array, parts[0], error),
+            sensor_rows(array), sensors, first, tables, terms, sums, harmonics, turns, turned, *rest,
+             widths, widths[far], limits, self._options(array, parts[0], error),
         )  # fmt: skip
 
 

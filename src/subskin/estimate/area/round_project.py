@@ -126,9 +126,9 @@ def _spread_of_moment(top, fit, point, moves, row, at):
 @compiled(borrows=True, built_on=(_climb, _field, _judge, _project, _round_climb, _round_judge))
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
-    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part, scratch, whole,
-    score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides, point, bare,
-    columns,
+    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part,
+    scratch, whole, score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides,
+    point, bare, columns,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
     frames, n = readings.shape
@@ -167,8 +167,8 @@ def _each(
                     hot, top = strongest(single, n)
                     again = hot if top >= strong * strong else n
                 begun = _starts(
-                    v, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, again, few, share,
-                     options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts,
+                    v, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, again, few,
+                    share, options, scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts,
                     levels,
                 )  # fmt: skip
                 count = _climbed(w, model, mu, box, starts, begun, _NEAR * broad, room, tops, count, others[0])
@@ -313,8 +313,9 @@ def project_round(
     """Fill `out`, one row a frame, as `project.project_frames` does, in the columns of `ROUND`, or of `TWIST`.
 
     widths (k,), far: squares of the half widths that are scanned in the search and beyond it; tables (k, rows,
-    numbers): those of `widths`, and terms, as of `project_frames`; sums (rows, numbers, widths) and harmonics: of any
-    width; turns and turned: the same under a moment, no terms where it is not fitted; limits: the least and the largest q of the search, and the largest of the sums.
+    numbers): those of `widths`, and terms, as of `project_frames`; sums (rows, numbers, widths) and harmonics: of
+    any width; turns and turned: the same under a moment, no terms where it is not fitted; limits: the least and the
+    largest q of the search, and the largest of the sums.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]

@@ -46,7 +46,7 @@ def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
     model, box: as of `round_climb`; ratio: of the kind's half width to that one, where their readings are most alike;
     nodes, weights: Gauss and Legendre's on (0, 1).
     """
-    n, sums, terms = frames.shape[1], model[2], model[3]
+    n, sums = frames.shape[1], model[2]
     room = (
         np.empty((3, 3)), np.empty((8, 4)), np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)),
         np.empty((0, 3)), np.empty((COLUMNS, n)),

@@ -29,7 +29,7 @@ _NODES = 6
 """Of Gauss and Legendre's rule over the half width, on each side of the best."""
 _ERRORS = np.array([0.01, 0.03, 0.1, 0.3])
 """As in a plane: model errors of what is none of the kinds, in shares of the readings' root mean square."""
-_MOMENTS = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
+_MOMENTS: tuple[tuple[type[RoundContact], float], ...] = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
 """Squares of half widths over the second moment of the pressure along one direction."""
 _BEYOND = 0.5
 """Depths beyond the outermost sensors up to which contacts are, if nothing else is said."""
@@ -103,10 +103,13 @@ class AreaEvidence(Framewise):
         super().__init__(array, needed=4 + 2 * (self.friction > 0), columns=size, status=STATUS)
         self.allow_for(finger, self.friction)
         single = [local_family_of(families[i]) for i in self._single]
-        self._families = [RoundHertz if issubclass(kind, PointLoad) else kind for kind in single]
+        self._families: list[type[RoundContact]] = [
+            RoundHertz if issubclass(kind, PointLoad) else kind for kind in single
+        ]
         radius = np.sqrt(2.0) * max(float(np.abs(array.points - corner).max()) for corner in self._box.T)
         widest = max(1.5 * depth, *(kind.half_width[1] for kind in self.kinds))
-        tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in {RoundHertz, *self._families}}
+        every: set[type[RoundContact]] = {RoundHertz, *self._families}
+        tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
         self._tables = [tables[kind] for kind in self._families]
         (y, z) = (tuple(ends) for ends in self._box.tolist())
         widths = (0.0, widest)
@@ -190,8 +193,10 @@ class AreaEvidence(Framewise):
         here = evidence[..., None] + 0.5 * np.where(np.isfinite(evidence), chi2, 0.0)[..., None] * (
             1 - 1 / inflated[:, None]
         )
-        here = here + np.log(priors / priors.sum() / _ERRORS.size)[:, None] - 0.5 * spare[:, None] * np.log(
-            inflated[:, None]
+        here = (
+            here
+            + np.log(priors / priors.sum() / _ERRORS.size)[:, None]
+            - 0.5 * spare[:, None] * np.log(inflated[:, None])
         )
         return np.asarray(np.logaddexp.reduce(here, axis=(1, 2)))
 

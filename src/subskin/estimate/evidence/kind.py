@@ -27,8 +27,9 @@ class Kind:
     name : str
         What the answer calls it.
     family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
-        Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of RoundContact. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of
-        the other kinds, but off by a model error of 1 to 30 % of the readings (docs/deciding.md).
+        Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of
+        RoundContact. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
+        other kinds, but off by a model error of 1 to 30 % of the readings (docs/deciding.md).
     half_width : (float, float)
         Least and largest half width [m], all between being as probable; both 0 for a line, left out for "none".
     prior : float
@@ -78,7 +79,7 @@ class Kind:
         if isinstance(family, str) and family in local_families():
             return local_families()[family]
         if isinstance(family, type) and issubclass(family, LocalContact):
-            return local_family_of(family)
+            return local_family_of(family)  # type: ignore[arg-type]
         return family_of(family)
 
     def unknowns(self, friction: float) -> int:
