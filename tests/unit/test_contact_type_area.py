@@ -48,7 +48,10 @@ def test_kinds_are_named(finger, said):
     assert contact_type(finger, finger.read(ss.PointLoad(**LOAD))).shape == ()
 
 
-@pytest.mark.parametrize(("name", "family"), [("point", None), ("vertex", ss.Cone), ("round side", ss.RoundHertz)])
+@pytest.mark.parametrize(
+    ("name", "family"),
+    [("point", None), pytest.param("vertex", ss.Cone, marks=pytest.mark.long), ("round side", ss.RoundHertz)],
+)
 def test_the_evidence_is_the_plain_average_of_the_likelihood(finger, name, family):
     """By importance sampling in all unknowns, of the closed form: the rule, Laplace's method, and the tables."""
     rng = np.random.default_rng(2)

