@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -88,13 +89,14 @@ class RoundLocator(AreaLocator):
         (_, first, sums, harmonics, widest, *_), error = _model(response, array)
         low, high = np.square(self.half_width)
         widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
-        parts = [response.at(float(np.sqrt(q))) for q in widths]
+        parts = [partial(self.response.at, float(np.sqrt(q))) for q in widths]
         cells = int(first[-1]) + 1
         terms = harmonics if response.table.pair is None else harmonics[:0]
         shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
         tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
         far = [0, -1] if self.wide else [0]
-        sensors, first, *rest = self._looked_at(parts, [parts[i] for i in far], array, cells)
+        narrowest = response.at(float(np.sqrt(low)))
+        sensors, first, *rest = self._looked_at(narrowest, parts, far, pattern, cells)
         limits = np.array([low, high, widest])
         turns, turned = sums[:0], harmonics[:0]
         if self.moment is not None:
@@ -105,7 +107,7 @@ class RoundLocator(AreaLocator):
         turned = np.ascontiguousarray(turned).astype(np.int64)
         return (
             sensor_rows(array), sensors, first, tables, terms, sums, harmonics, turns, turned, *rest,
-             widths, widths[far], limits, self._options(array, parts[0], error),
+             widths, widths[far], limits, self._options(array, narrowest, error),
         )  # fmt: skip
 
 
