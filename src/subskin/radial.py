@@ -255,12 +255,17 @@ def _of_one(finger: Finger, sensor: int, cells: int) -> tuple[FloatArray, float,
 
 
 def sampled(
-    finger: Finger, sensor: int, cells: int, load: Callable[..., LocalContact] = PointLoad, angles: int = _ANGLES
+    finger: Finger,
+    sensor: int,
+    cells: int,
+    load: Callable[..., LocalContact] = PointLoad,
+    angles: int = _ANGLES,
+    floor: float = 0.0,
 ) -> tuple[FloatArray, float, float]:
-    """Functions of u by component, order and part, (3, orders, 2, cells, nodes); largest reading; error.
+    """Functions of u by component, order and part, (components, orders, 2, cells, nodes); largest reading; error.
 
-    load makes unit contacts from `components` and `position`; readings are taken at so many `angles`, more than twice
-    the highest order.
+    load makes unit contacts from `components` and `position`, one of each component, or less; readings are taken at
+    so many `angles`, more than twice the highest order. Where none exceeds `floor` they are taken for rounding.
     """
     one = finger.array.select([sensor])
     probe = replace(finger, array=replace(one, y=[0.0], z=[0.0], gain=1.0))
@@ -274,17 +279,19 @@ def sampled(
         r = depth * np.sqrt(np.maximum(centres[:, None] + lengths[:, None] * t - 1.0, 0.0))
         away = r[..., None, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         touch = load(components=np.eye(3), position=-away[..., None, :])
-        return r, probe.measure(touch, linear=True)[..., 0]  # (cells, t, angles, 3)
+        return r, probe.measure(touch, linear=True)[..., 0]  # (cells, t, angles, components)
 
     turns = 2 * np.pi * np.arange(angles) / angles
     r, values = readings(_NODES, turns)
+    peak = max(float(np.abs(values).max()), floor)
+    if peak == floor:
+        values = np.zeros_like(values)
     waves = np.fft.rfft(values, axis=2)[:, :, : (angles - 1) // 2 + 1][:, :, : _HIGHEST + 1] * (2 / angles)
     waves[:, :, 0] /= 2
     waves = np.pad(waves, ((0, 0), (0, 0), (0, _HIGHEST + 1 - waves.shape[2]), (0, 0)))
     power = r[..., None, None] ** np.arange(_HIGHEST + 1)[:, None]
     parts = np.stack([waves.real, -waves.imag])  # of cos and sin m theta
-    peak = float(np.abs(values).max())
-    keep = np.abs(parts).max(axis=(1, 2)) > _KEPT * peak  # (2, orders, 3)
+    keep = np.abs(parts).max(axis=(1, 2)) > _KEPT * peak  # (2, orders, components)
     functions = np.where(keep[:, None, None], parts / power, 0.0)
     rc, seen = readings(_CHECKS, turns + _TURNED)
     at = np.einsum("kj,pcjmi->pcmki", _TO_POWERS, functions)

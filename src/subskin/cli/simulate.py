@@ -39,6 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--force", metavar="RANGE", help='forces of the loads ("40 N/m"; of local contacts "1 N")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='angles of the loads ("0 deg")')
     loads.add_argument("--azimuth", metavar="RANGE", help='where local contacts lean, from +y towards +z ("0 deg")')
+    loads.add_argument("--moment", metavar="RANGE", help='moments about the normal, of local contacts ("0 N*mm")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
     kinds = families()
     what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(_LOCAL)} (line; on an area point)"
@@ -81,9 +82,9 @@ def run(options: argparse.Namespace) -> int:
     if local and options.recording and not file.finger.array.on_area:
         rule, fix = "a recording of a row is of long contacts", "leave --contact out"
         raise InvalidValueError(f"--recording of a {options.contact} load", rule, fix)
-    for name in ("across", "azimuth") if not local else ():
+    for name in ("across", "azimuth", "moment") if not local else ("moment",) if options.recording else ():
         if getattr(options, name):
-            rule = "a long contact is the same at every z"
+            rule = "a recording is of presses without one" if local else "a long contact is the same at every z"
             raise InvalidValueError(f"--{name} of a {options.contact} load", rule, "leave it out, or --contact point")
     if options.force is None:
         options.force = "1 N" if local else "40 N/m"
@@ -208,9 +209,11 @@ def _local_loads(
     if options.grid:
         at = _lattice(options, file)
     columns: dict[str, Any] = {"position_y": at[:, 0], "position_z": at[:, 1]}
-    for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad")):
+    asked = (("moment", "N m"),) if options.moment else ()
+    for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad"), *asked):
         columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
-    load = {name: columns[name] for name in ("force", "angle")} | {"azimuth": columns["azimuth"] - file.turn}
+    load = {name: values for name, values in columns.items() if name in ("force", "angle", "moment")}
+    load["azimuth"] = columns["azimuth"] - file.turn
     own = file.on_finger(at) if file.finger.array.on_area else at - [file.origin, 0.0]
     readings = simulate_readings(
         file.finger, _local(options), load | {"position": own},
