@@ -55,6 +55,15 @@ class FilePort(_Descriptor, name="file"):
     ------
     FileError
         There is no such file, or it cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = open(f"{folder}/log.bin", "wb").write(b"ab")
+    ...     with FilePort(f"{folder}/log.bin") as port:
+    ...         port.regular, port.read(0.0)
+    (True, b'ab')
     """
 
     def __init__(self, path: str) -> None:
