@@ -59,8 +59,9 @@ class FilePort(_Descriptor, name="file"):
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = open(f"{folder}/log.bin", "wb").write(b"ab")
+    ...     _ = Path(folder, "log.bin").write_bytes(b"ab")
     ...     with FilePort(f"{folder}/log.bin") as port:
     ...         port.regular, port.read(0.0)
     (True, b'ab')
