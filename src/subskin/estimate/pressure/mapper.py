@@ -16,6 +16,7 @@ from ..frames import Framewise, sensor_rows
 from ._operator import COARSE, Factors, Surface, shear_seen
 from .columns import STATUS, WIDTH
 from .map import PressureMap
+from .prior import Bridge
 
 __all__ = ["RULES", "SHEARS", "PressureMapper", "pressure_map"]
 
@@ -118,7 +119,8 @@ class PressureMapper(Framewise):
         super().__init__(finger.array, needed=3 if shear == "none" else 4, columns=columns, status=STATUS)
         self.allow_for(finger, self.friction)
         normal, tangential = self._columns_of(finger.array.live)
-        self.shear_seen = shear_seen(normal, tangential, self._surface.step)
+        self._prior = Bridge(len(normal), self._surface.step)
+        self.shear_seen = shear_seen(normal, [tangential], self._prior)
         if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
             raise InvalidValueError(
                 f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
@@ -152,10 +154,9 @@ class PressureMapper(Framewise):
 
         def make() -> list[Factors]:
             normal, tangential = self._columns_of(used)
-            step = self._surface.step
             if self.shear == "free":
-                return [Factors.of([normal, self.friction * tangential], step)]
-            return [Factors.of([normal + t * tangential], step) for t in self.tangents]
+                return [Factors.of([normal, self.friction * tangential], self._prior)]
+            return [Factors.of([normal + t * tangential], self._prior) for t in self.tangents]
 
         return self._factors.get(used.tobytes(), make)
 
