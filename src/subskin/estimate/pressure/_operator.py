@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -153,24 +154,26 @@ class Factors(Frozen):
         return self._widths[k]
 
 
-def shear_seen(pressure: FloatArray, shear: list[FloatArray], prior: Prior) -> float:
-    """Share of the shear's components, one in a plane or two, that the sensors see where the pressure is unknown too.
+def shear_seen(pressure: FloatArray, drags: Sequence[FloatArray], prior: Prior) -> float:
+    """Share of a drag's components that the sensors still see where the pressure, and the other drag, are unknown too.
 
     Degrees of freedom at a thousandth of the largest singular value, which is what a contact with readings a thousand
-    times the noise shows: (those of both - those of the pressure) / those of the shear.
+    times the noise shows: (those of all - those of all but this drag) / those of this drag; of two drags the less.
 
-    Sensors of one kind in one depth read one function of y. At each wavelength that is one equation for two unknowns,
-    and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to 0.5.
+    Sensors of one kind in one depth read one function of the position. At each wavelength that is one equation for two
+    unknowns, and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to
+    0.5. On an area three are needed: normal strain, normal stress and pressure read nothing of a drag across a wave.
     """
-    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, *shear)) or 1.0  # only ratios count
-    one, *more = (part.T @ prior.applied(part) for part in (field / largest for field in (pressure, *shear)))
-    two = np.sum(more, axis=0)
-    if not np.trace(two) > 0:
-        return 0.0
-    level = _RANGE**2 * float(np.linalg.eigvalsh(one + two).max())
+    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, *drags)) or 1.0  # only ratios count
+    grams = [part.T @ prior.applied(part) for part in (field / largest for field in (pressure, *drags))]
+    every = np.sum(grams, axis=0)
+    level = _RANGE**2 * float(np.linalg.eigvalsh(every).max())
 
     def freedom(gram: FloatArray) -> float:
         squares = np.maximum(np.linalg.eigvalsh(gram), 0.0)
         return float((squares / (squares + level)).sum())
 
-    return (freedom(one + two) - freedom(one)) / freedom(two)
+    if not all(np.trace(gram) > 0 for gram in grams[1:]):
+        return 0.0
+    whole = freedom(every)
+    return min((whole - freedom(every - gram)) / freedom(gram) for gram in grams[1:])
