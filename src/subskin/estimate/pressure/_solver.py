@@ -146,7 +146,8 @@ def minimise(level, t, w, b, downhill, on, work):
     _, x, slope, _, lower, index, z, _ = work
     total = x.size
     tolerance = _TOLERANCE * np.abs(downhill).max()
-    fewest, patience = total + 1, 3
+    patience = most = 3 if len(level) == 5 else 20  # on an area elements come one in a neighbourhood, over more rounds
+    fewest = total + 1
     for _ in range(_ROUNDS):
         count = _solve(level, t, w, on, downhill, lower, index, z)
         if count < 0:
@@ -162,7 +163,7 @@ def minimise(level, t, w, b, downhill, on, work):
         if wrong == 0:
             return count
         if wrong < fewest:
-            fewest, patience = wrong, 3
+            fewest, patience = wrong, most
         elif patience > 0:
             patience -= 1
         else:
