@@ -8,7 +8,6 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
@@ -147,7 +146,10 @@ class ImageMapper(SurfaceMapper):
     ) -> None:
         known(shear, rule)
         if finger.measured is not None:
-            seen, rule = "a finger with a response measured in place", "an image of the pressure goes by the skin's field"
+            seen, rule = (
+                "a finger with a response measured in place",
+                "an image of the pressure goes by the skin's field",
+            )
             raise InvalidValueError(seen, rule, "dataclasses.replace(finger, measured=None), if that field will do")
         self._surface = AreaSurface.of(finger, search, step)
         self.y, self.z = self._surface.y, self._surface.z
@@ -245,9 +247,7 @@ class ImageMapper(SurfaceMapper):
         largest = float(np.linalg.norm(parts, axis=-1).sum(axis=0).max()) * max(1.0, self.friction)
         cost = np.full(parts.shape[1], pull)
         scales = np.array([largest, area, self.friction])
-        return _Level(
-            parts, _grams(parts), self._blocks * prior.stencil, sizes, cost, parts.astype(np.float32), scales
-        )
+        return _Level(parts, _grams(parts), self._blocks * prior.stencil, sizes, cost, parts.astype(np.float32), scales)
 
     def _map_frames(self, readings: FloatArray, sensors: FloatArray, ready: _Prepared, out: FloatArray) -> None:
         """Fill `out`, a row for each frame, as the compiled loop of a row of sensors does."""
@@ -353,9 +353,10 @@ def _coarsened(part: FloatArray, shape: tuple[int, int]) -> FloatArray:
     for dy in range(1 - COARSE, COARSE):
         for dz in range(1 - COARSE, COARSE):
             share = (1 - abs(dy) / COARSE) * (1 - abs(dz) / COARSE)
-            out = out + share * field[COARSE - 1 + dy :: COARSE, COARSE - 1 + dz :: COARSE][
-                : ny // COARSE, : nz // COARSE
-            ]
+            out = (
+                out
+                + share * field[COARSE - 1 + dy :: COARSE, COARSE - 1 + dz :: COARSE][: ny // COARSE, : nz // COARSE]
+            )
     return np.ascontiguousarray(np.reshape(out, (-1, part.shape[-1])))
 
 

@@ -51,7 +51,8 @@ class SurfaceMap(FrameTable):
     angle_std = _column(column.ANGLE_STD, "Standard deviation of the angle [rad]; 0 without shear.")
     residual = _column(column.RESIDUAL, "Chi-square: sum of squared residuals in units of each sensor's noise.")
     weight = _column(
-        column.WEIGHT, "Weight beside chi-square [m/Pa^2; 1/Pa^2 on an area] of the integral of (dp/dy)^2, or |grad p|^2."
+        column.WEIGHT,
+        "Weight of the integral of (dp/dy)^2, or |grad p|^2, beside chi-square [m/Pa^2; 1/Pa^2 on an area].",
     )
     optimality = _column(
         column.OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."

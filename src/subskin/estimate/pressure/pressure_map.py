@@ -1,4 +1,4 @@
-"""The pressure found in readings, along a row or on an area; what it takes is prepared once and kept with the finger."""
+"""The pressure found in readings, along a row or on an area, by a mapper that is prepared once and kept."""
 
 from __future__ import annotations
 
