@@ -150,7 +150,8 @@ def aliasing_error(
     Raises
     ------
     InvalidValueError
-        A row without a contact; a lattice on a skin that is solved in a plane; a pitch below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
+        A row without a contact; a lattice on a skin that is solved in a plane; a pitch below a fiftieth of the depth,
+        too few shifts, a sensor that is not there or reads nothing.
     GeometryError
         A batch of contacts; no pitch, and a finger whose sensors have none.
     NotLinearError

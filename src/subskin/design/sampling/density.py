@@ -67,12 +67,12 @@ class SensorDensity(Frozen):
 
     @property
     def density(self) -> FloatArray:
-        """Sensors per metre, 1 / pitch [1/m], shape (..., l): the memo's s in s d > 3.2; on an area per area [1/m^2]."""
+        """Sensors per metre, [1/m], shape (..., l), the memo's s in s d > 3.2; on an area per area [1/m^2]."""
         return _check.read_only(1 / self.pitch if self.lattice == "row" else _SPARSER[self.lattice] / self.pitch**2)
 
     @property
     def nyquist(self) -> FloatArray:
-        """Wavenumber from which on all is attenuated [rad/m], shape (..., l); pi / pitch, 2 pi / sqrt(3) of hexagons."""
+        """Wavenumber from which on all is attenuated [rad/m], shape (..., l)."""
         return _check.read_only(np.pi * _SPARSER[self.lattice] / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:

@@ -174,7 +174,7 @@ def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
             force[i] += sums[i, j] * x[j]
         moment[0] += area * x[j] * y[at_y]
         moment[1] += area * x[j] * z[at_z]
-        if min(min(at_y, sizes[0] - 1 - at_y), min(at_z, nz - 1 - at_z)) < rim:
+        if min(at_y, sizes[0] - 1 - at_y, at_z, nz - 1 - at_z) < rim:
             edge += area * x[j]
     normal = force[0]
     centre, leans = moment / normal, force[1:] / normal

@@ -121,7 +121,7 @@ class Factors(Frozen):
         return cls(vectors.T.copy(), np.maximum(squares, 0.0), shapes, diagonal, np.concatenate(parts), prior)
 
     def resolution(self, weight: float, count: int, which: slice) -> FloatArray:
-        """Columns of the resolution matrix: what a pressure at each of the nodes `which` alone looks like (count, k)."""
+        """Columns of the resolution matrix: what a pressure at each node of `which` alone looks like, (count, k)."""
         return (self.shapes[:count] / (self.squares + weight)) @ (self.basis @ self.columns[:count][which].T)
 
     def std(self, weight: FloatArray, count: int, block: int = 0) -> FloatArray:

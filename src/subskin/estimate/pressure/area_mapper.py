@@ -85,7 +85,7 @@ class ImageMapper(SurfaceMapper):
 
     As `PressureMapper`, in bilinear elements: the pressure p at their nodes is the one that minimises
 
-        chi-square + weight * integral |grad p|^2 dy dz + 2 least_force * (normal force) / (its least standard deviation)
+        chi-square + weight * integral |grad p|^2 + 2 least_force * (normal force) / (its least standard deviation)
 
     over all p >= 0 that are 0 on the border of the search. The minimum is unique and found exactly (docs/pressure.md).
 

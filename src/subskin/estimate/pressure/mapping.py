@@ -72,7 +72,7 @@ class SurfaceMapper(Framewise):
         normal, *drags = self._columns_of(finger.array.live)
         self.shear_seen = shear_seen(normal, drags, prior)
         if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
-            one = "one function of y, not two" if d == 1 else "one function of (y, z), not three: pressure and two drags"
+            one = "one function of y, not two" if d == 1 else "one function of (y, z), not three"
             raise InvalidValueError(
                 f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
                 f"at least {_LEAST_SEEN} is needed: sensors of one kind and depth read {one}",
