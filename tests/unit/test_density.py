@@ -407,9 +407,8 @@ class TestLattices:
             for lattice, number in zip(("square", "hexagonal"), per, strict=True):
                 assert sensor_density(pad, lattice=lattice).density[0] * D**2 == pytest.approx(number, abs=0.006)
 
-    @pytest.mark.parametrize(
-        "kind", [ss.ShearStrain("xy"), ss.LateralStrain(0.4), ss.transducer.Displacement("z")], ids=str
-    )
+    @pytest.mark.long
+    @pytest.mark.parametrize("kind", [ss.ShearStrain("xy"), ss.LateralStrain(0.4), ss.transducer.Displacement("z")])
     @pytest.mark.parametrize("skin", [SPACE, ss.Layered([ss.Layer(RUBBER, 3e-3), ss.Layer(ss.Material(1e6), 2e-3)])])
     def test_a_wave_in_any_direction_reads_as_the_field_of_a_wavy_patch(self, skin, kind):
         """Against the field of a wide Gaussian-windowed wave, by the map of a PressureGrid."""
@@ -419,7 +418,7 @@ class TestLattices:
         k, phi, wide = 1.1 / D, 0.6, 8 * D
         at = np.arange(-3.2 * wide, 3.2 * wide + 1e-9, D / 4)
         y, z = np.meshgrid(at, at, indexing="ij")
-        l = y * np.cos(phi) + z * np.sin(phi)
+        along = y * np.cos(phi) + z * np.sin(phi)
         shape = np.exp(-(y**2 + z**2) / (2 * wide**2))
         # the same of the interpolated nodes: bilinear hats pass this share of a wave
         share = np.prod([np.sinc(k * c * D / 8 / np.pi) ** 2 for c in (np.cos(phi), np.sin(phi))])
@@ -427,7 +426,7 @@ class TestLattices:
         size = np.abs(read).max()
         for load in range(3):
             seen = []
-            for wave in (np.cos(k * l), np.sin(k * l)):
+            for wave in (np.cos(k * along), np.sin(k * along)):
                 values = np.zeros((3, *shape.shape))
                 values[load] = wave * shape
                 grid = ss.PressureGrid(at, at, values[0], np.moveaxis(values[1:], 0, -1))

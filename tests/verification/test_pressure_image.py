@@ -1,4 +1,4 @@
-"""The pressure on an area against what defines it: a dense problem of independent readings, scipy's nnls, and truths."""
+"""The pressure on an area against what defines it: a dense problem of independent readings, nnls, and truths."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ import subskin as ss
 
 RUBBER = ss.Material(young=0.4e6)
 D = 2e-3
+BAROMETER = (ss.MeanPressure(),)
 
 
-def pad(
-    shape=(5, 4), pitch=1.5e-3, noise=30.0, skin=None, kinds=(ss.MeanPressure(),), depths=(D,), **more
-) -> ss.Finger:
+def pad(shape=(5, 4), pitch=1.5e-3, noise=30.0, kinds=BAROMETER, depths=(D,)) -> ss.Finger:
     """Sensors on a grid, of several kinds or depths at each position."""
     arrays = [
-        ss.SensorArray.grid(shape=shape, pitch=pitch, depth=depth, transducer=kind, noise=sigma, **more)
+        ss.SensorArray.grid(shape=shape, pitch=pitch, depth=depth, transducer=kind, noise=sigma)
         for kind, depth, sigma in zip(kinds, depths, np.broadcast_to(noise, len(kinds)), strict=True)
     ]
-    return ss.Finger(ss.HalfSpace(RUBBER) if skin is None else skin, sum(arrays[1:], arrays[0]))
+    return ss.Finger(ss.HalfSpace(RUBBER), sum(arrays[1:], arrays[0]))
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +182,20 @@ def test_a_batch_is_its_frames(tip):
             finite = np.isfinite(one.table)
             assert (finite == np.isfinite(whole.table[f])).all()
             np.testing.assert_allclose(one.table[finite], whole.table[f][finite], rtol=1e-9, atol=1e-6)
+
+
+def test_a_drag_is_found_wherever_it_points(wide):
+    touches = [
+        ss.RoundHertz(2.0, angle=angle, azimuth=azimuth, position=(-3e-3, 0.0), half_width=2e-3)
+        + ss.RoundHertz(1.0, angle=angle, azimuth=azimuth, position=(3.5e-3, 1e-3), half_width=1.5e-3)
+        for angle in (0.0, 0.3, 0.65)
+        for azimuth in (0.6, -2.0)
+    ]
+    rng = np.random.default_rng(7)
+    found = ss.pressure_map(wide, np.stack([wide.read(touch, rng) for touch in touches]))
+    assert (found.status == ss.Status.OK).all()
+    assert np.abs(found.angle - np.repeat([0.0, 0.3, 0.65], 2)).max() < 0.01
+    assert np.abs(found.azimuth[2:] - [0.6, -2.0, 0.6, -2.0]).max() < 0.02
 
 
 def test_totals_belong_to_the_image_and_its_contact_reads_the_same(tip):

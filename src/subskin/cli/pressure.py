@@ -53,9 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "where the finger has friction = 0)",
     )
     parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
-    parser.add_argument(
-        "--movie", metavar="FILE", help="of sensors on an area, the images of all frames, up to 500; .gif"
-    )
+    parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")
     add_frames(parser, "map", "table of pressures", "draw the pressure of the first frame")
 
 

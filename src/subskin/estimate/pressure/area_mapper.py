@@ -54,8 +54,6 @@ class _Prepared(NamedTuple):
     basis: FloatArray  # U^T of each, (leans, n, n)
     squares: FloatArray  # S^2, (leans, n)
     spread: FloatArray  # C A^T of each traction at the coarse nodes, (blocks, coarse m, n)
-    strips: FloatArray  # whitened readings of even patches, (3, M, n)
-    inverse: FloatArray  # of their products, (M, 3, 3)
 
 
 class _Leans(Sequence[Factors]):
@@ -228,11 +226,10 @@ class ImageMapper(SurfaceMapper):
         squares, vectors = np.linalg.eigh(np.stack([0.5 * (gram + gram.T) for gram in mixed]))
         pull = self.least_force * float(np.linalg.norm(tractions[0], axis=1).max())
         at = (np.arange(ny // COARSE)[:, None] * COARSE + 1) * nz + np.arange(nz // COARSE) * COARSE + 1
-        strips, inverse = _patches(coarse, wide.shape)
         ready = _Prepared(
             self._level(tractions, prior, pull, COARSE), self._level(coarse, wide, COARSE**2 * pull, 1), self.drags,
             np.ascontiguousarray(np.swapaxes(vectors, 1, 2)), np.maximum(squares, 0.0),
-            np.ascontiguousarray(spread[:, at.reshape(-1)]), strips, inverse,
+            np.ascontiguousarray(spread[:, at.reshape(-1)]),
         )  # fmt: skip
         return sensor_rows(self.finger.array.select(pattern)), ready
 
@@ -262,7 +259,7 @@ class ImageMapper(SurfaceMapper):
         out[usable, column.RESIDUAL] = power[usable]
         most = self._most(frames.shape[1])
         touched = np.flatnonzero(usable & (power > most))
-        size = max(1, _AT_ONCE // max(ready.fine.parts.shape[1], ready.strips.shape[1] * 3))
+        size = max(1, _AT_ONCE // ready.fine.parts[..., 0].size)
         for first in range(0, len(touched), size):
             rows = touched[first : first + size]
             part = out[rows]
@@ -279,7 +276,7 @@ class ImageMapper(SurfaceMapper):
         from ._area_kernel import settle_frames
 
         seeks = len(ready.drags) > 1
-        drags = _first_drags(frames, ready, self.friction) if seeks else np.zeros((len(frames), 2))
+        drags = np.zeros((len(frames), 2))  # from there the search always arrived, from the best patch it did not
         nodes = self.y[1:-1], self.z[1:-1]
         lean, weights, guess = self._smoothest(frames, drags, ready)
         near = np.array([self.friction, _NEAR, np.inf, 0.0, np.inf])
@@ -358,35 +355,6 @@ def _coarsened(part: FloatArray, shape: tuple[int, int]) -> FloatArray:
                 + share * field[COARSE - 1 + dy :: COARSE, COARSE - 1 + dz :: COARSE][: ny // COARSE, : nz // COARSE]
             )
     return np.ascontiguousarray(np.reshape(out, (-1, part.shape[-1])))
-
-
-def _patches(coarse: FloatArray, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-    """Readings of patches of pressure, of one coarse element and of three by three, and of drags, (3, M, n).
-
-    And the inverse of the products of each three, (M, 3, 3). The search for the drag starts from the best of them.
-    """
-    if len(coarse) < 3:
-        return np.zeros((3, 0, coarse.shape[-1])), np.zeros((0, 3, 3))
-    field = coarse.reshape(3, *shape, -1)
-    wide = sum(
-        field[:, 1 + dy : shape[0] - 1 + dy, 1 + dz : shape[1] - 1 + dz] for dy in (-1, 0, 1) for dz in (-1, 0, 1)
-    )
-    strips = np.concatenate([coarse, np.asarray(wide)[:, ::2, ::2].reshape(3, -1, coarse.shape[-1])], axis=1)
-    grams = np.einsum("amn,bmn->mab", strips, strips)
-    grams += 1e-9 * np.trace(grams, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    return np.ascontiguousarray(strips), np.linalg.inv(grams)
-
-
-def _first_drags(frames: FloatArray, ready: _Prepared, friction: float) -> FloatArray:
-    """The tangents (ty, tz) of the one patch that explains most of each frame, shape (f, 2)."""
-    along = np.stack([frames @ strip.T for strip in ready.strips], axis=-1)  # (f, M, 3)
-    loads = np.einsum("mab,fmb->fma", ready.inverse, along)
-    explained = np.where(loads[..., 0] > 0, np.einsum("fma,fma->fm", loads, along), -np.inf)
-    best = np.take_along_axis(loads, explained.argmax(axis=1)[:, None, None], axis=1)[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        drags = np.where(best[:, :1] > 0, best[:, 1:] / best[:, :1], 0.0)
-    size = np.hypot(*drags.T)[:, None]
-    return np.ascontiguousarray(drags * np.minimum(1.0, 0.9 * friction / np.maximum(size, 1e-300)))
 
 
 def _finer(coarse: FloatArray, few: npt.NDArray[np.int64], many: npt.NDArray[np.int64], blocks: int) -> FloatArray:
