@@ -76,16 +76,20 @@ class Dense:
         return x, 0.5 * x @ hessian @ x - g @ x
 
 
+@pytest.fixture(scope="module")
+def dense(tip) -> Dense:
+    return Dense(tip, ss.estimate.ImageMapper(tip, shear="none"))
+
+
 TWO = ss.RoundHertz(force=1.0, position=(-1.5e-3, 0.0), half_width=1.5e-3) + ss.RoundHertz(
     force=0.5, position=(2.5e-3, 1e-3), half_width=1e-3
 )
 
 
-def test_the_minimum_is_that_of_nnls(tip):
+def test_the_minimum_is_that_of_nnls(tip, dense):
     rng = np.random.default_rng(1)
     frames = np.stack([tip.read(TWO, rng), tip.read(ss.Patch(force=1.0, half_widths=(1e-3, 2e-3)), rng)])
     found = ss.pressure_map(tip, frames, shear="none")
-    dense = Dense(tip, found)
     assert (found.status == ss.Status.OK).all()
     assert found.optimality.max() < 1e-11
     for f, b in enumerate(frames / 30.0):
@@ -101,11 +105,10 @@ def test_the_minimum_is_that_of_nnls(tip):
         assert ((dense.parts[0].T @ mine - b) ** 2).sum() == pytest.approx(found.residual[f], rel=1e-3)
 
 
-def test_the_drag_is_where_the_minimum_is_least(tip):
+def test_the_drag_is_where_the_minimum_is_least(tip, dense):
     touch = ss.RoundHertz(force=1.5, angle=0.3, azimuth=0.8, position=(0.4e-3, 0.2e-3), half_width=1.5e-3)
     frame = tip.read(touch, np.random.default_rng(2))
     found = ss.pressure_map(tip, frame)
-    dense = Dense(tip, found)
     t = found.tangential_force / found.normal_force
     steps = 3e-3 * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     values = [dense.solve(frame / 30.0, t + step, found.weight)[1] for step in steps]
@@ -116,10 +119,9 @@ def test_the_drag_is_where_the_minimum_is_least(tip):
     np.testing.assert_array_less(np.abs(found.tangential_force - touch.components[1:]), 4 * found.tangential_std)
 
 
-def test_band_of_a_gaussian_pressure(tip):
+def test_band_of_a_gaussian_pressure(tip, dense):
     """Standard deviations of the linear map, against C - C A^T (A C A^T + w)^-1 A C with dense matrices."""
     found = ss.pressure_map(tip, tip.read(TWO, np.random.default_rng(3)), shear="none")
-    dense = Dense(tip, found)
     a, w = dense.parts[0].T, float(found.weight)
     whole = np.linalg.inv(a.T @ a + w * dense.k)
     np.testing.assert_allclose(found.pressure_std[1:-1, 1:-1].reshape(-1) ** 2, np.diagonal(whole), rtol=1e-4)
@@ -225,9 +227,9 @@ def test_free_drag_is_refused_where_it_cannot_be_told_and_found_where_it_can():
     assert found.optimality < 1e-9
     y, z = np.meshgrid(found.y, found.z, indexing="ij")
     for mine, true, most in (
-        (found.pressure, touch.pressure(y, z), 0.3),
-        (found.shear[..., 0], touch.shear(y, z)[..., 0], 0.5),
-        (found.shear[..., 1], touch.shear(y, z)[..., 1], 0.5),
+        (found.pressure, touch.pressure(y, z), 0.5),
+        (found.shear[..., 0], touch.shear(y, z)[..., 0], 0.65),
+        (found.shear[..., 1], touch.shear(y, z)[..., 1], 0.65),
     ):
         assert np.linalg.norm(mine - true) < most * np.linalg.norm(true)
     assert (np.abs(found.shear) <= found.pressure[..., None] + 1e-9 * found.pressure.max()).all()

@@ -133,7 +133,8 @@ def run(options: argparse.Namespace) -> int:
             from ..plot import pressure_movie
 
             pressure_movie(join(maps), options.movie, origin=origin)
-        done = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
+        done: dict[str | None, Any] = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
+        done[options.movie] = lambda _: None  # written above; named with the others
         return give(options, data, people, done, drawn)
 
 

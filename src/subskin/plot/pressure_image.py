@@ -16,7 +16,7 @@ from ..contact import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import PressureImage, Status
 from ..io.files import replacing
-from .style import BLACK, DOUBLE, GREY, MM, finished, house_style, new_figure, settled
+from .style import DOUBLE, GREY, MM, finished, house_style, new_figure, settled
 
 __all__ = ["pressure_image_figure", "pressure_movie"]
 
@@ -75,7 +75,7 @@ def pressure_image_figure(
     beside = 1.959964 * found.pressure_std if truth is None else truth.pressure(y, z)
     largest = float(max(found.pressure.max(), 0.0 if truth is None else np.where(np.isfinite(beside), beside, 0).max()))
     scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
-    figure = new_figure(DOUBLE, min(40.0 + 70.0 * float(np.ptp(found.z) / np.ptp(found.y)), 160.0))
+    figure = new_figure(DOUBLE, min(22.0 + 66.0 * float(np.ptp(found.z) / np.ptp(found.y)), 160.0))
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     titles = "found", "half of the 95 % band" if truth is None else "truth"
     for axes, values, title in ((left, found.pressure, titles[0]), (right, beside, titles[1])):
@@ -90,9 +90,14 @@ def pressure_image_figure(
     )  # where the centre of pressure is
     wide = float(found.resolution[cell])
     low = found.y[0] + at[0] + 0.05 * np.ptp(found.y), found.z[0] + at[1] + 0.05 * np.ptp(found.z)
-    left.plot(MM * np.array([low[0], low[0] + wide]), [MM * low[1]] * 2, color=BLACK, linewidth=2.0)
+    left.plot(MM * np.array([low[0], low[0] + wide]), [MM * low[1]] * 2, color="white", linewidth=2.0)
     left.annotate(
-        f"resolution {MM * wide:.2g} mm", (MM * low[0], MM * low[1]), (0, 3), textcoords="offset points", fontsize=6.5
+        f"resolution {MM * wide:.2g} mm",
+        (MM * low[0], MM * low[1]),
+        (0, 3),
+        textcoords="offset points",
+        fontsize=6.5,
+        color="white",
     )
     figure.colorbar(picture, ax=[left, right], label=f"pressure [{unit}]", shrink=0.8)
     return figure
