@@ -94,7 +94,8 @@ def main() -> None:
                 beside = peer(mapper, frames[few], found[few]) if options.peer else np.nan
                 rows.append(
                     [
-                        f"{side} x {side}", shear, f"{wide:g}", f"{(found.status == 0).mean():.2f}", f"{off.mean():.3f}",
+                        f"{side} x {side}", shear, f"{wide:g}", f"{(found.status == 0).mean():.2f}",
+                        f"{off.mean():.3f}",
                         f"{inside:.2f}", f"{1e3 * batch:.2f}", f"{1e3 * single:.2f}", f"{1e3 * beside:.0f}",
                     ]
                 )  # fmt: skip

@@ -91,14 +91,8 @@ def pressure_image_figure(
     wide = float(found.resolution[cell])
     low = found.y[0] + at[0] + 0.05 * np.ptp(found.y), found.z[0] + at[1] + 0.05 * np.ptp(found.z)
     left.plot(MM * np.array([low[0], low[0] + wide]), [MM * low[1]] * 2, color="white", linewidth=2.0)
-    left.annotate(
-        f"resolution {MM * wide:.2g} mm",
-        (MM * low[0], MM * low[1]),
-        (0, 3),
-        textcoords="offset points",
-        fontsize=6.5,
-        color="white",
-    )
+    said, at_bar = f"resolution {MM * wide:.2g} mm", (MM * low[0], MM * low[1])
+    left.annotate(said, at_bar, (0, 3), textcoords="offset points", fontsize=6.5, color="white")
     figure.colorbar(picture, ax=[left, right], label=f"pressure [{unit}]", shrink=0.8)
     return figure
 
