@@ -86,8 +86,8 @@ def _fitting(at: FloatArray, size: float, at_most: bool) -> float:
 
     Where there is none, `size` itself.
     """
-    places = np.unique(np.round(at / (_SAME * size))) * (_SAME * size)
-    gaps = np.diff(places)
+    found = np.unique(np.round(at / (_SAME * size))) * (_SAME * size)
+    gaps = np.diff(found)
     gaps = gaps[gaps > 10 * _SAME * size]
     if not gaps.size or (np.abs(gaps / gaps.min() - np.round(gaps / gaps.min())) > 1e-3).any():
         return size
