@@ -211,29 +211,17 @@ def test_totals_belong_to_the_image_and_its_contact_reads_the_same(tip):
     )
 
 
-def test_free_drag_is_refused_where_it_cannot_be_told_and_found_where_it_can():
-    kinds = (ss.MeanPressure(), ss.NormalStrain())
+@pytest.mark.parametrize(
+    ("kinds", "noise"),
+    [
+        ((ss.MeanPressure(), ss.NormalStrain()), (30.0, 3e-5)),
+        # three functions of (y, z), of which the sensors see so little that the drag's image leaves its band
+        ((ss.MeanPressure(), ss.ShearStrain("xy"), ss.ShearStrain("xz")), (30.0, 3e-5, 3e-5)),
+    ],
+)
+def test_free_drag_is_refused_where_it_cannot_be_told(kinds, noise):
     with pytest.raises(ss.errors.InvalidValueError, match="not three"):
-        ss.estimate.ImageMapper(pad((4, 4), kinds=kinds, noise=[30.0, 3e-5], depths=(D, D)), shear="free")
-    kinds = (ss.MeanPressure(), ss.ShearStrain("xy"), ss.ShearStrain("xz"))
-    tip = pad((5, 5), kinds=kinds, noise=[30.0, 3e-5, 3e-5], depths=(D, D, D))
-    mapper = ss.estimate.ImageMapper(tip, shear="free")
-    # one patch is dragged along +y, another along -z
-    touch = ss.RoundHertz(components=(1.0, 0.4, 0.0), position=(-1.8e-3, 0.0), half_width=1.5e-3) + ss.RoundHertz(
-        components=(1.0, 0.0, -0.4), position=(1.8e-3, 0.5e-3), half_width=1.5e-3
-    )
-    found = mapper(tip.read(touch, np.random.default_rng(6)))
-    assert found.status == ss.Status.OK
-    assert found.optimality < 1e-9
-    y, z = np.meshgrid(found.y, found.z, indexing="ij")
-    for mine, true, most in (
-        (found.pressure, touch.pressure(y, z), 0.5),
-        (found.shear[..., 0], touch.shear(y, z)[..., 0], 0.9),
-        (found.shear[..., 1], touch.shear(y, z)[..., 1], 0.9),
-    ):
-        assert np.linalg.norm(mine - true) < most * np.linalg.norm(true)
-    assert (np.abs(found.shear) <= found.pressure[..., None] + 1e-9 * found.pressure.max()).all()
-    np.testing.assert_array_less(np.abs(found.tangential_force - (0.4, -0.4)), 4 * found.tangential_std + 0.02)
+        ss.estimate.ImageMapper(pad((5, 5), kinds=kinds, noise=noise, depths=(D,) * len(kinds)), shear="free")
 
 
 def test_what_an_image_takes_is_checked(tip):

@@ -109,7 +109,7 @@ class ImageMapper(SurfaceMapper):
     y, z : ndarray
         The nodes along y and along z [m], (ny,) and (nz,).
     shear_seen : float
-        Share of the drags' components that are seen beside an unknown pressure; "free" needs 0.2.
+        Share of the drags' components that are seen beside an unknown pressure; "free" needs 0.3.
 
     Raises
     ------
