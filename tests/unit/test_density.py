@@ -376,3 +376,111 @@ class TestFigures:
         np.testing.assert_allclose(np.interp(y, *curves["recovered"].T), values, atol=0.2)  # joined there
         with pytest.raises(ss.errors.GeometryError, match="shift"):
             aliasing_figure(found, shift=16)
+
+
+SPACE = ss.HalfSpace(RUBBER)
+TABLE = {  # k d at attenuations of 10, 100, 1000 (docs/density.md): closed forms of each response
+    ss.MeanPressure(): lambda x: np.exp(-x),
+    ss.NormalStress(): lambda x: (1 + x) * np.exp(-x),
+    ss.NormalStrain(): lambda x: x * np.exp(1 - x),
+}
+
+
+class TestLattices:
+    @pytest.mark.parametrize("kind", TABLE, ids=str)
+    def test_pitch_and_density_are_those_of_the_closed_forms(self, kind):
+        wanted = np.array([10.0, 1000.0])
+        pad = ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D, transducer=kind))
+        square, hexagonal = (sensor_density(pad, wanted, lattice=name) for name in ("square", "hexagonal"))
+        for i, ratio in enumerate(wanted):
+            k = last_root(lambda x, ratio=ratio: TABLE[kind](x) - 1 / ratio, (1e-3, 30))
+            assert square.nyquist[i, 0] * D == pytest.approx(k, rel=1e-6)
+            assert square.pitch[i, 0] == pytest.approx(np.pi * D / k, rel=1e-6)
+            assert hexagonal.pitch[i, 0] == pytest.approx(2 * np.pi * D / np.sqrt(3) / k, rel=1e-6)
+            assert square.density[i, 0] * D**2 == pytest.approx((k / np.pi) ** 2, rel=1e-6)
+        assert hexagonal.density / square.density == pytest.approx(np.sqrt(3) / 2, rel=1e-9)
+        assert (square.error_pitch < square.pitch).all()
+
+    def test_the_numbers_of_one_in_a_thousand(self):
+        for kind, per in ((ss.NormalStrain(), (10.61, 9.19)), (ss.MeanPressure(), (4.83, 4.19))):
+            pad = ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D, transducer=kind))
+            for lattice, number in zip(("square", "hexagonal"), per, strict=True):
+                assert sensor_density(pad, lattice=lattice).density[0] * D**2 == pytest.approx(number, abs=0.006)
+
+    @pytest.mark.long
+    @pytest.mark.parametrize("kind", [ss.ShearStrain("xy"), ss.LateralStrain(0.4), ss.transducer.Displacement("z")])
+    @pytest.mark.parametrize("skin", [SPACE, ss.Layered([ss.Layer(RUBBER, 3e-3), ss.Layer(ss.Material(1e6), 2e-3)])])
+    def test_a_wave_in_any_direction_reads_as_the_field_of_a_wavy_patch(self, skin, kind):
+        """Against the field of a wide Gaussian-windowed wave, by the map of a PressureGrid."""
+        from subskin.design.sampling._plane import EndlessLattice
+
+        pad = ss.Finger(skin, ss.SensorArray(y=[0.0], depth=D, transducer=kind))
+        k, phi, wide = 1.1 / D, 0.6, 8 * D
+        at = np.arange(-3.2 * wide, 3.2 * wide + 1e-9, D / 4)
+        y, z = np.meshgrid(at, at, indexing="ij")
+        along = y * np.cos(phi) + z * np.sin(phi)
+        shape = np.exp(-(y**2 + z**2) / (2 * wide**2))
+        # the same of the interpolated nodes: bilinear hats pass this share of a wave
+        share = np.prod([np.sinc(k * c * D / 8 / np.pi) ** 2 for c in (np.cos(phi), np.sin(phi))])
+        read = EndlessLattice.of(pad, 0).filters(np.array([k]), np.array([phi]))[0]
+        size = np.abs(read).max()
+        for load in range(3):
+            seen = []
+            for wave in (np.cos(k * along), np.sin(k * along)):
+                values = np.zeros((3, *shape.shape))
+                values[load] = wave * shape
+                grid = ss.PressureGrid(at, at, values[0], np.moveaxis(values[1:], 0, -1))
+                seen.append(float(kind.measure(skin.map(grid, D, np.zeros(1), np.zeros(1)))[0, 0]))
+            assert complex(*seen) / share == pytest.approx(complex(read[load]), abs=0.03 * size)
+
+    def test_what_is_read_beyond_the_first_zone(self):
+        strain = ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D))
+        pressure = ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D, transducer=ss.MeanPressure()))
+        for pad, rows in ((strain, (1e-4, 0.027, 0.14, 0.31)), (pressure, (1e-5, 0.0046, 0.034, 0.091))):
+            for pitch, number in zip((0.25, 0.5, 0.75, 1.0), rows, strict=True):
+                found = aliasing_error(pad, pitch=pitch * D, lattice="square")
+                assert found.beyond[0] == pytest.approx(number, rel=0.1)
+        same = np.sqrt(2 / np.sqrt(3))  # of the same density
+        for pitch, number in ((0.5, 0.021), (0.75, 0.128)):
+            found = aliasing_error(strain, pitch=pitch * same * D, lattice="hexagonal")
+            assert found.beyond[0] == pytest.approx(number, rel=0.03)
+
+    def test_the_error_is_that_of_samples_joined_again(self):
+        """A touch sampled on a square lattice in all its shifts, by fast Fourier transforms over a wide area."""
+        pad = ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D, transducer=ss.MeanPressure()))
+        touch, finer, count = ss.RoundHertz(force=1.0, angle=0.3, azimuth=0.5, half_width=1e-3), 6, 32
+        pitch = 1.3 * D
+        at = pitch / finer * (np.arange(finer * count) - finer * count / 2)
+        true = ss.MeanPressure().measure(SPACE.map(touch, D, at, at))
+        off = 0.0
+        waves = np.fft.fftfreq(finer * count) * finer
+        within = (np.abs(waves)[:, None] < 0.5) & (np.abs(waves) < 0.5)
+        for i in range(finer):
+            for j in range(finer):
+                samples = np.zeros_like(true)
+                samples[i::finer, j::finer] = true[i::finer, j::finer] * finer**2
+                again = np.fft.ifft2(np.where(within, np.fft.fft2(samples), 0.0)).real
+                off += ((again - true) ** 2).mean() / finer**2
+        found = aliasing_error(pad, touch, pitch, lattice="square")
+        assert found.rms == pytest.approx(np.sqrt(off / (true**2).mean()), rel=0.03)
+
+    def test_the_finger_s_own_lattice_is_meant(self):
+        grid = ss.Finger(SPACE, ss.SensorArray.grid(shape=(3, 3), pitch=D, depth=D))
+        comb = ss.Finger(SPACE, ss.SensorArray.hexagonal(shape=(3, 3), pitch=D, depth=D))
+        for pad, lattice in ((grid, "square"), (comb, "hexagonal")):
+            assert sensor_density(pad, 10.0).lattice == lattice
+            found = aliasing_error(pad)
+            assert (found.lattice, found.pitch) == (lattice, pytest.approx(D))
+
+    def test_what_a_lattice_refuses(self):
+        row, pad = finger(), ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D))
+        for call, message in (
+            (lambda: sensor_density(row, lattice="square"), "solved in a plane"),
+            (lambda: sensor_density(pad, lattice="round"), "row, square, hexagonal"),
+            (lambda: sensor_density(pad, lattice="square", contact=ss.Hertz(1.0, half_width=D)), "worst case"),
+            (lambda: aliasing_error(row), "a long contact"),
+            (lambda: aliasing_error(pad, lattice="square"), "pitch="),
+            (lambda: aliasing_error(pad, ss.LineLoad(1.0), D, lattice="square"), "a local contact"),
+        ):
+            with pytest.raises(ss.SubskinError, match=message):
+                call()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
-from subskin.estimate.pressure._operator import half_widths
+from subskin.estimate.pressure.prior import half_widths
 
 RUBBER = ss.Material(young=0.4e6)
 NOISE = 2e-5
@@ -265,9 +265,9 @@ def test_half_widths_of_known_peaks():
     bells = np.exp(-0.5 * ((rows - centres) / 10) ** 2)
     columns = np.zeros((201, 201))
     columns[:, [60, 100, 150]] = bells  # the last is seen ten rows from where it is
-    widths = half_widths(columns)
+    widths = half_widths(columns, rows[:, 0].astype(int))
     half = 10 * np.sqrt(2 * np.log(2))
     np.testing.assert_allclose(widths[[60, 100]], 2 * half, rtol=2e-3)
     assert widths[150] == pytest.approx(2 * half, rel=2e-3)  # ten is within its half width
     columns[:, 170] = columns[:, 150]
-    assert half_widths(columns)[170] == pytest.approx(half + 30, rel=2e-3)
+    assert half_widths(columns, rows[:, 0].astype(int))[170] == pytest.approx(half + 30, rel=2e-3)

@@ -1,4 +1,4 @@
-"""`subskin pressure`: readings -> the pressure along the surface."""
+"""`subskin pressure`: readings -> the pressure along the surface, or on an area."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ _EXAMPLES = """\
   subskin pressure finger.toml readings.csv -o map.csv --figure map.png
   subskin pressure finger.toml readings.csv --shear none --totals forces.csv
   subskin pressure finger.toml readings.parquet -o map.parquet --rule discrepancy --rows 0-99
+  subskin pressure pad.toml readings.csv --totals forces.csv --movie press.gif --every 10
   subskin simulate finger.toml -o - --contact hertz --half-width "2 mm" | subskin pressure finger.toml - --json
 """
 _NOTES = """\
 The pressure is >= 0 and smooth. A rule finds from each frame how smooth. The resolution says how wide a narrow load
 then looks. -o writes a row for each frame and each node along the surface, --totals a row for each frame. The figure
-shows the first frame with a contact.
+shows the first frame with a contact. Sensors on an area make an image of each frame, and --movie shows them all.
 """
 _HERE = {
     **MEANING,
@@ -33,6 +34,7 @@ _HERE = {
 }
 _AT_ONCE = 1000  # frames: a map of each is held
 _SHOWN = ("row", "normal_force", "normal_std", "centre", "angle", "resolution", "residual", "status")
+_SHOWN_ON_AREA = ("row", "normal_force", "normal_std", "centre_y", "centre_z", "angle", "resolution", "status")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +53,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "where the finger has friction = 0)",
     )
     parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
+    parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")
     add_frames(parser, "map", "table of pressures", "draw the pressure of the first frame")
 
 
@@ -58,19 +61,25 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     import numpy as np
 
-    from ..estimate.pressure.mapper import PressureMapper
+    from ..estimate.pressure import ImageMapper, PressureMapper, pressure_mapper
     from ..stream.stage import join
     from .answers import Kept, answers_of, show_first, show_statuses
 
-    def prepare(file: io.FingerFile) -> PressureMapper:
+    if options.movie is not None and not options.movie.lower().endswith(".gif"):
+        raise FileError(f"--movie {options.movie}", "a movie is .gif", "--movie press.gif")
+
+    def prepare(file: io.FingerFile) -> PressureMapper | ImageMapper:
+        if options.movie is not None and not file.finger.array.on_area:
+            raise FileError(f"--movie {options.movie}", "sensors in a row make no image", "--figure map.png")
         given: dict[str, Any] = {k: v for k, v in file.options.items() if k in ("false_alarm", "friction")}
         shear = options.shear or ("none" if given.get("friction") == 0 else "proportional")
         if shear == "none":
             given.pop("friction", None)
-        return PressureMapper(file.finger, search=file.search, rule=options.rule, shear=shear, **given)
+        return pressure_mapper(file.finger, search=file.search, rule=options.rule, shear=shear, **given)
 
     kept, maps, first, origin = Kept(None if options.json else ()), [], None, 0.0
     mapper: Any = None
+    answers_file: Any = None
     with ExitStack() as outputs:
         tables = {
             make: outputs.enter_context(io.writing(path))
@@ -80,11 +89,11 @@ def run(options: argparse.Namespace) -> int:
         for answers in answers_of(options, prepare, at_once=_AT_ONCE):
             totals, found = _totals(answers), answers.found
             kept.add(totals, found.status)
-            mapper, origin = found.mapper, answers.file.origin
+            mapper, origin, answers_file = found.mapper, answers.file.origin, answers.file
             there = np.flatnonzero(np.isfinite(found.normal_force))
             if first is None and there.size:
                 first = found[there[0]]
-            if options.json:
+            if options.json or options.movie is not None:
                 maps.append(found)
             for make, table in tables.items():
                 table.write(totals if make is _totals else make(answers))
@@ -97,7 +106,7 @@ def run(options: argparse.Namespace) -> int:
                 "shear": mapper.shear,
                 "status": kept.status,
                 "totals": kept.columns,
-                "y": found.y + origin,
+                **_nodes(found, answers_file),
                 "pressure": found.pressure,
                 "pressure_std": found.pressure_std,
                 "shear_stress": found.shear,
@@ -108,15 +117,24 @@ def run(options: argparse.Namespace) -> int:
             show_statuses(out, kept.status, _HERE)
             if options.out is None and options.totals is None:
                 show_first(
-                    out, kept.first, _SHOWN, "the first frames, in SI; -o writes their pressures, --totals these"
+                    out,
+                    kept.first,
+                    _SHOWN_ON_AREA if mapper.array.on_area else _SHOWN,
+                    "the first frames, in SI; -o writes their pressures, --totals these",
                 )
 
         def drawn(plot: Any) -> Any:
             if first is None:
                 raise FileError(options.readings, "no frame has a contact to draw", "leave out --figure")
-            return plot.pressure_figure(first, origin=origin)
+            draw = plot.pressure_image_figure if mapper.array.on_area else plot.pressure_figure
+            return draw(first, origin=origin)
 
-        done = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
+        if options.movie is not None:
+            from ..plot import pressure_movie
+
+            pressure_movie(join(maps), options.movie, origin=origin)
+        done: dict[str | None, Any] = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
+        done[options.movie] = lambda _: None  # written above; named with the others
         return give(options, data, people, done, drawn)
 
 
@@ -126,6 +144,8 @@ def _totals(answers: Answers) -> dict[str, Any]:
     from .answers import status_names
 
     found = answers.found
+    if found.mapper.array.on_area:
+        return _totals_on_area(answers)
     at = [np.interp(c, found.y, r) for c, r in zip(found.centre, found.resolution, strict=True)]
     return {
         "row": answers.rows,
@@ -144,13 +164,77 @@ def _totals(answers: Answers) -> dict[str, Any]:
     }
 
 
+def _nodes(found: Any, file: io.FingerFile) -> dict[str, Any]:
+    """Where the nodes are on the axes of the tables: y, or y and z of each."""
+    import numpy as np
+
+    if not found.mapper.array.on_area:
+        return {"y": found.y + file.origin}
+    at = file.on_touches(np.stack(np.meshgrid(found.y, found.z, indexing="ij"), axis=-1))
+    return {"y": at[..., 0], "z": at[..., 1]}
+
+
+def _turned(drag: Any, turn: float) -> Any:
+    """Drags (..., 2) on the finger, on the axes of the tables."""
+    import numpy as np
+
+    c, s = np.cos(turn), np.sin(turn)
+    return drag @ np.array([[c, s], [-s, c]])
+
+
+def _totals_on_area(answers: Answers) -> dict[str, Any]:
+    import numpy as np
+
+    from .answers import status_names
+
+    found, file = answers.found, answers.file
+    force, centre = _turned(found.tangential_force, file.turn), file.on_touches(found.centre)
+    y, z = np.meshgrid(found.y, found.z, indexing="ij")
+    every, at = found.resolution.reshape(len(answers.rows), -1), np.zeros(len(answers.rows), dtype=np.intp)
+    there = np.isfinite(found.normal_force)
+    away = np.hypot(y - found.centre[there, 0, None, None], z - found.centre[there, 1, None, None])
+    at[there] = away.reshape(int(there.sum()), -1).argmin(axis=1)
+    return {
+        "row": answers.rows,
+        "normal_force": found.normal_force,
+        "normal_std": found.normal_std,
+        "tangential_y": force[..., 0],
+        "tangential_z": force[..., 1],
+        "angle": found.angle,
+        "angle_std": found.angle_std,
+        "azimuth": np.arctan2(force[..., 1], force[..., 0]),
+        "azimuth_std": found.azimuth_std,
+        "centre_y": centre[..., 0],
+        "centre_z": centre[..., 1],
+        "centre_std": np.hypot(*np.moveaxis(found.centre_std, -1, 0)) / np.sqrt(2),
+        "resolution": every[np.arange(len(every)), at],
+        "status": status_names(found.status),
+        "residual": found.residual,
+        "used": answers.used,
+    }
+
+
 def _map(answers: Answers) -> dict[str, Any]:
     """A row for each node of each frame that has a contact."""
     import numpy as np
 
     there = np.flatnonzero(np.isfinite(answers.found.normal_force))
-    found = answers.found[there]
-    count, band = len(found.y), found.pressure_interval
+    found, band = answers.found[there], answers.found[there].pressure_interval
+    if found.mapper.array.on_area:
+        nodes = _nodes(found, answers.file)
+        drags = _turned(found.shear, answers.file.turn)
+        count = nodes["y"].size
+        return {
+            "row": np.repeat(answers.rows[there], count),
+            **{axis: np.tile(nodes[axis].reshape(-1), len(there)) for axis in "yz"},
+            "pressure": found.pressure.reshape(-1),
+            "pressure_low": band[..., 0].reshape(-1),
+            "pressure_high": band[..., 1].reshape(-1),
+            "shear_y": drags[..., 0].reshape(-1),
+            "shear_z": drags[..., 1].reshape(-1),
+            "resolution": found.resolution.reshape(-1),
+        }
+    count = len(found.y)
     return {
         "row": np.repeat(answers.rows[there], count),
         "y": np.tile(found.y + answers.file.origin, len(there)),

@@ -4,15 +4,17 @@ from .either import Either
 from .estimate import Estimate, Rival, Status
 from .layout import Layout
 from .locate import fit, locate, locator
-from .pressure import PressureMap, PressureMapper, pressure_map
+from .pressure import ImageMapper, PressureImage, PressureMap, PressureMapper, pressure_map
 from .search import Locator
 from .side import SideAngle, blind_depth, side_angle, side_angle_from_gradients, side_angle_from_slope
 
 __all__ = [
     "Either",
     "Estimate",
+    "ImageMapper",
     "Layout",
     "Locator",
+    "PressureImage",
     "PressureMap",
     "PressureMapper",
     "Rival",

@@ -28,6 +28,7 @@ from .memo_ridges import figure_16
 from .memo_two_points import figure_18, figure_19
 from .placement import placement_figure, placement_study_figure
 from .pressure import pressure_figure
+from .pressure_image import pressure_image_figure, pressure_movie
 from .response import aliasing_figure, density_figure, response_figure
 from .ridges import pressed_ridges_figure, ridge_figure
 from .search import design_map_figure
@@ -64,6 +65,8 @@ __all__ = [
     "placement_study_figure",
     "pressed_ridges_figure",
     "pressure_figure",
+    "pressure_image_figure",
+    "pressure_movie",
     "probability_strip",
     "receptive_fields",
     "response_figure",

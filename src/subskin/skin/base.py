@@ -208,6 +208,38 @@ class Skin(Frozen, ABC):
         ([0.0, -0.367879], 0.367879)
         """
 
+    def wave_across(self, k: npt.ArrayLike, x: npt.ArrayLike) -> FloatArray:
+        """Antiplane shear at the depths x under a drag of 1 Pa across a wave of it, along t: with l along the wave.
+
+        With `wave`, the drag along, this is all that a three-dimensional flat skin answers to.
+
+        Parameters
+        ----------
+        k : array_like, shape (m,)
+            Wavenumbers [rad/m], > 0.
+        x : array_like, shape (d,)
+            Depths [m].
+
+        Returns
+        -------
+        ndarray, shape (2, m, d)
+            Stress xt [-] and displacement u_t [m/Pa], both in phase with the drag.
+
+        Raises
+        ------
+        InvalidValueError
+            A skin that is solved in a plane.
+
+        Examples
+        --------
+        >>> import numpy as np, subskin as ss
+        >>> skin = ss.HalfSpace(ss.Material(young=1.5e6))
+        >>> bool(np.allclose(skin.wave_across(k=[500.0], x=[2e-3])[0], -np.exp(-1)))
+        True
+        """
+        seen = f"a drag across a wave on {self}"
+        raise InvalidValueError(seen, "it is solved in a plane", "a HalfSpace or a Layered")
+
     @abstractmethod
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """Displacement of the surface at the distances j * step from the centre of a unit hat.

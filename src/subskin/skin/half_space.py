@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Self
 
+import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray, each_read_only
@@ -15,7 +16,7 @@ from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, State, Tilt, Wave
 from ._area_influence import of_half_space
-from ._points import blank_local, local_points
+from ._points import blank_local, local_points, wave_points
 from ._riesz import displacements_of, fields_of, turns_of
 from .base import Materials, Skin
 from .half_plane import HalfPlane
@@ -80,6 +81,11 @@ class HalfSpace(Skin):
 
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
         return self._plane.wave(k, x)
+
+    def wave_across(self, k: npt.ArrayLike, x: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        waves, depths = wave_points(k, x)
+        fall = np.exp(-waves[:, None] * depths)
+        return np.stack([-fall, fall / (self.material.shear * waves[:, None])])
 
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """As `Skin.surface_influence`, for hats that do not change along z."""

@@ -18,6 +18,7 @@ from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, Displacements, State, Tilt, Wave
 from . import _layer_modes as _modes
+from ._antiplane import antiplane
 from ._area_influence import added_by, of_half_space
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._local import Added, stack_displacements
@@ -229,6 +230,14 @@ class Layered(Skin):
         fields = np.stack([y[:, :, 2], y[:, :, 3], waves[:, None, None] * y[:, :, 1] / double])
         state = self._state(fields, np.broadcast_to(depths[:, None], fields.shape[1:]))
         return Wave(state.stress, state.strain, y[:, :, 0] / double, y[:, :, 1] / double)
+
+    def wave_across(self, k: npt.ArrayLike, x: npt.ArrayLike) -> FloatArray:  # noqa: D102
+        waves, depths = wave_points(k, x, self.thickness)
+        out = np.moveaxis(antiplane(self.modes, waves, depths), (2, 1), (0, 1))
+        first = self.stack[0]
+        fall = np.where(depths <= first.thickness, np.exp(-waves[:, None] * depths), 0.0)
+        stress, moved = out[0] - fall, out[1] + fall
+        return np.stack([stress, moved / (first.material.shear * waves[:, None])])
 
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """Displacement of the surface [m/Pa] about a unit hat, shape (2, 2, count), as `Skin.surface_influence`.

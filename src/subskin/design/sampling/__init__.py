@@ -2,6 +2,15 @@
 
 from .aliasing import AliasingError, aliasing_error
 from .density import SensorDensity, sensor_density
+from .lattice import LatticeError
 from .sliding import SlidingSamples, sliding_samples
 
-__all__ = ["AliasingError", "SensorDensity", "SlidingSamples", "aliasing_error", "sensor_density", "sliding_samples"]
+__all__ = [
+    "AliasingError",
+    "LatticeError",
+    "SensorDensity",
+    "SlidingSamples",
+    "aliasing_error",
+    "sensor_density",
+    "sliding_samples",
+]

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias, overload
 
 import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...contact import Contact
+from ...contact import Contact, LocalContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from .._common import whole
+from ._plane import lattice_of
 from ._row import EndlessRow
+from .lattice import LatticeError, lattice_error
 
 __all__ = ["AliasingError", "aliasing_error"]
 
@@ -28,6 +31,8 @@ _STEPS = 16
 _DEEP = 1e6
 """Attenuation up to which the spectrum is followed beyond the Nyquist wavenumber."""
 _BLOCK = 1 << 22
+
+Lattice: TypeAlias = Literal["row", "square", "hexagonal"] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +86,35 @@ class AliasingError(Frozen):
         return float(np.sqrt((self.error**2).mean(axis=0)).max()) / self.full_scale
 
 
+@overload
 def aliasing_error(
-    finger: Finger, contact: Contact, pitch: float | None = None, *, sensor: int = 0, shifts: int = 16
-) -> AliasingError:
+    finger: Finger,
+    contact: Contact,
+    pitch: float | None = None,
+    *,
+    sensor: int = 0,
+    shifts: int = 16,
+    lattice: Lattice = None,
+) -> AliasingError: ...
+@overload
+def aliasing_error(
+    finger: Finger,
+    contact: LocalContact | None = None,
+    pitch: float | None = None,
+    *,
+    sensor: int = 0,
+    shifts: int = 16,
+    lattice: Lattice = None,
+) -> LatticeError: ...
+def aliasing_error(
+    finger: Finger,
+    contact: Contact | LocalContact | None = None,
+    pitch: float | None = None,
+    *,
+    sensor: int = 0,
+    shifts: int = 16,
+    lattice: Lattice = None,
+) -> AliasingError | LatticeError:
     """What is lost between sensors: their samples joined by sinc functions, against the true reading.
 
     The row has no end, and is free of noise. It is shifted through one pitch, for a contact can press anywhere
@@ -92,24 +123,35 @@ def aliasing_error(
     recovered here is the reading between the sensors, of a contact of which nothing is known. A contact of known shape
     has a few unknowns, and a few sensors find them (docs/locating.md).
 
+    On an area, or with a `lattice` named, the error is worked out of the waves beyond the lattice's first zone, as a
+    root mean square over all positions and shifts: of a contact, or without one of pressure and drags that are white.
+
     Parameters
     ----------
     finger : Finger
         Any skin, any transducer that is linear or has a linear part.
     contact : Contact
-        A single one; pressure and shear as given.
+        A single one; pressure and shear as given. On an area a local one, or none.
     pitch : float, optional
         Pitch of the sensors [m]; the finger's own where its sensors are evenly spaced. On a round finger the next
         smaller one of which a whole number goes round.
     sensor : int, optional
         Which sensor of the finger is repeated.
     shifts : int, optional
-        Number of shifts of the row, >= 2.
+        Number of shifts of the row, >= 2; of no account on an area.
+    lattice : {"row", "square", "hexagonal"}, optional
+        How the sensors lie; as those of the finger do if left out.
+
+    Returns
+    -------
+    AliasingError or LatticeError
+        The latter of a lattice on an area.
 
     Raises
     ------
     InvalidValueError
-        A pitch below a fiftieth of the depth, too few shifts, a sensor that is not there or reads nothing.
+        A row without a contact; a lattice on a skin that is solved in a plane; a pitch below a fiftieth of the depth,
+        too few shifts, a sensor that is not there or reads nothing.
     GeometryError
         A batch of contacts; no pitch, and a finger whose sensors have none.
     NotLinearError
@@ -125,7 +167,21 @@ def aliasing_error(
     >>> found = ss.design.aliasing_error(finger, ss.LineLoad(force=40.0), pitch=2e-3 / 3.2574)
     >>> f"{found.at_nyquist:.2e} {found.largest:.2e} {found.bound:.2e}"
     '1.00e-03 8.08e-04 8.08e-04'
+
+    On an area, of strain along the depth: what is read beyond the first zone over what is read within it.
+
+    >>> space = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.5))
+    >>> pad = ss.Finger(space, ss.SensorArray(y=[0.0], depth=2e-3))
+    >>> found = ss.design.aliasing_error(pad, pitch=1e-3, lattice="square")
+    >>> found.beyond.round(3).tolist()
+    [0.027, 0.04, 0.04]
     """
+    kind = lattice_of(finger, lattice)
+    if kind != "row":
+        return lattice_error(finger, contact, pitch, sensor=sensor, lattice=kind)
+    if not isinstance(contact, Contact):
+        seen, rule = f"contact = {contact!r} over a row", "a long contact is needed"
+        raise InvalidValueError(seen, rule, 'Hertz(force=40.0, half_width=2e-3), or lattice="square"')
     row = EndlessRow.of(finger, sensor, contact)
     step = _pitch(finger, pitch)
     if step < _DENSEST * row.depth:

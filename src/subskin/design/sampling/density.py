@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ from ..._frozen import Frozen
 from ...contact import Contact
 from ...errors import InvalidValueError
 from ...finger import Finger
+from ._plane import EndlessLattice, lattice_of
 from ._row import EndlessRow
 
 __all__ = ["SensorDensity", "sensor_density"]
@@ -22,11 +24,15 @@ _GROWS = 3.0
 _WINDOW, _POSITIONS = 4.0, 32
 """Depths on either side of a contact where the largest reading is looked for, and positions per depth."""
 _BLOCK = 1 << 22
+_SPARSER = {"row": 1.0, "square": 1.0, "hexagonal": 2 / np.sqrt(3)}
+"""Pitch times the Nyquist wavenumber over pi; and, on an area, sensors per area times the pitch squared."""
 
 
 @dataclass(frozen=True, eq=False)
 class SensorDensity(Frozen):
-    """What `sensor_density` found, for attenuations of shape (...); the last axis is the normal, the tangential load.
+    """What `sensor_density` found, for attenuations of shape (...); the last axis is the component of the load.
+
+    In a row these are the normal and the tangential load, l = 2; on an area N, Ty and Tz, l = 3.
 
     Attributes
     ----------
@@ -36,16 +42,18 @@ class SensorDensity(Frozen):
         What presses; None for the worst case.
     attenuation : ndarray, shape (...)
         As wanted [-].
-    pitch : ndarray, shape (..., 2)
+    pitch : ndarray, shape (..., l)
         Largest pitch of the sensors [m]; NaN where the response to long waves has no bound.
-    error_pitch : ndarray, shape (..., 2)
+    error_pitch : ndarray, shape (..., l)
         Largest pitch at which no reading recovered between the sensors can be off by more than full scale /
         attenuation [m]: the bound of `aliasing_error`. Full scale is the largest reading under the contact; without
-        one, under a line load.
-    peak : ndarray, shape (2,)
+        one, under a line load; on an area under a point load.
+    peak : ndarray, shape (l,)
         Wavenumber at which most is read [rad/m].
-    largest : ndarray, shape (2,)
+    largest : ndarray, shape (l,)
         What is read there: per Pa in the worst case, else times the contact's pressure spectrum [N/m].
+    lattice : str
+        How the sensors lie: "row", "square" or "hexagonal".
     """
 
     finger: Finger
@@ -55,24 +63,30 @@ class SensorDensity(Frozen):
     error_pitch: FloatArray
     peak: FloatArray
     largest: FloatArray
+    lattice: str = "row"
 
     @property
     def density(self) -> FloatArray:
-        """Sensors per metre, 1 / pitch [1/m], shape (..., 2); the memo's s in s d > 3.2."""
-        return _check.read_only(1 / self.pitch)
+        """Sensors per metre, [1/m], shape (..., l), the memo's s in s d > 3.2; on an area per area [1/m^2]."""
+        return _check.read_only(1 / self.pitch if self.lattice == "row" else _SPARSER[self.lattice] / self.pitch**2)
 
     @property
     def nyquist(self) -> FloatArray:
-        """Wavenumber pi / pitch from which on all is attenuated [rad/m], shape (..., 2)."""
-        return _check.read_only(np.pi / self.pitch)
+        """Wavenumber from which on all is attenuated [rad/m], shape (..., l)."""
+        return _check.read_only(np.pi * _SPARSER[self.lattice] / self.pitch)
 
     def relative(self, wavenumber: npt.ArrayLike) -> FloatArray:
-        """Size of what is read of waves of `wavenumber` [rad/m], over the largest, shape (..., 2)."""
+        """Size of what is read of waves of `wavenumber` [rad/m], over the largest, shape (..., l).
+
+        On an area in the direction in which most is read.
+        """
         k = _check.real("wavenumber", wavenumber, unit="rad/m", at_least=0.0)
-        row = EndlessRow(self.finger, self.contact)
         flat = k.reshape(-1)
-        sizes = np.abs(row.arriving(flat)) / self.largest
-        return _check.read_only(sizes.reshape(*k.shape, 2))
+        if self.lattice == "row":
+            sizes = np.abs(EndlessRow(self.finger, self.contact).arriving(flat))
+        else:
+            sizes = EndlessLattice(self.finger).sizes(np.maximum(flat, 1e-12))
+        return _check.read_only((sizes / self.largest).reshape(*k.shape, -1))
 
     def rate(self, speed: float) -> FloatArray:
         """Samples per second [Hz] with which one sensor that slides at `speed` [m/s] is as good as the row."""
@@ -80,7 +94,12 @@ class SensorDensity(Frozen):
 
 
 def sensor_density(
-    finger: Finger, attenuation: npt.ArrayLike = 1e3, *, contact: Contact | None = None, sensor: int = 0
+    finger: Finger,
+    attenuation: npt.ArrayLike = 1e3,
+    *,
+    contact: Contact | None = None,
+    sensor: int = 0,
+    lattice: Literal["row", "square", "hexagonal"] | None = None,
 ) -> SensorDensity:
     """How closely sensors have to lie for the continuous reading to be recovered from theirs.
 
@@ -96,6 +115,11 @@ def sensor_density(
     depth is f / pi: 3.2574 for 1000, where the memo's eq. (26) has 3.2 (`subskin.memo.eq26_corrected`). This number is
     no error of the reading; `aliasing_error` finds that one. On a round finger a whole number of sensors goes round.
 
+    On an area waves run in all directions, and what a lattice tells apart is its first zone. Wanted is that all waves
+    outside a circle within it are down by `attenuation`, K being their wavenumber in the direction in which most is
+    read: sensors on a square lattice are then pi / K apart, on a hexagonal one 2 pi / (sqrt(3) K), which takes 13.4 %
+    fewer. Pressure and both drags are taken one by one (docs/density.md).
+
     Parameters
     ----------
     finger : Finger
@@ -103,14 +127,17 @@ def sensor_density(
     attenuation : array_like, shape (...)
         Wanted ratio, > 1.
     contact : Contact, optional
-        What presses; its force and position do not matter.
+        What presses; its force and position do not matter. Not on an area, where the worst case is found.
     sensor : int, optional
         Which sensor of the finger is repeated.
+    lattice : {"row", "square", "hexagonal"}, optional
+        How the sensors lie; as those of the finger do if left out.
 
     Raises
     ------
     InvalidValueError
-        An attenuation that is not > 1; a sensor that is not there, or reads nothing.
+        An attenuation that is not > 1; a sensor that is not there, or reads nothing; a lattice on a skin that is solved
+        in a plane, or with a contact.
     GeometryError
         A batch of contacts, or one thousands of depths wide.
     NotLinearError
@@ -127,8 +154,24 @@ def sensor_density(
     >>> roller = ss.Hertz(force=40.0, half_width=2e-3)
     >>> round(float(ss.design.sensor_density(finger, contact=roller).pitch[0]) * 1e3, 2)
     0.95
+
+    On an area, of barometers that read pressure: sensors in a square of the depth.
+
+    >>> space = ss.HalfSpace(ss.Material(young=0.4e6, poisson=0.5))
+    >>> pad = ss.Finger(space, ss.SensorArray(y=[0.0], depth=2e-3, transducer=ss.MeanPressure()))
+    >>> for lattice in ("square", "hexagonal"):
+    ...     found = ss.design.sensor_density(pad, 1000, lattice=lattice)
+    ...     print(round(float(found.density[0]) * 2e-3**2, 2))
+    4.83
+    4.19
     """
     wanted = _check.real("attenuation", attenuation, above=1.0)
+    kind = lattice_of(finger, lattice)
+    if kind != "row":
+        if contact is not None:
+            seen, rule = f"a {type(contact).__name__} over a {kind} lattice", "on an area the worst case is found"
+            raise InvalidValueError(seen, rule, "leave out contact; aliasing_error takes one")
+        return _on_area(EndlessLattice.of(finger, sensor), wanted, kind)
     row = EndlessRow.of(finger, sensor, contact)
     k = row.waves(float(wanted.max(initial=2.0)))
     waves = row.arriving(k)
@@ -150,6 +193,44 @@ def sensor_density(
     pitches = (np.pi / nyquist).reshape(2, *wanted.shape, 2)
     arrays = [_check.read_only(a) for a in (*pitches, peak, largest)]
     return SensorDensity(row.finger, contact, wanted, *arrays)
+
+
+def _on_area(sensors: EndlessLattice, wanted: FloatArray, lattice: str) -> SensorDensity:
+    """The density of a lattice of sensors."""
+    from scipy.optimize import brentq
+
+    k = sensors.waves(float(wanted.max(initial=2.0)))
+    sizes, scales = sensors.sizes(k), sensors.full_scale()
+    ratios = wanted.reshape(-1)
+    nyquist, peak, largest = np.empty((2, ratios.size, 3)), np.empty(3), np.empty(3)
+    for load in range(3):
+        own = sizes[:, load]
+        at = int(np.argmax(own))
+        if not own[at] > 1e-12 * sizes.max():
+            name = ("pressure", "drag along y", "drag along z")[load]
+            raise InvalidValueError(
+                f"a sensor at {sensors.depth:.6g} m", f"it reads nothing of a {name}", "another depth or transducer"
+            )
+        fine = np.linspace(k[max(at - 1, 0)], k[min(at + 1, k.size - 1)], 257)
+        near = sensors.sizes(fine)[:, load]
+        peak[load], largest[load] = fine[near.argmax()], near.max()
+        if at == 0:  # long waves are read most; without bound, if those ten times as long are read more
+            unbounded = own[0] > _GROWS * sensors.sizes(10 * k[:1])[0, load]
+            peak[load], largest[load] = (np.nan, np.nan) if unbounded else (0.0, own[0])
+        errors = sensors.beyond(k, own) / scales[load]
+        for i, ratio in enumerate(ratios):
+            nyquist[0, i, load] = nyquist[1, i, load] = np.nan
+            level = largest[load] / ratio
+            if not np.isnan(level):
+                last = int(np.flatnonzero(own > level)[-1])
+                nyquist[0, i, load] = brentq(
+                    lambda one, level=level, load=load: float(sensors.sizes(np.array([one]))[0, load]) - level,
+                    k[last], k[last + 1], xtol=1e-13 * k[last + 1],
+                )  # fmt: skip
+            nyquist[1, i, load] = _reached(k, errors, 1 / ratio)
+    pitches = (np.pi * _SPARSER[lattice] / nyquist).reshape(2, *wanted.shape, 3)
+    arrays = [_check.read_only(a) for a in (*pitches, peak, largest)]
+    return SensorDensity(sensors.finger, None, wanted, *arrays, lattice)
 
 
 def _size(row: EndlessRow, k: float, load: int) -> float:
@@ -204,9 +285,14 @@ def _crossing(row: EndlessRow, k: FloatArray, sizes: FloatArray, level: float, l
 
 def _fallen(row: EndlessRow, k: FloatArray, errors: FloatArray, level: float) -> float:
     """The Nyquist wavenumber at which the falling `errors` reach `level`."""
-    at = int(np.flatnonzero(errors > level)[-1])
     if turn := row.finger.skin.curvature:
-        return _between(turn, k[at])
+        return _between(turn, k[int(np.flatnonzero(errors > level)[-1])])
+    return _reached(k, errors, level)
+
+
+def _reached(k: FloatArray, errors: FloatArray, level: float) -> float:
+    """Where falling errors, far apart in size, reach a level."""
+    at = int(np.flatnonzero(errors > level)[-1])
     share = np.log(errors[at] / level) / np.log(errors[at] / errors[at + 1])
     return float(k[at] + share * (k[at + 1] - k[at]))
 

@@ -1,6 +1,9 @@
-"""The pressure along the surface, from many sensors."""
+"""The pressure along the surface, or on an area, from many sensors."""
 
+from .area_mapper import ImageMapper
+from .image import PressureImage
 from .map import PressureMap
-from .mapper import PressureMapper, pressure_map
+from .mapper import PressureMapper
+from .pressure_map import pressure_map, pressure_mapper
 
-__all__ = ["PressureMap", "PressureMapper", "pressure_map"]
+__all__ = ["ImageMapper", "PressureImage", "PressureMap", "PressureMapper", "pressure_map", "pressure_mapper"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from ..._frozen import Frozen
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
+from .prior import Prior
 
 __all__ = ["COARSE", "Factors", "Surface", "shear_seen"]
 
@@ -79,15 +82,6 @@ def _hats(table: Response, y: FloatArray) -> FloatArray:
     return np.asarray(rising[:-1] + falling[1:])
 
 
-def covariance(count: int, step: float) -> FloatArray:
-    """Inverse of the quadratic form integral (dp/dy)^2 dy of hats that are 0 at both ends, shape (count, count).
-
-    The covariance of a Brownian bridge: min(y, y') (length - max(y, y')) / length.
-    """
-    i = np.arange(1.0, count + 1)
-    return np.asarray(step * np.minimum.outer(i, i) * (count + 1 - np.maximum.outer(i, i)) / (count + 1))
-
-
 @dataclass(frozen=True, eq=False)
 class Factors(Frozen):
     """The generalised singular system of sensors and smoothness: all that a weight w is found and judged with.
@@ -104,8 +98,8 @@ class Factors(Frozen):
         V and the diagonal of C; twice as many rows, those of the shear last, where it is free.
     columns : ndarray, shape (m, n)
         A, row by row.
-    step : float
-        Distance of the nodes [m].
+    prior : Bridge or Membrane
+        C.
     """
 
     basis: FloatArray
@@ -113,23 +107,28 @@ class Factors(Frozen):
     shapes: FloatArray
     spread: FloatArray
     columns: FloatArray
-    step: float
+    prior: Prior
     _widths: dict[int, FloatArray] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, parts: list[FloatArray], step: float) -> Factors:
-        """Of one or two independent tractions, each with columns of shape (m, n)."""
-        cov = covariance(len(parts[0]), step)
-        spread = [cov @ part for part in parts]
+    def of(cls, parts: list[FloatArray], prior: Prior) -> Factors:
+        """Of independent tractions, one to three, each with columns of shape (m, n)."""
+        spread = [prior.applied(part) for part in parts]
         gram = sum(part.T @ wide for part, wide in zip(parts, spread, strict=True))
         squares, vectors = np.linalg.eigh(gram)
         shapes = np.concatenate([wide @ vectors for wide in spread])
-        diagonal = np.tile(np.diagonal(cov), len(parts))
-        return cls(vectors.T.copy(), np.maximum(squares, 0.0), shapes, diagonal, np.concatenate(parts), step)
+        diagonal = np.tile(prior.variance, len(parts))
+        return cls(vectors.T.copy(), np.maximum(squares, 0.0), shapes, diagonal, np.concatenate(parts), prior)
 
-    def resolution(self, weight: float) -> FloatArray:
-        """The resolution matrix, shape (m, m): column j is what a pressure at node j alone looks like."""
-        return (self.shapes / (self.squares + weight)) @ (self.basis @ self.columns.T)
+    def resolution(self, weight: float, count: int, which: slice) -> FloatArray:
+        """Columns of the resolution matrix: what a pressure at each node of `which` alone looks like, (count, k)."""
+        return (self.shapes[:count] / (self.squares + weight)) @ (self.basis @ self.columns[:count][which].T)
+
+    def std(self, weight: FloatArray, count: int, block: int = 0) -> FloatArray:
+        """Standard deviation at each of `count` nodes of the `block`-th traction [Pa], shape (..., count)."""
+        rows = slice(block * count, (block + 1) * count)
+        known = (1.0 / (self.squares + weight[..., None])) @ (self.shapes[rows] ** 2).T
+        return np.asarray(np.sqrt(np.maximum(self.spread[rows] - known, 0.0) / weight[..., None]))
 
     def seen(self, weight: FloatArray, count: int) -> FloatArray:
         """What is left at each of `count` nodes of an even pressure of 1, shape (..., count)."""
@@ -150,58 +149,31 @@ class Factors(Frozen):
 
     def _width(self, k: int, count: int) -> FloatArray:
         if k not in self._widths:
-            self._widths[k] = (
-                half_widths(self.resolution(self.squares[-1] * np.exp(0.25 * k))[:count, :count]) * self.step
-            )
+            weight = float(self.squares[-1] * np.exp(0.25 * k))
+            self._widths[k] = self.prior.widths(partial(self.resolution, weight, count))
         return self._widths[k]
 
 
-def half_widths(columns: FloatArray) -> FloatArray:
-    """Full width at half height of each column's peak, in rows, reaching at least to the column's own row.
-
-    A load that is seen elsewhere, or not at all, is so given the distance to where it is seen.
-    """
-    count = len(columns)
-    padded = np.concatenate([np.zeros((1, count)), columns, np.zeros((1, count))])
-    own = np.arange(1, count + 1)
-    peak = padded.argmax(axis=0)
-    half = 0.5 * padded[peak, np.arange(count)]
-    out = np.empty(count)
-    for j in range(count):
-        below = np.flatnonzero(padded[:, j] <= half[j])
-        left, right = below[below < peak[j]], below[below > peak[j]]
-        if not left.size or not right.size:
-            out[j] = count + 1.0
-            continue
-        a, b = left[-1], right[0]
-        at = padded[:, j]
-        low = a + (half[j] - at[a]) / (at[a + 1] - at[a])
-        high = b - (half[j] - at[b]) / (at[b - 1] - at[b])
-        if (a == 0) != (b == count + 1):  # cut off by an end of the search: as wide on that side as on the other
-            low, high = (2 * peak[j] - high, high) if a == 0 else (low, 2 * peak[j] - low)
-        out[j] = max(high, own[j]) - min(low, own[j])
-    return out
-
-
-def shear_seen(pressure: FloatArray, shear: FloatArray, step: float) -> float:
-    """Share of the shear's components that the sensors still see where the pressure is unknown too.
+def shear_seen(pressure: FloatArray, drags: Sequence[FloatArray], prior: Prior) -> float:
+    """Share of a drag's components that the sensors still see where the pressure, and the other drag, are unknown too.
 
     Degrees of freedom at a thousandth of the largest singular value, which is what a contact with readings a thousand
-    times the noise shows: (those of both - those of the pressure) / those of the shear.
+    times the noise shows: (those of all - those of all but this drag) / those of this drag; of two drags the less.
 
-    Sensors of one kind in one depth read one function of y. At each wavelength that is one equation for two unknowns,
-    and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to 0.5.
+    Sensors of one kind in one depth read one function of the position. At each wavelength that is one equation for two
+    unknowns, and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to
+    0.5. On an area three are needed: normal strain, normal stress and pressure read nothing of a drag across a wave.
     """
-    cov = covariance(len(pressure), step)
-    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, shear)) or 1.0  # only ratios count
-    pressure, shear = pressure / largest, shear / largest
-    one, two = pressure.T @ cov @ pressure, shear.T @ cov @ shear
-    if not np.trace(two) > 0:
-        return 0.0
-    level = _RANGE**2 * float(np.linalg.eigvalsh(one + two).max())
+    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, *drags)) or 1.0  # only ratios count
+    grams = [part.T @ prior.applied(part) for part in (field / largest for field in (pressure, *drags))]
+    every = np.sum(grams, axis=0)
+    level = _RANGE**2 * float(np.linalg.eigvalsh(every).max())
 
     def freedom(gram: FloatArray) -> float:
         squares = np.maximum(np.linalg.eigvalsh(gram), 0.0)
         return float((squares / (squares + level)).sum())
 
-    return (freedom(one + two) - freedom(one)) / freedom(two)
+    if not all(np.trace(gram) > 0 for gram in grams[1:]):
+        return 0.0
+    whole = freedom(every)
+    return min((whole - freedom(every - gram)) / freedom(gram) for gram in grams[1:])

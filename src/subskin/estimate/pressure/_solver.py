@@ -2,7 +2,7 @@
 
 For whitened readings b and columns A, in the unknown heights x >= 0 of the elements,
 
-    J = 1/2 |A x - b|^2 + 1/2 w x^T K x + cost x        with K tridiagonal: the integral of (dp/dy)^2
+    J = 1/2 |A x - b|^2 + 1/2 w x^T K x + cost x        with K the integral of (dp/dy)^2, or of |grad p|^2
 
 is strictly convex, and its minimum is found exactly by block principal pivoting (Portugal, Judice and Vicente 1994; Kim
 and Park 2011): guess which heights are > 0, solve for these, exchange all that came out with the wrong sign; and by
@@ -17,36 +17,35 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
+from . import _on_area as on_area
 
 _ROUNDS = 300
 _CLOSE = 1e-9  # of two tangents
 _TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
 
 
-@compiled()
-def _factor(gram, t, w, diagonal, beside, index, count, lower):
+@compiled(built_on=(on_area,))
+def _factor(level, t, w, index, count, lower):
     """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
-    leaning = gram.shape[0] > 1
     for i in range(count):
-        a = index[i]
-        row, part = lower[i], gram[0, a]
-        if leaning:
-            once, twice = gram[1, a], gram[2, a]
-            for j in range(i + 1):
-                c = index[j]
-                row[j] = part[c] + t * (once[c] + t * twice[c])
+        row = lower[i]
+        if len(level) == 5:
+            _along(level, t, w, index, i, row)
         else:
-            for j in range(i + 1):
-                row[j] = part[index[j]]
-        row[i] += w * diagonal[a]
-        if i > 0 and index[i - 1] == a - 1:
-            row[i - 1] += w * beside[a - 1]
-        for j in range(i):
-            other = lower[j]
-            s = 0.0
+            on_area.assemble(level, t, w, index, i, row)
+        for j in range(0, i - 1, 2):  # two at once: each number of the row is fetched half as often
+            other, after = lower[j], lower[j + 1]
+            s = u = 0.0
             for k in range(j):
                 s += row[k] * other[k]
+                u += row[k] * after[k]
             row[j] = (row[j] - s) * other[j]  # the diagonal is kept inverted
+            row[j + 1] = (row[j + 1] - u - row[j] * after[j]) * after[j + 1]
+        if i % 2 == 1:
+            other, s = lower[i - 1], 0.0
+            for k in range(i - 1):
+                s += row[k] * other[k]
+            row[i - 1] = (row[i - 1] - s) * other[i - 1]
         s = 0.0
         for k in range(i):
             s += row[k] * row[k]
@@ -55,6 +54,25 @@ def _factor(gram, t, w, diagonal, beside, index, count, lower):
             return False
         row[i] = 1.0 / math.sqrt(pivot)
     return True
+
+
+@compiled(borrows=True)
+def _along(level, t, w, index, i, row):
+    """Row i of the Hessian, up to its diagonal, of elements along a row."""
+    gram, diagonal, beside = level[1], level[2], level[3]
+    a = index[i]
+    part = gram[0, a]
+    if gram.shape[0] > 1:
+        once, twice = gram[1, a], gram[2, a]
+        for j in range(i + 1):
+            c = index[j]
+            row[j] = part[c] + t * (once[c] + t * twice[c])
+    else:
+        for j in range(i + 1):
+            row[j] = part[index[j]]
+    row[i] += w * diagonal[a]
+    if i > 0 and index[i - 1] == a - 1:
+        row[i - 1] += w * beside[a - 1]
 
 
 @compiled()
@@ -76,7 +94,7 @@ def _solve(level, t, w, on, downhill, lower, index, z):
             index[count] = j
             z[count] = downhill[j]
             count += 1
-    if not _factor(level[1], t, w, level[2], level[3], index, count, lower):
+    if not _factor(level, t, w, index, count, lower):
         return -1
     forward(lower, count, z)
     for i in range(count - 1, -1, -1):
@@ -86,9 +104,18 @@ def _solve(level, t, w, on, downhill, lower, index, z):
     return count
 
 
-@compiled()
-def _slope(level, w, b, work):
+@compiled(built_on=(on_area,))
+def _slope(level, t, w, b, work):
     """Residual A x - b into r and the gradient of J into `slope`."""
+    if len(level) == 5:
+        _slope_along(level, w, b, work)
+    else:
+        on_area.slopes(level, t, w, b, work)
+
+
+@compiled()
+def _slope_along(level, w, b, work):
+    """The same of elements along a row."""
     _, _, diagonal, beside, cost = level
     columns, x, slope, r, _, _, _, _ = work
     total, n = columns.shape
@@ -110,24 +137,17 @@ def _slope(level, w, b, work):
 
 
 @compiled()
-def _minimise(level, t, w, b, on, work):
+def minimise(level, t, w, b, downhill, on, work):
     """The x >= 0 of least J, from the guess `on` of what is > 0; how many are, or -1 where none was found.
 
-    Leaves the factor of the Hessian on these in `lower`, their numbers in `index`, and the gradient in `slope`.
+    downhill (N,) is minus the gradient at 0. Leaves the factor of the Hessian on what is > 0 in `lower`, the numbers of
+    these in `index`, and the gradient in `slope`.
     """
-    cost = level[4]
-    columns, x, slope, _, lower, index, z, _ = work
-    total, n = columns.shape
-    largest = 0.0
-    for j in range(total):
-        s = -cost[j]
-        for i in range(n):
-            s += columns[j, i] * b[i]
-        slope[j] = s  # minus the gradient at 0, until the first solution
-        largest = max(largest, abs(s))
-    tolerance = _TOLERANCE * largest
-    fewest, patience = total + 1, 3
-    downhill = slope.copy()
+    _, x, slope, _, lower, index, z, _ = work
+    total = x.size
+    tolerance = _TOLERANCE * np.abs(downhill).max()
+    patience = most = 3 if len(level) == 5 else 20  # on an area elements come one in a neighbourhood, over more rounds
+    fewest = total + 1
     for _ in range(_ROUNDS):
         count = _solve(level, t, w, on, downhill, lower, index, z)
         if count < 0:
@@ -137,13 +157,13 @@ def _minimise(level, t, w, b, on, work):
         for k in range(count):
             x[index[k]] = z[k]
             wrong += z[k] < 0.0
-        _slope(level, w, b, work)
+        _slope(level, t, w, b, work)
         for j in range(total):
             wrong += not on[j] and slope[j] < -tolerance
         if wrong == 0:
             return count
         if wrong < fewest:
-            fewest, patience = wrong, 3
+            fewest, patience = wrong, most
         elif patience > 0:
             patience -= 1
         else:
@@ -153,6 +173,8 @@ def _minimise(level, t, w, b, on, work):
                 on[j] = x[j] >= 0.0
             else:
                 on[j] = slope[j] < -tolerance
+                if len(level) > 5:
+                    on[j] &= on_area.steepest(level, slope, j)
     return -1
 
 
@@ -181,7 +203,7 @@ def _descend(level, t, w, b, on, work, downhill, tolerance):
             continue
         for k in range(count):
             x[index[k]] = z[k]
-        _slope(level, w, b, work)
+        _slope(level, t, w, b, work)
         steepest = -1
         for j in range(total):
             if not on[j] and slope[j] < -tolerance and (steepest < 0 or slope[j] < slope[steepest]):
@@ -228,7 +250,7 @@ def settle(level, t, low, high, w, b, on, work, near):
     """
     parts, columns = level[0], work[0]
     leans = parts.shape[0] > 1
-    along = np.empty(b.size)
+    along, downhill = np.empty(b.size), np.empty(columns.shape[0])
     count, second = -1, math.inf
     a, d = low, high
     for _ in range(40):
@@ -236,7 +258,12 @@ def settle(level, t, low, high, w, b, on, work, near):
             for j in range(columns.shape[0]):
                 for i in range(columns.shape[1]):
                     columns[j, i] = parts[0, j, i] + t * parts[1, j, i]
-        count = _minimise(level, t, w, b, on, work)
+        for j in range(downhill.size):
+            s = -level[4][j]
+            for i in range(b.size):
+                s += columns[j, i] * b[i]
+            downhill[j] = s
+        count = minimise(level, t, w, b, downhill, on, work)
         if not leans or count < 0:
             return t, count
         first, second = turn(parts, work, count, along)

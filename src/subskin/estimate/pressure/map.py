@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -17,21 +18,21 @@ from ..shown import Shown
 from . import columns as column
 from ._operator import Factors
 
-__all__ = ["PressureMap"]
+__all__ = ["PressureMap", "SurfaceMap"]
 
 
 class _Mapper(Protocol):
-    """What a map asks of the `PressureMapper` that made it."""
+    """What a map asks of the mapper that made it."""
 
     y: FloatArray
     array: SensorArray
     shear: str
 
-    def factors(self, used: npt.NDArray[np.bool_]) -> list[Factors]: ...
+    def factors(self, used: npt.NDArray[np.bool_]) -> Sequence[Factors]: ...
 
 
 def _column(index: int, text: str) -> property:
-    def get(self: PressureMap) -> FloatArray:
+    def get(self: SurfaceMap) -> FloatArray:
         return self.table[..., index]
 
     get.__doc__ = text
@@ -39,7 +40,44 @@ def _column(index: int, text: str) -> property:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PressureMap(FrameTable):
+class SurfaceMap(FrameTable):
+    """What is found of the pressure on a surface: numbers of shape (...), and what lies at the elements (..., m)."""
+
+    mapper: _Mapper
+
+    normal_force = _column(column.FORCES, "Normal force [N/m; N on an area], the pressure's integral.")
+    normal_std = _column(column.FORCE_STD, "Standard deviation of the normal force [N/m; N on an area].")
+    angle = _column(column.ANGLE, "Angle of the resultant from the inward normal [rad]; 0 without shear.")
+    angle_std = _column(column.ANGLE_STD, "Standard deviation of the angle [rad]; 0 without shear.")
+    residual = _column(column.RESIDUAL, "Chi-square: sum of squared residuals in units of each sensor's noise.")
+    weight = _column(
+        column.WEIGHT,
+        "Weight of the integral of (dp/dy)^2, or |grad p|^2, beside chi-square [m/Pa^2; 1/Pa^2 on an area].",
+    )
+    optimality = _column(
+        column.OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
+    )
+
+    @property
+    def status(self) -> npt.NDArray[np.int8]:
+        """`Status` of each frame, as integers."""
+        return self.table[..., column.STATUS].astype(np.int8)
+
+    def _at_elements(self, what: Callable[[Factors, FloatArray], FloatArray], count: int) -> FloatArray:
+        """What the factors tell at each of `count` elements, for each frame's sensors, angle and weight."""
+        weight, lean = self.weight.reshape(-1), self.table[..., column.LEAN].reshape(-1)
+        used = self.used.reshape(-1, self.used.shape[-1])
+        out = np.full((len(weight), count), np.nan)
+        for pattern, found in patterns(used, np.isfinite(self.normal_force.reshape(-1))):
+            factors = self.mapper.factors(pattern)
+            for k in np.unique(lean[found]):
+                rows = found[lean[found] == k]
+                out[rows] = what(factors[int(k)], weight[rows])
+        return out.reshape(*self.shape, count)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PressureMap(SurfaceMap):
     """The pressure found along the surface in each frame: numbers of shape (...), curves of shape (..., m).
 
     Frames that are not `OK` or `AMBIGUOUS` carry NaN.
@@ -52,21 +90,10 @@ class PressureMap(FrameTable):
         What made it.
     """
 
-    mapper: _Mapper
-
-    normal_force = _column(column.FORCES, "Normal force [N/m], the pressure's integral.")
     tangential_force = _column(column.FORCES + 1, "Tangential force [N/m], the shear's integral.")
-    normal_std = _column(column.FORCE_STD, "Standard deviation of the normal force [N/m].")
     tangential_std = _column(column.FORCE_STD + 1, "Standard deviation of the tangential force [N/m].")
-    angle = _column(column.ANGLE, "Angle of the resultant from the inward normal [rad]; 0 without shear.")
-    angle_std = _column(column.ANGLE_STD, "Standard deviation of the angle [rad]; 0 without shear.")
     centre = _column(column.CENTRE, "Centre of pressure y [m].")
     centre_std = _column(column.CENTRE_STD, "Standard deviation of the centre [m].")
-    residual = _column(column.RESIDUAL, "Chi-square: sum of squared residuals in units of each sensor's noise.")
-    weight = _column(column.WEIGHT, "Weight of the integral of (dp/dy)^2 beside chi-square [m/Pa^2].")
-    optimality = _column(
-        column.OPTIMALITY, "Largest breach of the conditions of a minimum, of the slope at no pressure at all."
-    )
 
     plot = Drawing("pressure_figure")
 
@@ -84,11 +111,6 @@ class PressureMap(FrameTable):
     def y(self) -> FloatArray:
         """Nodes along the surface [m], shape (m,); the traction is straight between them, 0 at the ends."""
         return self.mapper.y
-
-    @property
-    def status(self) -> npt.NDArray[np.int8]:
-        """`Status` of each frame, as integers."""
-        return self.table[..., column.STATUS].astype(np.int8)
 
     def _curve(self, index: int) -> FloatArray:
         m = len(self.y)
@@ -133,24 +155,15 @@ class PressureMap(FrameTable):
         At the frame's weight and without regard to p >= 0, which can only sharpen it. Where such a pressure is seen
         elsewhere, the distance to there is in it.
         """
-        return self._along("widths")
+        return self._along(Factors.widths)
 
     @property
     def seen(self) -> FloatArray:
         """What is left at each node of an even pressure over the whole search, shape (..., m); 1 is all of it."""
-        return self._along("seen")
+        return self._along(Factors.seen)
 
-    def _along(self, what: str) -> FloatArray:
-        """What the factors tell at each inner node, for each frame's sensors, angle and weight."""
+    def _along(self, what: Callable[[Factors, FloatArray, int], FloatArray]) -> FloatArray:
+        """What the factors tell along the surface; there is no traction at its ends."""
         count = len(self.y) - 2
-        weight, lean = self.weight.reshape(-1), self.table[..., column.LEAN].reshape(-1)
-        used = self.used.reshape(-1, self.used.shape[-1])
-        out = np.full((len(weight), len(self.y)), np.nan)
-        for pattern, found in patterns(used, np.isfinite(self.normal_force.reshape(-1))):
-            factors = self.mapper.factors(pattern)
-            for k in np.unique(lean[found]):
-                rows = found[lean[found] == k]
-                out[rows, 1:-1] = getattr(factors[int(k)], what)(weight[rows], count)
-        # there is no traction at the ends
-        out[:, 0], out[:, -1] = out[:, 1], out[:, -2]
-        return read_only(out.reshape(*self.shape, len(self.y)))
+        inner = self._at_elements(lambda factors, weight: what(factors, weight, count), count)
+        return read_only(np.concatenate([inner[..., :1], inner, inner[..., -1:]], axis=-1))

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any, Never
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ... import _check
 from ..._check import FloatArray
-from ...errors import InvalidValueError
 from ...finger import Finger
-from ...prepared import Prepared, prepared
-from ..frames import Framewise, sensor_rows
-from ._operator import COARSE, Factors, Surface, shear_seen
-from .columns import STATUS, WIDTH
+from ..frames import sensor_rows
+from ._operator import COARSE, Factors, Surface
+from .columns import WIDTH
 from .map import PressureMap
+from .mapping import RULES, SurfaceMapper, known
+from .prior import Bridge
 
-__all__ = ["RULES", "SHEARS", "PressureMapper", "pressure_map"]
-
-RULES = ("evidence", "discrepancy", "gcv")
-"""Rules for the weight of smoothness."""
-
-SHEARS = ("none", "proportional", "free")
-"""What the shear may be."""
+__all__ = ["PressureMapper"]
 
 _LEANS = 17
-_LEAST_SEEN = 0.2
 _STRIPS = (0.75, 1.5, 3.0)
 
 
-class PressureMapper(Framewise):
+class PressureMapper(SurfaceMapper):
     """Finds the pressure along the surface in frames of readings; prepared once, then called on a frame or on many.
 
     The surface is cut into elements much finer than the sensors are deep, and the pressure p at their nodes is the one
@@ -102,30 +94,16 @@ class PressureMapper(Framewise):
         least_force: float = 0.3,
         false_alarm: float = 1e-6,
     ) -> None:
-        for name, value, known in (("shear", shear, SHEARS), ("rule", rule, RULES)):
-            if value not in known:
-                raise InvalidValueError(
-                    f"{name} = {value!r}", f"has to be one of {', '.join(known)}", f'{name}="{known[0]}"'
-                )
-        self.finger, self.shear, self.rule = finger, shear, rule
-        self.friction = _check.scalar("friction", friction, above=0.0)
-        self.least_force = _check.scalar("least_force", least_force, at_least=0.0)
-        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        known(shear, rule)
         self._surface = Surface.of(finger, search, step)
         self.y = self._surface.y
-        self._blocks = 2 if shear == "free" else 1
-        columns = WIDTH + 2 * self._blocks * len(self.y)
-        super().__init__(finger.array, needed=3 if shear == "none" else 4, columns=columns, status=STATUS)
+        blocks, count = 2 if shear == "free" else 1, len(self.y)
+        super().__init__(
+            finger, self._surface.reading, Bridge(count - 2, self._surface.step), blocks=blocks,
+            columns=WIDTH + 2 * blocks * count, shear=shear, friction=friction, rule=rule, least_force=least_force,
+            false_alarm=false_alarm,
+        )  # fmt: skip
         self.allow_for(finger, self.friction)
-        normal, tangential = self._columns_of(finger.array.live)
-        self.shear_seen = shear_seen(normal, tangential, self._surface.step)
-        if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
-            raise InvalidValueError(
-                f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
-                f"at least {_LEAST_SEEN} is needed: sensors of one kind and depth read one function of y, not two",
-                'shear="proportional", or sensors of another kind or depth as well',
-            )
-        self._factors = Prepared(64)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureMap:
         """The pressure in each frame.
@@ -152,10 +130,9 @@ class PressureMapper(Framewise):
 
         def make() -> list[Factors]:
             normal, tangential = self._columns_of(used)
-            step = self._surface.step
             if self.shear == "free":
-                return [Factors.of([normal, self.friction * tangential], step)]
-            return [Factors.of([normal + t * tangential], step) for t in self.tangents]
+                return [Factors.of([normal, self.friction * tangential], self._prior)]
+            return [Factors.of([normal + t * tangential], self._prior) for t in self.tangents]
 
         return self._factors.get(used.tobytes(), make)
 
@@ -165,11 +142,6 @@ class PressureMapper(Framewise):
         if self.shear != "proportional":
             return np.zeros(1)
         return self.friction * np.linspace(-1, 1, _LEANS)
-
-    def _columns_of(self, used: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        """Whitened readings per Pa of the used sensors, of pressure and of shear, each (m, n)."""
-        part = self._surface.reading[:, used] / np.asarray(self.finger.array.noise)[used, None]
-        return np.ascontiguousarray(part[..., 0]), np.ascontiguousarray(part[..., 1])
 
     def _kernel(self) -> Any:
         from ._kernel import map_frames
@@ -246,64 +218,3 @@ def _level(parts: FloatArray, blocks: int, step: float, pull: float) -> tuple[Fl
         beside,
         np.full(total, pull * step),
     )
-
-
-def pressure_map(
-    finger: Finger,
-    readings: npt.ArrayLike,
-    *,
-    search: tuple[float, float] | None = None,
-    step: float | None = None,
-    shear: str = "proportional",
-    friction: float = 1.0,
-    rule: str = "evidence",
-    least_force: float = 0.3,
-    false_alarm: float = 1e-6,
-    **_unknown: Never,
-) -> PressureMap:
-    """The pressure along the surface in readings of shape (..., n), and the shear where the array can see it.
-
-    The mapper is prepared on the first call and kept with the finger.
-
-    Parameters
-    ----------
-    finger : Finger
-        The skin and the sensors in it.
-    readings : array_like, shape (..., n)
-        Raw readings, each in units of its gain; NaN marks a missing one.
-    search, step, shear, friction, rule, least_force, false_alarm
-        As in `PressureMapper`.
-
-    Returns
-    -------
-    PressureMap
-        Pressure, shear, their bands, totals, resolution, residual, status.
-
-    Raises
-    ------
-    InvalidValueError, GeometryError, NotLinearError
-        As in `PressureMapper`.
-
-    Examples
-    --------
-    >>> import numpy as np, subskin as ss
-    >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
-    >>> finger = ss.Finger(skin, ss.SensorArray.line(count=25, pitch=0.5e-3, depth=2e-3, noise=2e-5))
-    >>> roller = ss.Hertz(force=40.0, half_width=2e-3)
-    >>> found = ss.pressure_map(finger, finger.read(roller, rng=np.random.default_rng(0)))
-    >>> ss.Status(found.status).name, round(float(found.normal_force), 1)
-    ('OK', 40.0)
-    >>> true = roller.pressure(found.y)
-    >>> bool(np.linalg.norm(found.pressure - true) < 0.1 * np.linalg.norm(true))
-    True
-    """
-    _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
-    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
-    numbers: dict[str, Any] = _check.values(
-        step=step, friction=friction, least_force=least_force, false_alarm=false_alarm
-    )
-
-    def make() -> PressureMapper:
-        return PressureMapper(finger, search=ends, shear=shear, rule=rule, **numbers)
-
-    return prepared(finger).get(("pressure", ends, shear, rule, *numbers.values()), make)(readings)

@@ -1,0 +1,157 @@
+"""A lattice of one sensor repeated for ever on an area: what it reads of waves in any direction, and its first zone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..._check import ComplexArray, FloatArray
+from ...contact import LocalContact
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ...tensor import Displacements, State, Strain, Stress
+from .._common import index_of
+
+__all__ = ["EndlessLattice", "lattice_of", "zone_of"]
+
+LATTICES = ("row", "square", "hexagonal")
+"""How the sensors lie that are thought of: along a row, or on an area."""
+
+_TAIL = 30.0
+"""Waves are followed for so many depths (as k d) beyond those wanted: what falls as exp(-k d) is then gone."""
+_FINE = 0.02
+_DIRECTIONS = 12
+_NODES, _PANELS, _TURNS = 16, 8, 4
+_SHORTEST = 1e-12
+"""Waves without end are those of so small a wavenumber, as k d: a wave of drag across has no limit in displacement."""
+
+
+def lattice_of(finger: Finger, lattice: str | None) -> str:
+    """The lattice that is meant: as the sensors lie if none is named, square on an area that is no hexagonal grid."""
+    if lattice is None:
+        return ("hexagonal" if "hexagonal" in finger.array.layout else "square") if finger.array.on_area else "row"
+    if lattice not in LATTICES:
+        raise InvalidValueError(f"lattice = {lattice!r}", f"has to be one of {', '.join(LATTICES)}", 'lattice="square"')
+    return lattice
+
+
+def zone_of(lattice: str, pitch: float, phi: FloatArray) -> FloatArray:
+    """The largest wavenumber in the directions phi that sensors a pitch apart tell from longer waves [rad/m].
+
+    The border of the first zone: a square, or a hexagon.
+    """
+    if lattice == "square":
+        return np.asarray(np.pi / pitch / np.maximum(np.abs(np.cos(phi)), np.abs(np.sin(phi))))
+    normals = np.pi / 6 + np.pi / 3 * np.arange(6)
+    return np.asarray(2 * np.pi / (np.sqrt(3) * pitch) / np.cos(phi[..., None] - normals).max(axis=-1))
+
+
+@dataclass(frozen=True)
+class EndlessLattice:
+    """One sensor of a finger, at (0, 0), standing for a lattice of its like; components are p, q_y and q_z."""
+
+    finger: Finger
+
+    @classmethod
+    def of(cls, finger: Finger, sensor: int) -> EndlessLattice:
+        """The lattice of a finger's sensor, which has to live, on a skin that takes local contacts."""
+        if not finger.skin.takes_local:
+            seen = f"a lattice of sensors in {finger.skin}"
+            raise InvalidValueError(seen, "it is solved in a plane", "HalfSpace(material), or Layered(...)")
+        one = finger.array.select([index_of(finger.array, sensor)])
+        if not one.live[0]:
+            raise InvalidValueError(f"sensor {sensor}", "it is dead, of gain 0", "name another")
+        one.transducers[0].linearise(np.zeros(0))  # refuses what cannot be made linear
+        return cls(Finger(finger.skin, replace(one, y=[0.0], z=[0.0])))
+
+    @property
+    def depth(self) -> float:
+        """Depth of the sensor [m]."""
+        return float(np.asarray(self.finger.array.depth)[0])
+
+    def waves(self, attenuation: float) -> FloatArray:
+        """Wavenumbers that resolve the response [rad/m], up to where `attenuation` is far exceeded."""
+        last = (np.log(attenuation) + _TAIL) / self.depth
+        width = float(np.asarray(self.finger.array.width)[0])
+        fine = _FINE / (self.depth + width) * np.arange(1, int(last * (self.depth + width) / _FINE) + 1)
+        return np.unique(np.concatenate([np.geomspace(_SHORTEST, 1.0, 400) * last, fine]))
+
+    def filters(self, k: FloatArray, phi: FloatArray) -> ComplexArray:
+        """Reading per Pa of a wave exp(i k l) of p, q_y and q_z, l in the direction phi; shapes (m,), (..., m, 3)."""
+        skin, array = self.finger.skin, self.finger.array
+        depth = np.array([self.depth])
+        wave, across = skin.wave(k, depth), skin.wave_across(k, depth)[:, :, 0]
+        soft = 1 / (2 * skin.material_at(self.depth).shear)
+        c, s = np.cos(phi), np.sin(phi)
+        kind = array.transducers[0].linear_part
+        gain = float(np.asarray(array.gain)[0])
+        width = float(np.asarray(array.width)[0])
+        out = np.empty((*np.broadcast_shapes(k.shape, phi.shape), 3), dtype=np.complex128)
+        # what is even in l goes with p and leads q by a quarter of a wave, what is odd the other way about
+        zero = np.zeros_like(k)
+        turned = 0.5j / soft * k * across[1]  # stress lt, i G k u_t
+        for load, (p, ql, qt) in enumerate(((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c))):
+            parts = []
+            for tensor, share in ((wave.stress, 1.0), (wave.strain, soft)):
+                even = [p * one[:, 0, 0] + 1j * ql * one[:, 0, 1] for one in (tensor.xx, tensor.yy, tensor.zz)]
+                xl = -1j * p * tensor.xy[:, 0, 0] + ql * tensor.xy[:, 0, 1]
+                xt, lt = share * qt * across[0], share * qt * turned
+                xx, ll, tt = even
+                yy = ll * c * c + tt * s * s - 2 * lt * c * s
+                zz = ll * s * s + tt * c * c + 2 * lt * c * s
+                yz = (ll - tt) * c * s + lt * (c * c - s * s)
+                parts.append([xx, yy, zz, xl * c - xt * s, xl * s + xt * c, yz])
+            ux = p * wave.ux[:, 0, 0] + 1j * ql * wave.ux[:, 0, 1]
+            ul, ut = -1j * p * wave.uy[:, 0, 0] + ql * wave.uy[:, 0, 1], qt * across[1]
+            moved = [ux, ul * c - ut * s, ul * s + ut * c]
+            read = []
+            for part in (np.real, np.imag):
+                stress, strain = (([part(one) + zero for one in tensor]) for tensor in parts)
+                felt = Displacements(*(part(one) + zero for one in moved))
+                read.append(kind.measure(State(Stress(*stress), Strain(*strain), displacement=felt)))
+            out[..., load] = gain * (read[0] + 1j * read[1])
+        return out * np.sinc(k * c * width / (2 * np.pi))[..., None]
+
+    def sizes(self, k: FloatArray) -> FloatArray:
+        """Largest reading per Pa of waves k in any direction, shape (m, 3)."""
+        phi = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)[:, None]
+        waves = np.tile(k, _DIRECTIONS)
+        read = self.filters(waves, np.repeat(phi, k.size))
+        return np.asarray(np.abs(read).reshape(_DIRECTIONS, k.size, 3).max(axis=0))
+
+    def beyond(self, k: FloatArray, sizes: FloatArray) -> FloatArray:
+        """Largest error if the waves from each k on are taken for others: twice their integral over the plane."""
+        parts = 0.5 / np.pi * (sizes[1:] * k[1:] + sizes[:-1] * k[:-1]) * np.diff(k)
+        return np.concatenate([np.cumsum(parts[::-1])[::-1], [0.0]])
+
+    def full_scale(self) -> FloatArray:
+        """Largest reading under a unit point load of each component, beneath it or beside it, shape (3,)."""
+        at = self.depth * np.linspace(-3, 3, 97)
+        grid = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+        return np.asarray(np.abs(self.finger.receptive_field(grid, "point")[:, 0]).max(axis=0))
+
+    def powers(self, lattice: str, pitch: float, contact: LocalContact | None = None) -> FloatArray:
+        """Integral of what is read squared within the first zone and beyond, (2, 3); of a contact (2, 1).
+
+        Without a contact of pressure and drags that are white, alike at all wavenumbers.
+        """
+        turn, weight = np.polynomial.legendre.leggauss(_NODES)
+        # sectors between the corners and the middles of the sides, of both zones
+        ends = np.pi / 12 * np.arange(25)
+        middles, half = 0.5 * (ends[1:] + ends[:-1]), np.pi / 24
+        nodes, weights = np.polynomial.legendre.leggauss(_TURNS)
+        phi, by_phi = (middles[:, None] + half * nodes).reshape(-1), np.tile(half * weights, 24)
+        edge = zone_of(lattice, pitch, phi)
+        out = []
+        for low, high in ((0.0 * edge, edge), (edge, edge + 0.5 * _TAIL / self.depth)):
+            cuts = low + (high - low) * np.linspace(0, 1, _PANELS + 1)[:, None]
+            k = 0.5 * (cuts[1:] + cuts[:-1])[..., None] + 0.5 * (cuts[1:] - cuts[:-1])[..., None] * turn
+            area = 0.5 * (cuts[1:] - cuts[:-1])[..., None] * weight * k * by_phi[:, None]
+            turns = np.broadcast_to(phi[:, None], k.shape)
+            read = self.filters(k.reshape(-1), turns.reshape(-1))
+            if contact is not None:
+                spectrum = contact.spectrum(*((k * one(turns)).reshape(-1) for one in (np.cos, np.sin)))
+                read = sum(part * read[:, i] for i, part in enumerate(spectrum))[:, None]
+            out.append((np.abs(read) ** 2 * area.reshape(-1)[:, None]).sum(axis=0))
+        return np.stack(out)

@@ -1,0 +1,180 @@
+"""What an image of the pressure on an area gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..._check import FloatArray, read_only
+from ..._shown import Drawing
+from ...contact import PressureGrid
+from ...errors import GeometryError
+from ..shown import Shown
+from . import columns as column
+from ._operator import Factors
+from .map import SurfaceMap, _Mapper
+
+__all__ = ["PressureImage"]
+
+
+class _AreaMapper(_Mapper, Protocol):
+    """What an image asks of the `ImageMapper` that made it."""
+
+    z: FloatArray
+    friction: float
+
+
+def _pair(first: int, second: int, text: str) -> property:
+    def get(self: PressureImage) -> FloatArray:
+        return read_only(self.table[..., [first, second]])
+
+    get.__doc__ = text
+    return property(get)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PressureImage(SurfaceMap):
+    """The pressure found on an area in each frame: numbers of shape (...), images of shape (..., ny, nz).
+
+    Frames that are not `OK` or `AMBIGUOUS` carry NaN.
+
+    Parameters
+    ----------
+    table, used
+        As in `Estimate`.
+    mapper : ImageMapper
+        What made it.
+    """
+
+    mapper: _AreaMapper
+
+    tangential_force = _pair(column.FORCES + 1, column.ACROSS, "Tangential force (Ty, Tz) [N], shape (..., 2).")
+    tangential_std = _pair(column.FORCE_STD + 1, column.ACROSS_STD, "Its standard deviations [N], shape (..., 2).")
+    centre = _pair(column.CENTRE, column.CENTRE_Z, "Centre of pressure (y, z) [m], shape (..., 2).")
+    centre_std = _pair(column.CENTRE_STD, column.CENTRE_Z_STD, "Its standard deviations [m], shape (..., 2).")
+
+    plot = Drawing("pressure_image_figure")
+
+    @property
+    def azimuth(self) -> FloatArray:
+        """Direction of the tangential force, from +y towards +z [rad]; 0 without shear."""
+        return np.asarray(np.arctan2(self.table[..., column.ACROSS], self.table[..., column.FORCES + 1]))
+
+    @property
+    def azimuth_std(self) -> FloatArray:
+        """Standard deviation of the azimuth [rad]; infinite without shear."""
+        return self.table[..., column.AZIMUTH_STD]
+
+    def _shown(self) -> list[Shown]:
+        (y, z), (y_std, z_std) = np.moveaxis(self.centre, -1, 0), np.moveaxis(self.centre_std, -1, 0)
+        return [
+            Shown("normal force", self.normal_force, self.normal_std, "N"),
+            Shown("centre y", 1e3 * y, 1e3 * y_std, "mm"),
+            Shown("z", 1e3 * z, 1e3 * z_std, "mm"),
+            Shown("angle", 180 / np.pi * self.angle, 180 / np.pi * self.angle_std, "deg"),
+        ]
+
+    def _columns(self) -> dict[str, Any]:
+        out = {}
+        for name, error in (("tangential_force", "tangential_std"), ("centre", "centre_std")):
+            for i, axis in enumerate("yz"):
+                out[f"{name}_{axis}"] = getattr(self, name)[..., i]
+                out[f"{error}_{axis}"] = getattr(self, error)[..., i]
+        names = ("normal_force", "normal_std", "angle", "angle_std", "azimuth", "azimuth_std", "residual")
+        return {name: getattr(self, name) for name in names} | out | super()._columns()
+
+    @property
+    def y(self) -> FloatArray:
+        """Nodes along y [m], shape (ny,); the traction is bilinear between the nodes, and 0 on the border."""
+        return self.mapper.y
+
+    @property
+    def z(self) -> FloatArray:
+        """Nodes along z [m], shape (nz,)."""
+        return self.mapper.z
+
+    @property
+    def _inner(self) -> tuple[int, int]:
+        return len(self.y) - 2, len(self.z) - 2
+
+    def _bordered(self, inner: FloatArray, mode: Any = "constant") -> FloatArray:
+        """Values at the inner nodes, (..., m), with those of the border about them."""
+        image = inner.reshape(*self.shape, *self._inner)
+        out = np.pad(image, [(0, 0)] * len(self.shape) + [(1, 1)] * 2, mode=mode)
+        out[~np.isfinite(self.normal_force)] = np.nan
+        return read_only(out)
+
+    @property
+    def _heights(self) -> FloatArray:
+        """Unknowns of each block, shape (..., blocks, m)."""
+        m = self._inner[0] * self._inner[1]
+        return self.table[..., column.AREA_WIDTH :].reshape(*self.shape, -1, m)
+
+    @property
+    def pressure(self) -> FloatArray:
+        """Pressure at each node [Pa], >= 0, shape (..., ny, nz)."""
+        return self._bordered(self._heights.sum(axis=-2))
+
+    @property
+    def pressure_std(self) -> FloatArray:
+        """Standard deviation of the pressure [Pa], noise and what smoothness leaves open, shape (..., ny, nz)."""
+        return self._bordered(self._on_area(Factors.std))
+
+    @property
+    def pressure_interval(self) -> FloatArray:
+        """Ends of the 95 % band of the pressure [Pa], none below 0, shape (..., ny, nz, 2)."""
+        half, pressure = 1.959964 * self.pressure_std, self.pressure
+        return read_only(np.stack([np.maximum(pressure - half, 0.0), pressure + half], axis=-1))
+
+    @property
+    def shear(self) -> FloatArray:
+        """Drag (q_y, q_z) at each node [Pa], shape (..., ny, nz, 2)."""
+        if self.mapper.shear == "free":
+            one, two, three, four = np.moveaxis(self._heights, -2, 0)
+            drags = one + two - three - four, one - two + three - four
+            return read_only(np.stack([self.mapper.friction * self._bordered(q) for q in drags], axis=-1))
+        tangents = self.tangential_force / self.normal_force[..., None]
+        return read_only(tangents[..., None, None, :] * self.pressure[..., None])
+
+    @property
+    def shear_std(self) -> FloatArray:
+        """Standard deviations of the drag [Pa], shape (..., ny, nz, 2); 0 where none was allowed."""
+        if self.mapper.shear == "free":
+            parts = [self._on_area(lambda f, w, m, k=k: Factors.std(f, w, m, k)) for k in (1, 2)]
+            return read_only(np.stack([self.mapper.friction * self._bordered(s) for s in parts], axis=-1))
+        tangents = (self.tangential_force / self.normal_force[..., None])[..., None, None, :]
+        doubt = (self.tangential_std / self.normal_force[..., None])[..., None, None, :]
+        return read_only(np.hypot(tangents * self.pressure_std[..., None], doubt * self.pressure[..., None]))
+
+    @property
+    def resolution(self) -> FloatArray:
+        """Full width at half height of what a narrow pressure at each node looks like [m], shape (..., ny, nz).
+
+        The geometric mean of the widths along y and along z; else as of `PressureMap`.
+        """
+        return self._bordered(self._on_area(Factors.widths), "edge")
+
+    @property
+    def seen(self) -> FloatArray:
+        """What is left at each node of an even pressure over the whole search, shape (..., ny, nz); 1 is all of it."""
+        return self._bordered(self._on_area(Factors.seen), "edge")
+
+    def _on_area(self, what: Callable[[Factors, FloatArray, int], FloatArray]) -> FloatArray:
+        m = self._inner[0] * self._inner[1]
+        return self._at_elements(lambda factors, weight: what(factors, weight, m), m)
+
+    @property
+    def contact(self) -> PressureGrid:
+        """The traction as a contact, to read it into any finger or to see its field in any skin.
+
+        Raises
+        ------
+        GeometryError
+            A frame in which no pressure was found.
+        """
+        if not np.isfinite(self.normal_force).all():
+            raise GeometryError("frames without a pressure", "a contact has one in each", "found[found.status == 0]")
+        return PressureGrid(self.y, self.z, self.pressure, self.shear)

@@ -1,0 +1,195 @@
+"""The pressure found on an area: its image, its drag, how sure it is and how finely resolved; and frames as a movie."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+from PIL import Image
+
+from ..contact import LocalContact
+from ..errors import GeometryError, InvalidValueError
+from ..estimate import PressureImage, Status
+from ..io.files import replacing
+from .style import DOUBLE, GREY, MM, finished, house_style, new_figure, settled
+
+__all__ = ["pressure_image_figure", "pressure_movie"]
+
+_SCALES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+_MOST = 500  # frames
+_DPI = 100
+_FAINT = 0.1  # of the largest drag: shorter arrows are left out
+
+
+@finished
+def pressure_image_figure(
+    found: PressureImage, *, truth: LocalContact | None = None, origin: npt.ArrayLike = (0.0, 0.0)
+) -> Figure:
+    """The image of one frame with its drag, and beside it the half of its 95 % band, or the truth.
+
+    Dots are the sensors that were used, rings those that were not. The bar is as long as a narrow pressure at the
+    centre looks wide.
+
+    Parameters
+    ----------
+    found : PressureImage, shape ()
+        What `pressure_map` found in one frame.
+    truth : LocalContact, optional
+        What pressed, drawn instead of the band.
+    origin : (float, float), optional
+        The finger's (0, 0) on the axes of the figure [m].
+
+    Raises
+    ------
+    GeometryError
+        More than one frame, or contacts.
+    InvalidValueError
+        A frame in which no pressure was found.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid(shape=(4, 4), pitch=2e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=20.0)
+    >>> pad = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> tip = ss.RoundHertz(force=2.0, half_width=2e-3)
+    >>> figure = pressure_image_figure(ss.pressure_map(pad, pad.read(tip), shear="none"), truth=tip)
+    >>> [axes.get_title() for axes in figure.axes[:2]]
+    ['found', 'truth']
+    """
+    if found.shape != ():
+        raise GeometryError(f"images of shape {found.shape}", "one frame is drawn", "pressure_map(finger, frames[0])")
+    if truth is not None and truth.shape != ():
+        raise GeometryError(f"contacts of shape {truth.shape}", "one is compared with one frame", "a single contact")
+    if not np.isfinite(found.normal_force):
+        status = Status(int(found.status)).name
+        raise InvalidValueError(
+            f"a frame of status {status}", "there is no pressure in it to draw", "a frame with status OK"
+        )
+    at = np.asarray(origin, dtype=np.float64)
+    y, z = np.meshgrid(found.y, found.z, indexing="ij")
+    beside = 1.959964 * found.pressure_std if truth is None else truth.pressure(y, z)
+    largest = float(max(found.pressure.max(), 0.0 if truth is None else np.where(np.isfinite(beside), beside, 0).max()))
+    scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
+    figure = new_figure(DOUBLE, min(22.0 + 66.0 * float(np.ptp(found.z) / np.ptp(found.y)), 160.0))
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    titles = "found", "half of the 95 % band" if truth is None else "truth"
+    for axes, values, title in ((left, found.pressure, titles[0]), (right, beside, titles[1])):
+        picture = _image(axes, found, at, values / scale, largest / scale)
+        axes.set_title(title)
+        axes.set_xlabel("position $y$ [mm]")
+    left.set_ylabel("position $z$ [mm]")
+    _sensors(left, found, at)
+    _drag(left, found, at)
+    cell = np.unravel_index(
+        np.hypot(y - found.centre[0], z - found.centre[1]).argmin(), y.shape
+    )  # where the centre of pressure is
+    wide = float(found.resolution[cell])
+    low = found.y[0] + at[0] + 0.05 * np.ptp(found.y), found.z[0] + at[1] + 0.05 * np.ptp(found.z)
+    left.plot(MM * np.array([low[0], low[0] + wide]), [MM * low[1]] * 2, color="white", linewidth=2.0)
+    said, at_bar = f"resolution {MM * wide:.2g} mm", (MM * low[0], MM * low[1])
+    left.annotate(said, at_bar, (0, 3), textcoords="offset points", fontsize=6.5, color="white")
+    figure.colorbar(picture, ax=[left, right], label=f"pressure [{unit}]", shrink=0.8)
+    return figure
+
+
+def _image(
+    axes: Axes, found: PressureImage, at: npt.NDArray[np.float64], values: npt.NDArray[np.float64], largest: float
+) -> QuadMesh:
+    picture = axes.pcolormesh(
+        MM * (found.y + at[0]), MM * (found.z + at[1]), values.T, shading="gouraud",
+        cmap="viridis", vmin=0.0, vmax=largest, rasterized=True,
+    )  # fmt: skip
+    axes.set_aspect("equal")
+    return picture
+
+
+def _sensors(axes: Axes, found: PressureImage, at: npt.NDArray[np.float64]) -> None:
+    points = MM * (found.mapper.array.points + at)
+    for used, face in ((True, "white"), (False, "none")):
+        axes.plot(
+            *points[found.used == used].T, "o", markersize=1.6, markerfacecolor=face, markeredgecolor="white",
+            markeredgewidth=0.4, alpha=0.6,
+        )  # fmt: skip
+
+
+def _drag(axes: Axes, found: PressureImage, at: npt.NDArray[np.float64]) -> None:
+    drag = found.shear
+    size = np.hypot(drag[..., 0], drag[..., 1])
+    every = max(1, len(found.y) // 16)
+    shown = np.zeros_like(size, dtype=bool)
+    shown[::every, ::every] = size[::every, ::every] > _FAINT * size.max()
+    if size.max() > 0 and shown.any():
+        y, z = np.meshgrid(MM * (found.y + at[0]), MM * (found.z + at[1]), indexing="ij")
+        axes.quiver(
+            y[shown], z[shown], drag[shown][:, 0], drag[shown][:, 1], color="white", width=0.005, pivot="mid",
+            angles="xy", scale_units="xy", scale=size.max() / (1.5 * every * MM * (found.y[1] - found.y[0])),
+        )  # fmt: skip
+
+
+def pressure_movie(
+    found: PressureImage, path: str | PathLike[str], *, rate: float = 10.0, origin: npt.ArrayLike = (0.0, 0.0)
+) -> None:
+    """Write the images of frames as an animated GIF, all on one scale; frames without a contact are dark.
+
+    Parameters
+    ----------
+    found : PressureImage, shape (frames,)
+        What `pressure_map` found.
+    path : path-like
+        The file, .gif.
+    rate : float, optional
+        Frames per second [Hz].
+    origin : (float, float), optional
+        The finger's (0, 0) on the axes of the figure [m].
+
+    Raises
+    ------
+    GeometryError
+        No frames, or too many; none with a contact.
+    FileError
+        A file that cannot be written.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid(shape=(4, 4), pitch=2e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=20.0)
+    >>> pad = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> growing = ss.RoundHertz(force=[1.0, 2.0], half_width=2e-3)
+    >>> film = getfixture("tmp_path") / "film.gif"
+    >>> pressure_movie(ss.pressure_map(pad, pad.read(growing), shear="none"), film)
+    >>> film.stat().st_size > 1000
+    True
+    """
+    there = np.isfinite(found.normal_force)
+    if len(found.shape) != 1 or not 0 < found.shape[0] <= _MOST or not there.any():
+        seen = f"images of shape {found.shape}, {int(there.sum())} with a contact"
+        raise GeometryError(seen, f"a movie has 1 to {_MOST} frames, some with a contact", "found[::10]")
+    at = np.asarray(origin, dtype=np.float64)
+    pressure = np.where(there[:, None, None], found.pressure, 0.0)
+    largest = float(pressure.max())
+    scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
+    with house_style():
+        figure = new_figure(100.0, min(25.0 + 75.0 * float(np.ptp(found.z) / np.ptp(found.y)), 120.0))
+        axes = figure.subplots()
+        picture = _image(axes, found, at, pressure[0] / scale, largest / scale)
+        axes.set(xlabel="position $y$ [mm]", ylabel="position $z$ [mm]")
+        points = MM * (found.mapper.array.points + at)
+        axes.plot(*points.T, "o", markersize=1.2, color=GREY)
+        figure.colorbar(picture, ax=axes, label=f"pressure [{unit}]")
+        title = axes.set_title(" ")
+        settled(figure)
+        figure.set_dpi(_DPI)
+        frames = []
+        for i, values in enumerate(pressure):
+            picture.set_array(np.transpose(values / scale))
+            title.set_text(f"frame {i}: {found.normal_force[i]:.3g} N" if there[i] else f"frame {i}")
+            canvas = FigureCanvasAgg(figure)
+            canvas.draw()
+            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    with replacing(str(path)) as part:
+        frames[0].save(part, format="GIF", save_all=True, append_images=frames[1:], duration=1e3 / rate, loop=0)
