@@ -50,6 +50,7 @@ ORDER = (
     "plot",
     "report",
     "live",
+    "studio",
     "cli",
     "__main__",
 )

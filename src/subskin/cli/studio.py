@@ -1,0 +1,34 @@
+"""`subskin studio`: a page on this machine."""
+
+from __future__ import annotations
+
+import argparse
+
+from .common import describe
+
+_EXAMPLES = """\
+  subskin studio                                 a finger to play with, in the browser
+  subskin studio finger.toml                     your own
+  subskin studio finger.toml --no-browser        print the address, open nothing
+"""
+_NOTES = """\
+The page answers this machine alone: the address holds a token, and the browser that opens it gets a cookie. Nothing is
+fetched from elsewhere. Ctrl-C ends it. It needs pip install "subskin[studio]".
+"""
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    describe(parser, run, _EXAMPLES, _NOTES)
+    parser.add_argument("finger", nargs="?", help="finger.toml; an example if left out")
+    parser.add_argument("--host-port", type=int, metavar="N", help="port of this machine (8771, or the next free one)")
+    parser.add_argument("--no-browser", action="store_true", help="print the address, and open nothing")
+    parser.set_defaults(json=False)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    from ..studio.opening import serve
+
+    serve(options.finger, port=options.host_port, browser=not options.no_browser)
+    return 0

@@ -1,0 +1,96 @@
+"""The views, and what is asked of each: the one thing that all pages share."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..io.finger_file import load
+from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
+from .views.script import script_of
+
+if TYPE_CHECKING:
+    from .client import Client
+
+__all__ = ["Studio"]
+
+Answer = tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]
+
+
+class Studio:
+    """What is asked of the views, whichever page asks.
+
+    Parameters
+    ----------
+    file : path-like, optional
+        The finger.toml that is shown at the beginning; an example if left out.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read, or holds something wrong.
+    """
+
+    DOES: ClassVar[frozenset[str]] = frozenset()
+    """What changes something, and is therefore done each time that it is asked."""
+
+    def __init__(self, file: str | Path | None = None) -> None:
+        self.hand = ThreadPoolExecutor(1, "subskin studio")
+        """The one thread in which answers are worked out."""
+        self.clients: set[Client] = set()
+        self.text = EXAMPLE if file is None else load(file).text
+        self.name = "finger.toml" if file is None else Path(file).name
+        self._finger = FingerView()
+
+    def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
+        """What a page is answered.
+
+        Parameters
+        ----------
+        view, do : str
+            What is asked of which view.
+        given : dict
+            With what.
+
+        Raises
+        ------
+        SubskinError, ValidationError
+            Something that cannot be.
+        """
+        if view == "finger":
+            return self._of_finger(do, given)
+        raise _unknown(view, do)
+
+    def _of_finger(self, do: str, given: dict[str, Any]) -> Answer:
+        if do == "begin":
+            return {"begin": {"text": self.text}, "name": self.name}, []
+        state = FingerState.model_validate(given.get("state"))
+        if do == "look":
+            how = Look.model_validate(given.get("how", {}))
+            window = None if how.window is None else Window(*how.window)
+            return self._finger.look(state, edits=how.edits, window=window, moving=how.moving, refine=how.refine)
+        if do == "script":
+            return {"script": script_of(state)}, []
+        raise _unknown("finger", do)
+
+    def close(self) -> None:
+        """Stop what runs."""
+        self.hand.shutdown(wait=False, cancel_futures=True)
+
+    def number_of(self, view: str) -> int:
+        """How often what `view` tells of itself has changed; -1 of a view that tells nothing."""
+        return -1
+
+    def news(self, view: str) -> Answer:
+        """What `view` tells of itself now."""
+        raise _unknown(view, "news")
+
+
+def _unknown(view: str, do: str) -> Exception:
+    from ..errors import InvalidValueError
+
+    return InvalidValueError(f"{view}.{do}", "the studio knows no such thing", "load the page again")
