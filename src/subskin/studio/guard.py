@@ -56,7 +56,7 @@ class Guard:
 
     def __init__(self, app: Callable[[Scope, Receive, Send], Awaitable[None]], keys: Keys) -> None:
         self._app, self._keys = app, keys
-        sockets = " ".join(sorted(f"ws://{host}" for host in keys.hosts))
+        sockets = " ".join(sorted(f"ws://{host}" for host in keys.hosts if "[" not in host))  # a policy knows no [::1]
         policy = (
             f"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' {sockets}; "
             "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"

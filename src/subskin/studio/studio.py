@@ -45,6 +45,7 @@ class Studio:
         self.text = EXAMPLE if file is None else load(file).text
         self.name = "finger.toml" if file is None else Path(file).name
         self._finger = FingerView()
+        self.hand.submit(self._finger.look, FingerState(text=self.text))  # loops are compiled while the browser opens
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
         """What a page is answered.

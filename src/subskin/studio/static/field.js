@@ -34,7 +34,9 @@ export function drawField(pen, field, px, py, box) {
   pen.clip();
   pen.imageSmoothingEnabled = true;
   pen.imageSmoothingQuality = "high";
-  pen.drawImage(picture(field), px(x), py(y), px(x + width) - px(x), py(y + height) - py(y));
+  pen.translate(px(x), py(y));
+  pen.scale((px(x + width) - px(x)) / field.shape[1], (py(y + height) - py(y)) / field.shape[0]); // turned over where the axis goes up
+  pen.drawImage(picture(field), 0, 0);
   pen.restore();
 }
 

@@ -28,7 +28,7 @@ export class FingerView {
     this.skin = new Form((key, value) => this.look({}, { edits: [[key, value]] }, true, key));
     this.fault = h("p", { class: "fault", role: "alert", hidden: true });
     this.show = h("select", { "aria-label": "What is drawn in the skin", onchange: () => this.look({ show: this.show.value }, {}, true) });
-    this.find = segments("What is looked for", { locate: "a line", fit: "its width too" }, "locate", (find) => this.look({ find }, {}, true));
+    this.find = segments("What is looked for", { locate: "line", fit: "with width" }, "locate", (find) => this.look({ find }, {}, true));
     this.noise = h("input", { type: "checkbox", onchange: () => this.look({ seed: this.noise.checked ? 0 : null }, {}, true) });
     this.draw = h("button", { class: "button", type: "button", onclick: () => this.look({ seed: (this.store.state.seed ?? 0) + 1 }, {}, true) }, "Draw again");
     this.aboveCard = card("From above", this.above.sheet.box);
@@ -39,22 +39,24 @@ export class FingerView {
   }
 
   #laidOut() {
-    const stage = h("div", { class: "stage" },
-      card("Skin in section", [this.show], this.section.sheet.box, this.fault),
-      this.aboveCard,
-      h("div", { class: "pair" }, card("Readings", this.bars.sheet.box, this.#key("bar: read", "line: of the touch found")),
-        card("Estimate", this.zoom.sheet.box, this.#key("●: found, with 68 and 95 %", "×: the touch that pressed"))));
-    const side = h("div", { class: "side" },
-      card("Answer", [this.find.element], this.answer.element),
-      card("Touch", this.touch.element, h("div", { class: "field" }, h("label", { class: "check" }, this.noise, "with noise"), this.draw)),
-      h("section", { class: "card" }, h("details", { open: true }, h("summary", {}, "Sensors"), this.finger.element)),
-      h("section", { class: "card" }, h("details", { open: true }, h("summary", {}, "Skin"), this.skin.element)),
-      card("Keep", saveMenu(this)));
+    const answer = card("Answer", [this.find.element], this.answer.element);
+    const touch = card("Touch", this.touch.element, h("div", { class: "field" }, h("label", { class: "check" }, this.noise, "with noise"), this.draw));
+    const section = card("Skin in section", [this.show], this.section.sheet.box, this.fault);
+    this.trio = h("div", { class: "trio" }, this.aboveCard, h("div", { class: "duo" },
+      card("Readings", this.bars.sheet.box, this.#key(["accent", "read"], ["found", "of the touch found"])),
+      card("Estimate", this.zoom.sheet.box, this.#key(["found", "found, with 68 and 95 %"], ["truth", "the touch that pressed"], ["rival", "next best"]))));
+    const stage = h("div", { class: "stage" }, section, this.trio,
+      h("div", { class: "pair" }, card("Sensors", this.finger.element), card("Skin", this.skin.element)));
+    const side = h("div", { class: "side" }, answer, touch, card("Keep", saveMenu(this)));
+    const narrow = matchMedia("(max-width: 64rem)"); // there the answer follows the picture
+    const settle = () => (narrow.matches ? section.after(h("div", { class: "pair" }, answer, touch)) : (answer.parentNode.matches(".pair") && answer.parentNode.remove(), side.prepend(answer, touch)));
+    narrow.addEventListener("change", settle);
+    settle();
     return h("div", { class: "view" }, stage, side);
   }
 
   #key(...texts) {
-    return h("p", { class: "note" }, texts.join("   "));
+    return h("p", { class: "note key" }, texts.map(([kind, text]) => h("span", { class: kind }, text)));
   }
 
   async begin() {
@@ -120,6 +122,7 @@ export class FingerView {
   draw_(said) {
     this.section.show(said);
     this.aboveCard.hidden = !said.area;
+    this.trio.classList.toggle("row", !said.area);
     if (said.area) this.above.show(said);
     this.bars.show({ readings: said.readings, fitted: said.found.fitted, noise: said.noise, names: said.sensors.names, unit: said.units.reading });
     this.zoom.show(said.found.ellipse);
@@ -152,6 +155,7 @@ export class FingerView {
     if (names.length !== this.show.options.length) this.show.replaceChildren(...names.map(([value, text]) => h("option", { value }, text)));
     this.show.value = state.show;
     this.find.set(state.find);
+    this.find.name("locate", said.area ? "point" : "line");
     this.noise.checked = state.seed !== null;
     this.draw.disabled = state.seed === null;
   }

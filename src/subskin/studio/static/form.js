@@ -93,8 +93,12 @@ export function segments(label, choices, value, change) {
   const inputs = Object.entries(choices).map(([key, text]) => {
     const input = h("input", { type: "radio", name, value: key, onchange: () => change(key) });
     input.checked = key === value;
-    return [input, h("label", {}, input, text)];
+    return [input, h("label", {}, input, h("span", {}, text))];
   });
   const element = h("div", { class: "segments", role: "radiogroup", "aria-label": label }, inputs.map(([, row]) => row));
-  return { element, set: (now) => inputs.forEach(([input]) => { input.checked = input.value === now; }) };
+  return {
+    element,
+    set: (now) => inputs.forEach(([input]) => { input.checked = input.value === now; }),
+    name: (key, text) => inputs.forEach(([input]) => { if (input.value === key) input.nextSibling.textContent = text; }),
+  };
 }

@@ -7,7 +7,7 @@ import { colour } from "./theme.js";
 const TOP = 0.19; // room above the skin, in widths of what is seen
 const REACH = 0.88; // of that room, an arrow takes at most so much
 const LEFT = 46;
-const FOOT = 74;
+const NARROW = 560; // below, the colour bar has its label above it
 
 export class Section {
   constructor() {
@@ -23,7 +23,7 @@ export class Section {
   #height(width) {
     if (!this.said) return 0.5 * width;
     const { left, right } = this.said.window;
-    return ((width - LEFT - 10) / (right - left)) * (this.#foot() + TOP * (right - left)) + FOOT;
+    return ((width - LEFT - 10) / (right - left)) * (this.#foot() + TOP * (right - left)) + (width < NARROW ? 90 : 74);
   }
 
   #foot() {
@@ -63,15 +63,16 @@ export class Section {
     this.#inside(pen, foot);
     this.#axes(pen, width, foot);
     this.#sensors(pen);
-    this.#found(pen);
     this.#touch(pen);
+    this.#found(pen);
     const y = py(foot) + 30;
     pen.fillStyle = colour("soft");
     pen.textBaseline = "top";
     const label = `${field.label} [${field.unit}]`;
-    const taken = Math.max(pen.measureText(label).width + 14, 0.2 * width);
+    const narrow = width < NARROW;
+    const taken = narrow ? 0 : Math.max(pen.measureText(label).width + 14, 0.2 * width);
     pen.fillText(label, px(left), y - 1);
-    drawBar(pen, field, px(left) + taken, y, px(right) - px(left) - taken, 12);
+    drawBar(pen, field, px(left) + taken, y + (narrow ? 17 : 0), px(right) - px(left) - taken, 12);
   }
 
   #inside(pen, foot) {

@@ -89,7 +89,7 @@ def _rows(values: dict[str, Any], touch: Touch) -> list[dict[str, Any]]:
         true = scale * truth[name] if name in truth else np.nan
         out.append({
             "name": name, "label": _LETTERS.get(name, name.replace("_", " ")), "unit": own, "value": value, "std": std,
-            "truth": true, "text": with_error(value, std, own).replace("+-", "±").replace(" °", "°"),
+            "truth": true, "text": with_error(value, std, own).replace("+-", "±").replace(" °", "°").replace("-", "−"),
             "off": (value - true) / std if np.isfinite(std) and std > 0 else np.nan,
         })  # fmt: skip
     return out
@@ -98,7 +98,7 @@ def _rows(values: dict[str, Any], touch: Touch) -> list[dict[str, Any]]:
 def _quality(values: dict[str, Any]) -> str:
     if not np.isfinite(values.get("residual", np.nan)):
         return ""
-    return f"χ² {values['residual']:.3g} with {int(values['spare'])} readings to spare"
+    return f"χ² {_whole(values['residual'])} with {int(values['spare'])} readings to spare"
 
 
 def _drawing(file: FingerFile, touch: Touch, found: Any, family: str | None) -> dict[str, Any]:
@@ -119,7 +119,7 @@ def _drawing(file: FingerFile, touch: Touch, found: Any, family: str | None) -> 
         place = ", ".join(f"{'yz'[i]} = {1e3 * v:.2f} mm" for i, v in enumerate(at.tolist()))
         rival = {
             "position": at, "components": pushed, "worse": worse,
-            "words": f"Next best: {place}; its χ² is {worse:.3g} larger.",
+            "words": f"Next best: {place.replace('-', '−')}; its χ² is {_whole(worse)} larger.",
         }  # fmt: skip
     centre = where if local else np.array([where[0], float(load.force)])
     truth = touch.position if local else [touch.position[0], touch.force]
@@ -143,6 +143,11 @@ def _drawing(file: FingerFile, touch: Touch, found: Any, family: str | None) -> 
         "rival": rival,
         "fitted": file.finger.read(again),
     }
+
+
+def _whole(value: float) -> str:
+    """Three digits, and no power of ten."""
+    return f"{value:.3g}" if value < 100 else f"{float(f'{value:.3g}'):,.0f}".replace(",", " ")
 
 
 def _turn(angle: float) -> float:

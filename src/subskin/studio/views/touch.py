@@ -69,8 +69,8 @@ def first_touch(finger: Finger) -> Touch:
     return Touch(
         family="round_hertz" if area else "hertz",
         force=_rounded(_SHARE * young * depth * (4 * depth if area else 1.0)),
-        angle=0.3,
-        azimuth=0.8 if area else 0.0,
+        angle=float(np.deg2rad(15.0)),
+        azimuth=float(np.deg2rad(45.0)) if area else 0.0,
         position=where if area else where[:1],
         half_width=_rounded((0.15 if area else 0.3) * depth),
     )
