@@ -64,6 +64,10 @@ class Studio:
         """
         if view == "finger":
             return self._of_finger(do, given)
+        if (view, do) == ("memo", "look"):
+            from .views.memo.view import MemoState, look
+
+            return look(MemoState.model_validate(given.get("state", {}))), []
         raise _unknown(view, do)
 
     def _of_finger(self, do: str, given: dict[str, Any]) -> Answer:

@@ -1,12 +1,13 @@
 // The page: its views, the tools that all of them have, and the theme.
 import { h, icon } from "./dom.js";
 import { FingerView } from "./finger.js";
+import { MemoView } from "./memo.js";
 import { copied } from "./save.js";
 import { where } from "./store.js";
 import { switchTheme } from "./theme.js";
 import { begin } from "./wire.js";
 
-const VIEWS = { finger: ["Finger", FingerView] };
+const VIEWS = { finger: ["Finger", FingerView], memo: ["Memo", MemoView] };
 const made = {};
 
 function current() {

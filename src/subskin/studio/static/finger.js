@@ -9,7 +9,7 @@ import { degrees } from "./numbers.js";
 import { saveMenu } from "./save.js";
 import { say } from "./say.js";
 import { Section } from "./section.js";
-import { Store, linked } from "./store.js";
+import { Store, linked, where } from "./store.js";
 import { ask, follow, whenOpen } from "./wire.js";
 import { Zoom } from "./zoom.js";
 
@@ -34,8 +34,8 @@ export class FingerView {
     this.aboveCard = card("From above", this.above.sheet.box);
     this.element = this.#laidOut();
     fingerHandles(this);
-    whenOpen((back) => (back ? this.look({}, {}, false) : this.begin()));
-    addEventListener("hashchange", () => this.begin());
+    whenOpen((back) => (back && this.store.state ? this.look({}, {}, false) : this.begin()));
+    addEventListener("hashchange", () => where().view === "finger" && this.begin());
   }
 
   #laidOut() {
@@ -60,7 +60,7 @@ export class FingerView {
   }
 
   async begin() {
-    const state = await linked();
+    const state = where().view === "finger" ? await linked() : null;
     if (state) {
       this.store.state = state;
       this.look({}, {}, true);
