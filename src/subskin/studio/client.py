@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
@@ -49,6 +49,8 @@ class Client:
         """The view that tells of itself, or none."""
         self._drawn = True
         self._told = -1
+        self._busy: set[str] = set()
+        self._tasks: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
         """Until the page goes."""
@@ -63,9 +65,9 @@ class Client:
                     raise error
         finally:
             self._studio.clients.discard(self)
-            for task in (reader, worker):
+            for task in (reader, worker, *self._tasks):
                 task.cancel()
-                with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
+                with suppress(asyncio.CancelledError, Exception):
                     await task
 
     def wake(self) -> None:
@@ -117,30 +119,46 @@ class Client:
         self._come.set()
 
     async def _work(self) -> None:
-        """Answer, one after the other."""
-        loop = asyncio.get_running_loop()
+        """Answer: of each view one thing after the other, the views beside each other."""
         while True:
-            if not self._asked and not self._news():
-                self._come.clear()
-                if not self._asked and not self._news():
-                    await self._come.wait()
-                continue
-            if self._asked:
-                _, request = self._asked.popitem(last=False)
-                said, fields = await loop.run_in_executor(self._studio.hand, self._answered, request)
-                await self._socket.send_bytes(framed({**said, "id": request.number, "view": request.view}, fields))
-            elif self._news():
-                view, self._told, self._drawn = self.watching, self._studio.number_of(self.watching), False
-                said, fields = await loop.run_in_executor(self._studio.hand, self._studio.news, view)
-                await self._socket.send_bytes(framed({**said, "view": view, "told": True}, fields))
+            self._come.clear()
+            for name, request in list(self._asked.items()):
+                if request.view not in self._busy:
+                    del self._asked[name]
+                    self._begin(request.view, self._answer(request))
+            if self._news() and "" not in self._busy:
+                self._begin("", self._tell())
+            await self._come.wait()
+            for task in [task for task in self._tasks if task.done()]:
+                self._tasks.discard(task)
+                task.result()  # raises what went wrong
+
+    def _begin(self, name: str, work: Coroutine[Any, Any, None]) -> None:
+        self._busy.add(name)
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+
+        def done(_: asyncio.Task[None]) -> None:
+            self._busy.discard(name)
+            self._come.set()
+
+        task.add_done_callback(done)
+
+    async def _answer(self, request: Request) -> None:
+        said, fields = await self._in_thread(request.view, answered, self._studio.answer, request)
+        await self._socket.send_bytes(framed({**said, "id": request.number, "view": request.view}, fields))
+
+    async def _tell(self) -> None:
+        view, self._told, self._drawn = self.watching, self._studio.number_of(self.watching), False
+        said, fields = await self._in_thread(view, self._studio.news, view)
+        await self._socket.send_bytes(framed({**said, "view": view, "news": True}, fields))
+
+    async def _in_thread(self, view: str, work: Callable[..., Answer], *given: Any) -> Answer:
+        return await asyncio.get_running_loop().run_in_executor(self._studio.hand(view), work, *given)
 
     def _news(self) -> bool:
         """Whether the view that is watched has something new, and the page has drawn what it was told."""
         return bool(self.watching) and self._drawn and self._studio.number_of(self.watching) != self._told
-
-    def _answered(self, request: Request) -> Answer:
-        """The answer, or what is wrong in words."""
-        return answered(self._studio.answer, request)
 
     async def _end(self, code: int) -> None:
         with suppress(RuntimeError):

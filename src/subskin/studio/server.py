@@ -84,7 +84,7 @@ async def _made(request: Request, studio: Studio) -> Response:
         return PlainTextResponse("SVG or PNG, of a finger", 400)
     try:
         state = FingerState.model_validate_json(await request.body())
-        made = await asyncio.get_running_loop().run_in_executor(studio.hand, picture_of, state, kind)
+        made = await asyncio.get_running_loop().run_in_executor(studio.hand("finger"), picture_of, state, kind)
     except (SubskinError, ValueError) as error:
         return PlainTextResponse(str(error), 400)
     return Response(made, media_type=_PICTURES[kind])

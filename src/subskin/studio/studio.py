@@ -39,13 +39,12 @@ class Studio:
     """What changes something, and is therefore done each time that it is asked."""
 
     def __init__(self, file: str | Path | None = None) -> None:
-        self.hand = ThreadPoolExecutor(1, "subskin studio")
-        """The one thread in which answers are worked out."""
+        self._hands: dict[str, ThreadPoolExecutor] = {}
         self.clients: set[Client] = set()
         self.text = EXAMPLE if file is None else load(file).text
         self.name = "finger.toml" if file is None else Path(file).name
         self._finger = FingerView()
-        self.hand.submit(self._finger.look, FingerState(text=self.text))  # loops are compiled while the browser opens
+        self.hand("finger").submit(self._finger.look, FingerState(text=self.text))  # loops are compiled while the browser opens
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
         """What a page is answered.
@@ -82,9 +81,14 @@ class Studio:
             return {"script": script_of(state)}, []
         raise _unknown("finger", do)
 
+    def hand(self, view: str) -> ThreadPoolExecutor:
+        """The one thread in which a view's answers are worked out."""
+        return self._hands.setdefault(view, ThreadPoolExecutor(1, f"subskin studio {view}"))
+
     def close(self) -> None:
         """Stop what runs."""
-        self.hand.shutdown(wait=False, cancel_futures=True)
+        for hand in self._hands.values():
+            hand.shutdown(wait=False, cancel_futures=True)
 
     def number_of(self, view: str) -> int:
         """How often what `view` tells of itself has changed; -1 of a view that tells nothing."""

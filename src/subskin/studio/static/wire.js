@@ -49,7 +49,7 @@ function hear(data) {
     field.bytes = new Uint8Array(data, at, size);
     at += size;
   }
-  if (said.told) {
+  if (said.news) {
     told.get(said.view)?.(said);
     requestAnimationFrame(() => send({ view: "page", do: "drawn" }));
     return;
