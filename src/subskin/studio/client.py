@@ -49,11 +49,13 @@ class Client:
         """The view that tells of itself, or none."""
         self._drawn = True
         self._told = -1
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._busy: set[str] = set()
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
         """Until the page goes."""
+        self._loop = asyncio.get_running_loop()
         await self._socket.accept()
         self._studio.clients.add(self)
         reader = asyncio.create_task(self._read())
@@ -71,8 +73,10 @@ class Client:
                     await task
 
     def wake(self) -> None:
-        """There may be something to tell."""
-        self._come.set()
+        """There may be something to tell; called from any thread."""
+        if self._loop is not None:
+            with suppress(RuntimeError):  # the loop is closed
+                self._loop.call_soon_threadsafe(self._come.set)
 
     async def _read(self) -> None:
         """Take what the page sends; end where it sends what no page of ours does."""

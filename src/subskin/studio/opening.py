@@ -62,7 +62,7 @@ def serve(
     from .server import app_of
     from .studio import Studio
 
-    studio = Studio(file)
+    studio = Studio(file, device)
     bound = _bound(port)
     number = bound.getsockname()[1]
     keys = Keys(number, kept_secret())

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ..io.finger_file import load
+from ..io.finger_file import FingerFile, load, parse_finger
+from .views.form import finger_of
+from .views.live.view import LiveView
 from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
 from .views.script import script_of
 
@@ -28,6 +30,8 @@ class Studio:
     ----------
     file : path-like, optional
         The finger.toml that is shown at the beginning; an example if left out.
+    device : str, optional
+        A device or a recording that the live view begins with.
 
     Raises
     ------
@@ -35,15 +39,17 @@ class Studio:
         The file cannot be read, or holds something wrong.
     """
 
-    DOES: ClassVar[frozenset[str]] = frozenset()
+    DOES: ClassVar[frozenset[str]] = LiveView.DOES
     """What changes something, and is therefore done each time that it is asked."""
 
-    def __init__(self, file: str | Path | None = None) -> None:
+    def __init__(self, file: str | Path | None = None, device: str | None = None) -> None:
         self._hands: dict[str, ThreadPoolExecutor] = {}
         self.clients: set[Client] = set()
-        self.text = EXAMPLE if file is None else load(file).text
+        self.file = parse_finger(EXAMPLE, "the example") if file is None else load(file)
+        self.text = self.file.text
         self.name = "finger.toml" if file is None else Path(file).name
         self._finger = FingerView()
+        self._live = LiveView(self.wake, device)
         self.hand("finger").submit(self._finger.look, FingerState(text=self.text))  # loops are compiled while the browser opens
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
@@ -67,7 +73,18 @@ class Studio:
             from .views.memo.view import MemoState, look
 
             return look(MemoState.model_validate(given.get("state", {}))), []
+        if view == "live":
+            return self._live.answer(do, given, self._file(given.get("text"))), []
         raise _unknown(view, do)
+
+    def _file(self, text: object) -> FingerFile:
+        """The finger of a text; the one of the command where it is that, with what lies beside its file."""
+        return self.file if not isinstance(text, str) or text == self.text else finger_of(text)
+
+    def wake(self) -> None:
+        """Something is new: called from any thread."""
+        for client in list(self.clients):
+            client.wake()
 
     def _of_finger(self, do: str, given: dict[str, Any]) -> Answer:
         if do == "begin":
@@ -87,15 +104,18 @@ class Studio:
 
     def close(self) -> None:
         """Stop what runs."""
+        self._live.close()
         for hand in self._hands.values():
             hand.shutdown(wait=False, cancel_futures=True)
 
     def number_of(self, view: str) -> int:
         """How often what `view` tells of itself has changed; -1 of a view that tells nothing."""
-        return -1
+        return self._live.number if view == "live" else -1
 
     def news(self, view: str) -> Answer:
         """What `view` tells of itself now."""
+        if view == "live":
+            return self._live.told(), []
         raise _unknown(view, "news")
 
 

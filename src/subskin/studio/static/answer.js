@@ -5,11 +5,12 @@ import { plain } from "./numbers.js";
 const KIND = { OK: "good", AMBIGUOUS: "warn", NO_CONTACT: "", UNEXPLAINED: "bad", INCOMPLETE: "bad", "": "bad" };
 
 export class Answer {
-  constructor() {
+  constructor(heads = ["quantity", "found", "true"]) {
+    this.heads = heads;
     this.status = h("p", { class: "status" });
     this.body = h("tbody");
     this.table = h("div", { class: "scroll" }, h("table", {},
-      h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "quantity"), h("th", { scope: "col" }, "found"), h("th", { scope: "col" }, "true"))), this.body));
+      h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col" }, head)))), this.body));
     this.more = h("div");
     this.element = h("div", { class: "answer" }, this.status, this.table, this.more);
   }
@@ -21,7 +22,7 @@ export class Answer {
     const rows = found.rows.filter((row) => row.value !== null);
     this.table.hidden = !rows.length;
     this.body.replaceChildren(...rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row.label), h("td", {}, h("b", {}, row.text)),
-      h("td", {}, row.truth === null ? "–" : `${plain(row.truth, 4)} ${row.unit}`.replace(" °", "°")))));
+      this.heads.length > 2 ? h("td", {}, row.truth === null ? "–" : `${plain(row.truth, 4)} ${row.unit}`.replace(" °", "°")) : null)));
     const lines = [found.rival?.words, found.fit, ...notes].filter(Boolean);
     this.more.replaceChildren(...lines.map((text) => h("p", { class: "note" }, text)));
   }

@@ -1,13 +1,14 @@
 // The page: its views, the tools that all of them have, and the theme.
 import { h, icon } from "./dom.js";
 import { FingerView } from "./finger.js";
+import { LiveView } from "./live.js";
 import { MemoView } from "./memo.js";
 import { copied } from "./save.js";
 import { where } from "./store.js";
 import { switchTheme } from "./theme.js";
 import { begin } from "./wire.js";
 
-const VIEWS = { finger: ["Finger", FingerView], memo: ["Memo", MemoView] };
+const VIEWS = { finger: ["Finger", FingerView], live: ["Live", LiveView], memo: ["Memo", MemoView] };
 const made = {};
 
 function current() {
@@ -17,7 +18,7 @@ function current() {
 
 function open() {
   const name = current();
-  made[name] ??= new VIEWS[name][1]();
+  made[name] ??= new VIEWS[name][1](made);
   for (const link of tabs.querySelectorAll("a")) {
     if (link.dataset.view === name) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");

@@ -89,7 +89,7 @@ export class MemoView {
 
   #equation(one) {
     const shown = [["As printed", one.printed], ["Corrected", one.corrected]].filter(([, tree]) => isFormula(tree));
-    return card(/^\d/.test(one.number) ? `Equation ${one.number}` : one.number,
+    return card(/^\d/.test(one.number) ? `${/[ ,]/.test(one.number) ? "Equations" : "Equation"} ${one.number}` : one.number,
       h("p", {}, one.subject),
       h("p", { class: "status", "data-kind": KIND[one.judgement] }, JUDGED[one.judgement]),
       shown.map(([label, tree]) => h("div", { class: "formula" }, h("h3", {}, label), h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": `${label}, equation ${one.number}` }, formula(tree, true)))),

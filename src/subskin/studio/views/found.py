@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...estimate import Status
 from ...io.finger_file import FingerFile
 from .touch import Touch
 
-__all__ = ["STATUS", "fitted_family", "told"]
+__all__ = ["STATUS", "fitted_family", "rows_of", "told"]
 
 STATUS = {
     Status.OK: "One touch explains the readings.",
@@ -53,7 +54,7 @@ def told(file: FingerFile, touch: Touch, readings: FloatArray, find: str) -> dic
     return {
         "status": status.name,
         "words": STATUS[status],
-        "rows": _rows(values, touch),
+        "rows": rows_of(values, touch.local, _true(touch)),
         "fit": _quality(values),
         **_drawing(file, touch, found, family if find == "fit" else None),
     }
@@ -70,15 +71,19 @@ def fitted_family(touch: Touch) -> str:
     return touch.family if touch.wide else "round_hertz" if touch.local else "hertz"
 
 
-def _rows(values: dict[str, Any], touch: Touch) -> list[dict[str, Any]]:
-    """A row for each quantity: found, its standard deviation, the truth."""
-    unit = "N" if touch.local else "N/m"
-    truth = {
-        "position": touch.position[0], "position_y": touch.position[0], "position_z": touch.position[-1],
-        "force": touch.force, "angle": touch.angle, "half_width": touch.half_width if touch.wide else 0.0,
-    }  # fmt: skip
-    if touch.local:
-        truth |= {"angle": abs(touch.angle), "azimuth": _turn(touch.azimuth + (np.pi if touch.angle < 0 else 0.0))}
+def rows_of(values: dict[str, Any], area: bool, truth: Mapping[str, float] | None = None) -> list[dict[str, Any]]:
+    """A row for each quantity: found, its standard deviation, the truth where it is known.
+
+    Parameters
+    ----------
+    values : dict
+        A single frame, as `Estimate.to_dict` gives it.
+    area : bool
+        Whether forces are in N.
+    truth : mapping, optional
+        True values [SI], by the same names.
+    """
+    unit, true_of = "N" if area else "N/m", truth or {}
     out = []
     for name in ("position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
                  "half_width", "beside"):  # fmt: skip
@@ -86,13 +91,23 @@ def _rows(values: dict[str, Any], touch: Touch) -> list[dict[str, Any]]:
             continue
         scale, own = _UNITS.get(name, (1.0, "N" if name == "point_force" else unit))
         value, std = scale * values[name], scale * values.get(f"{name}_std", np.nan)
-        true = scale * truth[name] if name in truth else np.nan
+        text = with_error(value, std, own).replace("+-", "±").replace(" °", "°").replace("-", "−")
         out.append({
             "name": name, "label": _LETTERS.get(name, name.replace("_", " ")), "unit": own, "value": value, "std": std,
-            "truth": true, "text": with_error(value, std, own).replace("+-", "±").replace(" °", "°").replace("-", "−"),
-            "off": (value - true) / std if np.isfinite(std) and std > 0 else np.nan,
+            "truth": scale * true_of.get(name, np.nan), "text": text,
         })  # fmt: skip
     return out
+
+
+def _true(touch: Touch) -> dict[str, float]:
+    """The touch by the names of an estimate."""
+    truth = {
+        "position": touch.position[0], "position_y": touch.position[0], "position_z": touch.position[-1],
+        "force": touch.force, "angle": touch.angle, "half_width": touch.half_width if touch.wide else 0.0,
+    }  # fmt: skip
+    if touch.local:
+        truth |= {"angle": abs(touch.angle), "azimuth": _turn(touch.azimuth + (np.pi if touch.angle < 0 else 0.0))}
+    return truth
 
 
 def _quality(values: dict[str, Any]) -> str:
