@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
@@ -19,6 +20,7 @@ from .studio import Studio
 
 __all__ = ["Client"]
 
+_LOG = logging.getLogger(__name__)
 _MOST_WAITING = 64
 """Things to do, one after the other, that may wait; a page sends few."""
 _MALFORMED, _TOO_LARGE, _TOO_MANY = 1003, 1009, 1008
@@ -186,4 +188,7 @@ def answered(answer: Callable[[str, str, dict[str, Any]], Answer], request: Requ
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         where = ".".join(map(str, first["loc"]))
-        return {"error": f"{where}: {first['msg']}", "wrong": True}, []
+        return {"error": f"{where}: {first['msg']}"}, []
+    except Exception as error:
+        _LOG.exception("%s.%s", request.view, request.do)
+        return {"error": f"the studio failed, and this is its fault: {type(error).__name__}: {error}"}, []

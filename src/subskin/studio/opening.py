@@ -14,7 +14,10 @@ from ..errors import FileError, InvalidValueError
 if TYPE_CHECKING:
     import uvicorn
 
-__all__ = ["serve"]
+    from .guard import Keys
+    from .studio import Studio
+
+__all__ = ["bound", "serve", "served"]
 
 _PORT, _TRIED = 8771, 20
 _HOST = "127.0.0.1"
@@ -52,34 +55,49 @@ def serve(
     """
     try:
         import starlette  # noqa: F401
-        import uvicorn
+        import uvicorn  # noqa: F401
         import websockets  # noqa: F401
     except ModuleNotFoundError as error:
         raise FileError(f"{error.name}", "the studio needs it", 'pip install "subskin[studio]"') from None
     from .guard import Keys
     from .key import kept_secret
-    from .protocol import LARGEST
-    from .server import app_of
     from .studio import Studio
 
     studio = Studio(file, device)
-    bound = _bound(port)
-    number = bound.getsockname()[1]
-    keys = Keys(number, kept_secret())
-    settings = uvicorn.Config(
-        app_of(studio, keys), ws="websockets-sansio", ws_max_size=LARGEST, log_level="error", lifespan="off",
-        timeout_graceful_shutdown=1, server_header=False, date_header=False, ws_per_message_deflate=False,
-    )  # fmt: skip
-    server = uvicorn.Server(settings)
+    place = bound(port)
+    keys = Keys(place.getsockname()[1], kept_secret())
+    server = served(studio, keys)
     if not quiet:
         print(f"subskin: the studio is at {keys.address}", file=sys.stderr, flush=True)
         print("subskin: it answers this machine alone; Ctrl-C stops", file=sys.stderr, flush=True)
     if browser:
         threading.Thread(target=_open, args=(server, keys.address), daemon=True).start()
     try:
-        server.run(sockets=[bound])
+        server.run(sockets=[place])
     finally:
         studio.close()
+
+
+def served(studio: Studio, keys: Keys) -> uvicorn.Server:
+    """The server, which is to be run with a socket of `bound`.
+
+    Parameters
+    ----------
+    studio : Studio
+        What answers.
+    keys : Keys
+        Who is answered.
+    """
+    import uvicorn
+
+    from .protocol import LARGEST
+    from .server import app_of
+
+    settings = uvicorn.Config(
+        app_of(studio, keys), ws="websockets-sansio", ws_max_size=LARGEST, log_level="error", lifespan="off",
+        timeout_graceful_shutdown=1, server_header=False, date_header=False, ws_per_message_deflate=False,
+    )  # fmt: skip
+    return uvicorn.Server(settings)
 
 
 def _open(server: uvicorn.Server, address: str) -> None:
@@ -91,8 +109,19 @@ def _open(server: uvicorn.Server, address: str) -> None:
     webbrowser.open(address)
 
 
-def _bound(port: int | None) -> socket.socket:
-    """A socket of this machine alone, on the port or the first that is free."""
+def bound(port: int | None) -> socket.socket:
+    """A socket of this machine alone, on the port or the first that is free.
+
+    Parameters
+    ----------
+    port : int or None
+        Which port; None for 8771, or the next that is free.
+
+    Raises
+    ------
+    InvalidValueError
+        A port that another program has, or that is none.
+    """
     if port is not None and not 0 <= port < 65536:
         raise InvalidValueError(f"--host-port {port}", "it has to lie between 0 and 65535", "leave it out")
     for number in [port] if port is not None else [*range(_PORT, _PORT + _TRIED), 0]:

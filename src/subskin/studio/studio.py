@@ -74,7 +74,7 @@ class Studio:
 
             return look(MemoState.model_validate(given.get("state", {}))), []
         if view == "live":
-            return self._live.answer(do, given, self._file(given.get("text"))), []
+            return self._live.answer(do, given, self._file(given.get("finger"))), []
         raise _unknown(view, do)
 
     def _file(self, text: object) -> FingerFile:

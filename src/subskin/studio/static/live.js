@@ -78,7 +78,7 @@ export class LiveView {
 
   enter() {
     this.shown = true;
-    ask({ view: "live", do: "begin", text: this.views.finger?.store.state?.text }, (said) => {
+    ask({ view: "live", do: "begin", finger: this.views.finger?.store.state?.text }, (said) => {
       if (said.error) {
         this.#wrong(said.error);
         return;
@@ -104,7 +104,7 @@ export class LiveView {
 
   begin() {
     const start = { port: this.port.input.value.trim(), driver: this.driver.input.value.trim(), slip: this.slip.input.value.trim(), speed: this.factor };
-    this.act("start", { start, text: this.views.finger?.store.state?.text }, () => this.#again());
+    this.act("start", { start, finger: this.views.finger?.store.state?.text }, () => this.#again());
   }
 
   #again() {
@@ -174,7 +174,7 @@ export class LiveView {
   #numbers(told) {
     const parts = [`${plain(told.rate, 4)} frames/s`];
     if (told.kind === "device") parts.push(`${told.lost} lost`, `${told.bad} broken`, `answer after ${plain(1e3 * told.late, 2)} ms`);
-    this.numbers.textContent = parts.join("   ");
+    this.numbers.textContent = parts.join(" · ");
   }
 
   #answer(told) {

@@ -76,7 +76,7 @@ export class LiveMap {
     const every = Math.ceil(34 / Math.max(Math.abs(step), 1));
     sensors.y.forEach((at, i) => i % every === 0 && pen.fillText(names[i], px(at), height - 21));
     pen.textAlign = "left";
-    pen.fillText("in noises of each sensor", 0, 0);
+    pen.fillText("in noises of each sensor", 4, 3);
     this.#trail(pen, px, () => skin + 3);
     const load = this.now?.load;
     if (!load) return;

@@ -15,7 +15,7 @@ from .source import Device, Recording, Source
 
 __all__ = ["LiveView"]
 
-_SLIP = re.compile(r"\s*([0-9.]+)\s*(?:\.\.\s*([0-9.]+)\s*)?")
+_SLIP = re.compile(r"\s*(\d*\.?\d+)\s*(?:\.\.\s*(\d*\.?\d+)\s*)?")
 _RECORDINGS = (".parquet", ".arrows")
 
 
