@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.design.ridges import read_ridged
 from subskin.errors import SubskinError
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
@@ -158,9 +159,8 @@ def test_a_sensor_beneath_the_skin_is_said(view):
         view.look(FingerState(text=LAYER), edits=[("sensors.depth", 9e-3)])
 
 
-@pytest.mark.parametrize(("text", "find"), [(EXAMPLE, "fit"), (AREA, "locate")])
-def test_the_program_finds_what_the_page_shows(view, text, find, tmp_path, monkeypatch, capsys):
-    state = FingerState(text=text, touch=first_touch(finger_of(text).finger), find=find, seed=5, show="stress.xx")
+def test_the_program_finds_what_the_page_shows(view, tmp_path, monkeypatch, capsys):
+    state = FingerState(text=EXAMPLE, find="fit", seed=5, show="stress.xx")
     said, _ = view.look(state, moving=True)
     program = script_of(state)
     monkeypatch.chdir(tmp_path)
@@ -173,13 +173,13 @@ def test_the_program_finds_what_the_page_shows(view, text, find, tmp_path, monke
 
 
 def test_a_picture_is_a_file(running):
-    state = FingerState(text=EXAMPLE).model_dump_json()
-    for kind, start in (("svg", b"<?xml"), ("png", b"\x89PNG")):
-        headers = {"cookie": f"{running.keys.name}={running.keys.cookie}", "origin": running.url}
-        made = httpx.post(f"{running.url}/picture.{kind}", headers=headers, content=state, timeout=60)
+    headers = {"cookie": f"{running.keys.name}={running.keys.cookie}", "origin": running.url}
+    for text, kind, start in ((EXAMPLE, "svg", b"<?xml"), (AREA, "png", b"\x89PNG")):
+        state = FingerState(text=text, touch=first_touch(finger_of(text).finger).model_copy(update={"family": "point" if text is AREA else "line"}))
+        made = httpx.post(f"{running.url}/picture.{kind}", headers=headers, content=state.model_dump_json(), timeout=60)
         assert made.status_code == 200
         assert made.content.startswith(start)
-    assert httpx.post(f"{running.url}/picture.exe", headers=headers, content=state).status_code == 400
+    assert httpx.post(f"{running.url}/picture.exe", headers=headers, content="{}").status_code == 400
     assert httpx.post(f"{running.url}/picture.svg", headers=headers, content="{}").status_code == 400
 
 
@@ -212,6 +212,14 @@ def test_a_roller_that_is_dragged_has_the_strain_of_the_library():
     y, strain = (np.asarray(panel["curves"][0][axis]) for axis in "xy")
     true = ss.HalfPlane(ss.Material(1.0)).strain(ss.Hertz(1.0, np.deg2rad(25.0), half_width=1.0), x=0.7, y=y).xx
     np.testing.assert_allclose(strain, true, atol=1e-5)
+
+
+def test_ridges_read_as_the_library_reads_them():
+    panels = look(MemoState(figure="16", values={"pitch": 5.0, "half_width": 7.0}))["panels"]
+    y, ridged = (np.asarray(panels[1]["curves"][1][axis])[::24] for axis in "xy")
+    row = ss.Finger(ss.HalfPlane(ss.Material(1.0)), ss.SensorArray(y=y, depth=1.0))
+    true = read_ridged(row, ss.Hertz(0.5 * np.pi * 7.0, half_width=7.0), ss.design.Ridges(5.0))
+    np.testing.assert_allclose(ridged, true, atol=2e-5)
 
 
 def test_every_formula_of_the_errata_is_a_tree():

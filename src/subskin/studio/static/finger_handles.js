@@ -3,6 +3,7 @@ import { handle } from "./handles.js";
 import { clip, degrees, plain } from "./numbers.js";
 
 const STEEPEST = 1.35;
+const APART = 30; // pixels between two handles, so that a finger tip finds each
 
 export function fingerHandles(view) {
   const { section, above } = view;
@@ -135,7 +136,7 @@ export function fingerHandles(view) {
     const where = now.position.map((v, i) => `${"yz"[i]} ${plain(1e3 * v)} mm`).join(", ");
     position.place(px(now.position[0]), py(0), 1e3 * now.position[0], where);
     force.place(...tail(), degrees * now.angle, `${plain(degrees * now.angle)} degrees, ${plain(now.force)} ${said.units.force}`);
-    if (said.wide) width.place(px(now.position[0] + now.half_width), py(0), 1e3 * now.half_width, `${plain(1e3 * now.half_width)} mm`);
+    if (said.wide) width.place(px(now.position[0]) + Math.max(APART, section.scale.k * now.half_width), py(0), 1e3 * now.half_width, `${plain(1e3 * now.half_width)} mm`);
     else width.hide();
     const last = said.sensors.y.reduce((best, y, i, all) => (y > all[best] ? i : best), 0);
     const [depth, pitch] = [entry("sensors.depth"), entry("sensors.pitch")];

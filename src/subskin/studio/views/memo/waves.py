@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -11,7 +12,6 @@ from ...._check import FloatArray
 from ....array import SensorArray
 from ....contact import Hertz
 from ....design import Ridges, aliasing_error, best_ridge_pitch, metamers
-from ....design.ridges import read_ridged
 from ....finger import Finger
 from ....material import Material
 from ....memo import eq24, eq25, eq25_corrected, eq26, eq26_corrected
@@ -76,8 +76,8 @@ def _best_pitch() -> float:
 def _ridged(pitch: float, half_width: float) -> dict[str, Any]:
     touch, ridges = Hertz(0.5 * np.pi * half_width, half_width=half_width), Ridges(pitch)
     y = np.linspace(-half_width - 3, half_width + 3, 241)
-    row, pressure = _row(y), touch.pressure(y)
-    smooth, ridged = row.read(touch), read_ridged(row, touch, ridges)
+    pressure = touch.pressure(y)
+    smooth, ridged = (_beneath(y, half_width, pitch, share) for share in (np.ones_like, ridges.share))
     curves = [curve("smooth", "1", y, smooth), curve("ridged", "2", y, ridged)]
     loads = [curve("smooth", "1", y, pressure), curve("ridged", "2", y, ridges.share(y) * pressure)]
     gain = float(np.abs(ridged).max() / np.abs(smooth).max())
@@ -88,6 +88,21 @@ def _ridged(pitch: float, half_width: float) -> dict[str, Any]:
             f"For waves without end the best pitch is {_best_pitch():.2f} depths, 2π.",
         ],
     }  # fmt: skip
+
+
+def _beneath(y: FloatArray, a: float, pitch: float, share: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Strain at the depth 1, eq. (23) with the response (24), of a cylinder whose pressure is shared out.
+
+    Gauss's rule between the troughs, in the angle whose sine is the position: nothing is left that is not smooth.
+    """
+    troughs = pitch * (np.arange(-np.ceil(a / pitch) - 1, np.ceil(a / pitch) + 1) + 0.5)
+    ends = np.arcsin(np.unique(np.concatenate([[-a, 0.0, a], troughs[np.abs(troughs) < a]])) / a)
+    t, w = np.polynomial.legendre.leggauss(24)
+    half = 0.5 * np.diff(ends)
+    angle = ((0.5 * (ends[1:] + ends[:-1]))[:, None] + half[:, None] * t).reshape(-1)
+    position = a * np.sin(angle)
+    load = (half[:, None] * w).reshape(-1) * a * np.cos(angle) ** 2 * share(position)
+    return np.asarray(eq24(d=1.0, y=y[:, None] - position) @ load)
 
 
 def _two(apart: float, first: float, second: float, share: float, third: float) -> dict[str, Any]:
