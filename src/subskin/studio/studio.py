@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.finger_file import FingerFile, load, parse_finger
+from .views.design import DesignView
 from .views.form import finger_of
 from .views.live.view import LiveView
 from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
@@ -39,7 +40,7 @@ class Studio:
         The file cannot be read, or holds something wrong.
     """
 
-    DOES: ClassVar[frozenset[str]] = LiveView.DOES
+    DOES: ClassVar[frozenset[str]] = LiveView.DOES | DesignView.DOES
     """What changes something, and is therefore done each time that it is asked."""
 
     def __init__(self, file: str | Path | None = None, device: str | None = None) -> None:
@@ -50,6 +51,7 @@ class Studio:
         self.name = "finger.toml" if file is None else Path(file).name
         self._finger = FingerView()
         self._live = LiveView(self.wake, device)
+        self._design = DesignView(self.wake)
         self.hand("finger").submit(self._finger.look, FingerState(text=self.text))  # loops are compiled while the browser opens
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
@@ -75,6 +77,8 @@ class Studio:
             return look(MemoState.model_validate(given.get("state", {}))), []
         if view == "live":
             return self._live.answer(do, given, self._file(given.get("finger"))), []
+        if view == "design":
+            return self._design.answer(do, given), []
         raise _unknown(view, do)
 
     def _file(self, text: object) -> FingerFile:
@@ -105,17 +109,18 @@ class Studio:
     def close(self) -> None:
         """Stop what runs."""
         self._live.close()
+        self._design.close()
         for hand in self._hands.values():
             hand.shutdown(wait=False, cancel_futures=True)
 
     def number_of(self, view: str) -> int:
         """How often what `view` tells of itself has changed; -1 of a view that tells nothing."""
-        return self._live.number if view == "live" else -1
+        return {"live": self._live, "design": self._design}[view].number if view in ("live", "design") else -1
 
     def news(self, view: str) -> Answer:
         """What `view` tells of itself now."""
-        if view == "live":
-            return self._live.told(), []
+        if view in ("live", "design"):
+            return {"live": self._live, "design": self._design}[view].told(), []
         raise _unknown(view, "news")
 
 

@@ -1,4 +1,5 @@
 // The page: its views, the tools that all of them have, and the theme.
+import { DesignView } from "./design.js";
 import { h, icon } from "./dom.js";
 import { FingerView } from "./finger.js";
 import { LiveView } from "./live.js";
@@ -8,8 +9,8 @@ import { where } from "./store.js";
 import { switchTheme } from "./theme.js";
 import { begin } from "./wire.js";
 
-const VIEWS = { finger: ["Finger", FingerView], live: ["Live", LiveView], memo: ["Memo", MemoView] };
-const made = {};
+const VIEWS = { finger: ["Finger", FingerView], live: ["Live", LiveView], design: ["Design", DesignView], memo: ["Memo", MemoView] };
+const made = {}; // views by name, and how one shows another
 
 function current() {
   const { view } = where();
@@ -33,6 +34,13 @@ function open() {
   }
   refresh();
 }
+
+// Another view takes something to show.
+made.show = (name, state) => {
+  history.pushState(null, "", `#${name}`);
+  open();
+  made[name].take(state);
+};
 
 const tabs = document.getElementById("tabs");
 tabs.append(...Object.entries(VIEWS).map(([name, [label]]) => {

@@ -75,6 +75,12 @@ export class FingerView {
     }
   }
 
+  // A finger from another view.
+  take(state) {
+    this.store.state = { ...state, touch: null };
+    this.look({}, {}, true);
+  }
+
   // change: of the state; how: edits, and whether a hand is at it. kept: the state stays, and can be undone.
   look(change, how, kept, key = "") {
     const state = { ...this.store.state, ...change };
