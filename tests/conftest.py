@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -15,3 +16,9 @@ def shared() -> Path:
     if not _SHARED.is_dir():
         pytest.skip("needs the reference values and recordings in ../shared, which do not ship with the project")
     return _SHARED
+
+
+def pytest_collection_finish() -> None:
+    """What is imported and collected stays: no search for garbage walks through the thousands of tests again."""
+    gc.collect()
+    gc.freeze()

@@ -320,8 +320,8 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
 
     def make() -> Response:
         low, high = _ends_of(finger, ends)
-        step = float(np.asarray(finger.array.depth).min()) / 16
-        return Response.from_function(finger.receptive_field, low, high, step=step)
+        cells = 2 * _cells(high - low, float(np.asarray(finger.array.depth).min()) / 16)  # half as many never do
+        return Response.from_function(finger.receptive_field, low, high, step=(high - low) / cells)
 
     return prepared(finger).get(("table", ends), make)
 

@@ -55,7 +55,7 @@ def beyond(finger: Finger, table: Response) -> Response | None:
         sides = finger.receptive_field(np.stack([y.min() - distance, y.max() + distance]))
         return np.concatenate(list(sides), axis=-2)
 
-    return Response.from_function(both, near, far, step=0.5 * deepest, tolerance=_ERROR)
+    return Response.from_function(both, near, far, step=0.25 * deepest, tolerance=_ERROR)
 
 
 def stretches(far: Response | None, pattern: npt.NDArray[np.bool_], scale: FloatArray, friction: float) -> Stretches:

@@ -141,7 +141,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
             "lengths in metres, such as pitch=3e-3",
         )
     reach = min(far, 0.5 * finger.skin.period)
-    field = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 16)
+    field = Response.from_function(alone.receptive_field, -reach, reach, step=depth / 32)
     out = {name: np.empty(shape) for name in ("smooth", "load_ratio", *Gains._fields)}
     for index in np.ndindex(shape):
         load, share = LineLoads(*(values[index] for values in lines)), shares[index]
