@@ -83,7 +83,9 @@ def heard(socket: ClientConnection, timeout: float = 30.0) -> tuple[dict[str, An
 def asked() -> Any:
     """Ask on a socket, and hear the answer."""
 
-    def ask(socket: ClientConnection, view: str, do: str, number: int = 1, **given: Any) -> tuple[dict[str, Any], bytes]:
+    def ask(
+        socket: ClientConnection, view: str, do: str, number: int = 1, **given: Any
+    ) -> tuple[dict[str, Any], bytes]:
         socket.send(json.dumps({"id": number, "view": view, "do": do, **given}))
         return heard(socket)
 

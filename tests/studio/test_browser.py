@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
-CHROMIUM = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None)
+CHROMIUM = next(
+    (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
+)
 AXE = (Path(__file__).parent / "axe.min.js").read_text("utf-8")
 WAIT = 20_000
 VIEWS = ("finger", "live", "memo")
@@ -23,7 +25,9 @@ def browser() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play:
-        one = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"] if os.name == "posix" and os.geteuid() == 0 else [])
+        one = play.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox"] if os.name == "posix" and os.geteuid() == 0 else []
+        )
         yield one
         one.close()
 
@@ -220,7 +224,9 @@ def test_nothing_was_asked_of_another_machine(opened):
     assert [url for url in opened.asked if not url.startswith(ours)] == []
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(400, "light"), (1280, "dark"), pytest.param(2560, "light", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("width", "scheme"), [(400, "light"), (1280, "dark"), pytest.param(2560, "light", marks=pytest.mark.long)]
+)
 def test_no_view_shuts_anyone_out(browser, running, width, scheme):
     one = Page(browser, running, viewport={"width": width, "height": 900}, color_scheme=scheme, has_touch=width == 400)
     one.ready()
@@ -239,7 +245,9 @@ def test_no_view_shuts_anyone_out(browser, running, width, scheme):
         x, y = middle(one.page.locator("[data-handle=position]").bounding_box())
         session = one.context.new_cdp_session(one.page)
         for kind, points in (("touchStart", [(x, y)]), ("touchMove", [(x + 30, y)]), ("touchEnd", [])):
-            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": a, "y": b} for a, b in points]})
+            session.send(
+                "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": a, "y": b} for a, b in points]}
+            )
             one.page.wait_for_timeout(30)
         one.until("position", lambda value: value > before + 0.5)
     one.context.close()

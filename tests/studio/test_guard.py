@@ -157,10 +157,13 @@ def test_of_many_moves_the_latest_is_answered(running, asked):
 
 
 def test_who_sends_without_end_is_let_go(running):
-    with running.connect() as socket, pytest.raises(ConnectionClosed) as closed:
+    def send_on(socket):
         for k in range(20_000):
             socket.send(json.dumps({"id": k, "view": "page", "do": "drawn"}))
         socket.recv(10)
+
+    with running.connect() as socket, pytest.raises(ConnectionClosed) as closed:
+        send_on(socket)
     assert closed.value.rcvd.code == 1008
 
 

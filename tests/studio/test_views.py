@@ -1,4 +1,4 @@
-"""What the views answer, without a browser: fields against the library's own, forms, programs, pictures, the memo, a stream."""
+"""What the views answer, without a browser: fields against the library's own, forms, programs, the memo, a stream."""
 
 from __future__ import annotations
 
@@ -56,9 +56,15 @@ def values(meta, field):
         (EXAMPLE, Touch(family="hertz", force=40.0, angle=0.4, position=[8e-4], half_width=6e-4), "strain.xx"),
         (EXAMPLE, Touch(family="punch", force=40.0, angle=-0.9, position=[-3e-3], half_width=6e-4), "stress.xy"),
         (LAYER, Touch(family="line", force=20.0, angle=0.2, position=[2e-3], half_width=1e-3), "stress.yy"),
-        (AREA, Touch(family="point", force=0.5, angle=0.5, azimuth=2.0, position=[1e-3, -2e-3], half_width=1e-3), "strain.xy"),
+        (
+            AREA,
+            Touch(family="point", force=0.5, angle=0.5, azimuth=2.0, position=[1e-3, -2e-3], half_width=1e-3),
+            "strain.xy",
+        ),
         pytest.param(
-            AREA, Touch(family="round_hertz", force=0.5, angle=-0.4, azimuth=1.0, position=[0.0, 1e-3], half_width=8e-4), "displacement.z",
+            AREA,
+            Touch(family="round_hertz", force=0.5, angle=-0.4, azimuth=1.0, position=[0.0, 1e-3], half_width=8e-4),
+            "displacement.z",
             marks=pytest.mark.long,
         ),
     ],
@@ -101,7 +107,9 @@ def test_what_is_seen_is_what_the_library_says(view):
     assert rows["force"]["truth"] == 40.0
     assert said["found"]["status"] == "OK"
     np.testing.assert_allclose(said["found"]["ellipse"]["covariance"], found.covariance[:2, :2])
-    np.testing.assert_allclose(said["found"]["fitted"], finger.read(ss.LineLoad.of_components(found.components, found.position)))
+    np.testing.assert_allclose(
+        said["found"]["fitted"], finger.read(ss.LineLoad.of_components(found.components, found.position))
+    )
     assert said["found"]["rival"]["worse"] == pytest.approx(float(found.second.chi2))
 
 
@@ -140,14 +148,24 @@ def test_a_number_that_is_changed_is_in_the_file(key, value, seen):
     text = edited(EXAMPLE, key, value)
     assert seen(finger_of(text))
     assert "# A finger of silicone rubber" in text  # comments stay
-    assert {one["key"]: one["value"] for one in form_of(text)}[key] == pytest.approx(value) if isinstance(value, float) else True
+    assert (
+        {one["key"]: one["value"] for one in form_of(text)}[key] == pytest.approx(value)
+        if isinstance(value, float)
+        else True
+    )
     back = edited(text, "sensors.layout", "row") if key == "sensors.layout" else text
     assert finger_of(back).finger.locate(np.zeros(len(finger_of(back).finger.array))).status == ss.Status.NO_CONTACT
 
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("sensors.depth", -1.0), ("sensors.depth", "deep"), ("sensors.count", 10**6), ("skin.kind", "wood"), ("skin.plane", "stress")],
+    [
+        ("sensors.depth", -1.0),
+        ("sensors.depth", "deep"),
+        ("sensors.count", 10**6),
+        ("skin.kind", "wood"),
+        ("skin.plane", "stress"),
+    ],
 )
 def test_a_number_that_cannot_be_is_refused(key, value):
     with pytest.raises(SubskinError):
@@ -175,7 +193,12 @@ def test_the_program_finds_what_the_page_shows(view, tmp_path, monkeypatch, caps
 def test_a_picture_is_a_file(running):
     headers = {"cookie": f"{running.keys.name}={running.keys.cookie}", "origin": running.url}
     for text, kind, start in ((EXAMPLE, "svg", b"<?xml"), (AREA, "png", b"\x89PNG")):
-        state = FingerState(text=text, touch=first_touch(finger_of(text).finger).model_copy(update={"family": "point" if text is AREA else "line"}))
+        state = FingerState(
+            text=text,
+            touch=first_touch(finger_of(text).finger).model_copy(
+                update={"family": "point" if text is AREA else "line"}
+            ),
+        )
         made = httpx.post(f"{running.url}/picture.{kind}", headers=headers, content=state.model_dump_json(), timeout=60)
         assert made.status_code == 200
         assert made.content.startswith(start)
@@ -189,7 +212,9 @@ FIGURES = tuple(look(MemoState())["figures"])
 @pytest.mark.parametrize("figure", FIGURES)
 def test_each_figure_of_the_memo_moves(figure):
     first = look(MemoState(figure=figure))
-    assert [one["number"] for one in first["equations"]] == [one.equation for one in ERRATA if one.equation in {e["number"] for e in first["equations"]}]
+    assert [one["number"] for one in first["equations"]] == [
+        one.equation for one in ERRATA if one.equation in {e["number"] for e in first["equations"]}
+    ]
     for number in first["numbers"]:
         step = 0.37 * (number["most"] - number["value"]) or 0.37 * (number["least"] - number["value"])
         step = step if abs(step) >= number["step"] else np.copysign(number["step"], step)
@@ -203,7 +228,9 @@ def test_the_memo_as_printed_stands_beside_the_corrected():
     right, printed = (np.asarray(curve["y"]) for curve in panels[0]["curves"])
     assert printed.max() == pytest.approx(0.5 * right.max(), rel=1e-3)  # errata, eq. (17)
     slopes = {c["kind"]: np.asarray(c["y"]) for c in look(MemoState(figure="13"))["panels"][1]["curves"]}
-    assert slopes["right"][0] == pytest.approx(3 * np.sin(np.deg2rad(30.0)) / np.pi, rel=1e-3)  # eq. (22) corrected, dragged to +y
+    assert slopes["right"][0] == pytest.approx(
+        3 * np.sin(np.deg2rad(30.0)) / np.pi, rel=1e-3
+    )  # eq. (22) corrected, dragged to +y
     assert slopes["printed"][0] * slopes["right"][0] < 0
 
 

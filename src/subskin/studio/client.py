@@ -1,4 +1,4 @@
-"""One page that is connected: what it asks is answered, of several moves the latest; what happens is told as it can take it."""
+"""One page that is connected: its questions are answered, of several moves the latest, and it is told what happens."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 
-_REFUSED = b"subskin studio answers only the browser that its own address was opened in. Open the address that\nsubskin studio printed in the terminal.\n"
+_REFUSED = b"subskin studio answers only the browser in which its own address was opened: the one in the terminal.\n"
 _LONGEST_QUERY = 2000
 
 
@@ -58,8 +58,8 @@ class Guard:
         self._app, self._keys = app, keys
         sockets = " ".join(sorted(f"ws://{host}" for host in keys.hosts if "[" not in host))  # a policy knows no [::1]
         policy = (
-            f"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' {sockets}; "
-            "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+            f"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
+            f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         )
         self._headers = [
             (b"content-security-policy", policy.encode()),

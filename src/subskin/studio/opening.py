@@ -94,9 +94,16 @@ def served(studio: Studio, keys: Keys) -> uvicorn.Server:
     from .server import app_of
 
     settings = uvicorn.Config(
-        app_of(studio, keys), ws="websockets-sansio", ws_max_size=LARGEST, log_level="error", lifespan="off",
-        timeout_graceful_shutdown=1, server_header=False, date_header=False, ws_per_message_deflate=False,
-    )  # fmt: skip
+        app_of(studio, keys),
+        ws="websockets-sansio",
+        ws_max_size=LARGEST,
+        log_level="error",
+        lifespan="off",
+        timeout_graceful_shutdown=1,
+        server_header=False,
+        date_header=False,
+        ws_per_message_deflate=False,
+    )
     return uvicorn.Server(settings)
 
 

@@ -1,7 +1,7 @@
 """What page and server say to each other: JSON from the page, one binary frame for each answer.
 
-A frame is [length of the JSON, 32 bits, little-endian][JSON in UTF-8][fields, one byte a point]. Fields are named in the
-JSON under "fields", each with its shape, in the order of their bytes.
+A frame is [length of the JSON, 32 bits, little-endian][JSON in UTF-8][fields, one byte a point]. The JSON names the
+fields under "fields", each with its shape, in the order of their bytes.
 """
 
 from __future__ import annotations

@@ -22,9 +22,11 @@ from .views.picture import picture_of
 __all__ = ["app_of"]
 
 _TYPES = {
-    "html": "text/html; charset=utf-8", "css": "text/css; charset=utf-8", "js": "text/javascript; charset=utf-8",
+    "html": "text/html; charset=utf-8",
+    "css": "text/css; charset=utf-8",
+    "js": "text/javascript; charset=utf-8",
     "svg": "image/svg+xml",
-}  # fmt: skip
+}
 _PICTURES = {"svg": "image/svg+xml", "png": "image/png"}
 
 
@@ -88,5 +90,3 @@ async def _made(request: Request, studio: Studio) -> Response:
     except (SubskinError, ValueError) as error:
         return PlainTextResponse(str(error), 400)
     return Response(made, media_type=_PICTURES[kind])
-
-

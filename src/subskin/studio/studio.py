@@ -4,24 +4,28 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..io.finger_file import FingerFile, load, parse_finger
 from .views.design import DesignView
+from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
 from .views.form import finger_of
 from .views.live.view import LiveView
-from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
 from .views.script import script_of
-
-if TYPE_CHECKING:
-    from .client import Client
 
 __all__ = ["Studio"]
 
 Answer = tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]
+
+
+class Woken(Protocol):
+    """A page, as the studio knows it."""
+
+    def wake(self) -> None:
+        """There may be something to tell; called from any thread."""
 
 
 class Studio:
@@ -45,14 +49,16 @@ class Studio:
 
     def __init__(self, file: str | Path | None = None, device: str | None = None) -> None:
         self._hands: dict[str, ThreadPoolExecutor] = {}
-        self.clients: set[Client] = set()
+        self.clients: set[Woken] = set()
         self.file = parse_finger(EXAMPLE, "the example") if file is None else load(file)
         self.text = self.file.text
         self.name = "finger.toml" if file is None else Path(file).name
         self._finger = FingerView()
         self._live = LiveView(self.wake, device)
         self._design = DesignView(self.wake)
-        self.hand("finger").submit(self._finger.look, FingerState(text=self.text))  # loops are compiled while the browser opens
+        self.hand("finger").submit(
+            self._finger.look, FingerState(text=self.text)
+        )  # loops are compiled while the browser opens
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
         """What a page is answered.
@@ -115,12 +121,12 @@ class Studio:
 
     def number_of(self, view: str) -> int:
         """How often what `view` tells of itself has changed; -1 of a view that tells nothing."""
-        return {"live": self._live, "design": self._design}[view].number if view in ("live", "design") else -1
+        return self._live.number if view == "live" else self._design.number if view == "design" else -1
 
     def news(self, view: str) -> Answer:
         """What `view` tells of itself now."""
         if view in ("live", "design"):
-            return {"live": self._live, "design": self._design}[view].told(), []
+            return (self._live.told() if view == "live" else self._design.told()), []
         raise _unknown(view, "news")
 
 

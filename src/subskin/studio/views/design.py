@@ -1,4 +1,4 @@
-"""The view of a search: goals as a form, the search as it runs, the map of what it tried, and the fingers that it found."""
+"""The view of a search: goals as a form, the search as it runs, the map of designs, and the fingers that it found."""
 
 from __future__ import annotations
 
@@ -24,14 +24,21 @@ from ...io.goals_file import GoalsFile, finger_text, parse_goals
 __all__ = ["DesignView"]
 
 _FIELDS = (
-    ("touch", "force", "forces, weakest and strongest"), ("touch", "friction", "friction"),
-    ("touch", "span", "length that is touched"), ("touch", "feature", "two edges told apart from"),
-    ("touch", "largest_strain", "largest strain"), ("accuracy", "position", "error of the position"),
-    ("accuracy", "angle", "error of the angle"), ("accuracy", "unsure", "share that may be unsure"),
-    ("room", "count", "count, least and most"), ("room", "depth", "depth, least and most"),
-    ("room", "least_pitch", "least pitch"), ("room", "longest_row", "longest row"),
-    ("search", "depths", "depths tried"), ("search", "pitches", "pitches tried"),
-)  # fmt: skip
+    ("touch", "force", "forces, weakest and strongest"),
+    ("touch", "friction", "friction"),
+    ("touch", "span", "length that is touched"),
+    ("touch", "feature", "two edges told apart from"),
+    ("touch", "largest_strain", "largest strain"),
+    ("accuracy", "position", "error of the position"),
+    ("accuracy", "angle", "error of the angle"),
+    ("accuracy", "unsure", "share that may be unsure"),
+    ("room", "count", "count, least and most"),
+    ("room", "depth", "depth, least and most"),
+    ("room", "least_pitch", "least pitch"),
+    ("room", "longest_row", "longest row"),
+    ("search", "depths", "depths tried"),
+    ("search", "pitches", "pitches tried"),
+)
 _LONGEST = 100_000
 """Letters of goals that are read."""
 _MOST = 30.0
@@ -42,7 +49,7 @@ Rows = dict[str, Mapping[str, FloatArray]]
 
 
 class _Sent(Rows):
-    """Finished rows in the process that searches: each is sent to the studio, so that a search that was stopped goes on."""
+    """Finished rows in the process that searches: each is sent, so that a search that was stopped goes on."""
 
     def __init__(self, rows: Rows, pipe: Connection) -> None:
         super().__init__(rows)
@@ -135,16 +142,25 @@ class DesignView:
         if grid is not None:
             goals = grid.goals
             out["map"] = {
-                "skins": [skin.name for skin in goals.skins], "sensors": [kind.name for kind in goals.sensors],
-                "counts": grid.counts, "rows": int(np.isfinite(grid.excess).sum()),
-            }  # fmt: skip
+                "skins": [skin.name for skin in goals.skins],
+                "sensors": [kind.name for kind in goals.sensors],
+                "counts": grid.counts,
+                "rows": int(np.isfinite(grid.excess).sum()),
+            }
         if study is not None:
             columns, rows, left = finger_table(study)
             out["study"] = {
-                "verdict": verdict_of(study), "remedies": remedies_of(study), "legend": legend_of(study),
-                "columns": columns, "rows": rows, "left": left,
-                "fingers": [{**_row(one.row), "meets": one.meets, "reasons": reasons_of(study, one.row)} for one in study.fingers],
-            }  # fmt: skip
+                "verdict": verdict_of(study),
+                "remedies": remedies_of(study),
+                "legend": legend_of(study),
+                "columns": columns,
+                "rows": rows,
+                "left": left,
+                "fingers": [
+                    {**_row(one.row), "meets": one.meets, "reasons": reasons_of(study, one.row)}
+                    for one in study.fingers
+                ],
+            }
         return out
 
     def close(self) -> None:
@@ -208,9 +224,15 @@ class DesignView:
         excess = np.where(np.isfinite(grid.excess), np.minimum(grid.excess, _MOST), np.nan)
         best = np.where(np.isfinite(excess[k, m]), excess[k, m], np.inf).min(axis=(0, 1))
         return {
-            "skin": k, "sensor": m, "count": int(grid.counts[n]), "counts": grid.counts, "depths": grid.depths[k], "pitches": grid.pitches,
-            "excess": excess[k, m, :, :, n], "best": np.where(np.isfinite(best), best, np.nan),
-        }  # fmt: skip
+            "skin": k,
+            "sensor": m,
+            "count": int(grid.counts[n]),
+            "counts": grid.counts,
+            "depths": grid.depths[k],
+            "pitches": grid.pitches,
+            "excess": excess[k, m, :, :, n],
+            "best": np.where(np.isfinite(best), best, np.nan),
+        }
 
     def _which(self, given: dict[str, Any]) -> tuple[DesignGrid, int, int, int]:
         grid = self._grid
@@ -225,7 +247,10 @@ class DesignView:
         file = self._file
         if file is None:
             raise InvalidValueError("no design", "nothing has been searched yet", "start the search")
-        row = Row(*(int(given[key]) for key in ("skin", "sensor", "count")), *(float(given[key]) for key in ("depth", "pitch")))
+        row = Row(
+            *(int(given[key]) for key in ("skin", "sensor", "count")),
+            *(float(given[key]) for key in ("depth", "pitch")),
+        )
         ends = file.goals.touches.span or (-0.5 * row.length, 0.5 * row.length)
         return finger_text(file, row, ends, [f"{file.goals.title}: held in the studio"])
 

@@ -46,10 +46,16 @@ _BOTTOM, _TALL, _NEAR_BASE = 2.0, 0.26, 1.6
 _NEAR = 0.3
 """The bar's end is the largest value deeper than this share of the shallowest sensor's depth."""
 _NAMES = {
-    "line": "a line", "hertz": "a roller (Hertz)", "punch": "a flat punch", "strip": "an even strip",
-    "wedge": "a blunt wedge", "point": "a point", "round_hertz": "a ball (Hertz)", "round_punch": "a flat disc",
+    "line": "a line",
+    "hertz": "a roller (Hertz)",
+    "punch": "a flat punch",
+    "strip": "an even strip",
+    "wedge": "a blunt wedge",
+    "point": "a point",
+    "round_hertz": "a ball (Hertz)",
+    "round_punch": "a flat disc",
     "cone": "a blunt cone",
-}  # fmt: skip
+}
 
 
 class FingerState(BaseModel):
@@ -190,9 +196,14 @@ class FingerView:
             "skin": _skin(finger),
             "sensors": _sensors(file),
             "pressure": _pressure(touch, window),
-            "readings": readings, "clean": clean, "noise": np.asarray(finger.array.noise),
-            "found": found, "fields": metas, "coarse": coarse, "notes": notes,
-        }  # fmt: skip
+            "readings": readings,
+            "clean": clean,
+            "noise": np.asarray(finger.array.noise),
+            "found": found,
+            "fields": metas,
+            "coarse": coarse,
+            "notes": notes,
+        }
         return said, fields
 
     def _drawn(
@@ -215,12 +226,19 @@ class FingerView:
             most = nice(float(np.abs(_deep(values, grid, finger)).max()))
             values, grid = _seen(values, grid, touch, window)
             along, down = grid.along, grid.down
-            metas.append({
-                "name": name, "shape": [down[2], along[2]], "most": most, "range": RANGE,
-                "unit": shown.unit, "label": shown.label,
-                "x": [touch.position[0] + along[0] - 0.5 * along[1], along[1] * along[2]],
-                "y": [(touch.position[1] if grid.depth is not None else 0.0) + down[0] - 0.5 * down[1], down[1] * down[2]],
-            })  # fmt: skip
+            across = 0.0 if grid.depth is None else touch.position[1]
+            metas.append(
+                {
+                    "name": name,
+                    "shape": [down[2], along[2]],
+                    "most": most,
+                    "range": RANGE,
+                    "unit": shown.unit,
+                    "label": shown.label,
+                    "x": [touch.position[0] + along[0] - 0.5 * along[1], along[1] * along[2]],
+                    "y": [across + down[0] - 0.5 * down[1], down[1] * down[2]],
+                }
+            )
             fields.append(quantised(values, most))
         return metas, fields, coarse
 
@@ -248,7 +266,9 @@ def _held(window: Window, finger: Finger) -> Window:
     """A window that a page holds, as far as the skin reaches."""
     usual = window_of(finger)
     sane = window.left < window.right and window.front < window.back and 0 < window.bottom < 1e3 * usual.bottom
-    return window._replace(bottom=min(window.bottom, float(finger.skin.thickness)), level=usual.level) if sane else usual
+    return (
+        window._replace(bottom=min(window.bottom, float(finger.skin.thickness)), level=usual.level) if sane else usual
+    )
 
 
 def _grids(finger: Finger, window: Window) -> dict[str, Grid]:
@@ -327,16 +347,24 @@ def _skin(finger: Finger) -> dict[str, Any]:
     skin = finger.skin
     base = float(skin.thickness)
     inner = [float(depth) for depth in skin.interfaces]
-    return {"says": str(skin), "interfaces": inner, "base": base if np.isfinite(base) else None, "curved": bool(skin.curvature)}
+    return {
+        "says": str(skin),
+        "interfaces": inner,
+        "base": base if np.isfinite(base) else None,
+        "curved": bool(skin.curvature),
+    }
 
 
 def _sensors(file: FingerFile) -> dict[str, Any]:
     array = file.finger.array
     depth = np.broadcast_to(np.asarray(array.depth), (len(array),))
     return {
-        "y": array.points[:, 0], "z": array.points[:, 1], "depth": depth,
-        "live": np.asarray(array.live), "names": list(file.names),
-    }  # fmt: skip
+        "y": array.points[:, 0],
+        "z": array.points[:, 1],
+        "depth": depth,
+        "live": np.asarray(array.live),
+        "names": list(file.names),
+    }
 
 
 def _pressure(touch: Touch, window: Window) -> dict[str, Any] | None:
@@ -356,5 +384,3 @@ def _mean(touch: Touch) -> float:
     """Mean pressure [Pa]."""
     normal = touch.force * float(np.cos(touch.angle))
     return normal / (np.pi * touch.half_width**2 if touch.local else 2 * touch.half_width)
-
-

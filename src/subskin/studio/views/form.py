@@ -78,7 +78,9 @@ def form_of(text: str) -> list[dict[str, Any]]:
             out.append(_number(f"{prefix}.thickness", f"{name}thickness", thick, _MM, 0.05, "Skin"))
         if table.get("material") is None:
             out.append(_number(f"{prefix}.young", f"{name}modulus", material.young, _MPA, 0.01, "Skin"))
-            out.append(_number(f"{prefix}.poisson", f"{name}Poisson’s ratio", material.poisson, (1.0, ""), 0.01, "Skin"))
+            out.append(
+                _number(f"{prefix}.poisson", f"{name}Poisson’s ratio", material.poisson, (1.0, ""), 0.01, "Skin")
+            )
     for key, name in (("radius", "radius"), ("core_radius", "radius of the core")):
         if key in skin:
             out.append(_number(f"skin.{key}", name, quantity(skin[key], "m", key), _MM, 0.1, "Skin"))
@@ -258,17 +260,33 @@ def _number(
     most = 0.5 if key.endswith("poisson") else 1e9 if unit[1] not in ("mm",) else 0.2
     least = -0.99 if key.endswith("poisson") else least
     return {
-        "key": key, "label": label, "kind": "number", "value": value, "scale": unit[0], "unit": unit[1], "step": step,
-        "least": least, "most": most, "group": group,
-    }  # fmt: skip
+        "key": key,
+        "label": label,
+        "kind": "number",
+        "value": value,
+        "scale": unit[0],
+        "unit": unit[1],
+        "step": step,
+        "least": least,
+        "most": most,
+        "group": group,
+    }
 
 
 def _count(key: str, label: str, value: int) -> dict[str, Any]:
     most = _MOST_SIDE if key != "sensors.count" else _MOST_ROW
     return {
-        "key": key, "label": label, "kind": "count", "value": value, "scale": 1.0, "unit": "", "step": 1,
-        "least": 1 if key != "sensors.count" else 2, "most": most, "group": "Sensors",
-    }  # fmt: skip
+        "key": key,
+        "label": label,
+        "kind": "count",
+        "value": value,
+        "scale": 1.0,
+        "unit": "",
+        "step": 1,
+        "least": 1 if key != "sensors.count" else 2,
+        "most": most,
+        "group": "Sensors",
+    }
 
 
 def _choice(key: str, label: str, value: str, choices: Mapping[str, str], group: str) -> dict[str, Any]:

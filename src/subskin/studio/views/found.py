@@ -25,8 +25,15 @@ STATUS = {
     Status.INCOMPLETE: "Too few sensors can be used.",
 }
 """What each status says to a person."""
-_UNITS = {"position": (1e3, "mm"), "position_y": (1e3, "mm"), "position_z": (1e3, "mm"), "half_width": (1e3, "mm"),
-          "beside": (1e3, "mm"), "angle": (180 / np.pi, "°"), "azimuth": (180 / np.pi, "°")}  # fmt: skip
+_UNITS = {
+    "position": (1e3, "mm"),
+    "position_y": (1e3, "mm"),
+    "position_z": (1e3, "mm"),
+    "half_width": (1e3, "mm"),
+    "beside": (1e3, "mm"),
+    "angle": (180 / np.pi, "°"),
+    "azimuth": (180 / np.pi, "°"),
+}
 _LETTERS = {"position_y": "position y", "position_z": "position z"}
 
 
@@ -85,26 +92,47 @@ def rows_of(values: dict[str, Any], area: bool, truth: Mapping[str, float] | Non
     """
     unit, true_of = "N" if area else "N/m", truth or {}
     out = []
-    for name in ("position", "position_y", "position_z", "force", "line_force", "point_force", "angle", "azimuth",
-                 "half_width", "beside"):  # fmt: skip
+    for name in (
+        "position",
+        "position_y",
+        "position_z",
+        "force",
+        "line_force",
+        "point_force",
+        "angle",
+        "azimuth",
+        "half_width",
+        "beside",
+    ):
         if name not in values:
             continue
         scale, own = _UNITS.get(name, (1.0, "N" if name == "point_force" else unit))
         value, std = scale * values[name], scale * values.get(f"{name}_std", np.nan)
         text = with_error(value, std, own).replace("+-", "±").replace(" °", "°").replace("-", "−")
-        out.append({
-            "name": name, "label": _LETTERS.get(name, name.replace("_", " ")), "unit": own, "value": value, "std": std,
-            "truth": scale * true_of.get(name, np.nan), "text": text,
-        })  # fmt: skip
+        out.append(
+            {
+                "name": name,
+                "label": _LETTERS.get(name, name.replace("_", " ")),
+                "unit": own,
+                "value": value,
+                "std": std,
+                "truth": scale * true_of.get(name, np.nan),
+                "text": text,
+            }
+        )
     return out
 
 
 def _true(touch: Touch) -> dict[str, float]:
     """The touch by the names of an estimate."""
     truth = {
-        "position": touch.position[0], "position_y": touch.position[0], "position_z": touch.position[-1],
-        "force": touch.force, "angle": touch.angle, "half_width": touch.half_width if touch.wide else 0.0,
-    }  # fmt: skip
+        "position": touch.position[0],
+        "position_y": touch.position[0],
+        "position_z": touch.position[-1],
+        "force": touch.force,
+        "angle": touch.angle,
+        "half_width": touch.half_width if touch.wide else 0.0,
+    }
     if touch.local:
         truth |= {"angle": abs(touch.angle), "azimuth": _turn(touch.azimuth + (np.pi if touch.angle < 0 else 0.0))}
     return truth
@@ -127,15 +155,17 @@ def _drawing(file: FingerFile, touch: Touch, found: Any, family: str | None) -> 
     local = load.dim == 2
     labels = [("y", 1e3, "mm"), ("z", 1e3, "mm") if local else ("force", 1.0, "N/m")]
     second = found.second
-    rival = None
+    rival: dict[str, Any] | None = None
     if np.isfinite(second.chi2):
         at, pushed = np.atleast_1d(second.position), np.asarray(second.components)
         worse = float(second.chi2)
         place = ", ".join(f"{'yz'[i]} = {1e3 * v:.2f} mm" for i, v in enumerate(at.tolist()))
         rival = {
-            "position": at, "components": pushed, "worse": worse,
+            "position": at,
+            "components": pushed,
+            "worse": worse,
             "words": f"Next best: {place.replace('-', '−')}; its χ² is {_whole(worse)} larger.",
-        }  # fmt: skip
+        }
     centre = where if local else np.array([where[0], float(load.force)])
     truth = touch.position if local else [touch.position[0], touch.force]
     other = None

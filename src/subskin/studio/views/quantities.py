@@ -31,9 +31,7 @@ def _made() -> dict[str, Quantity]:
             words = f"{what} {sign}" if plain else f"shear {what} {sign}"
             every.append(Quantity(f"{what}.{c}", words, unit, scale, attrgetter(f"{what}.{c}")))
     for c in "xyz":
-        every.append(
-            Quantity(f"displacement.{c}", f"displacement u{c}", "µm", 1e6, attrgetter(f"displacement.{c}"))
-        )
+        every.append(Quantity(f"displacement.{c}", f"displacement u{c}", "µm", 1e6, attrgetter(f"displacement.{c}")))
     return {quantity.name: quantity for quantity in every}
 
 

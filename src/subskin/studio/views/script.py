@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contact import LocalContact
 from .finger import FingerState, shown_of
 
 __all__ = ["script_of"]
@@ -27,7 +28,9 @@ def script_of(state: FingerState) -> str:
     name = type(shown.contact).__name__
     local = touch.local
     where = f"({touch.position[0]:.6g}, {touch.position[1]:.6g})" if local else f"{touch.position[0]:.6g}"
-    lean = f"angle={abs(touch.angle):.6g}, azimuth={float(np.asarray(shown.contact.azimuth)):.6g}" if local else f"angle={touch.angle:.6g}"  # type: ignore[union-attr]  # fmt: skip
+    lean = f"angle={touch.angle:.6g}"
+    if isinstance(shown.contact, LocalContact):
+        lean = f"angle={abs(touch.angle):.6g}, azimuth={np.arctan2(*shown.contact.components[:0:-1]):.6g}"
     width = f", half_width={touch.half_width:.6g}" if touch.wide else ""
     units = "N, rad, m" if local else "N/m, rad, m"
     noise = "" if state.seed is None else f", np.random.default_rng({state.seed})"

@@ -138,4 +138,3 @@ def quantised(values: FloatArray, most: float) -> npt.NDArray[np.uint8]:
     steep = np.arcsinh(RANGE * values / most) / np.arcsinh(RANGE)
     made: npt.NDArray[np.uint8] = np.rint(127.5 + 127.5 * np.clip(steep, -1.0, 1.0)).astype(np.uint8)
     return made
-

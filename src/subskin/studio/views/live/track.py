@@ -27,9 +27,11 @@ _RECENT = 60
 _TRAIL = 80
 _EVENTS = 60
 _SLIPS = {
-    SlipVerdict.HOLDS: "It holds.", SlipVerdict.AT_RISK: "It may slip.", SlipVerdict.SLIPS: "It slips.",
+    SlipVerdict.HOLDS: "It holds.",
+    SlipVerdict.AT_RISK: "It may slip.",
+    SlipVerdict.SLIPS: "It slips.",
     SlipVerdict.CANNOT_TELL: "Whether it slips cannot be told.",
-}  # fmt: skip
+}
 
 
 class Track:
@@ -118,10 +120,13 @@ class Track:
             frames = sum(count for _, count, _ in self._seen)
             return {
                 **self._now(),
-                "steps": list(self._steps)[-_RECENT:], "trail": list(self._trail), "events": list(self._events),
-                "rate": float(frames), "late": late[len(late) // 2] if late else math.nan,
+                "steps": list(self._steps)[-_RECENT:],
+                "trail": list(self._trail),
+                "events": list(self._events),
+                "rate": float(frames),
+                "late": late[len(late) // 2] if late else math.nan,
                 "lasted": self._steps[-1][0] * _STEP if self._steps else 0.0,
-            }  # fmt: skip
+            }
 
     def history(self) -> list[list[float]]:
         """All steps that are kept: number, largest force, and means of position, angle and share of the friction."""
@@ -143,14 +148,20 @@ class Track:
         if batch.decision is not None:
             verdict = SlipVerdict(int(batch.decision.verdict[-1]))
             slip = {"verdict": verdict.name, "words": _SLIPS[verdict], "ratio": float(batch.decision.ratio[-1])}
-        known = load is not None and np.isfinite(load.components).all()
         return {
             "readings": batch.readings[-1] - own,
             "strength": (batch.readings[-1] - own) / np.where(noise > 0, noise, np.inf),
             "found": {"status": status.name, "words": STATUS[status], "rows": rows_of(found.to_dict(), self._area)},
-            "load": {"position": np.atleast_1d(load.position), "components": load.components} if known else None,
+            "load": _load(load),
             "slip": slip,
-        }  # fmt: skip
+        }
+
+
+def _load(load: Any) -> dict[str, Any] | None:
+    """Where and how the load presses, if one was found."""
+    if load is None or not np.isfinite(load.components).all():
+        return None
+    return {"position": np.atleast_1d(load.position), "components": load.components}
 
 
 def _mean(values: Any) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from ....errors import InvalidValueError
@@ -75,7 +76,9 @@ class LiveView:
             self.close()
         elif do == "seek" and isinstance(self._source, Recording):
             begin, speed = (float(given.get(key, usual)) for key, usual in (("begin", 0.0), ("speed", 1.0)))
-            self._begin(Recording(self._source.name, self._tell, begin=max(begin, 0.0), speed=min(max(speed, 0.05), 100.0)))
+            self._begin(
+                Recording(self._source.name, self._tell, begin=max(begin, 0.0), speed=min(max(speed, 0.05), 100.0))
+            )
         elif isinstance(self._source, Device) and do in ("zero", "mark", "record"):
             if do == "zero":
                 self._source.zero()
@@ -122,9 +125,10 @@ class LiveView:
         units = {kind.unit for kind in array.transducers}
         return {
             "sensors": {"y": array.points[:, 0], "z": array.points[:, 1], "names": list(file.names)},
-            "area": array.on_area, "depth": float(array.depth.max()),
+            "area": array.on_area,
+            "depth": float(np.max(array.depth)),
             "units": {"force": "N" if array.on_area else "N/m", "reading": units.pop() if len(units) == 1 else ""},
-        }  # fmt: skip
+        }
 
     def _history(self) -> list[list[float]]:
         track = None if self._source is None else self._source.track

@@ -12,9 +12,7 @@ from typing import Any
 __all__ = ["tree_of", "words_of"]
 
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[0-9][0-9.e]*|[A-Za-z]|[{}^_]|\S")
-_NAMES = {
-    "alpha": "α", "nu": "ν", "pi": "π", "rho": "ρ", "epsilon": "ε", "sigma": "σ", "theta": "θ",
-}  # fmt: skip
+_NAMES = {"alpha": "α", "nu": "ν", "pi": "π", "rho": "ρ", "epsilon": "ε", "sigma": "σ", "theta": "θ"}
 _SIGNS = {"approx": "≈", "ge": "≥", "cdot": "·", "|": "|"}
 _FUNCTIONS = {"sin", "cos", "tan", "cot"}
 
@@ -53,7 +51,9 @@ def words_of(text: str) -> list[list[Any]]:
     >>> words_of("It is $2 a$.")
     [['It is ', ['row', ['n', '2'], ['i', 'a']], '.']]
     """
-    lines = [line.removeprefix("- ").replace("**", "") for line in text.split("\n") if line and not line.startswith("|")]
+    lines = [
+        line.removeprefix("- ").replace("**", "") for line in text.split("\n") if line and not line.startswith("|")
+    ]
     parts = (re.split(r"\$(.+?)\$", line) for line in lines)
     return [[tree_of(part) if k % 2 else part for k, part in enumerate(line) if part] for line in parts]
 

@@ -13,9 +13,11 @@ from .figure import Figure, Number, curve, mark, panel
 __all__ = ["FIGURES"]
 
 _VERDICTS = {
-    Verdict.ACCEPTED: ("presses within the cone", "good"), Verdict.PULLS: ("pulls", "bad"),
-    Verdict.SLIPS: ("would slip", "bad"), Verdict.NOT_A_SOLUTION: ("is no solution", "bad"),
-}  # fmt: skip
+    Verdict.ACCEPTED: ("presses within the cone", "good"),
+    Verdict.PULLS: ("pulls", "bad"),
+    Verdict.SLIPS: ("would slip", "bad"),
+    Verdict.NOT_A_SOLUTION: ("is no solution", "bad"),
+}
 
 
 def _strain(alpha: float, depth: float) -> dict[str, Any]:
@@ -27,11 +29,17 @@ def _strain(alpha: float, depth: float) -> dict[str, Any]:
         curves.append(curve(f"depth {depth_:.3g}", kind, y, strain))
     blind = [-depth, depth, *([-depth / np.tan(lean)] if abs(alpha) > 0.5 else [])]
     marks = [mark("reads nothing", "1", at) for at in blind if abs(at) < 6]
-    told = [f"A sensor at the depth {depth:.3g} reads nothing at y = " + ", ".join(f"{at:.3g}" for at in sorted(blind)) + "."]
+    told = [
+        f"A sensor at the depth {depth:.3g} reads nothing at y = "
+        + ", ".join(f"{at:.3g}" for at in sorted(blind))
+        + "."
+    ]
     return {
-        "panels": [panel("Strain beneath the load", "position of the sensor from the load, y", "εx E / P", curves, marks=marks)],
+        "panels": [
+            panel("Strain beneath the load", "position of the sensor from the load, y", "εx E / P", curves, marks=marks)
+        ],
         "told": told,
-    }  # fmt: skip
+    }
 
 
 def _three(y: float, alpha: float, depth: float, pitch: float, error: float) -> dict[str, Any]:
@@ -48,20 +56,31 @@ def _three(y: float, alpha: float, depth: float, pitch: float, error: float) -> 
     f = eq13(readings, at, depth, pitch) / (depth**2 + at**2) ** 4
     marks += [mark("the load", "right", y, 0.0)]
     return {
-        "panels": [panel("Roots of eq. (13)", "position of the load, y", "f(y) / (x² + y²)⁴", [curve("f, by eq. (13)", "right", at, f)], marks=marks)],
+        "panels": [
+            panel(
+                "Roots of eq. (13)",
+                "position of the load, y",
+                "f(y) / (x² + y²)⁴",
+                [curve("f, by eq. (13)", "right", at, f)],
+                marks=marks,
+            )
+        ],
         "told": told or ["No load explains these readings."],
-    }  # fmt: skip
+    }
 
 
 FIGURES = (
     Figure(
-        "2", "Figs. 2 and 3: strain beneath a line load",
-        "Lean the load: a third position appears at which a sensor reads nothing. There the ray from the load is square to it.",
+        "2",
+        "Figs. 2 and 3: strain beneath a line load",
+        "Lean the load: a third position appears at which a sensor reads nothing, square to the load.",
         (Number("alpha", "angle α", 30.0, -80.0, 80.0, 1.0, "°"), Number("depth", "depth d", 1.0, 0.5, 2.0, 0.05)),
-        ("1 to 4", "6 to 8"), _strain,
+        ("1 to 4", "6 to 8"),
+        _strain,
     ),
     Figure(
-        "6", "Fig. 6: a load found from three readings",
+        "6",
+        "Fig. 6: a load found from three readings",
         "Each zero of f is a load that makes the same three readings. Most of them pull, or lean too far to hold.",
         (
             Number("y", "position of the load y", FIGURE_6.y, -4.0, 4.0, 0.05),
@@ -70,6 +89,7 @@ FIGURES = (
             Number("pitch", "pitch of sensors b", FIGURE_6.pitch, 0.5, 6.0, 0.1),
             Number("error", "error of the middle reading", 0.0, -10.0, 10.0, 0.1, "%"),
         ),
-        ("12", "13", "Fig. 6"), _three,
+        ("12", "13", "Fig. 6"),
+        _three,
     ),
-)  # fmt: skip
+)

@@ -63,9 +63,13 @@ def _equations(key: str) -> list[dict[str, Any]]:
     figure: Figure = _ALL[key]
     return [
         {
-            "number": one.equation, "subject": one.subject, "judgement": one.judgement,
-            "finding": words_of(one.finding), "printed": tree_of(one.published), "corrected": tree_of(one.corrected),
+            "number": one.equation,
+            "subject": one.subject,
+            "judgement": one.judgement,
+            "finding": words_of(one.finding),
+            "printed": tree_of(one.published),
+            "corrected": tree_of(one.corrected),
         }
         for one in ERRATA
         if one.equation in figure.equations
-    ]  # fmt: skip
+    ]

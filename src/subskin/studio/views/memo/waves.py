@@ -38,13 +38,18 @@ def _sampled(pitch: float, width: float) -> dict[str, Any]:
     first = 0.5 * (y[0] + y[-1]) + found.shift[worst]
     sensors = first + pitch * np.arange(-40, 41)
     sensors = sensors[np.abs(sensors) < 4.5]
-    curves = [curve("strain", "right", y[seen], strain[seen]), curve("recovered from the sensors", "2", y[seen], (strain + found.error[worst])[seen])]
+    curves = [
+        curve("strain", "right", y[seen], strain[seen]),
+        curve("recovered from the sensors", "2", y[seen], (strain + found.error[worst])[seen]),
+    ]
     marks = [mark("", "1", float(at), float(np.interp(at, y, strain))) for at in sensors]
     share = float(np.abs(found.error).max() / np.abs(strain).max())
     return {
-        "panels": [panel("What a row of sensors keeps of the strain", "position, y / d", "εx E d / P", curves, marks=marks)],
-        "told": [f"The sensors lie at their worst. The strain between them is off by at most {100 * share:.2g} % of the largest."],
-    }  # fmt: skip
+        "panels": [
+            panel("What a row of sensors keeps of the strain", "position, y / d", "εx E d / P", curves, marks=marks)
+        ],
+        "told": [f"Where the sensors lie worst, the strain between them is off by {100 * share:.2g} % of the largest."],
+    }
 
 
 def _filter(depth: float, attenuation: float) -> dict[str, Any]:
@@ -58,14 +63,19 @@ def _filter(depth: float, attenuation: float) -> dict[str, Any]:
     density = f / np.pi / depth
     return {
         "panels": [
-            panel("Response to a line load, eq. (24)", "position, y", "E εx / P", [curve("h(y)", "right", y, eq24(d=depth, y=y))]),
+            panel(
+                "Response to a line load, eq. (24)",
+                "position, y",
+                "E εx / P",
+                [curve("h(y)", "right", y, eq24(d=depth, y=y))],
+            ),
             panel("Its spectrum", "waves per length, s", "H(s)", spectra),
         ],
         "told": [
-            f"Waves are damped {attenuation:.0f}-fold at f = {f:.3f}: {density:.2f} sensors a length, {density * depth:.3f} a depth.",
-            f"The printed f = 10.2 damps {float(eq26(10.2)):.0f}-fold, and 3.2 sensors a depth {float(eq26(3.2 * np.pi)):.0f}-fold.",
+            f"Waves are damped {attenuation:.0f}-fold at f = {f:.3f}: {density * depth:.3f} sensors a depth.",
+            f"As printed: f = 10.2 damps {float(eq26(10.2)):.0f}-fold, 3.2 sensors {float(eq26(3.2 * np.pi)):.0f}-fold.",
         ],
-    }  # fmt: skip
+    }
 
 
 @lru_cache(maxsize=1)
@@ -82,12 +92,15 @@ def _ridged(pitch: float, half_width: float) -> dict[str, Any]:
     loads = [curve("smooth", "1", y, pressure), curve("ridged", "2", y, ridges.share(y) * pressure)]
     gain = float(np.abs(ridged).max() / np.abs(smooth).max())
     return {
-        "panels": [panel("Pressure", "position, y / d", "p / p₀", loads, low=0.0), panel("Strain at the depth d", "position, y / d", "εx E / p₀", curves)],
+        "panels": [
+            panel("Pressure", "position, y / d", "p / p₀", loads, low=0.0),
+            panel("Strain at the depth d", "position, y / d", "εx E / p₀", curves),
+        ],
         "told": [
             f"The largest strain is {gain:.2f} times that without ridges, at the same peak pressure.",
             f"For waves without end the best pitch is {_best_pitch():.2f} depths, 2π.",
         ],
-    }  # fmt: skip
+    }
 
 
 def _beneath(y: FloatArray, a: float, pitch: float, share: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -127,36 +140,67 @@ def _two(apart: float, first: float, second: float, share: float, third: float) 
             told.append(f"The third sensor tells them: {both[2]:.3f} of two points, {single[2]:.3f} of the one.")
     else:
         told.append("No single point reads the same at both sensors.")
-    return {"panels": [panel("What each sensor reads of a unit point", "position of the point, y / d", "reading / full scale", curves, marks=marks, high=1.3)], "told": told}
+    return {
+        "panels": [
+            panel(
+                "What each sensor reads of a unit point",
+                "position of the point, y / d",
+                "reading / full scale",
+                curves,
+                marks=marks,
+                high=1.3,
+            )
+        ],
+        "told": told,
+    }
 
 
 FIGURES = (
     Figure(
-        "14", "Fig. 14: strain at discrete sensors",
+        "14",
+        "Fig. 14: strain at discrete sensors",
         "Spread the sensors: what lies between them can no longer be recovered.",
-        (Number("pitch", "pitch of sensors", 1.0, 0.4, 3.0, 0.05, "d"), Number("width", "half width of the larger touch", 1.0, 0.2, 2.0, 0.05, "d")),
-        ("23, 24",), _sampled,
+        (
+            Number("pitch", "pitch of sensors", 1.0, 0.4, 3.0, 0.05, "d"),
+            Number("width", "half width of the larger touch", 1.0, 0.2, 2.0, 0.05, "d"),
+        ),
+        ("23, 24",),
+        _sampled,
     ),
     Figure(
-        "15", "Fig. 15: the skin as a filter",
+        "15",
+        "Fig. 15: the skin as a filter",
         "A deeper sensor hears long waves alone. As printed the spectrum is odd; that of an even response is even.",
-        (Number("depth", "depth d", 1.0, 0.3, 3.0, 0.05), Number("attenuation", "damping that is enough", 1000.0, 10.0, 10000.0, 10.0)),
-        ("23, 24", "25", "26"), _filter,
+        (
+            Number("depth", "depth d", 1.0, 0.3, 3.0, 0.05),
+            Number("attenuation", "damping that is enough", 1000.0, 10.0, 10000.0, 10.0),
+        ),
+        ("23, 24", "25", "26"),
+        _filter,
     ),
     Figure(
-        "16", "Fig. 16: ridges",
+        "16",
+        "Fig. 16: ridges",
         "Ridges of the right pitch make the strain larger. Others do nothing, or harm.",
-        (Number("pitch", "pitch of ridges", 6.3, 1.0, 14.0, 0.1, "d"), Number("half_width", "half width of the touch", 10.0, 3.0, 14.0, 0.5, "d")),
-        (), _ridged,
+        (
+            Number("pitch", "pitch of ridges", 6.3, 1.0, 14.0, 0.1, "d"),
+            Number("half_width", "half width of the touch", 10.0, 3.0, 14.0, 0.5, "d"),
+        ),
+        (),
+        _ridged,
     ),
     Figure(
-        "18", "Figs. 18 and 19: two points",
+        "18",
+        "Figs. 18 and 19: two points",
         "Two sensors take two points for one. A third sensor tells them apart.",
         (
-            Number("apart", "sensors 1 and 2 apart", 1.0, 0.4, 2.0, 0.05, "d"), Number("first", "one point y", -0.75, -2.5, 2.5, 0.05, "d"),
-            Number("second", "other point y", 0.6, -2.5, 2.5, 0.05, "d"), Number("share", "share of the first", 0.6, 0.1, 0.9, 0.02),
+            Number("apart", "sensors 1 and 2 apart", 1.0, 0.4, 2.0, 0.05, "d"),
+            Number("first", "one point y", -0.75, -2.5, 2.5, 0.05, "d"),
+            Number("second", "other point y", 0.6, -2.5, 2.5, 0.05, "d"),
+            Number("share", "share of the first", 0.6, 0.1, 0.9, 0.02),
             Number("third", "third sensor (0 or 1)", 0.0, 0.0, 1.0, 1.0),
         ),
-        (), _two,
+        (),
+        _two,
     ),
-)  # fmt: skip
+)
