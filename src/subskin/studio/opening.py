@@ -64,8 +64,8 @@ def serve(
     from .studio import Studio
 
     studio = Studio(file, device)
-    place = bound(port)
-    keys = Keys(place.getsockname()[1], kept_secret())
+    here = bound(port)
+    keys = Keys(here.getsockname()[1], kept_secret())
     server = served(studio, keys)
     if not quiet:
         print(f"subskin: the studio is at {keys.address}", file=sys.stderr, flush=True)
@@ -73,7 +73,7 @@ def serve(
     if browser:
         threading.Thread(target=_open, args=(server, keys.address), daemon=True).start()
     try:
-        server.run(sockets=[place])
+        server.run(sockets=[here])
     finally:
         studio.close()
 

@@ -99,7 +99,7 @@ export function fingerHandles(view) {
     },
   }, "sensor");
 
-  const place2 = handle(above.sheet.box, "place", "Position of the touch, from above", {
+  const place2 = handle(above.sheet.box, "above", "Position of the touch, from above", {
     start,
     by: (dx, dy) => move({ position: [along(from.touch.position[0] + dx / from.above.k), across(from.touch.position[1] - dy / from.above.k)] }),
     key: (right, up, coarse) => step({ position: [along(touch().position[0] + right * coarse * 1e-4), across(touch().position[1] + up * coarse * 1e-4)] }),

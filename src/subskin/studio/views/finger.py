@@ -17,11 +17,11 @@ from ...finger import Finger
 from ...io.finger_file import FingerFile
 from .form import edited, finger_of, form_of
 from .found import fitted_family, told
-from .quantities import QUANTITIES, Quantity, offered
+from .quantities import QUANTITIES, FieldKind, offered
 from .touch import Touch, first_touch, fitting
-from .unit_fields import RANGE, Grid, UnitFields, nice, quantised
+from .unit_fields import RANGE, FieldGrid, UnitFields, nice, quantised
 
-__all__ = ["EXAMPLE", "FingerState", "FingerView", "Look", "Shown", "Window", "shown_of", "window_of"]
+__all__ = ["EXAMPLE", "FingerShown", "FingerState", "FingerView", "Look", "Window", "shown_of", "window_of"]
 
 EXAMPLE = """\
 # A finger of silicone rubber: eight strain gauges in a row.
@@ -92,7 +92,7 @@ class Window(NamedTuple):
     level: float
 
 
-class Shown(NamedTuple):
+class FingerShown(NamedTuple):
     """What a state shows, as the library has it."""
 
     finger: Finger
@@ -103,7 +103,7 @@ class Shown(NamedTuple):
     family: str
 
 
-def shown_of(state: FingerState) -> Shown:
+def shown_of(state: FingerState) -> FingerShown:
     """What a state shows, as the library has it.
 
     Parameters
@@ -125,7 +125,7 @@ def shown_of(state: FingerState) -> Shown:
         found = file.fit(readings, family) if state.find == "fit" else file.locate(readings)
     except SubskinError:
         found = None
-    return Shown(file.finger, touch, contact, found, _quantity(state.show, file.finger, touch).name, family)
+    return FingerShown(file.finger, touch, contact, found, _quantity(state.show, file.finger, touch).name, family)
 
 
 class FingerView:
@@ -207,7 +207,7 @@ class FingerView:
         return said, fields
 
     def _drawn(
-        self, finger: Finger, touch: Touch, shown: Quantity, window: Window, moving: bool, refine: bool
+        self, finger: Finger, touch: Touch, shown: FieldKind, window: Window, moving: bool, refine: bool
     ) -> tuple[list[dict[str, Any]], list[npt.NDArray[np.uint8]], bool]:
         """The fields of the section and, on an area, from above; whether they are still coarse."""
         metas, fields, coarse = [], [], False
@@ -271,30 +271,30 @@ def _held(window: Window, finger: Finger) -> Window:
     )
 
 
-def _grids(finger: Finger, window: Window) -> dict[str, Grid]:
+def _grids(finger: Finger, window: Window) -> dict[str, FieldGrid]:
     """Points fixed to the contact which cover what is seen, wherever it lies."""
     step = (window.right - window.left) / _ALONG
     half = _ALONG if not finger.skin.curvature else int(min(_ALONG, 0.49 * finger.skin.period / step))
     along = (-half * step, step, 2 * half + 1)
     deep = window.bottom / _DOWN
-    out = {"section": Grid(along, (0.5 * deep, deep, _DOWN))}
+    out = {"section": FieldGrid(along, (0.5 * deep, deep, _DOWN))}
     if finger.array.on_area:
         down = (window.back - window.front) / _DOWN
-        out["above"] = Grid(along, (-_DOWN * down, down, 2 * _DOWN + 1), window.level)
+        out["above"] = FieldGrid(along, (-_DOWN * down, down, 2 * _DOWN + 1), window.level)
     return out
 
 
-def _coarse(grid: Grid, touch: Touch, window: Window) -> Grid:
+def _coarse(grid: FieldGrid, touch: Touch, window: Window) -> FieldGrid:
     """Every second point, of what is seen alone."""
     step, down = 2 * grid.along[1], 2 * grid.down[1]
     first = window.left - touch.position[0]
     along = (first + 0.5 * step, step, round((window.right - window.left) / step))
     if grid.depth is None:
-        return Grid(along, (0.5 * down, down, grid.down[2] // 2))
-    return Grid(along, (window.front - touch.position[1] + 0.5 * down, down, _DOWN // 2), grid.depth)
+        return FieldGrid(along, (0.5 * down, down, grid.down[2] // 2))
+    return FieldGrid(along, (window.front - touch.position[1] + 0.5 * down, down, _DOWN // 2), grid.depth)
 
 
-def _seen(values: FloatArray, grid: Grid, touch: Touch, window: Window) -> tuple[FloatArray, Grid]:
+def _seen(values: FloatArray, grid: FieldGrid, touch: Touch, window: Window) -> tuple[FloatArray, FieldGrid]:
     """The part of a field that is seen."""
 
     def part(axis: tuple[float, float, int], low: float, high: float) -> tuple[slice, tuple[float, float, int]]:
@@ -307,10 +307,10 @@ def _seen(values: FloatArray, grid: Grid, touch: Touch, window: Window) -> tuple
     rows, down = slice(None), grid.down
     if grid.depth is not None:
         rows, down = part(grid.down, window.front - touch.position[1], window.back - touch.position[1])
-    return values[rows, columns], Grid(along, down, grid.depth)
+    return values[rows, columns], FieldGrid(along, down, grid.depth)
 
 
-def _deep(values: FloatArray, grid: Grid, finger: Finger) -> FloatArray:
+def _deep(values: FloatArray, grid: FieldGrid, finger: Finger) -> FloatArray:
     """The values by which the colour bar is chosen."""
     if grid.depth is not None:
         return values
@@ -331,7 +331,7 @@ def _inside(touch: Touch, window: Window) -> Touch:
     return touch.model_copy(update={"position": where, "half_width": width})
 
 
-def _quantity(name: str | None, finger: Finger, touch: Touch) -> Quantity:
+def _quantity(name: str | None, finger: Finger, touch: Touch) -> FieldKind:
     """What is shown: what was chosen, or what the first sensor feels."""
     known = {q.name: q for q in offered(local=touch.local)}
     felt = finger.array.transducers[0].component

@@ -145,7 +145,7 @@ def edited(text: str, key: str, value: Any) -> str:
 
 
 def _write(skin: Any, sensors: Any, key: str, value: float) -> None:
-    """A number into its place."""
+    """Write a number."""
     if key in ("sensors.rows", "sensors.columns"):
         shape = [int(n) for n in sensors["shape"]]
         shape[key == "sensors.columns"] = round(value)

@@ -159,12 +159,12 @@ def _drawing(file: FingerFile, touch: Touch, found: Any, family: str | None) -> 
     if np.isfinite(second.chi2):
         at, pushed = np.atleast_1d(second.position), np.asarray(second.components)
         worse = float(second.chi2)
-        place = ", ".join(f"{'yz'[i]} = {1e3 * v:.2f} mm" for i, v in enumerate(at.tolist()))
+        there = ", ".join(f"{'yz'[i]} = {1e3 * v:.2f} mm" for i, v in enumerate(at.tolist()))
         rival = {
             "position": at,
             "components": pushed,
             "worse": worse,
-            "words": f"Next best: {place.replace('-', '−')}; its χ² is {_whole(worse)} larger.",
+            "words": f"Next best: {there.replace('-', '−')}; its χ² is {_whole(worse)} larger.",
         }
     centre = where if local else np.array([where[0], float(load.force)])
     truth = touch.position if local else [touch.position[0], touch.force]

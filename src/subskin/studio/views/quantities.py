@@ -9,10 +9,10 @@ from typing import NamedTuple
 from ..._check import FloatArray
 from ...tensor import State
 
-__all__ = ["QUANTITIES", "Quantity", "offered"]
+__all__ = ["QUANTITIES", "FieldKind", "offered"]
 
 
-class Quantity(NamedTuple):
+class FieldKind(NamedTuple):
     """A field that can be drawn."""
 
     name: str
@@ -22,16 +22,16 @@ class Quantity(NamedTuple):
     of: Callable[[State], FloatArray]
 
 
-def _made() -> dict[str, Quantity]:
-    every = [Quantity("mean_pressure", "mean pressure", "kPa", 1e-3, attrgetter("stress.mean_pressure"))]
+def _made() -> dict[str, FieldKind]:
+    every = [FieldKind("mean_pressure", "mean pressure", "kPa", 1e-3, attrgetter("stress.mean_pressure"))]
     for what, letter, shear, unit, scale in (("strain", "ε", "ε", "%", 100.0), ("stress", "σ", "τ", "kPa", 1e-3)):
         for c in ("xx", "yy", "zz", "xy", "xz", "yz"):
             plain = c[0] == c[1]
             sign = f"{letter}{c[0]}" if plain else f"{shear}{c}"
             words = f"{what} {sign}" if plain else f"shear {what} {sign}"
-            every.append(Quantity(f"{what}.{c}", words, unit, scale, attrgetter(f"{what}.{c}")))
+            every.append(FieldKind(f"{what}.{c}", words, unit, scale, attrgetter(f"{what}.{c}")))
     for c in "xyz":
-        every.append(Quantity(f"displacement.{c}", f"displacement u{c}", "µm", 1e6, attrgetter(f"displacement.{c}")))
+        every.append(FieldKind(f"displacement.{c}", f"displacement u{c}", "µm", 1e6, attrgetter(f"displacement.{c}")))
     return {quantity.name: quantity for quantity in every}
 
 
@@ -39,7 +39,7 @@ QUANTITIES = _made()
 """All of them, by name."""
 
 
-def offered(*, local: bool) -> list[Quantity]:
+def offered(*, local: bool) -> list[FieldKind]:
     """Those that differ from nothing: under a long contact there is no shear along z, and no displacement is known.
 
     Parameters

@@ -15,10 +15,10 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ...contact import family_of, local_family_of
 from ...skin import Skin
-from .quantities import Quantity
+from .quantities import FieldKind
 from .touch import Touch
 
-__all__ = ["RANGE", "Grid", "UnitFields", "nice", "quantised"]
+__all__ = ["RANGE", "FieldGrid", "UnitFields", "nice", "quantised"]
 
 _KEPT = 96
 """Fields of unit loads that are kept."""
@@ -29,7 +29,7 @@ _MANY = 10_000
 _NICE = np.array([1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0])
 
 
-class Grid(NamedTuple):
+class FieldGrid(NamedTuple):
     """Points fixed to the contact: distances from it along y, and depths x or distances along z [m]."""
 
     along: tuple[float, float, int]
@@ -51,7 +51,7 @@ class UnitFields:
     def __init__(self) -> None:
         self._kept: OrderedDict[tuple[Any, ...], FloatArray] = OrderedDict()
 
-    def field(self, skin: Skin, touch: Touch, shown: Quantity, grid: Grid) -> FloatArray:
+    def field(self, skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid) -> FloatArray:
         """Values of what is shown at the grid's points, in its unit for people, shape (down, along).
 
         Parameters
@@ -60,9 +60,9 @@ class UnitFields:
             What is pressed.
         touch : Touch
             What presses; where it lies does not matter.
-        shown : Quantity
+        shown : FieldKind
             What is looked at.
-        grid : Grid
+        grid : FieldGrid
             Points about the contact.
         """
         parts = touch.contact().components
@@ -73,13 +73,13 @@ class UnitFields:
                 out += size * self._unit(skin, touch, shown, grid, component)
         return out
 
-    def missing(self, skin: Skin, touch: Touch, shown: Quantity, grid: Grid) -> int:
+    def missing(self, skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid) -> int:
         """How many fields of unit loads have to be worked out for `field`."""
         parts = np.abs(touch.contact().components)
         used = np.flatnonzero(parts > 1e-12 * parts.max()).tolist()
         return sum(self._key(skin, touch, shown, grid, component) not in self._kept for component in used)
 
-    def prepare(self, skin: Skin, touch: Touch, shown: Quantity, grid: Grid) -> None:
+    def prepare(self, skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid) -> None:
         """Work out one field that is missing, if any."""
         parts = np.abs(touch.contact().components)
         for component in np.flatnonzero(parts > 1e-12 * parts.max()).tolist():
@@ -88,15 +88,15 @@ class UnitFields:
                 return
 
     @staticmethod
-    def direct(skin: Skin, touch: Touch, shown: Quantity, grid: Grid) -> FloatArray:
+    def direct(skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid) -> FloatArray:
         """The same without unit fields: for few points, where the touch changes its width at each step."""
         return _values(skin, touch, shown, grid, touch.contact().components)
 
     @staticmethod
-    def _key(skin: Skin, touch: Touch, shown: Quantity, grid: Grid, component: int) -> tuple[Any, ...]:
+    def _key(skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid, component: int) -> tuple[Any, ...]:
         return skin, touch.family, touch.half_width if touch.wide else 0.0, touch.local, shown.name, grid, component
 
-    def _unit(self, skin: Skin, touch: Touch, shown: Quantity, grid: Grid, component: int) -> FloatArray:
+    def _unit(self, skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid, component: int) -> FloatArray:
         key = self._key(skin, touch, shown, grid, component)
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -108,7 +108,7 @@ class UnitFields:
         return made
 
 
-def _values(skin: Skin, touch: Touch, shown: Quantity, grid: Grid, components: FloatArray) -> FloatArray:
+def _values(skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid, components: FloatArray) -> FloatArray:
     """What is shown under such a touch of some components, at the grid's points about it."""
     along, down = grid.points
     wide = {"half_width": touch.half_width} if touch.wide else {}

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from ....errors import InvalidValueError
 from ....io.finger_file import FingerFile
-from .source import Device, Recording, Source
+from .feed import DeviceFeed, Feed, PlayedFeed
 
 __all__ = ["LiveView"]
 
@@ -48,7 +48,7 @@ class LiveView:
 
     def __init__(self, wake: Callable[[], object], first: str | None = None) -> None:
         self._wake, self.first = wake, first or "demo"
-        self._source: Source | None = None
+        self._source: Feed | None = None
         self.number = 0
 
     def answer(self, do: str, given: dict[str, Any], file: FingerFile) -> dict[str, Any]:
@@ -74,12 +74,12 @@ class LiveView:
             self._start(Start.model_validate(given.get("start")), file)
         elif do == "stop":
             self.close()
-        elif do == "seek" and isinstance(self._source, Recording):
+        elif do == "seek" and isinstance(self._source, PlayedFeed):
             begin, speed = (float(given.get(key, usual)) for key, usual in (("begin", 0.0), ("speed", 1.0)))
             self._begin(
-                Recording(self._source.name, self._tell, begin=max(begin, 0.0), speed=min(max(speed, 0.05), 100.0))
+                PlayedFeed(self._source.name, self._tell, begin=max(begin, 0.0), speed=min(max(speed, 0.05), 100.0))
             )
-        elif isinstance(self._source, Device) and do in ("zero", "mark", "record"):
+        elif isinstance(self._source, DeviceFeed) and do in ("zero", "mark", "record"):
             if do == "zero":
                 self._source.zero()
             elif do == "mark":
@@ -104,14 +104,14 @@ class LiveView:
 
     def _start(self, start: Start, file: FingerFile) -> None:
         if start.port.lower().endswith(_RECORDINGS):
-            self._begin(Recording(start.port, self._tell, begin=start.begin, speed=start.speed))
+            self._begin(PlayedFeed(start.port, self._tell, begin=start.begin, speed=start.speed))
             return
         options: dict[str, Any] = {name: value for name in ("driver", "fit") if (value := getattr(start, name))}
         if start.slip.strip():
             options["slip"] = _friction(start.slip)
-        self._begin(Device(file, start.port or None, options, self._tell))
+        self._begin(DeviceFeed(file, start.port or None, options, self._tell))
 
-    def _begin(self, source: Source) -> None:
+    def _begin(self, source: Feed) -> None:
         self.close()
         self._source = source
         source.start()

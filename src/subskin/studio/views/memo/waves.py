@@ -73,7 +73,7 @@ def _filter(depth: float, attenuation: float) -> dict[str, Any]:
         ],
         "told": [
             f"Waves are damped {attenuation:.0f}-fold at f = {f:.3f}: {density * depth:.3f} sensors a depth.",
-            f"As printed: f = 10.2 damps {float(eq26(10.2)):.0f}-fold, 3.2 sensors {float(eq26(3.2 * np.pi)):.0f}-fold.",
+            f"As printed: f = 10.2 damps {float(eq26(10.2)):.0f}-fold, 3.2 sensors {float(eq26(3.2 * np.pi)):.0f}.",
         ],
     }
 
@@ -123,10 +123,10 @@ def _two(apart: float, first: float, second: float, share: float, third: float) 
     pair = _row(np.array([-0.5, 0.5]) * apart, gain=_FULL, noise=1e-3)
     same = metamers(pair, points, forces, search=(-3.0, 3.0))
     y = np.linspace(-3.0, 3.0, 301)
-    places = np.array([-0.5, 0.5, *([0.0] if third >= 0.5 else [])]) * apart
-    finger = _row(places, gain=_FULL, noise=1e-3)
+    sensors = np.array([-0.5, 0.5, *([0.0] if third >= 0.5 else [])]) * apart
+    finger = _row(sensors, gain=_FULL, noise=1e-3)
     field = finger.receptive_field(y)[..., 0]
-    curves = [curve(f"sensor {i + 1}", str(i + 1), y, field[:, i]) for i in range(places.size)]
+    curves = [curve(f"sensor {i + 1}", str(i + 1), y, field[:, i]) for i in range(sensors.size)]
     marks = [mark(f"point, {force:.2f}", "right", float(at), 1.15) for at, force in zip(points, forces)]
     told = []
     if np.isfinite(same.position).any():

@@ -16,12 +16,12 @@ from ....live.replay import Replay
 from ....live.run import live
 from .track import Track
 
-__all__ = ["Device", "Recording", "Source"]
+__all__ = ["DeviceFeed", "Feed", "PlayedFeed"]
 
 _WAIT = 0.05
 
 
-class Source:
+class Feed:
     """What runs in the thread; `tell` is called when there is something new.
 
     Parameters
@@ -66,7 +66,7 @@ class Source:
         raise NotImplementedError
 
 
-class Device(Source):
+class DeviceFeed(Feed):
     """A device, through `subskin.live`.
 
     Parameters
@@ -78,7 +78,7 @@ class Device(Source):
     options : mapping
         Of `subskin.live`: driver, fit, slip.
     tell : callable
-        As of `Source`.
+        As of `Feed`.
     """
 
     def __init__(self, file: FingerFile, port: str | None, options: dict[str, Any], tell: Callable[[], object]) -> None:
@@ -167,7 +167,7 @@ class Device(Source):
         self._tell()
 
 
-class Recording(Source):
+class PlayedFeed(Feed):
     """A recording, played at a speed from a time on; it is paused by being stopped.
 
     Parameters
@@ -175,7 +175,7 @@ class Recording(Source):
     path : str
         The recording.
     tell : callable
-        As of `Source`.
+        As of `Feed`.
     begin : float, optional
         Seconds since its first frame from which on it is shown [s].
     speed : float, optional
