@@ -129,6 +129,7 @@ def streamed(page: Any, folder: Path) -> str:
 
 
 def main() -> None:
+    """Run it."""
     chromium = next((found for name in ("chromium", "chromium-browser") if (found := shutil.which(name))), None)
     if chromium is None:
         sys.exit("bench_studio.py: needs Chromium: make browser")

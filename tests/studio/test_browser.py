@@ -15,7 +15,7 @@ CHROMIUM = next(
 )
 AXE = (Path(__file__).parent / "axe.min.js").read_text("utf-8")
 WAIT = 20_000
-VIEWS = ("finger", "live", "memo")
+VIEWS = ("finger", "live", "design", "memo")
 
 
 @pytest.fixture(scope="module")
@@ -215,6 +215,20 @@ def test_a_simulated_device_is_seen_live(opened):
     page.locator(".status", has_text="running").wait_for()
     page.get_by_role("button", name="Stop").click()
     page.locator(".status", has_text="it has ended").wait_for()
+
+
+def test_goals_are_a_form(opened):
+    page = opened.page
+    opened.view("design")
+    depths = page.get_by_label("depths tried")
+    depths.fill("deep")
+    depths.press("Enter")
+    page.locator(".fault:visible", has_text="depths").wait_for()
+    depths.fill("5")
+    depths.press("Enter")
+    page.locator(".fault:visible").wait_for(state="detached")
+    page.get_by_text("All goals, as a file").click()
+    assert "depths = 5" in page.get_by_label("goals.toml", exact=True).input_value()
 
 
 def test_nothing_was_asked_of_another_machine(opened):

@@ -13,6 +13,7 @@ from subskin.design.ridges import read_ridged
 from subskin.errors import SubskinError
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
+from subskin.studio.views.design import DesignView
 from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
 from subskin.studio.views.form import edited, finger_of, form_of
 from subskin.studio.views.memo.formula import tree_of, words_of
@@ -309,6 +310,49 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
         refused = asked(socket, "live", "zero")[0]
         assert "error" in refused or refused.get("news") or refused["done"]
     running.studio.answer("live", "stop", {})
+
+
+GOALS = """\
+touch = {force = "20 N/m", span = "8 mm"}
+accuracy = {position = "0.5 mm"}
+room = {count = [3, 4], depth = ["2 mm", "3 mm"], least_pitch = "2 mm", longest_row = "9 mm"}
+sensor = [{name = "gauge", kind = "normal_strain", noise = 1e-4}]
+skin = [{name = "soft", young = "0.4 MPa"}]
+tolerances = {none = true}
+search = {depths = 2, pitches = 3}
+"""
+
+
+def test_a_search_is_followed_mapped_held_and_stopped():
+    view = DesignView(lambda: None)
+    try:
+        assert {field["key"] for field in view.answer("begin", {})["form"]} >= {
+            "touch.force",
+            "room.count",
+            "search.depths",
+        }
+        form = view.answer("edit", {"text": GOALS, "key": "search.depths", "value": "3"})
+        assert "depths = 3" in form["text"]
+        with pytest.raises(SubskinError):
+            view.answer("edit", {"text": GOALS, "key": "room.depth", "value": "3 mm .. 2 mm"})
+        view.answer("start", {"text": GOALS})
+        end = time.monotonic() + 60
+        while "map" not in view.told() and time.monotonic() < end:
+            time.sleep(0.05)
+        seen = view.answer("map", {"skin": 0, "sensor": 0, "count": 4})
+        excess = np.asarray(seen["excess"])
+        assert excess.shape == (2, 3)
+        held = {"skin": 0, "sensor": 0, "count": 4, "depth": seen["depths"][0], "pitch": seen["pitches"][0]}
+        array = finger_of(view.answer("hold", held)["text"]).finger.array
+        assert float(array.depth[0]) == pytest.approx(2e-3)
+        assert len(array) == 4
+        began = time.monotonic()
+        view.answer("stop", {})
+        assert time.monotonic() - began < 5
+        assert view.told()["run"] == "stopped"
+        assert view._rows  # what was finished is kept
+    finally:
+        view.close()
 
 
 def test_round_ends_of_bars():

@@ -33,5 +33,9 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from ..studio.opening import serve
 
-    serve(options.finger, device=options.port, port=options.host_port, browser=not options.no_browser)
+    try:
+        serve(options.finger, device=options.port, port=options.host_port, browser=not options.no_browser)
+    except KeyboardInterrupt as stop:
+        if type(stop) is not KeyboardInterrupt:
+            raise  # a signal that ends the process, and not Ctrl-C
     return 0
