@@ -41,9 +41,8 @@ def main() -> None:
 
 def keep(picture: bytes, name: str) -> None:
     """As a palette: a fraction of the bytes."""
-    Image.open(io.BytesIO(picture)).convert("RGB").quantize(256, dither=Image.Dither.FLOYDSTEINBERG).save(
-        HERE / name, optimize=True
-    )
+    image = Image.open(io.BytesIO(picture)).convert("RGB")
+    image.quantize(256, dither=Image.Dither.FLOYDSTEINBERG).save(HERE / name, optimize=True)
 
 
 if __name__ == "__main__":

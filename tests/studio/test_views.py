@@ -326,11 +326,8 @@ search = {depths = 2, pitches = 3}
 def test_a_search_is_followed_mapped_held_and_stopped():
     view = DesignView(lambda: None)
     try:
-        assert {field["key"] for field in view.answer("begin", {})["form"]} >= {
-            "touch.force",
-            "room.count",
-            "search.depths",
-        }
+        keys = {field["key"] for field in view.answer("begin", {})["form"]}
+        assert keys >= {"touch.force", "room.count", "search.depths"}
         form = view.answer("edit", {"text": GOALS, "key": "search.depths", "value": "3"})
         assert "depths = 3" in form["text"]
         with pytest.raises(SubskinError):

@@ -69,11 +69,17 @@ export class LiveView {
   #laidOut() {
     this.playing = card("Playing", [this.clock], this.at, h("div", { class: "buttons" }, this.pause, this.speed.element));
     this.doing = card("Doing", h("div", { class: "buttons" }, this.zero, this.record), h("div", { class: "marking" }, this.text, this.mark), this.kept);
-    return h("div", { class: "view" },
-      h("div", { class: "stage" }, card("Now", [this.numbers], this.map.sheet.box), card("Over time", [this.span.element], this.times.sheet.box, this.back)),
-      h("div", { class: "side" },
-        card("Source", h("div", { class: "fields" }, this.port.row, this.driver.row, this.slip.row), h("div", { class: "buttons" }, this.start, this.stop), this.run, this.fault),
-        card("Answer", this.answer.element), this.playing, this.doing, card("Events", h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Events" }, this.events))));
+    const source = card("Source", h("div", { class: "fields" }, this.port.row, this.driver.row, this.slip.row), h("div", { class: "buttons" }, this.start, this.stop), this.run, this.fault);
+    this.answerCard = card("Answer", this.answer.element);
+    this.eventsCard = card("Events", h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Events" }, this.events));
+    [this.answerCard.hidden, this.eventsCard.hidden, this.back.hidden, this.playing.hidden] = [true, true, true, true];
+    const stage = h("div", { class: "stage" }, card("Now", [this.numbers], this.map.sheet.box), card("Over time", [this.span.element], this.times.sheet.box, this.back));
+    const side = h("div", { class: "side" }, this.answerCard, this.playing, this.doing, this.eventsCard);
+    const narrow = matchMedia("(max-width: 64rem)"); // there the source comes first
+    const settle = () => (narrow.matches ? stage : side).prepend(source);
+    narrow.addEventListener("change", settle);
+    settle();
+    return h("div", { class: "view" }, stage, side);
   }
 
   enter() {
@@ -178,11 +184,13 @@ export class LiveView {
   }
 
   #answer(told) {
+    this.answerCard.hidden = !told.found;
     if (!told.found) return;
     this.answer.show({ ...told.found, rows: told.found.rows, rival: null, fit: "" }, told.slip ? [`${told.slip.words}${told.slip.ratio === null ? "" : ` It uses ${plain(100 * told.slip.ratio, 2)} % of what friction holds.`}`] : []);
   }
 
   #events(events, before) {
+    this.eventsCard.hidden = !events.length;
     const last = before.at(-1)?.number ?? 0;
     const fresh = events.filter((one) => one.number > last);
     if (!fresh.length && this.events.childElementCount) return;

@@ -104,7 +104,7 @@ export class Section {
     pen.lineWidth = 1;
     pen.textAlign = "center";
     pen.textBaseline = "top";
-    const marks = ticks(1e3 * left, 1e3 * right, width / 90);
+    const marks = ticks(1e3 * left, 1e3 * right, width / 65);
     const arc = this.said.skin.curved ? ", unrolled" : "";
     for (const mark of marks) {
       line(pen, px(mark / 1e3), py(foot), px(mark / 1e3), py(foot) + 4);

@@ -57,7 +57,8 @@ export class Times {
   #row(pen, row, seen, every, { top, high, width, px }) {
     const values = seen.map((step) => step[row.column]).filter((v) => v !== null);
     let [low, most] = [Math.min(...values, row.low ?? Infinity), Math.max(...values, row.high ?? -Infinity)];
-    if (!(most > low)) [low, most] = [(Number.isFinite(low) ? low : 0) - 0.5 / row.scale, (Number.isFinite(most) ? most : 0) + 0.5 / row.scale];
+    if (!values.length) [low, most] = [0, 1 / row.scale];
+    else if (!(most > low)) [low, most] = [(Number.isFinite(low) ? low : 0) - 0.5 / row.scale, (Number.isFinite(most) ? most : 0) + 0.5 / row.scale];
     const py = (v) => top + high * (1 - (v - low) / (most - low));
     pen.lineWidth = 1;
     pen.strokeStyle = colour("line");
