@@ -53,7 +53,7 @@ class Studio:
         self.file = parse_finger(EXAMPLE, "the example") if file is None else load(file)
         self.text = self.file.text
         self.name = "finger.toml" if file is None else Path(file).name
-        self._finger = FingerView()
+        self._finger = FingerView(self.file)
         self._live = LiveView(self.wake, device)
         self._design = DesignView(self.wake)
         self.hand("finger").submit(

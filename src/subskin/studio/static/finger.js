@@ -61,18 +61,25 @@ export class FingerView {
 
   async begin() {
     const state = where().view === "finger" ? await linked() : null;
+    this.fromLink = Boolean(state);
     if (state) {
       this.store.state = state;
       this.look({}, {}, true);
     } else if (this.store.state) {
       this.look({}, {}, true);
     } else {
-      ask({ view: "finger", do: "begin" }, (said) => {
-        this.name = said.name;
-        this.store.state = { text: said.begin.text };
-        this.look({}, {}, true);
-      });
+      this.#fresh();
     }
+  }
+
+  // The finger of the command.
+  #fresh() {
+    this.fromLink = false;
+    ask({ view: "finger", do: "begin" }, (said) => {
+      this.name = said.name;
+      this.store.state = { text: said.begin.text };
+      this.look({}, {}, true);
+    });
   }
 
   // A finger from another view.
@@ -102,10 +109,7 @@ export class FingerView {
       this.fault.textContent = own ? "" : said.error;
       this.fault.hidden = Boolean(own);
       say(said.error);
-      if (!this.said && this.store.state && !said.edit) ask({ view: "finger", do: "begin" }, (one) => {
-        this.store.state = { text: one.begin.text };
-        this.look({}, {}, true);
-      });
+      if (!this.said && this.fromLink) this.#fresh(); // the link holds what cannot be
       return;
     }
     this.fault.hidden = true;

@@ -129,10 +129,16 @@ def shown_of(state: FingerState) -> FingerShown:
 
 
 class FingerView:
-    """Answers what is asked of a finger; what it keeps makes answers quicker, and changes none."""
+    """Answers what is asked of a finger; what it keeps makes answers quicker, and changes none.
 
-    def __init__(self) -> None:
-        self._fields = UnitFields()
+    Parameters
+    ----------
+    own : FingerFile, optional
+        The finger of the command: what lies beside its file belongs to it.
+    """
+
+    def __init__(self, own: FingerFile | None = None) -> None:
+        self._fields, self._own = UnitFields(), own
 
     def look(
         self,
@@ -169,7 +175,8 @@ class FingerView:
             for key, value in edits:
                 text = edited(text, key, value)
             state = given.model_copy(update={"text": text})
-            file = finger_of(state.text)
+            own = self._own if self._own is not None and self._own.text == text else None
+            file = finger_of(text) if own is None else own
             finger = file.finger
             touch = fitting(state.touch, finger)
             window = _held(window, finger) if window is not None else window_of(finger)
@@ -185,7 +192,7 @@ class FingerView:
         names = local_families() if local else families()
         said = {
             "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
-            "form": form_of(state.text),
+            "form": form_of(state.text, own),
             "area": finger.array.on_area,
             "units": {"force": "N" if local else "N/m", "reading": _unit(finger)},
             "wide": touch.wide,

@@ -56,15 +56,17 @@ def _document(text: str) -> tomlkit.TOMLDocument:
     return tomlkit.parse(text)
 
 
-def form_of(text: str) -> list[dict[str, Any]]:
+def form_of(text: str, known: FingerFile | None = None) -> list[dict[str, Any]]:
     """What can be changed: for each its key, what it is called, its value in SI, its unit and limits.
 
     Parameters
     ----------
     text : str
         A finger.toml.
+    known : FingerFile, optional
+        The finger itself, where a part of it lies in a file beside the text.
     """
-    file, document = finger_of(text), _document(text)
+    file, document = finger_of(text) if known is None else known, _document(text)
     skin, sensors = _table(document, "skin"), _table(document, "sensors")
     kind, area = skin.get("kind", "half_plane"), file.finger.array.on_area
     skins = {k: v for k, v in _SKINS.items() if k in KINDS and not (area and k in ("half_plane", "round"))}
