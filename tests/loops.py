@@ -39,7 +39,7 @@ def pad() -> ss.Finger:
 
 def area() -> None:
     tip = pad()
-    tip.locate(tip.read(ss.PointLoad(force=[1.0, 2.0])))
+    ss.decide.slip(tip.locate(tip.read(ss.PointLoad(force=[1.0, 2.0]))), ss.decide.Friction.between(0.4, 0.6))
 
 
 def round_on_area() -> None:

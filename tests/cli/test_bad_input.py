@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from subskin.cli.main import main
 from subskin.io.tables import write_table
 
 TABLE = "time,x,z,position,p0,p1,p2,p3\n" + "".join(
@@ -254,3 +255,12 @@ def test_a_missing_reading_is_not_bad_input(subskin, written, folder):
     written(TABLE.replace("100000.0\n", "\n", 3))
     for name in ("segment", "locate"):
         assert subskin(*COMMANDS[name], "-o", "out.csv").code == 0
+
+
+def test_a_misspelt_option_shows_the_usage_of_its_command(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["replay", "rec.parquet", "--fingr", "other.toml"])
+    err = capsys.readouterr().err
+    assert left.value.code == 2
+    assert err.startswith("usage: subskin replay")
+    assert "unrecognized arguments: --fingr other.toml; did you mean --finger?" in err

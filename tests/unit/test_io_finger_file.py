@@ -362,3 +362,16 @@ def test_single_brackets_for_layers_are_understood(tmp_path):
     )
     with pytest.raises(FileError, match=r"line 3.*\[\[skin\.layers\]\]"):
         load(path)
+
+
+def test_without_a_recording_and_a_gain_readings_are_in_what_the_sensors_feel():
+    text = GOOD.partition("[recording]")[0].replace('"1 kPa", 0', '"1 kPa", "2 hPa"').replace("= 12", '= "0.1 hPa"')
+    text += '[tare]\ndrift = "1 hPa/s"\n'
+    file = parse_finger(text.replace("normal_strain", "mean_pressure"))
+    assert file.finger.array.noise[0] == pytest.approx(10.0)
+    assert file.finger.array.offset[:2].tolist() == [1000.0, 200.0]
+    assert file.drift == pytest.approx(100.0)
+    with pytest.raises(FileError, match=r"line 13: .* says in what the sensors are read"):
+        parse_finger(text.replace("normal_strain", "mean_pressure").replace("noise", "gain = 0.5\nnoise"))
+    with pytest.raises(FileError, match="a plain number is needed"):  # a strain has no unit
+        parse_finger(text)

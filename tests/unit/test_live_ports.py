@@ -17,7 +17,7 @@ import subskin as ss
 from subskin.errors import FileError, InvalidValueError, UnknownOptionError
 from subskin.live import drivers
 from subskin.live.drivers import Field
-from subskin.live.ports import Faults, PortEnded, PortLost, Simulated, listed, opened
+from subskin.live.ports import Faults, Log, PortEnded, PortLost, Simulated, listed, opened
 
 from .._commands import subskin
 
@@ -294,3 +294,44 @@ def test_every_good_frame_of_a_bad_device_is_read_once(name):
 def test_a_port_that_cannot_be_had(port, said):
     with pytest.raises((InvalidValueError, UnknownOptionError), match=said):
         opened(port)
+
+
+class Time:
+    """A clock that goes on only where somebody sleeps."""
+
+    def __init__(self):
+        self.now = 50.0
+
+    def monotonic(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+def played(monkeypatch, tmp_path, driver, data, rate=None):
+    """When each frame of a log came [s]."""
+    told = Time()
+    monkeypatch.setattr("subskin.live.ports.log.time", told)
+    (tmp_path / "log.bin").write_bytes(data)
+    came, reads = [], drivers.from_table(driver)
+    with Log(opened(f"file:{tmp_path / 'log.bin'}"), drivers.from_table(driver), rate) as log, suppress(PortEnded):
+        while True:
+            frames = len(reads.feed(log.read(0.1)))
+            came += frames * [told.now - 50.0]
+    return np.array(came)
+
+
+def test_a_log_is_played_as_fast_as_it_came(monkeypatch, tmp_path):
+    lines = {"name": "lines", "columns": ["ms", "a", "b"], "time": "ms", "tick": "ms"}
+    device = np.concatenate([np.arange(0, 900, 10), np.arange(0, 500, 10)])  # it was switched on again
+    data = b"".join(b"%d,1.5,2.5\n" % ms for ms in device)
+    at = played(monkeypatch, tmp_path, lines, data)
+    assert len(at) == 139  # the first line may have been joined in its middle
+    passed = 0.01 * np.concatenate([np.arange(89), 88 + np.arange(50)])
+    assert np.abs(at - passed).max() < 0.3  # a piece holds some frames
+    assert at[-1] == pytest.approx(passed[-1], abs=0.02)
+    plain = {"name": "lines", "sensors": 2}
+    assert played(monkeypatch, tmp_path, plain, b"1,2\n" * 400, rate=200.0)[-1] == pytest.approx(1.995)
+    with pytest.raises(InvalidValueError, match="no times"):
+        played(monkeypatch, tmp_path, plain, b"1,2\n" * 400)

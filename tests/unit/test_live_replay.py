@@ -199,3 +199,11 @@ def test_a_finger_with_a_response_in_place_has_to_be_given(tmp_path):
         again = list(Replay(recording, file))
     assert again[-1].found.position[0] == pytest.approx([1e-3, -2e-3], abs=0.2e-3)
     assert again[-1].found.table.tobytes() == batch.found.table.tobytes()
+
+
+def test_a_csv_of_a_recording_is_refused_with_what_to_do(session, tmp_path):
+    from subskin.live.convert import convert
+
+    convert(session[0], tmp_path / "touch.csv")
+    with pytest.raises(FileError, match=r"has no finger in it.*subskin convert"), opened(tmp_path / "touch.csv"):
+        pass

@@ -202,7 +202,7 @@ def piped(tmp_path, lines):
 
 def test_the_command_prints_lines_where_it_is_piped(piped, capsys):
     finger, port = piped
-    assert main(["live", finger, "--port", port]) == 0
+    assert main(["live", finger, "--port", port, "--rate", "200"]) == 0
     out, err = capsys.readouterr()
     assert "contact_on: contact: ok" in out
     assert "79 frames" in out
@@ -218,7 +218,7 @@ def test_a_board_that_its_driver_cannot_read_is_said(piped, capsys, tmp_path):
 
 def test_the_command_prints_a_line_of_json_for_each_frame_and_event(piped, capsys):
     finger, port = piped
-    assert main(["live", finger, "--port", port, "--json", "--slip", "0.4..0.8"]) == 0
+    assert main(["live", finger, "--port", port, "--rate", "200", "--json", "--slip", "0.4..0.8"]) == 0
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     frames = [row for row in rows if row["kind"] == "frame"]
     assert [row["row"] for row in frames] == list(range(79))
@@ -235,13 +235,19 @@ def test_the_command_prints_a_line_of_json_for_each_frame_and_event(piped, capsy
         (["{finger}", "--port", "tcp:127.0.0.1:1"], "nobody answers"),
         (["{finger}"], "no port"),
         (["--port", "udp::5000"], "no finger"),
+        (["{finger}", "--port", "demo", "--rate", "100"], "only a file of bytes is played"),
+        (["{wrong}"], 'wrong.toml, line 18: [live.driver.fields] type "u17"'),
         (["{finger}", "--port", "demo", "--for", "-1 s"], "has to be > 0"),
         (["{finger}", "--port", "demo", "--slip", "0.8..0.4"], "the first has to be <= the second"),
         (["{finger}", "--port", "smoke:signals"], "no such kind of port"),
     ],
 )
 def test_what_cannot_be_opened_is_said_and_the_exit_code_is_2(piped, capsys, arguments, said):
-    assert main(["live", *(one.format(finger=piped[0]) for one in arguments)]) == 2
+    wrong = Path(piped[0]).with_name("wrong.toml")
+    board = '[live.driver]\nname = "fixed"\nend = "0a"\n' + 2 * '[[live.driver.fields]]\nname = "a"\ntype = "u8"\n'
+    finger = Path(piped[0]).read_text().partition("[live]")[0]
+    wrong.write_text(f'{finger}[live]\nport = "file:{os.devnull}"\n{board[::-1].replace("8u", "71u", 1)[::-1]}')
+    assert main(["live", *(one.format(finger=piped[0], wrong=wrong) for one in arguments)]) == 2
     assert said in capsys.readouterr().err
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 from time import process_time
 
@@ -339,3 +340,23 @@ def test_zero_now_is_the_mean_of_the_last_quarter_of_a_second():
     _, after = tare.step(zeroed, raw[-50:], time[-50:] + 0.5)
     assert after.free.all()
     np.testing.assert_allclose(after.readings, 0.3, atol=6 * NOISE)
+
+
+def test_a_state_can_be_gone_on_with_twice_and_copied(drifting):
+    """Frames are kept in arrays that states share: what comes behind one state is not what comes behind another."""
+    tip, time, _, _, raw = drifting
+    tare, state = ss.Tare(tip), None
+    at_once, made = tare.step(None, raw[:900], time[:900])
+    for k in range(0, 600, 7):
+        state, _ = tare.step(state, raw[k : k + 7], time[k : k + 7])
+    at = slice(k + 7, 900)
+    before, copied = state.frames.copy(), pickle.loads(pickle.dumps(state))
+    other, _ = tare.step(state, raw[at] + 0.5, time[at])  # in the room behind the state
+    np.testing.assert_array_equal(state.frames, before)
+    for begun in (state, copied):
+        left, out = tare.step(begun, raw[at], time[at])
+        np.testing.assert_array_equal(out.readings, made.readings[at])
+        np.testing.assert_array_equal(left.frames, at_once.frames)
+    assert other.frames[-1, 0] == pytest.approx(raw[899, 0] + 0.5, abs=0.01)
+    with pytest.raises(ValueError, match="read-only"):
+        state.frames[0] = 0.0

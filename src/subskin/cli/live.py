@@ -52,6 +52,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("finger", nargs="?", help="finger.toml; --port demo needs none")
     parser.add_argument("--port", metavar="WHERE", help="/dev/ttyACM0, serial:, tcp:, udp:, ws:, file:, -, or demo")
     parser.add_argument("--driver", metavar="NAME", help="what the device sends: anyskin, lines, ... (that of [live])")
+    parser.add_argument("--rate", metavar="HZ", type=float, help="of file: frames a second, where they have no times")
     parser.add_argument("--fit", metavar="FAMILY", help="find the half width of such contacts too: hertz, punch, ...")
     parser.add_argument("--slip", metavar="MU", help="coefficient of friction, 0.5 or 0.4..0.8: say when it slips")
     parser.add_argument("--overload", metavar="FORCE", type=float, help="say where a force is larger [N/m, area N]")
@@ -114,7 +115,7 @@ def _opened(options: argparse.Namespace, file: FingerFile) -> Live:
         chosen["slip"] = slip[0] if slip[0] == slip[1] else slip
     print("subskin: preparing tables and loops ...", file=sys.stderr, flush=True)
     began = time.monotonic()
-    made = live(file, options.port, options.driver, record=options.record, **chosen)
+    made = live(file, options.port, options.driver, rate=options.rate, record=options.record, **chosen)
     print(f"subskin: ready in {time.monotonic() - began:.1f} s; Ctrl-C stops", file=sys.stderr, flush=True)
     return made
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import io
 import os
 import signal
@@ -80,7 +81,16 @@ class _Command(argparse.ArgumentParser):
 
     def parse_known_args(self, *given: Any, **named: Any) -> Any:
         import_module(f".{self._module}", __package__).add(self)
-        return super().parse_known_args(*given, **named)
+        options, left = super().parse_known_args(*given, **named)
+        if left:  # with the usage of this command, and not of them all
+            self.error(f"unrecognized arguments: {' '.join(left)}{self._meant(left)}")
+        return options, left
+
+    def _meant(self, left: Sequence[str]) -> str:
+        """The option that the first misspelt one is probably meant to be."""
+        name = next((text.partition("=")[0] for text in left if text.startswith("--")), "")
+        close = difflib.get_close_matches(name, [known for known in self._option_string_actions if known != name], n=1)
+        return f"; did you mean {close[0]}?" if name and close else ""
 
 
 class _Version(argparse.Action):

@@ -27,6 +27,10 @@ _OK, _AMBIGUOUS, _CANNOT_TELL = int(Status.OK), int(Status.AMBIGUOUS), int(SlipV
 
 _HALF = math.sqrt(0.5)
 _BELL = 1 / math.sqrt(2 * math.pi)
+_SURELY = 39.0
+"""Beyond this Phi is 0, and the density too, to the last bit that a float has."""
+_FAR = 10.0
+"""Squares of z that differ by the square of this: Phi of one is less than the last bit of the other's."""
 _CLOSE = 0.02
 """Ends of a cell so close together that a series serves where differences would lose digits."""
 
@@ -42,52 +46,82 @@ def _bell(z: float) -> float:
     return _BELL * math.exp(-0.5 * min(abs(z), 40.0) ** 2)
 
 
-@compiled(exact=True)
-def _cell_mean(low: float, middle: float, high: float) -> float:
+@compiled(inline=True, exact=True)
+def _mean(low: float, middle: float, high: float, low_tail: float, low_bell: float, tail: float, bell: float) -> float:
     """Mean of Phi(z) over a cell at whose ends and middle z is given; z is a straight line there, and a little bent.
 
-    With G the integral of Phi and H that of G: the line gives (G2 - G1) / D, the bend 4 b times the mean of
-    t (1 - t) phi, which is (G1 + G2) / D^2 - 2 (H2 - H1) / D^3.
+    Phi and its density at both ends are given too. With G the integral of Phi and H that of G: the line gives
+    (G2 - G1) / D, the bend 4 b times the mean of t (1 - t) phi, which is (G1 + G2) / D^2 - 2 (H2 - H1) / D^3.
     """
-    flip = low + high > 0  # from the lower tail: near 1, Phi would be a difference of large numbers
-    if flip:
-        low, middle, high = -low, -middle, -high
     apart, centre = high - low, 0.5 * (low + high)
     if abs(apart) < _CLOSE:
-        bell, square = _bell(centre), apart * apart
-        line = _tail(centre) - centre * bell * square / 24 * (1 + (centre * centre - 3) * square / 80)
-        bent = bell * (1 / 6 + (centre * centre - 1) * square / 240)
+        here, square = _bell(centre), apart * apart
+        line = _tail(centre) - centre * here * square / 24 * (1 + (centre * centre - 3) * square / 80)
+        bent = here * (1 / 6 + (centre * centre - 1) * square / 240)
     else:
-        below, above, bell_low, bell_high = _tail(low), _tail(high), _bell(low), _bell(high)
-        g_low, g_high = low * below + bell_low, high * above + bell_high
-        h_low = 0.5 * ((low * low + 1) * below + low * bell_low)
-        h_high = 0.5 * ((high * high + 1) * above + high * bell_high)
+        g_low, g_high = low * low_tail + low_bell, high * tail + bell
+        h_low = 0.5 * ((low * low + 1) * low_tail + low * low_bell)
+        h_high = 0.5 * ((high * high + 1) * tail + high * bell)
         line = (g_high - g_low) / apart
         bent = ((g_low + g_high) - 2 * (h_high - h_low) / apart) / (apart * apart)
-    mean = max(line + 4 * (middle - centre) * bent, 0.0)
-    return float(1 - mean if flip else mean)
+    return max(line + 4 * (middle - centre) * bent, 0.0)
 
 
 @compiled(inline=True, exact=True)
-def _deviations(n: float, t: float, nn: float, nt: float, tt: float, mu: float) -> float:
-    """How far t lies beyond mu n, in standard deviations."""
+def _width(t: float, n: float, nn: float, nt: float, tt: float, mu: float) -> float:
+    """Standard deviation of t - mu n."""
     floor = 1e-12 * (abs(t) + mu * abs(n)) + 1e-300
-    return (t - mu * n) / math.sqrt(max(tt - 2 * mu * nt + mu * mu * nn, floor * floor))
+    return math.sqrt(max(tt - 2 * mu * nt + mu * mu * nn, floor * floor))
 
 
 @compiled(exact=True)
 def _fill(
     n: float, t: float, nn: float, nt: float, tt: float, edges: FloatArray, scale: float, out: FloatArray
 ) -> None:  # fmt: skip
-    for side in (1.0, -1.0):
-        low = _deviations(n, side * t, nn, side * nt, tt, scale * edges[0])
-        for k in range(out.size):
-            end = scale * edges[k + 1]
-            middle = _deviations(n, side * t, nn, side * nt, tt, 0.5 * (scale * edges[k] + end))
-            high = _deviations(n, side * t, nn, side * nt, tt, end)
-            mean = _cell_mean(low, middle, high)
-            out[k] = mean if side > 0 else out[k] + mean
-            low = high
+    """P(T > mu N) + P(-T > mu N) in each cell of the density of mu.
+
+    The end of a cell is the beginning of the next, and so is Phi there. The side to which the load does not lean is
+    passed over where it adds less than a bit: z lies deeper in the tail there, at the largest numerator and the largest
+    width of the cell's two ends (its square is convex in mu).
+    """
+    side = -1.0 if t < 0 else 1.0
+    t, nt = side * t, side * nt
+    mu = scale * edges[0]
+    width, other = _width(t, n, nn, nt, tt, mu), _width(t, n, nn, -nt, tt, mu)
+    low, low_tail, low_bell, flipped = (t - mu * n) / width, math.nan, math.nan, False
+    for k in range(out.size):
+        end = scale * edges[k + 1]
+        half = 0.5 * (mu + end)
+        middle = (t - half * n) / _width(t, n, nn, nt, tt, half)
+        high = (t - end * n) / _width(t, n, nn, nt, tt, end)
+        end_other = _width(t, n, nn, -nt, tt, end)
+        most, least = max(low, middle, high), min(low, middle, high)
+        if most < -_SURELY:
+            mean, low_tail = 0.0, math.nan
+        elif least > _SURELY:
+            mean, low_tail = 1.0, math.nan
+        else:
+            flip = low + high > 0  # from the lower tail: near 1, Phi would be a difference of large numbers
+            one = -1.0 if flip else 1.0
+            if flip != flipped or low_tail != low_tail:
+                low_tail, low_bell = _tail(one * low), _bell(low)
+            tail, bell = _tail(one * high), _bell(high)
+            mean = _mean(one * low, one * middle, one * high, low_tail, low_bell, tail, bell)
+            mean = 1 - mean if flip else mean
+            low_tail, low_bell, flipped = tail, bell, flip
+        away = (-t - mu * n) / max(other, end_other)
+        if n < 0 or away > -_FAR or away * away - min(least, 0.0) ** 2 < _FAR * _FAR:
+            begins, ends = (-t - mu * n) / other, (-t - end * n) / end_other
+            turns = (-t - half * n) / _width(t, n, nn, -nt, tt, half)
+            if max(begins, turns, ends) > -_SURELY:
+                one = -1.0 if begins + ends > 0 else 1.0
+                more = _mean(
+                    one * begins, one * turns, one * ends,
+                    _tail(one * begins), _bell(begins), _tail(one * ends), _bell(ends),
+                )  # fmt: skip
+                mean += 1 - more if one < 0 else more
+        out[k] = mean
+        mu, low, other = end, high, end_other
 
 
 @compiled(exact=True)

@@ -173,6 +173,13 @@ class Friction(Frozen):
         """Mean, standard deviation and `high`, shape (..., 3)."""
         return _check.read_only(np.stack(np.broadcast_arrays(self.mean, self.std, self.high), axis=-1))
 
+    @cached_property
+    def row(self) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """Edges, masses and `facts` of a friction that serves all frames, each of shape (1, ...); else None."""
+        if self.shape:
+            return None
+        return np.asarray(self.edges)[None], np.asarray(self.masses)[None], self.facts[None]
+
     def quantile(self, probability: npt.ArrayLike) -> FloatArray:
         """The coefficient below which it lies with a `probability`; shape (...) and then the probability's.
 
@@ -287,9 +294,9 @@ def friction_of(friction: Friction | float) -> Friction:
 
 def rows_of(friction: Friction, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Edges, masses, and (mean, std, high) for each frame, (frames, ...), or the one row that serves all, (1, ...)."""
+    if friction.row is not None:
+        return friction.row
     edges, masses, facts = np.asarray(friction.edges), np.asarray(friction.masses), friction.facts
-    if not friction.shape:
-        return edges[None], masses[None], facts[None]
     rows = [of_frames(np.moveaxis(v, -1, 0), (v.shape[-1], *shape)) for v in (edges, masses, facts)]
     first, second, third = (np.moveaxis(v, 0, -1).reshape(-1, v.shape[0]) for v in rows)
     return first, second, third

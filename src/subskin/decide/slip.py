@@ -31,6 +31,7 @@ _INTERVAL = (0.025, 0.975)
 _FARTHEST = 1e9
 _THRESHOLDS = (1e-3, 0.5)
 _USUAL = _check.read_only(np.array(_THRESHOLDS))
+_COLUMNS = ("normal", "tangential", "margin", "margin_std", "probability", "ratio")
 _NAMES = {int(verdict): verdict.name for verdict in SlipVerdict}
 
 
@@ -212,20 +213,20 @@ def slip(
     else:
         columns = _columns(estimate.layout)
         judge_frames(table.reshape(-1, table.shape[-1]), columns, estimate.friction, *every, limits, rows)
-    if rows[:, UNSURE].any():
+    if rows.item(0, UNSURE) if len(rows) == 1 else rows[:, UNSURE].any():
         index = np.flatnonzero(rows[:, UNSURE])
         rows[index, 4] = beyond(forces_of(estimate)[0].at(index), *(picked(v, index) for v in every[:2]))
         sure = rows[index, VERDICT] != SlipVerdict.CANNOT_TELL
         rows[index[sure], VERDICT] = np.searchsorted(limits, rows[index[sure], 4], side="right")
-    judged.flags.writeable = False
-    normal, tangential, margin, margin_std, probability, ratio = (judged[..., k] for k in range(VERDICT))
-    verdict, at_edge = np.array(judged[..., VERDICT], dtype=np.int8), np.array(judged[..., CUT_OFF], dtype=np.bool_)
-    verdict.flags.writeable = at_edge.flags.writeable = False
+    judged.setflags(write=False)
+    made = {name: judged[..., column] for column, name in enumerate(_COLUMNS)}
+    made["at_edge"], made["verdict"] = rows[:, CUT_OFF] != 0, rows[:, VERDICT].astype(np.int8)
+    for name in ("at_edge", "verdict"):
+        made[name].shape = table.shape[:-1]
+        made[name].setflags(write=False)
     bodies = None if skin is None or indenter is None else (skin, indenter)
-    return Slip(
-        normal, tangential, margin, margin_std, probability, ratio, at_edge, verdict,
-        estimate.status, estimate, mu, contact, bodies,
-    )  # fmt: skip
+    rest = {"status": estimate.status, "estimate": estimate, "friction": mu, "contact": contact, "bodies": bodies}
+    return Slip.filled(made | rest)
 
 
 def _judge_area(

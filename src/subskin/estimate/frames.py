@@ -32,6 +32,7 @@ _CHANCE = 1e-3
 """A frame without its outlier is explained where noise would leave as much with this chance."""
 _WILD = 1e100
 """Noises to a gain or to 1, from which squares overflow."""
+_NONE = np.empty(0, dtype=bool)
 _log = logging.getLogger("subskin")
 
 
@@ -78,7 +79,9 @@ class Framewise(ABC):
         noise, gain = np.asarray(array.noise)[self._all], np.abs(np.asarray(array.gain)[self._all])
         self._reckoned = bool((noise > 1 / _WILD).all() and (gain < _WILD * noise).all())
         self._sensors = self._all.size
-        self._whole = bool(self._all.all()) and self._sensors >= needed and self._reckoned
+        self._every = bool(self._all.all())
+        self._enough = int(self._all.sum()) >= needed and self._reckoned
+        self._used = np.broadcast_to(self._all, (1, self._sensors))
         self._arrays: tuple[Any, ...] = ()
         self._compiled: Any = None
         self._linear = all(t.linear for t in set(array.transducers))
@@ -115,25 +118,23 @@ class Framewise(ABC):
         if not frames.flags.writeable:  # a loop would be compiled once more for an array that is read-only
             frames = frames.copy()
         out = np.empty((len(frames), self._columns))
-        if self._whole:
-            self._run(frames, self._all, out)
-            at = out[0, self._status] if raw.ndim == 1 else -1
-            if at >= 0 and not (self._outliers and at == Status.UNEXPLAINED):
-                # the shortest way for a frame by itself
-                out.flags.writeable = False
-                return out[0], self._all
-            pending = out[:, self._status] < 0
-        else:
-            pending = np.ones(len(frames), dtype=bool)
-        if pending.any():
+        pending = np.ones(len(frames), dtype=bool)
+        used = self._used
+        if self._enough:
+            self._run(frames if self._every else np.ascontiguousarray(frames[:, self._all]), self._all, out)
+            if len(out) != len(used):  # batches of a live loop are as long as the one before
+                self._used = used = np.broadcast_to(self._all, frames.shape)
+            status = out[:, self._status]
+            pending = status < 0 if status.min(initial=0.0) < 0 else _NONE
+        if pending is not _NONE:
             used = self.array.usable(frames)
             self._run_patterns(frames, used, pending, out)
-        else:
-            used = self._all[None] if len(frames) == 1 else np.broadcast_to(self._all, frames.shape)
         if self._outliers:
             used = self._without_outliers(frames, used, out)
-        used.flags.writeable = False
-        out.flags.writeable = False
+        used.setflags(write=False)
+        out.setflags(write=False)
+        if raw.ndim == 2:
+            return out, used
         return out.reshape((*raw.shape[:-1], self._columns)), used.reshape(raw.shape)
 
     def _linearised(self, raw: FloatArray) -> FloatArray:

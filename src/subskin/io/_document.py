@@ -13,7 +13,7 @@ from ..finger import Finger
 from ..spread import Spread
 from ..stream.presses import Column, RecordingFormat
 from ._live import live_of
-from ._sensors import build_array, in_readings, reading_unit
+from ._sensors import build_array, in_readings, reading_unit, unit_of_readings
 from ._skin import Misplaced, build_skin, key_of
 from .units import format_quantity, line_load, line_load_scale, quantity, si_unit, unit_scale
 
@@ -73,7 +73,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         at = "tare"
         drift = document.tare.drift
         if drift is not None:
-            drift = in_readings(drift, f"{reading_unit(recording) or 1}/s", "drift")
+            drift = in_readings(drift, f"{unit_of_readings(document, array.transducers) or 1}/s", "drift")
             drift = _check.real("drift", drift, at_least=0.0)
     except SubskinError as error:
         raise Misplaced(error, at, key_of(error)) from None

@@ -19,7 +19,7 @@ from .units import quantity, si_unit
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["build_array", "in_readings", "reading_unit"]
+__all__ = ["build_array", "in_readings", "reading_unit", "unit_of_readings"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
 
@@ -119,12 +119,24 @@ def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:
 
 def _parameters(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> dict[str, Any]:
     """Those of gain, offset, noise, range and resolution that are given: plain numbers, or in a unit of readings."""
-    table, unit = document.sensors, reading_unit(document.recording) or ""
-    measured = {t.unit for t in transducers}
-    per = measured.pop() if len(measured) == 1 else unit
+    table, unit, felt = document.sensors, unit_of_readings(document, transducers), {t.unit for t in transducers}
+    per = felt.pop() if len(felt) == 1 else unit
     units = {"gain": "" if unit == per else f"{unit or 1}/({per})" if per else unit}
     given = [key for key in ("gain", *_IN_READINGS) if key in table.model_fields_set]
-    return {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in given}
+    try:
+        return {key: in_readings(getattr(table, key), units.get(key, unit), key) for key in given}
+    except InvalidValueError as error:
+        if unit or not per or not error.rule.endswith("is needed"):
+            raise
+        fix = 'unit = "mV" under [recording] says in what the sensors are read; or a plain number'
+        raise InvalidValueError(error.seen, "with a gain, the unit of the readings has to be known", fix) from None
+
+
+def unit_of_readings(document: _schema.FingerDocument, transducers: tuple[Transducer, ...]) -> str:
+    """SI unit of the readings: that of [recording]; without one, and without a gain, what the sensors feel is read."""
+    felt = {t.unit for t in transducers}
+    usual = felt.pop() if len(felt) == 1 and "gain" not in document.sensors.model_fields_set else ""
+    return reading_unit(document.recording) or usual
 
 
 def reading_unit(recording: _schema.RecordingTable | None) -> str | None:

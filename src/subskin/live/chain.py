@@ -207,11 +207,15 @@ class Chain(Frozen):
         period, gap = self._paced(before, time, device, bool(breaks))
         events += self._lost(frames, before, clock, float(time[0]), gap)
         events += happened
-        left = ChainState(pipeline, clock, watch, before.frames + count, period)
-        return left, Batch(
-            time, device, frames.sequence, frames.values, tared.readings, tared.free, frames.lost, frames.bad,
-            found, decision, tuple(events), host_time, before.frames,
-        )  # fmt: skip
+        left = ChainState.filled(
+            {"pipeline": pipeline, "clock": clock, "watch": watch, "frames": before.frames + count, "period": period}
+        )
+        return left, Batch.filled({
+            "time": time, "device_time": device, "sequence": frames.sequence, "raw": frames.values,
+            "readings": tared.readings, "free": tared.free, "lost": frames.lost, "bad": frames.bad, "found": found,
+            "decision": decision, "events": tuple(events), "host_time": host_time, "first": before.frames,
+            "command": "", "values": {},
+        })  # fmt: skip
 
     def prepare(self) -> float:
         """Tabulate and compile all that a stream would otherwise wait for; the seconds that it took."""
@@ -230,6 +234,8 @@ class Chain(Frozen):
         wide[:, slice(None) if self._index is None else self._index] = np.asarray(
             frames / scale / (1.0 if self._factor is None else self._factor), dtype=np.float64
         )
+        # a sensor that is missing: on an area what all of them read is kept then, and another set takes half as long
+        wide[7, 0 if self._index is None else self._index[0]] = np.nan
         state: ChainState | None = None
         for first, last in ((0, 1), (1, 3), (3, 4), (4, 8)):
             at = np.linspace(1e-3 * first, 1e-3 * last, last - first, endpoint=False)
@@ -289,7 +295,7 @@ class Chain(Frozen):
         last = np.nan if before.clock is None else before.clock.time
         period, own = before.period, bool(device[-1] == device[-1])
         if time.size == 1:
-            longest = usual = float(time[0]) - last
+            longest = usual = time.item(0) - last
         else:
             longest = max(float((time[1:] - time[:-1]).max()), float(time[0]) - last if last == last else 0.0)
             usual = float(time[-1] - time[0]) / (time.size - 1)

@@ -93,10 +93,10 @@ class ClockMap:
         if state is None or not device.size:
             return []
         room = max(host - state.host, 0.0)
-        if device.size == 1 and 0 <= device[0] - state.raw <= room + _AHEAD:  # the shortest way for a frame by itself
+        if _rises(device, state.raw) and device.item(-1) - state.raw <= room + _AHEAD:  # nearly always
             return []
         steps = _steps(device, state.raw)
-        if steps.min() >= 0 and steps.max() <= room + _AHEAD:  # nearly always
+        if steps.min() >= 0 and steps.max() <= room + _AHEAD:
             return []
         odd = np.flatnonzero((steps < 0) | (steps > room + _AHEAD))
         steps = steps[odd]
@@ -126,31 +126,30 @@ class ClockMap:
         before = ClockState(np.empty((0, 2))) if state is None else state
         if not device.size:
             return before, np.empty(0)
-        if device.size == 1 and device[0] >= before.raw:  # the shortest way for a frame by itself
-            last = float(device[0]) + before.wrapped
-            seen, window, delay, skew = self._learnt(before, last, host)
-            at = max(min(last + (delay + skew * last), host), before.time)
-            raw, wrapped = float(device[0]), before.wrapped
-            return ClockState(seen, window, raw, wrapped, host, at, before.period, delay, skew), np.array([at])
-        known = np.isfinite(device)
-        if not known.any():
-            return self._without(before, device.size, host)
-        if not known.all():  # the time of the frame before it, or of the first that has one
-            first = before.raw if np.isfinite(before.raw) else device[known][0]
-            source = np.maximum.accumulate(np.where(known, np.arange(device.size), -1))
-            device = np.where(source < 0, first, device[source])
-        raw = float(device[-1])
-        device, wrapped = _unwrapped(device, before, max(host - before.host, 0.0))
-        last = float(device[-1])
-        seen, window, delay, skew = self._learnt(before, last, host)
-        time = device + (delay + skew * device)
-        if time.size == 1:
-            time[0] = max(min(time[0], host), before.time)
+        raw, wrapped = device.item(-1), before.wrapped
+        if _rises(device, before.raw):  # nearly always
+            device = device + wrapped
         else:
+            known = np.isfinite(device)
+            if not known.any():
+                return self._without(before, device.size, host)
+            if not known.all():  # the time of the frame before it, or of the first that has one
+                first = before.raw if np.isfinite(before.raw) else device[known][0]
+                source = np.maximum.accumulate(np.where(known, np.arange(device.size), -1))
+                device = np.where(source < 0, first, device[source])
+                raw = device.item(-1)
+            device, wrapped = _unwrapped(device, before, max(host - before.host, 0.0))
+        last = device.item(-1)
+        seen, window, delay, skew = self._learnt(before, last, host)
+        if device.size == 1:
+            time = np.array([max(min(last + (delay + skew * last), host), before.time)])
+        else:
+            time = device + (delay + skew * device)
             time = np.maximum.accumulate(np.maximum(np.minimum(time, host), before.time))
-        now = ClockState(
-            seen, window, raw, wrapped, host, float(time[-1]), before.period, delay, skew,
-        )  # fmt: skip
+        now = ClockState.filled({
+            "seen": seen, "window": window, "raw": raw, "wrapped": wrapped, "host": host, "time": time.item(-1),
+            "period": before.period, "delay": delay, "skew": skew,
+        })  # fmt: skip
         return now, time
 
     def _learnt(self, before: ClockState, device: float, host: float) -> tuple[FloatArray, float, float, float]:
@@ -185,6 +184,12 @@ class ClockMap:
         time = host - apart * np.arange(frames - 1, -1, -1.0)
         time = np.maximum.accumulate(np.maximum(time, before.time))
         return replace(before, host=host, time=float(time[-1]), period=period), time
+
+
+def _rises(device: FloatArray, last: float) -> bool:
+    """Whether device time goes on from the `last`, frame by frame, each having one."""
+    begins, ends = device.item(0) >= last, device.item(-1) < np.inf
+    return begins and ends and (device.size == 1 or bool((device[1:] >= device[:-1]).all()))
 
 
 def _steps(device: FloatArray, last: float) -> FloatArray:

@@ -180,17 +180,17 @@ class Watch:
             Number of the first of them in the stream.
         """
         events: list[Event] = []
-        missing = np.isnan(tared.readings)
-        some = bool(missing.any())
-        # a reading that is there, and was taken out for its size
-        wide = (missing & np.isfinite(values) & ~tared.frozen)[:, self._live] if some else None
+        total = np.add.reduce(tared.readings, axis=None)
+        wide, some = None, bool(total != total)
+        if some:  # a reading that is there, and was taken out for its size
+            wide = (np.isnan(tared.readings) & np.isfinite(values) & ~tared.frozen)[:, self._live]
         sensors, watched = state.sensors, state.watched
         if some or watched:
             gone = (~np.isfinite(values) | tared.frozen) & self._live
             sensors = self._sensors(sensors, gone, tared.frozen, time, first, events)
             watched = any(one.on or one.run for one in sensors)
         overload = self._overload(state.overload, wide, found, time, first, events)
-        contact, ended = self._contact(state, tared, found, time, first, events)
+        contact, ended = self._contact(state, tared, found, decision, time, first, events)
         risk, slip = state.risk, state.slip
         if decision is not None:
             if ended and not contact.on:
@@ -207,10 +207,17 @@ class Watch:
         return WatchState(contact, risk, slip, overload, tail, held, sensors, watched), events
 
     def _contact(
-        self, state: WatchState, tared: Tared, found: Any, time: FloatArray, first: int, events: list[Event]
+        self,
+        state: WatchState,
+        tared: Tared,
+        found: Any,
+        decision: Any,
+        time: FloatArray,
+        first: int,
+        events: list[Event],
     ) -> tuple[Switch, bool]:
         contact, tail = state.contact, state.tail
-        status = found.status.tolist()
+        status: list[int] = (found if decision is None else decision).status.tolist()
         felt = [one not in (_NOTHING, _INCOMPLETE) for one in status]
         left = [one == _NOTHING for one in status]
         if any(left) and (contact.on or any(felt)):
@@ -238,6 +245,8 @@ class Watch:
         self, risk: Switch, slip: Switch, decision: Any, time: FloatArray, first: int, events: list[Event]
     ) -> tuple[Switch, Switch]:
         verdict = decision.verdict.tolist()
+        if not (risk.on or slip.on or _AT_RISK in verdict or _SLIPS in verdict):
+            return (risk if not risk.run else Switch()), (slip if not slip.run else Switch())
         slides, holds = [one == _SLIPS for one in verdict], [one == _HOLDS for one in verdict]
         doubtful = [one in (_SLIPS, _AT_RISK) for one in verdict]
         risk, risks = risk.turned(doubtful, holds, time, _SLIP_RISK)

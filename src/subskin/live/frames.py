@@ -77,9 +77,9 @@ class DeviceFrames(Frozen):
         values, time, number, lost, bad
             As `values`, `device_time`, `sequence`, `lost` and `bad`.
         """
-        frames = object.__new__(cls)
-        frames.__setstate__({"values": values, "device_time": time, "sequence": number, "lost": lost, "bad": bad})
-        return frames
+        for column in (values, time, number):
+            column.setflags(write=False)
+        return cls.filled({"values": values, "device_time": time, "sequence": number, "lost": lost, "bad": bad})
 
     def __len__(self) -> int:
         return len(self.values)

@@ -70,9 +70,10 @@ class RingBuffer:
             pass
         room = self._room
         kept = min(frames, room)
-        index = (self._at + np.arange(kept)) % room if kept > 1 else self._at % room
+        at = self._at % room
+        index = slice(at, at + kept) if at + kept <= room else (at + np.arange(kept)) % room
         for name, values in columns.items():
-            self._columns[name][index] = values[frames - kept :] if kept > 1 else values[-1]
+            self._columns[name][index] = values[frames - kept :]
         self._at = (self._at + kept) % room
         self._count = min(self._count + kept, room)
 

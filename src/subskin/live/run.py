@@ -15,15 +15,16 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from ..errors import InvalidValueError
+from ..errors import FileError, InvalidValueError, SubskinError
 from ..finger import Finger
 from ..io.finger_file import FingerFile, load
+from ..io.lines_of import wrong_in
 from .bare import BareChain
 from .batch import Batch
 from .chain import Chain, file_of
 from .drivers import Driver, from_table
 from .frames import DeviceFrames
-from .ports import Port, PortEnded, PortLost, opened
+from .ports import FilePort, Log, Port, PortEnded, PortLost, opened
 from .ring import RingBuffer
 
 if TYPE_CHECKING:
@@ -277,13 +278,21 @@ def _driver(given: Driver | str | Mapping[str, Any] | None, port: Port, file: Fi
     if port.driver is not None:
         return port.driver
     if file.live is not None and file.live.driver:
-        return from_table(file.live.driver)
+        try:
+            return from_table(file.live.driver)
+        except FileError:  # of another file, which describes a board
+            raise
+        except SubskinError as error:
+            raise wrong_in(file.text, file.name, ("live", "driver"), file.live.driver, error) from None
     rule = "nothing says how the bytes of this device are read"
     raise InvalidValueError(f'port "{port.name}" without a driver', rule, 'driver="lines", or driver under [live]')
 
 
 def connected(
-    file: FingerFile, port: Port | str | None = None, driver: Driver | str | Mapping[str, Any] | None = None
+    file: FingerFile,
+    port: Port | str | None = None,
+    driver: Driver | str | Mapping[str, Any] | None = None,
+    rate: float | None = None,
 ) -> tuple[Port, Driver]:
     """The port, open, and the driver that reads it; parameters and errors as of `live`."""
     if port is None:
@@ -293,7 +302,13 @@ def connected(
             raise InvalidValueError("no port", "nothing says where the device is", fix)
     where = opened(port, file) if isinstance(port, str) else port
     try:
-        return where, _driver(driver, where, file)
+        reads = _driver(driver, where, file)
+        if isinstance(where, FilePort) and where.regular:
+            return Log(where, reads, rate), reads
+        if rate is not None:
+            rule = "a device has a rate of its own, and only a file of bytes is played"
+            raise InvalidValueError(f'rate = {rate!r} of port "{where.name}"', rule, "leave it out")
+        return where, reads
     except BaseException:
         where.close()
         raise
@@ -304,6 +319,7 @@ def live(
     port: Port | str | None = None,
     driver: Driver | str | Mapping[str, Any] | None = None,
     *,
+    rate: float | None = None,
     record: str | Path | None = None,
     prepare: bool = True,
     seconds: float = 120.0,
@@ -321,6 +337,8 @@ def live(
     driver : Driver or str or mapping, optional
         What finds the frames in the bytes: "anyskin", "lines?sensors=4", ..., or a table as under [live]. What the
         port knows, or [live] of the file, if left out.
+    rate : float, optional
+        Of a file of bytes whose frames have no times: how many came a second [1/s]. It is played as fast as they came.
     record : path-like, optional
         Where to record all of it.
     prepare : bool, optional
@@ -348,7 +366,7 @@ def live(
     subskin.errors.FileError: finger.toml: there is no such file. Fix: check the name and the folder.
     """
     file = load(file) if isinstance(file, str | Path) else file_of(file)
-    where, reads = connected(file, port, driver)
+    where, reads = connected(file, port, driver, rate)
     try:
         chain = Chain(file, channels=reads.channels, **options)
         if prepare:

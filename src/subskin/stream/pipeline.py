@@ -67,7 +67,7 @@ class Pipeline(Stage[dict[str, Any], dict[str, Any]]):
         self, state: dict[str, Any] | None, readings: npt.ArrayLike, time: npt.ArrayLike | None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Take the next frames of a stream through all stages; as `Stage.step`, by the names of the stages."""
-        if state is not None and set(state) != set(self.stages):
+        if state is not None and state.keys() != self.stages.keys():
             raise InvalidValueError(
                 f"a state of {', '.join(state)}",
                 f"this pipeline has {', '.join(self.stages)}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
@@ -145,6 +146,10 @@ def in_order(
     readings: npt.ArrayLike, time: npt.ArrayLike | None, last: float = np.nan, sensors: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Readings (m, n) or (n,) and their times (m,), checked: none before `last`, as many `sensors` as are wanted."""
+    if type(readings) is np.ndarray and type(time) is np.ndarray and _fine(readings, time, last, sensors):
+        data, clock = readings.view(), time.view()
+        data.flags.writeable = clock.flags.writeable = False
+        return data, clock
     data = _check.readings(readings).view()
     data.flags.writeable = False
     if data.ndim not in (1, 2) or not data.shape[-1] or sensors not in (None, data.shape[-1]):
@@ -154,14 +159,12 @@ def in_order(
         raise InvalidValueError(
             "time is missing", "a stream needs the time of each frame [s]", "time=np.arange(frames) / rate"
         )
-    clock = _times(time)
+    clock = _check.real("time", time, unit="s")
     if clock.shape != data.shape[:-1]:
         raise GeometryError(
             f"time of shape {clock.shape}", f"one for each frame, {data.shape[:-1]}, is needed", "a time for each frame"
         )
     clock = clock.reshape(-1)
-    if clock.size == 1 and not clock[0] < last:  # the shortest way for a frame by itself
-        return data, clock
     before = np.concatenate([[last], clock[:-1]])
     back = np.flatnonzero(clock < before)
     if back.size:
@@ -171,10 +174,13 @@ def in_order(
     return data, clock
 
 
-def _times(time: npt.ArrayLike) -> FloatArray:
-    """Times as floats, all of them finite, and closed to writing."""
-    if type(time) is not np.ndarray or time.dtype != np.float64 or not np.isfinite(time).all():
-        return _check.real("time", time, unit="s")
-    clock = time.view()
-    clock.flags.writeable = False
-    return clock
+def _fine(readings: npt.NDArray[Any], time: npt.NDArray[Any], last: float, sensors: int | None) -> bool:
+    """Whether nothing is to be said of frames (m, n) and their times: seen at once, for each step of a live loop."""
+    shape = readings.shape
+    if len(shape) != 2 or time.shape != shape[:1] or not shape[0] or not shape[1] or sensors not in (None, shape[1]):
+        return False
+    if readings.dtype != np.float64 or time.dtype != np.float64:
+        return False
+    first, end = time.item(0), time.item(-1)
+    rising = shape[0] == 1 or bool((time[1:] >= time[:-1]).all())  # not where one is NaN
+    return rising and not first < last and -math.inf < first and end < math.inf

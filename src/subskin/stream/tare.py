@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from ..estimate.frames import check_noise
 from ..finger import Finger
 from . import _tare_kernel as kernel
 from ._held import Held
+from ._room import Arrays, behind, since
 from .stage import Stage, in_order, join
 
 __all__ = ["Tare", "TareState", "Tared"]
@@ -45,6 +47,11 @@ class TareState(Frozen):
     numbers: FloatArray
     frames: FloatArray
     time: FloatArray
+
+    @cached_property
+    def _room(self) -> list[Arrays]:
+        """Room behind the last frames, which whoever goes on first takes; a copy has none."""
+        return []
 
     @property
     def offset(self) -> FloatArray:
@@ -200,6 +207,11 @@ class Tare(Stage[TareState, Tared]):
         return np.stack([np.asarray(row, dtype=np.float64) for row in rows])
 
     @cached_property
+    def _told(self) -> dict[str, Any]:
+        """What `Tared` says of the sensors."""
+        return {"own": self._sensors[kernel.OWN], "noise": self.noise, "differences": self.differences}
+
+    @cached_property
     def _limits(self) -> FloatArray:
         """Chi-square that noise exceeds with the chance `false_alarm`, by the number of sensors from 0."""
         return np.array([np.inf, *chdtri(np.arange(1, len(self.finger.array) + 1), self.false_alarm)])
@@ -214,12 +226,16 @@ class Tare(Stage[TareState, Tared]):
             seen = f"a state of {before.rows.shape[1]} sensors, a finger of {n}"
             raise GeometryError(seen, "they have to match", "a state of this finger, or None to start")
         rows, numbers = before.rows.copy(), before.numbers.copy()
-        data, clock = in_order(readings, time, numbers[kernel.CLOCK], n)
+        data, clock = in_order(readings, time, numbers.item(kernel.CLOCK), n)
         frames = data.reshape(-1, n).copy()  # the loop is compiled for arrays that can be written
         many = len(frames)
-        smooth, clocks = np.concatenate([before.frames, frames]), np.concatenate([before.time, clock])
-        given, offset = np.empty_like(frames), np.empty_like(frames)
-        free, frozen = np.zeros(many, dtype=bool), np.zeros(frames.shape, dtype=bool)
+        kept = len(before.time)
+        end = kept + many
+        arrays = behind(before.frames, before.time, before._room, many)
+        smooth, clocks = arrays[0][:end], arrays[1][:end]
+        clocks[kept:] = clock
+        given, offset = np.empty((2, many, n))
+        free, frozen = np.empty(many, dtype=bool), np.empty((many, n), dtype=bool)
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(
@@ -228,15 +244,14 @@ class Tare(Stage[TareState, Tared]):
             )  # fmt: skip
             if question:
                 self._held.ask(rows, frozen[at - 1])
-        left = TareState(rows, numbers, smooth[head:].copy(), clocks[head:].copy())
-        for part in (given, offset, free, frozen, *vars(left).values()):
-            part.flags.writeable = False
-        each, shape = data.shape, data.shape[:-1]
-        out = Tared(
-            given.reshape(each), offset.reshape(each), free.reshape(shape), frozen.reshape(each),
-            self._sensors[kernel.OWN], np.asarray(self.noise), self.differences,
-        )  # fmt: skip
-        return left, out
+        last, times, room = since(arrays, head, end)
+        left = {"rows": rows, "numbers": numbers, "frames": last, "time": times, "_room": room}
+        if data.ndim == 1:
+            given, offset, free, frozen = given[0], offset[0], free.reshape(()), frozen[0]
+        for part in (given, offset, free, frozen, rows, numbers):
+            part.setflags(write=False)
+        out = {"readings": given, "offset": offset, "free": free, "frozen": frozen, **self._told}
+        return TareState.filled(left), Tared.filled(out)
 
     def prepare(self) -> None:
         """Tabulate what a touch that lasts is judged by; as `Stage.prepare`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,11 +12,12 @@ from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
+from ...prepared import Prepared
 from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
-from .tiles import boxes_beyond, nodes_beyond, tiles_of
+from .tiles import Columns, Response, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
 
@@ -83,6 +84,7 @@ class AreaLocator(Framewise):
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
+        self._fields = Prepared()
         self._depth = float(np.asarray(array.depth).min())
         step = _STEP * self._depth if scan_step is None else scan_step
         self._step = _check.scalar("scan_step", step, unit="m", above=0.0)
@@ -137,7 +139,7 @@ class AreaLocator(Framewise):
         if response.pair is not None:
             table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
         terms = response.terms if response.pair is None else response.terms[:0]
-        sensors, first, *rest = self._looked_at([response], [response], array, cells)
+        sensors, first, *rest = self._looked_at(response, [lambda: self.response], [0], pattern, cells)
         return (
             sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
             np.ascontiguousarray(terms).astype(np.int64), *rest, self._options(array, response, error),
@@ -166,13 +168,26 @@ class AreaLocator(Framewise):
         )
 
     def _looked_at(
-        self, responses: Sequence[RadialResponse], beyond: Sequence[RadialResponse], array: SensorArray, cells: int
+        self,
+        response: RadialResponse,
+        wholes: Sequence[Callable[[], RadialResponse]],
+        far: Sequence[int],
+        pattern: npt.NDArray[np.bool_],
+        cells: int,
     ) -> tuple[Any, ...]:
         """Sensors and rows of tables, of all and of those near each tile; where the scans look, and those beyond.
 
-        The responses are of the same sensors, in tables of so many `cells`.
+        `response` is that of the sensors of `pattern`, in tables of so many `cells`; `wholes` give those of all sensors
+        that are scanned, and `far` which of them beyond the search. Where a sensor is missing, what is read at the
+        nodes is a part of what all of them read, which is kept: a stream waits for half as long.
         """
-        response, scale, box = responses[0], 1 / np.asarray(array.noise), np.array(self.search)
+        array, box = self.array.select(pattern), np.array(self.search)
+        scale = 1 / np.asarray(array.noise)
+        responses: list[Response] = [
+            whole().select(pattern) if pattern is self._all else Columns(whole, pattern, self._fields, name)
+            for name, whole in enumerate(wholes)
+        ]
+        beyond = [responses[i] for i in far]
         finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
         tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction)
         boxes = boxes_beyond(box, self._beyond)

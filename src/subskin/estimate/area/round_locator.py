@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -81,7 +82,7 @@ class RoundLocator(AreaLocator):
         sums, error = response.cubics()
         low, high = np.square(self.half_width)
         widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
-        parts = [response.at(float(np.sqrt(q))) for q in widths]
+        parts = [partial(self.response.at, float(np.sqrt(q))) for q in widths]
         pair, cells = response.table.pair, sums.shape[1]
         harmonics = response.table.terms
         if pair is not None:
@@ -92,10 +93,11 @@ class RoundLocator(AreaLocator):
         shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
         tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
         far = [0, -1] if self.wide else [0]
-        sensors, first, *rest = self._looked_at(parts, [parts[i] for i in far], array, cells)
+        narrowest = response.at(float(np.sqrt(low)))
+        sensors, first, *rest = self._looked_at(narrowest, parts, far, pattern, cells)
         limits = np.array([low, high, response.widest**2])
         return (
             sensor_rows(array), sensors, first, tables, np.ascontiguousarray(terms).astype(np.int64), sums,
             np.ascontiguousarray(harmonics).astype(np.int64), *rest, widths, widths[far], limits,
-            self._options(array, parts[0], error),
+            self._options(array, narrowest, error),
         )  # fmt: skip

@@ -8,16 +8,17 @@ whole grid. Beyond the search, or along its sides, stand nodes of four boxes.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ...prepared import Prepared
 from ...radial import RadialResponse
 
-__all__ = ["Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
+__all__ = ["Columns", "Response", "Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
 
 _STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
 _RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)
@@ -84,6 +85,36 @@ def _orthonormal(fields: FloatArray) -> tuple[FloatArray, FloatArray]:
     return basis, np.stack(rows)
 
 
+class Columns:
+    """Readings of some of an array's sensors under unit forces, at nodes: columns of those of all, which are kept.
+
+    Parameters
+    ----------
+    whole : callable
+        Gives the response of all sensors; asked where nodes are new.
+    pattern : ndarray of bool, shape (sensors of all,)
+        Which sensors they are.
+    kept : Prepared
+        Where readings of all sensors are kept, by nodes.
+    name : int
+        Tells responses of one locator apart.
+    """
+
+    def __init__(
+        self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], kept: Prepared, name: int = 0
+    ) -> None:
+        self.sensors = int(pattern.sum())
+        self._whole, self._pattern, self._kept, self._name = whole, pattern, kept, name
+
+    def __call__(self, nodes: FloatArray) -> FloatArray:
+        """Readings per unit of (N, Ty, Tz), shape (nodes, n, 3)."""
+        key = (self._name, nodes.shape, nodes.tobytes())
+        return np.compress(self._pattern, self._kept.get(key, lambda: self._whole()(nodes)), axis=-2)
+
+
+Response: TypeAlias = RadialResponse | Columns
+
+
 class _Builder:
     """Tiles one after the other."""
 
@@ -135,13 +166,13 @@ def _grid(box: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
     return tuple(np.linspace(low, high, max(math.ceil((high - low) / step - 1e-9) + 1, 3)) for low, high in box)  # type: ignore[return-value]
 
 
-def _fields(response: RadialResponse, scale: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+def _fields(response: Response, scale: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
     nodes = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2)
     return response(nodes) * scale[:, None]
 
 
 def tiles_of(
-    responses: Sequence[RadialResponse], scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
+    responses: Sequence[Response], scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
 ) -> Tiles:
     """Of each response a tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`.
 
@@ -154,13 +185,7 @@ def tiles_of(
 
 
 def _add_tiles(
-    build: _Builder,
-    response: RadialResponse,
-    scale: FloatArray,
-    box: FloatArray,
-    step: float,
-    finer: float,
-    friction: float,
+    build: _Builder, response: Response, scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
 ) -> None:
     """The tiles of one response."""
     y, z = _grid(box, step)
@@ -191,7 +216,7 @@ def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
 
 
 def nodes_beyond(
-    responses: Sequence[RadialResponse], scale: FloatArray, boxes: FloatArray, depth: float, friction: float
+    responses: Sequence[Response], scale: FloatArray, boxes: FloatArray, depth: float, friction: float
 ) -> tuple[Tiles, FloatArray]:
     """Of each response a tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 4).
 
@@ -227,7 +252,7 @@ def nodes_beyond(
 
 
 def _shares(
-    response: RadialResponse,
+    response: Response,
     scale: FloatArray,
     boxes: FloatArray,
     fields: FloatArray,
@@ -251,11 +276,13 @@ def _shares(
         edge = boxes[b, 1] if b == 0 else boxes[b, 0] if b == 1 else boxes[b, 3] if b == 2 else boxes[b, 2]
         side = -1.0 if b % 2 == 0 else 1.0
         at[_SAMPLES:, across] = edge + side * rng.uniform(0.0, min(span, far), _SAMPLES)
-        made = np.einsum("pnj,dj->pdn", response(at) * scale[:, None], directions(friction))
+        made = np.einsum("pnj,dj->pdn", response(at) * scale[:, None], directions(friction)).reshape(-1, scale.size)
         made /= np.maximum(np.linalg.norm(made, axis=-1, keepdims=True), 1e-300)
-        parts = (np.einsum("pdn,qnj->pdqj", made, basis, optimize=True) ** 2).sum(axis=-1)
-        best = parts.argmax(axis=-1).reshape(-1)
-        np.minimum.at(least, own[best], parts.max(axis=-1).reshape(-1))
+        parts = (made @ basis[..., 0].T) ** 2
+        parts += (made @ basis[..., 1].T) ** 2
+        parts += (made @ basis[..., 2].T) ** 2
+        best = parts.argmax(axis=-1)
+        np.minimum.at(least, own[best], parts[np.arange(best.size), best])
     for away in np.unique(ring):
         out[ring == away] = _MARGIN * least[ring == away].min()
     return out

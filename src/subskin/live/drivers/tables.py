@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import FileError, InvalidValueError, SubskinError
+from ...io.lines_of import read_text, wrong_in
 from .base import Driver
 from .names import named
 
@@ -66,11 +67,9 @@ def load(path: str | Path) -> Driver:
     ...     load(file).channels
     ('p0', 'p1')
     """
+    text = read_text(path)
     try:
-        with Path(path).open("rb") as file:
-            table = tomllib.load(file)
-    except OSError as error:
-        raise FileError(str(path), f"it cannot be read ({error.strerror})", "check the name and the folder") from None
+        table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise FileError(str(path), f"not TOML: {str(error)[:100]}", 'write key = "value"') from None
     if str(table.get("name", "")).endswith(".toml"):
@@ -78,4 +77,4 @@ def load(path: str | Path) -> Driver:
     try:
         return from_table(table)
     except SubskinError as error:
-        raise FileError(f"{path}: {error.seen}", error.rule, error.fix) from None
+        raise wrong_in(text, str(path), (), table, error) from None

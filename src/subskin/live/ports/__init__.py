@@ -4,6 +4,7 @@ from .base import Port, PortEnded, PortLost
 from .demo import Demo
 from .descriptors import FilePort, StandardInput
 from .listing import PluggedIn, listed
+from .log import Log
 from .lsl import LslPort
 from .network import TcpPort, UdpPort
 from .opening import opened, schemes
@@ -16,6 +17,7 @@ __all__ = [
     "Demo",
     "Faults",
     "FilePort",
+    "Log",
     "LslPort",
     "PluggedIn",
     "Port",

@@ -61,6 +61,11 @@ class FilePort(_Descriptor, name="file"):
         self.name, self._path = path, path
         self.reopen()
 
+    @property
+    def regular(self) -> bool:
+        """Whether it is a file that holds all its bytes already, and no pipe into which they come."""
+        return self._number >= 0 and stat.S_ISREG(os.fstat(self._number).st_mode)
+
     def reopen(self) -> None:  # noqa: D102
         self.close()
         if not self._path:

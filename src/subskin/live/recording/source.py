@@ -205,6 +205,9 @@ def opened(path: str | Path, *, whole: bool = False) -> Iterator[OpenRecording]:
         raise FileError("standard input", "a recording is read from a file", "name a file")
     with opened_file(path) as file:
         start = file.peek(4)[:4]
+    if start == b"kind" and str(path).lower().endswith(".csv"):
+        rule = "a CSV of a recording has no finger in it, and cannot be replayed or converted"
+        raise FileError(str(path), rule, "record .parquet; subskin convert touch.parquet touch.csv makes the CSV of it")
     reader = ParquetRecording if start == b"PAR1" else StreamReader
     with reader(Path(path), str(path)) as source:
         yield OpenRecording(source, whole)

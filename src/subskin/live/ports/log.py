@@ -1,0 +1,101 @@
+"""Bytes that were recorded, played as fast as the device sent them."""
+
+from __future__ import annotations
+
+import copy
+import time
+
+import numpy as np
+
+from ... import _check
+from ...errors import InvalidValueError
+from ..drivers.base import Driver
+from .base import Port
+from .descriptors import FilePort
+
+__all__ = ["Log"]
+
+_PIECE = 256
+"""Bytes that come at once: a few frames."""
+_LONGEST = 60.0
+"""A step of the device's clock that is longer, or goes back, is no time that has passed [s]."""
+
+
+class Log(Port):
+    r"""A file of a device's bytes, read at the speed at which they came: by the device's times, or by a rate.
+
+    Parameters
+    ----------
+    file : FilePort
+        The file, open.
+    driver : Driver
+        What finds the frames in it; a copy of it is used.
+    rate : float, optional
+        Frames a second [1/s]; needed where the frames have no times.
+
+    Raises
+    ------
+    InvalidValueError
+        A rate that is not above 0; from `read`, frames without times, and no rate.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from subskin.live.drivers import named
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = f"{folder}/log.csv"
+    ...     _ = open(path, "wb").write(b"1,2\n3,4\n5,6\n")
+    ...     log = Log(FilePort(path), named("lines", sensors=2), rate=1000.0)
+    ...     log.read(timeout=1.0), log.close()
+    (b'1,2\n3,4\n5,6\n', None)
+    """
+
+    def __init__(self, file: FilePort, driver: Driver, rate: float | None = None) -> None:
+        self.name, self._file = file.name, file
+        self._rate = None if rate is None else _check.scalar("rate", rate, above=0.0, fix="rate=1000.0")
+        self._driver = copy.deepcopy(driver)
+        self._start()
+
+    def _start(self) -> None:
+        self._driver.reset()
+        self._read, self._piece = b"", b""
+        self._due = self._last = float("nan")
+
+    def read(self, timeout: float) -> bytes:  # noqa: D102
+        if not self._piece:
+            self._read = self._read or self._file.read(0.0)
+            self._piece, self._read = self._read[:_PIECE], self._read[_PIECE:]
+            took = self._took(self._piece)
+            self._due = took + (time.monotonic() if self._due != self._due else self._due)
+        wait = self._due - time.monotonic()
+        if wait > 0:
+            time.sleep(min(wait, timeout))
+        if wait > timeout:
+            return b""
+        piece, self._piece = self._piece, b""
+        return piece
+
+    def _took(self, piece: bytes) -> float:
+        """How long the device took for some bytes [s]."""
+        frames = self._driver.feed(piece)
+        if not len(frames):
+            return 0.0
+        if self._rate is not None:
+            return (len(frames) + frames.lost) / self._rate
+        times = frames.device_time[np.isfinite(frames.device_time)]
+        if not times.size and self._last != self._last:
+            rule = "its frames have no times, and nothing says how fast they came"
+            raise InvalidValueError(f"file:{self.name}", rule, "--rate 1000 (rate=1000.0), in frames a second")
+        steps = np.diff(times, prepend=self._last)
+        self._last = times[-1] if times.size else self._last
+        return float(steps[(steps > 0) & (steps < _LONGEST)].sum())
+
+    def write(self, data: bytes) -> None:  # noqa: D102
+        self._file.write(data)
+
+    def close(self) -> None:  # noqa: D102
+        self._file.close()
+
+    def reopen(self) -> None:  # noqa: D102
+        self._file.reopen()
+        self._start()
