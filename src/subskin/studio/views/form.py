@@ -101,8 +101,8 @@ def form_of(text: str, known: FingerFile | None = None) -> list[dict[str, Any]]:
             out.append(_number(f"sensors.{key}", name, quantity(value, "m", key), _MM, 0.05, "Sensors"))
     if isinstance(sensors.get("kind", "normal_strain"), str) and "channels" not in sensors and "sensor" not in sensors:
         offer = {name: name.replace("_", " ") for name in kinds() if not _needs(name)}
-        known = sensors.get("kind", "normal_strain")
-        out.append(_choice("sensors.kind", "measure", known, {**offer, known: known.replace("_", " ")}, "Sensors"))
+        felt = sensors.get("kind", "normal_strain")
+        out.append(_choice("sensors.kind", "measure", felt, {**offer, felt: felt.replace("_", " ")}, "Sensors"))
     noise = np.asarray(file.finger.array.noise)
     if np.ptp(noise) == 0 and not isinstance(sensors.get("noise"), list) and "sensor" not in sensors:
         unit = file.finger.array.transducers[0].unit
