@@ -33,6 +33,9 @@ SKINS = {
     "a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Layered([ss.Layer(ss.Material(2e6, 0.3), A), ss.Layer(SOFT, 3 * A)]),
     "round 8 a, core 4 a, nu = 1/2": ss.Round(SOFT, 8 * A, 4 * A),
     "round 8 a, core 4 a, nu = 0.3": ss.Round(HARD, 8 * A, 4 * A),
+    "round 8 a: a of 2 MPa, 0.3 on 3 a of 0.4 MPa, 1/2": ss.Round(
+        SOFT, 8 * A, 4 * A, ss.Layer(ss.Material(2e6, 0.3), A)
+    ),
 }
 CONTACTS = {
     "strip": ss.Strip(40.0, half_width=A),
@@ -45,12 +48,11 @@ CONTACTS = {
 def elements(skin: ss.Layered | ss.Round, parts: int) -> Body:
     """Half a contact's half width by an eighth of the thickness, growing aside, cut into `parts` either way."""
     depths = split(skin.thickness * np.linspace(0, 1, 9), parts)
+    positions = np.cumsum([layer.thickness for layer in skin.stack]) * (1 - 1e-9)
+    bottoms, materials = depths[np.searchsorted(depths, positions)], skin.materials
+    radius, half = np.inf, 20 * skin.thickness
     if isinstance(skin, ss.Round):
-        bottoms, materials, radius, half = [depths[-1]], [skin.material], skin.radius, np.pi * skin.radius
-    else:
-        positions = np.cumsum([layer.thickness for layer in skin.stack]) * (1 - 1e-9)
-        bottoms = depths[np.searchsorted(depths, positions)]
-        materials, radius, half = [layer.material for layer in skin.stack], np.inf, 20 * skin.thickness
+        radius, half = skin.radius, np.pi * skin.radius
     layers = [(d, m.young, m.poisson) for d, m in zip(bottoms, materials, strict=True)]
     return Body(depths, split(along(-A, A, 4, -half, half), parts), layers, radius)
 

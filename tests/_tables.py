@@ -37,6 +37,9 @@ SKINS: dict[str, ss.Skin] = {
     "round-0.5": ss.Round(SOFT, 8 * A, 4 * A),
     "round-0.3": ss.Round(PLAIN, 8 * A, 1.5 * A),
     "thin round": ss.Round(SOFT, 8 * A, 7 * A),
+    "round layers": ss.Round(
+        SOFT, 8 * A, 4 * A, layers=ss.Layer(FIRM, A, bond="frictionless"), core=ss.Material(1e6, 0.45)
+    ),
     "half space": ss.HalfSpace(PLAIN),
 }
 

@@ -29,6 +29,7 @@ from subskin.plot import (
     ridge_figure,
     side_angle_figure,
     slip_figure,
+    tip_map_figure,
     tolerance_figure,
     two_point_study_figure,
 )
@@ -149,6 +150,11 @@ def finger() -> Figure:
 def half_plane() -> Figure:
     """How wrong the half plane is over thickness and radius: the map that `subskin check --map` draws."""
     return half_plane_map_figure(ss.design.half_plane_map())
+
+
+def tip() -> Figure:
+    """What flat layers cost on a ball: the map that `subskin check --tip-map` draws."""
+    return tip_map_figure(ss.design.tip.tip_map("sphere", "mean_pressure"), here=(4.0, 0.5))
 
 
 def compliance() -> Figure:
@@ -319,6 +325,7 @@ def main() -> None:
             (contacts, "svg"),
             (finger, "png"),
             (half_plane, "svg"),
+            (tip, "png"),
             (compliance, "png"),
             (slip, "svg"),
             (ridges, "png"),

@@ -321,9 +321,21 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     def make() -> Response:
         low, high = _ends_of(finger, ends)
         cells = 2 * _cells(high - low, float(np.asarray(finger.array.depth).min()) / 16)  # half as many never do
-        return Response.from_function(finger.receptive_field, low, high, step=(high - low) / cells)
+        step = (high - low) / cells
+        if finger.skin.ridges is not None:
+            low, high, step = _from_crest_to_crest(low, high, step, *finger.skin.ridges, finger.skin.period)
+        return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
+
+
+def _from_crest_to_crest(
+    low: float, high: float, step: float, crest: float, pitch: float, period: float
+) -> tuple[float, float, float]:
+    """Ends on crests, and a step of which a pitch is a whole number: what ridges bear is smooth from crest to crest."""
+    first, last = np.floor((low - crest) / pitch + 1e-9), np.ceil((high - crest) / pitch - 1e-9)
+    last = min(last, first + np.round(period / pitch)) if np.isfinite(period) else last
+    return float(crest + pitch * first), float(crest + pitch * last), pitch / np.ceil(pitch / step)
 
 
 def _within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:

@@ -8,6 +8,7 @@ import pytest
 import subskin as ss
 from subskin.errors import FileError
 from subskin.io.finger_file import load, parse_finger, save_finger
+from subskin.skin import Ridged
 from subskin.transducer import kinds
 
 GOOD = """\
@@ -234,6 +235,21 @@ class TestSkins:
         assert parse_finger(ROUND + SENSORS).finger.skin == ss.Round(RUBBER, 8e-3, 4e-3)
         softer = ROUND.replace('"4 mm"', "0.003\npoisson = 0.45")
         assert parse_finger(softer + SENSORS).finger.skin == ss.Round(ss.Material(0.4e6, 0.45), 8e-3, 3e-3)
+        over = '[[skin.layers]]\nyoung = "2 MPa"\npoisson = 0.48\nthickness = "0.3 mm"\n'
+        core = '[skin.core]\nyoung = "10 MPa"\npoisson = 0.3\n'
+        found = parse_finger(ROUND + 'bond = "frictionless"\n' + over + core + SENSORS).finger.skin
+        layer = ss.Layer(ss.Material(2e6, 0.48), 0.3e-3)
+        assert found == ss.Round(RUBBER, 8e-3, 4e-3, layer, ss.Material(10e6, 0.3), "frictionless")
+
+    def test_ridges(self):
+        text = '[skin]\nyoung = "0.4 MPa"\n[skin.ridges]\npitch = "0.5 mm"\nheight = "0.3 mm"\n' + SENSORS
+        file = parse_finger(text)
+        assert file.finger.skin == Ridged(ss.HalfPlane(RUBBER), pitch=0.5e-3, height=0.3e-3)
+        softer = file.finger.skin.with_(materials=[ss.Material(0.3e6, 0.45)])
+        again = parse_finger(file.with_finger(replace(file.finger, skin=softer), 0.0).text)
+        assert again.finger.skin == softer
+        with pytest.raises(FileError, match="height"):
+            parse_finger(text.replace('"0.3 mm"', '"-0.3 mm"'))
 
     def test_the_kind_may_be_left_out_only_for_a_half_plane(self):
         flat = '[skin]\nkind = "half_plane"\nyoung = "0.4 MPa"\n'
@@ -272,6 +288,13 @@ class TestSkins:
             (ROUND, 'radius = "8 mm"', 'radius = "-8 mm"', 4, "has to be > 0"),
             (ROUND, 'core_radius = "4 mm"', 'core_radius = "7 mm"', 10, "which is 0.001 m thick"),
             (ROUND, 'young = "0.4 MPa"', 'young = "0.4 MPa"\nplane = "stress"', 4, 'plane beside kind = "round"'),
+            (
+                ROUND,
+                'kind = "round"',
+                'kind = "round"\nlayers = [{young = 2e6, thickness = "4 mm"}]',
+                3,
+                "thinner layers",
+            ),
             (ROUND, 'kind = "round"', "", 4, 'radius beside kind = "half_plane"'),
         ],
     )

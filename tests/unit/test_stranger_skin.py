@@ -284,6 +284,18 @@ class TestWith:
         both = RING.with_(radius=9e-3, thickness=3e-3)
         assert (both.radius, both.core_radius) == (9e-3, pytest.approx(6e-3))
 
+    def test_rings(self):
+        firm = ss.Material(2e6, 0.48)
+        rings = ss.Round(RUBBER, 8e-3, 4e-3, ss.Layer(firm, 1e-3), core=firm)
+        assert rings.materials == (firm, RUBBER, firm)
+        assert rings.interfaces == pytest.approx((1e-3, 4e-3))
+        assert rings.with_() == rings
+        changed = rings.with_(materials=[RUBBER, firm, RUBBER], radius=9e-3)
+        assert changed == ss.Round(firm, 9e-3, changed.core_radius, ss.Layer(RUBBER, 1e-3), core=RUBBER)
+        assert changed.core_radius == pytest.approx(5e-3)
+        with pytest.raises(InvalidValueError, match="thickness of a Round"):
+            rings.with_(thickness=5e-3)
+
     @pytest.mark.parametrize(
         ("skin", "given", "error", "said"),
         [

@@ -123,8 +123,12 @@ class Saddle:
         self.factors = splu((k + b.T @ self.moduli @ b).tocsc(), **options)
 
     def solve(self, work):
-        """By the method of multipliers (Hestenes 1969): it converges to the pressure that makes up for the finite bulk
-        modulus in a few turns, by the factor 1 / _STIFFEST each or so.
+        """The displacement."""
+        return self.solved(work)[0]
+
+    def solved(self, work):
+        """Displacement and pressure, by the method of multipliers (Hestenes 1969): it converges to the pressure that
+        makes up for the finite bulk modulus in a few turns, by the factor 1 / _STIFFEST each or so.
         """
         kept = self.kept.reshape(-1, *(1,) * (work.ndim - 1))
         p = np.zeros((self.b.shape[0], *work.shape[1:]))
@@ -132,7 +136,7 @@ class Saddle:
             u = self.factors.solve(work - self.b.T @ (kept * p))
             before, p = p, self.moduli @ (self.b @ u) + kept * p
             if np.abs(p - before).max() <= 1e-9 * np.abs(p).max():
-                return u
+                return u, p
         raise AssertionError("the pressure does not settle")
 
 

@@ -13,7 +13,7 @@ import pytest
 import subskin as ss
 
 from ._fem import along, split
-from ._fem_round import Touched
+from ._fem_round import RoundBody, Touched
 from .test_local_contacts import tensor, vector
 
 A = 1.25e-3  # radius [m]
@@ -66,3 +66,17 @@ def test_the_difference_falls_at_the_order_of_the_elements(name):
     assert anywhere[-1] < 6e-4
     assert best[-1] < 3e-4
     assert moved[-1] < 2e-5
+
+
+def test_the_elements_know_a_pressed_ball():
+    """A hollow ball on a rigid core under even pressure, Lame 1852: nothing of subskin. Its clamped end is small."""
+    nu, outer, core, p = 0.3, 2.0, 1.0, 1e-3
+    depths, arcs = np.linspace(0, outer - core, 13), np.linspace(0, 0.995 * np.pi * outer, 41)
+    body = RoundBody(depths, arcs, [(outer - core, 1.0, nu)], 0, outer)
+    x, s = (a.ravel() for a in np.meshgrid(np.linspace(0.1, 0.9, 5), np.linspace(0.1, 1.0, 5)))
+    x, s = body.best(x, s)
+    strain = body.pull(pressure=lambda r: np.full_like(r, p)).normal(x, s)[0]
+    # u = a r + b / r^2, nothing at the core
+    lame, shear = nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)
+    a = -p / (3 * lame + 2 * shear + 4 * shear * (core / outer) ** 3)
+    assert strain == pytest.approx(a * (1 + 2 * (core / (outer - x)) ** 3), rel=5e-3)

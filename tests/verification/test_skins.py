@@ -11,8 +11,7 @@ from .._tables import SKINS, A
 from ._contract import interfaces, points, slides
 
 each_skin = pytest.mark.parametrize("skin", SKINS.values(), ids=SKINS)
-ROUND = [name for name, skin in SKINS.items() if skin.curvature]
-LAYERED = [name for name, skin in SKINS.items() if skin.interfaces or (skin.thickness < np.inf and not skin.curvature)]
+FLAT = [name for name, skin in SKINS.items() if not skin.curvature and (skin.interfaces or skin.thickness < np.inf)]
 
 
 def test_a_round_finger_repeats_and_turns():
@@ -83,23 +82,23 @@ def test_compliance_is_what_the_strain_integrates_to():
             assert -total == pytest.approx(expected[0], abs=1e-12 * abs(expected).max())
 
 
-@pytest.mark.parametrize("name", ROUND)
+@pytest.mark.parametrize("name", ["round-0.3", "round layers"])
 def test_influence_on_a_round_finger_is_the_sum_of_its_waves(name):
-    skin, step, count = SKINS[name], 0.05 * A, 400
+    skin, step, count = SKINS[name], 0.2 * A, 100
     seen = skin.surface_influence(step, count)
-    n = np.arange(1.0, 3e5)
+    n = np.arange(1.0, 75e3)
     k = n / skin.radius
     share = step * np.sinc(0.5 * k * step / np.pi) ** 2 / (np.pi * skin.radius)
     c, mean = skin.surface_compliance(k) * share[:, None, None], skin.surface_compliance(np.zeros(1))[0]
     scale = np.abs(seen).max()
-    for j in (0, 1, 9, 60, 399):
+    for j in (0, 1, 9, 60, 99):
         cos, sin = np.cos(k * j * step), np.sin(k * j * step)
         waves = [[c[:, 0, 0] @ cos, -c[:, 0, 1] @ sin], [c[:, 1, 0] @ sin, c[:, 1, 1] @ cos]]
         expected = np.array(waves) + mean * np.eye(2) * step / (2 * np.pi * skin.radius)
         assert np.abs(seen[:, :, j] - expected).max() < (1e-10 if j > 1 else 1e-7) * scale  # the sum's end
 
 
-@pytest.mark.parametrize("name", LAYERED)
+@pytest.mark.parametrize("name", FLAT)
 def test_influence_on_layers_is_the_integral_of_their_waves(name):
     """By the trapezoidal rule in log k, which shares nothing with the panels; differences where there is no datum."""
     skin, step = SKINS[name], 0.2 * A

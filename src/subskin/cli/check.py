@@ -1,4 +1,4 @@
-"""`subskin check`: what a finger cannot object to, and how wrong the half plane is for it."""
+"""`subskin check`: what a finger cannot object to, and how wrong the half plane or flat layers are for it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import math
 import textwrap
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import quantity
+from . import tip
 from .common import add_json, check_figure, describe, give, number, progress_bar, said_of, show
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ _EXAMPLES = """\
   subskin check finger.toml --family hertz --snr 200       what a fit of rollers lets pass, at more noise
   subskin check finger.toml --thickness "6 mm"             what if my half plane were 6 mm of rubber on bone?
   subskin check finger.toml --radius "8 mm" --half-width "1 mm" --map error.png
+  subskin check pad.toml --tip-map tip.png                 what [tip] radius = "9 mm" costs, rows and areas
 """
 _NOTES = """\
 First the blind spots: how often readings outside the model (two touches, a wide roller, a pull, another skin, a faulty
@@ -36,6 +39,9 @@ around its sensors: the readings, and the errors of `locate`, over touches all a
 degrees, free of noise. If finger.toml describes a half plane, give --thickness, --radius or both: it is then compared
 with that skin. With a radius alone the core has half of it. The sensors of the map are of normal strain, at a pitch of
 one depth.
+
+If the file has [tip] with a radius, the layers lie flat in the model and round on the finger. The last table says what
+that costs, on a cylinder under long contacts or on a ball under touches. On an area it is the only one.
 """
 _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
@@ -61,6 +67,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches for each blind spot (1000)")
     parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
+    parser.add_argument("--tip-map", metavar="FILE", help="draw what a round tip costs, over its radius and the depth")
     add_json(parser)
 
 
@@ -68,6 +75,17 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     file = io.load(options.finger)
     check_figure(options.map, "--map")
+    check_figure(options.tip_map, "--tip-map")
+    bent = None
+    with said_of(options.finger):
+        if file.tip is not None:
+            bent = design.tip.tip_error(file.finger, *file.tip)
+    if options.tip_map is not None:
+        if bent is None:
+            raise InvalidValueError("--tip-map without a tip", "the file says of no radius", '[tip] radius = "9 mm"')
+        tip.draw(options.tip_map, bent)
+    if bent is not None and file.finger.array.on_area:
+        return give(options, partial(tip.as_json, bent), partial(tip.people, found=bent))
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)
     compared = None
@@ -83,9 +101,13 @@ def run(options: argparse.Namespace) -> int:
         if compared is not None:
             print(file=out)
             _show(out, options, compared)
+        if bent is not None:
+            print(file=out)
+            tip.people(out, bent)
 
     def data() -> dict[str, Any]:
-        return {"blind_spots": passed.to_dict(), **({} if compared is None else _as_json(compared))}
+        more = {} if bent is None else tip.as_json(bent)
+        return {"blind_spots": passed.to_dict(), **({} if compared is None else _as_json(compared)), **more}
 
     return give(options, data, people)
 

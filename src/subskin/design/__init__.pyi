@@ -7,6 +7,7 @@ from . import response as response
 from . import ridges as ridges
 from . import sampling as sampling
 from . import search as search
+from . import tip as tip
 from . import tolerance as tolerance
 from . import touches as touches
 from . import two_point as two_point

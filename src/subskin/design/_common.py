@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ..array import SensorArray
 from ..errors import InvalidValueError
+from ..skin import Skin
 
 
 def whole(name: str, value: object, least: int = 1) -> int:
@@ -23,6 +24,13 @@ def index_of(array: SensorArray, sensor: object) -> int:
     if isinstance(sensor, bool) or sensor not in range(len(array)):
         raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {len(array) - 1}", "sensor=0")
     return int(sensor)  # type: ignore[call-overload, no-any-return]
+
+
+def refuse_ridges(skin: Skin, what: str) -> None:
+    """Refuses a skin with ridges where a tool takes the skin for the same everywhere."""
+    if skin.ridges is not None:
+        fix = "the smooth skin, or finger.read, locate and placement_quality, which know its ridges"
+        raise InvalidValueError(f"{what} of {skin}", "it is for a skin that is the same at every position", fix)
 
 
 def stretch(good: npt.NDArray[np.bool_], at: int) -> tuple[int, int]:

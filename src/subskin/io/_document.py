@@ -59,6 +59,10 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         at = "touch"
         if length is not None and not length > 0:
             raise InvalidValueError(f"length = {length:g} m", "has to be > 0", 'length = "20 mm"')
+        at = "tip"
+        tip = document.tip
+        if tip is not None and not tip.radius > 0:
+            raise InvalidValueError(f"radius = {tip.radius:g} m", "has to be > 0", 'radius = "9 mm"')
         at = "relaxation"
         relaxation = None
         if document.relaxation is not None:
@@ -94,6 +98,7 @@ def said(document: _schema.FingerDocument, name: str) -> dict[str, Any]:
         "limits": (array.low, array.high),
         "differences": told.differences,
         "length": length,
+        "tip": None if tip is None else (tip.radius, tip.shape),
     }
 
 

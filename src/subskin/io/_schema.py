@@ -35,6 +35,7 @@ __all__ = [
     "SkinTable",
     "StrictTable",
     "TareTable",
+    "TipTable",
     "one",
     "one_or_each",
 ]
@@ -115,7 +116,7 @@ class StrictTable(BaseModel):
 
 
 class MaterialTable(StrictTable):
-    """[skin.base]: the half plane beneath the layers."""
+    """[skin.base]: the half plane beneath the layers; [skin.core]: what the core of a round finger is made of."""
 
     material: StrictStr | None = None
     young: Pressure | None = None
@@ -127,6 +128,15 @@ class LayerTable(MaterialTable):
 
     thickness: Length
     bond: Literal["bonded", "frictionless"] = "bonded"
+
+
+class RidgesTable(StrictTable):
+    """[skin.ridges]: ridges on the skin."""
+
+    pitch: Length
+    height: Length
+    width: Length | None = None
+    crest: Length = 0.0
 
 
 class SkinTable(StrictTable):
@@ -141,6 +151,9 @@ class SkinTable(StrictTable):
     core_radius: Length | None = None
     layers: list[LayerTable] | None = None
     base: MaterialTable | None = None
+    core: MaterialTable | None = None
+    bond: Literal["bonded", "frictionless"] | None = None
+    ridges: RidgesTable | None = None
 
 
 class SensorsTable(StrictTable):
@@ -236,6 +249,13 @@ class SpreadTable(StrictTable):
     leaning: list[Above0]
 
 
+class TipTable(StrictTable):
+    """[tip]: what flat layers are bent to."""
+
+    radius: Length
+    shape: Literal["cylinder", "sphere"] | None = None
+
+
 class CalibrationTable(StrictTable):
     """[calibration]: what `calibrate` wrote."""
 
@@ -268,4 +288,5 @@ class FingerDocument(StrictTable):
     relaxation: RelaxationTable | None = None
     tare: TareTable = TareTable()
     touch: ContactTable = ContactTable()
+    tip: TipTable | None = None
     calibration: CalibrationTable = CalibrationTable()

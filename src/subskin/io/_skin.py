@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidValueError, SubskinError
 from ..material import Material
-from ..skin import KINDS, Layer, Skin
+from ..skin import KINDS, Layer, Ridged, Skin
 
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["Misplaced", "build_skin", "key_of", "numbers"]
+__all__ = ["Misplaced", "build_skin", "is_written", "key_of", "numbers"]
 
 _EXAMPLE = {
     "young": 'young = "0.4 MPa"',
@@ -60,7 +60,12 @@ def build_skin(table: _schema.SkinTable, at: tuple[str, ...] = ("skin",)) -> Ski
             seen, rule = f'"{key}" is missing', f'kind = "{kind}" needs it'
             raise Misplaced(InvalidValueError(seen, rule, _EXAMPLE.get(key, f"{key} = ...")), *at, "")
     skin: Skin = _made(KINDS[kind], table, at)
-    return skin
+    if table.ridges is None:
+        return skin
+    try:
+        return Ridged(skin, **table.ridges.model_dump())
+    except SubskinError as error:
+        raise Misplaced(error, *at, "ridges", key_of(error)) from None
 
 
 def _keys(kind: type[Skin]) -> dict[str, bool]:
@@ -95,11 +100,20 @@ def _made(kind: Any, table: Any, path: tuple[str, ...]) -> Any:
         raise Misplaced(error, *path, key_of(error)) from None
 
 
+def is_written(skin: Skin) -> bool:
+    """Whether a file can describe a skin, with or without ridges."""
+    return type(skin if skin.ridges is None else getattr(skin, "skin", None)) in KINDS.values()
+
+
 def numbers(skin: Any, *path: str | int) -> dict[tuple[str | int, ...], Any]:
     """What the table of a skin says, in SI: each value by its path in the table."""
     out: dict[tuple[str | int, ...], Any] = {}
     for field in fields(skin):
         name, value = field.name, getattr(skin, field.name)
+        if isinstance(value, Skin):  # what stands on it is in a table of its own
+            return numbers(value, *path) | {
+                (*path, "ridges", f.name): v for f in fields(skin)[1:] if (v := getattr(skin, f.name)) is not None
+            }
         if isinstance(value, tuple):
             for i, row in enumerate(value):
                 out |= numbers(row, *path, name, i)

@@ -11,7 +11,7 @@ from .._check import FloatArray
 from ..errors import InvalidValueError
 from ..finger import Finger
 from ..skin import KINDS, Skin
-from ._skin import numbers
+from ._skin import is_written, numbers
 from .units import format_quantity, rounded
 
 __all__ = ["edited"]
@@ -70,7 +70,7 @@ def edited(text: str, old: Finger, new: Finger, origin: Any, turn: float, facts:
 
 def _edit_skin(table: Any, old: Skin, new: Skin) -> None:
     """The numbers that differ; a skin of another kind, or with other layers, would be another file."""
-    before, after = (numbers(skin) if type(skin) in KINDS.values() else {} for skin in (old, new))
+    before, after = (numbers(skin) if is_written(skin) else {} for skin in (old, new))
     if type(old) is not type(new) or not after.keys() == before.keys() != set():
         seen, rule = f"a finger whose skin is {new}", f"the file describes {old}, of which only numbers can change"
         raise InvalidValueError(seen, rule, f"files know {', '.join(KINDS)}; start from a file with this kind of skin")

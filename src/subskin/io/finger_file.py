@@ -78,6 +78,9 @@ class FingerFile(Recorded):
         Range of the raw readings, (low, high), each of shape (n,) [reading]; a finger of differences has none itself.
     length : float or None
         Length of the contacts [m]; None where the file has no [touch].
+    tip : (float, {"cylinder", "sphere"} or None) or None
+        Radius [m] and shape of the tip that flat layers are bent to, of which `subskin check` tells the cost; None
+        where the file has no [tip].
     text : str
         The file itself; `with_finger` changes it and keeps its comments.
     name : str
@@ -103,6 +106,7 @@ class FingerFile(Recorded):
     origin: Any = 0.0
     turn: float = 0.0
     length: float | None = None
+    tip: tuple[float, Literal["cylinder", "sphere"] | None] | None = None
     text: str = ""
 
     def __repr__(self) -> str:

@@ -19,7 +19,7 @@ from .blind import blind_figure
 from .compliance import compliance_figure, figure_17
 from .drift import drift_figure
 from .fields import receptive_fields
-from .half_plane import half_plane_map_figure
+from .half_plane import half_plane_map_figure, tip_map_figure
 from .memo_contacts import figure_9, figure_11, figure_12, figure_13
 from .memo_filter import figure_14, figure_15
 from .memo_lines import figure_2, figure_3, figure_6
@@ -70,6 +70,7 @@ __all__ = [
     "save_memo_figures",
     "side_angle_figure",
     "slip_figure",
+    "tip_map_figure",
     "tolerance_figure",
     "truth_above",
     "truth_against_estimate",

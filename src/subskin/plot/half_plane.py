@@ -14,7 +14,7 @@ from .._check import FloatArray
 from ..errors import GeometryError
 from .style import BLACK, DOUBLE, VERMILLION, finished, new_figure
 
-__all__ = ["half_plane_map_figure"]
+__all__ = ["half_plane_map_figure", "tip_map_figure"]
 
 _PANELS = (
     ("beneath", 1.0, "strain beneath a touch over the half plane's", "%.2f"),
@@ -28,6 +28,14 @@ _NUMBER = 6.0
 
 _FLAT = 1e9
 """Stands for the radius of a flat skin, in depths, where a logarithm is taken."""
+
+
+_TIP_PANELS = (
+    ("reading", 100.0, "worst error of a reading [% of the largest]", "%.1f"),
+    ("position", 1.0, "worst error of position [depths]", "%.2f"),
+    ("force", 100.0, "worst error of force [%]", "%.0f"),
+    ("angle", 180 / np.pi, "worst error of angle [degrees]", "%.0f"),
+)
 
 
 @finished
@@ -65,16 +73,53 @@ def half_plane_map_figure(values: Mapping[str, FloatArray], here: tuple[float, f
                 f"({radii.size}, {heights.size}) is needed",
                 "a value for each radius and thickness",
             )
+    ring = None if here is None else (_cell(here[0], heights), _cell(here[1], radii))
+    return _maps(values, _PANELS, (heights, radii), ("thickness / depth", "radius / depth"), ring)
+
+
+@finished
+def tip_map_figure(values: Mapping[str, FloatArray], here: tuple[float, float] | None = None) -> Figure:
+    """Four maps of `subskin.design.tip.tip_map`, with the number in each cell.
+
+    Parameters
+    ----------
+    values : mapping
+        What `tip_map` returned.
+    here : (float, float), optional
+        Radius and depth of sensors to ring [thicknesses of the skin].
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> figure = tip_map_figure(ss.design.tip.tip_map("sphere", "mean_pressure"), here=(4.0, 0.5))
+    >>> [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    ['2', '3', '5', '10', '20', '50']
+    """
+    depths, radii = values["depth"], values["radius"]
+    ring = None
+    if here is not None:
+        across = float(np.interp(here[1], depths, np.arange(depths.size) + 0.5))
+        ring = across, _cell(here[0], radii)
+    return _maps(values, _TIP_PANELS, (depths, radii), ("depth / thickness", "radius / thickness"), ring)
+
+
+def _maps(
+    values: Mapping[str, FloatArray],
+    contents: tuple[tuple[str, float, str, str], ...],
+    sizes: tuple[FloatArray, FloatArray],
+    names: tuple[str, str],
+    ring: tuple[float, float] | None,
+) -> Figure:
+    """Four panels, with a ring at a cell."""
     figure = new_figure(DOUBLE, _HEIGHT)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, (name, factor, title, form) in zip(panels.flat, _PANELS, strict=True):
+    for axes, (name, factor, title, form) in zip(panels.flat, contents, strict=True):
         _panel(axes, factor * values[name], form, about_one=name == "beneath")
         axes.set_title(title, fontweight="normal")
-        if here is not None:
-            position = (_cell(here[0], heights), _cell(here[1], radii))
-            axes.plot(*position, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
-        _label(axes, heights, radii)
-        axes.set(xlabel="thickness / depth", ylabel="radius / depth")
+        if ring is not None:
+            axes.plot(*ring, "o", ms=16, mfc="none", mec=VERMILLION, mew=1.2, clip_on=False)
+        _label(axes, *sizes)
+        axes.set(xlabel=names[0], ylabel=names[1])
         axes.label_outer()
     return figure
 

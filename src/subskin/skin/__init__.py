@@ -6,10 +6,12 @@ from .base import Skin
 from .half_plane import HalfPlane
 from .half_space import HalfSpace
 from .in_space import in_space
-from .layered import Layer, Layered
+from .layer import Layer
+from .layered import Layered
+from .ridged import Ridged
 from .round import Round
 
-__all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Round", "Skin", "in_space"]
+__all__ = ["KINDS", "HalfPlane", "HalfSpace", "Layer", "Layered", "Ridged", "Round", "Skin", "in_space"]
 
 KINDS: Mapping[str, type[Skin]] = {"half_plane": HalfPlane, "half_space": HalfSpace, "layers": Layered, "round": Round}
 """Names of the skins in a file."""

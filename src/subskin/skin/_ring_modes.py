@@ -1,195 +1,142 @@
-"""One harmonic n of an annulus bonded to a rigid core: Michell's solution, without loss at any thickness.
+"""One harmonic n of rings bonded to each other on a rigid core: exact modes of each ring.
 
-Under p = cos(n phi), or q = sin(n phi) towards +phi, the stresses of radius r are built of four terms (docs/skins.md;
-Michell 1899). What the core sends back is kept apart from the full disk's share, so that the part which is smooth
-even beneath a line load is never a difference. Where the annulus is thin beside the wavelength all four terms are
-nearly equal, and the harmonic is carried out from the core instead, by the exponential of the equations in log r.
+Under p = cos(n phi), or q = sin(n phi), the amplitudes Y = (u_x, u_y, sigma_x, tau_xy) of the radius r, the tractions
+times r / (2G m) with m = max(n, 1), obey dY/dt = -M Y in t = log(R / r), M constant, with the eigenvalues n + 1, n - 1,
+1 - n and -n - 1 (Michell 1899; docs/skins.md). Where n >= 2, u_y +- u_x and tau_xy -+ sigma_x fall apart into pairs, so
+that nothing is lost where the eigenvalues are nearly equal. A solid disk has no support at n = 0 and 1, which are
+carried up from the core.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from .._check import FloatArray
+from ._stack import Joined, Sheet
 
 __all__ = ["Ring"]
 
 _THIN = 1.0
-"""Below this (n + 1) log(R / Rc) the harmonic is propagated: a power series then loses less than two digits."""
+"""Below this n log(R / core) the harmonic is carried up from the core."""
 
-_TERMS = 40
-_LOADS = np.eye(2)  # p and q
+_PAIR = np.array([[1.0, -1.0], [-1.0, -1.0]])
+"""sigma_x - tau_xy and -sigma_x - tau_xy of (sigma_x, tau_xy); its square is 2."""
 
-
-class _Parts(NamedTuple):
-    """srr + stt, X and Y with srr = sum / 2 - X - Y, stt = sum / 2 + X + Y, srt = X - Y; then 2G u_r and 2G u_t."""
-
-    sum: FloatArray
-    x: FloatArray
-    y: FloatArray
-    radial: FloatArray
-    along: FloatArray
+_TERMS = 9
+_SIGNS = np.diag([-1.0, 1.0, 1.0, -1.0])  # from u_r, u_t, srr, srt to u_x, u_y, sigma_x, tau_xy
 
 
 @dataclass(frozen=True)
-class Ring:
-    """An annulus core < r < radius of Poisson's ratio `poisson`, held at the core."""
+class Ring(Joined):
+    """Rings from the surface, of a `radius`, down to a rigid core."""
 
-    poisson: float
+    layers: tuple[Sheet, ...]
     radius: float
-    core: float
-
-    @property
-    def _kappa(self) -> float:
-        return 3 - 4 * self.poisson
-
-    @property
-    def _eps(self) -> float:
-        return self.core / self.radius
 
     def amplitudes(self, n: FloatArray, depth: FloatArray, remainder: bool = False) -> FloatArray:
         """sigma_x, tau_xy, 2G eps_y, 2G u_x and 2G u_y at depths x = R - r, shape (x, n, 5, 2); last axis p = 1, q = 1.
 
-        x points inwards, so tau_xy = -srt. With `remainder` less the full disk's (`_disk`).
+        G is that of the first layer. With `remainder`, the first layer's are less those of a full disk, `_disk`.
         """
-        thin = (n + 1) * np.log(1 / self._eps) < _THIN
-        out = np.empty((depth.size, n.size, 5, 2))
-        for i, r in enumerate(self.radius - depth):
-            disk = self._shown(self._disk(n, r))
-            if thin.any():
-                out[i, thin] = self._carried(n[thin], r) - remainder * disk[thin]
-            if (~thin).any():
-                out[i, ~thin] = self._shown(self._echo(n[~thin], r)) + (not remainder) * disk[~thin]
-        return out
+        m, r = np.maximum(n, 1.0)[:, None, None], (self.radius - depth)[:, None, None]
+        y = self._solved(n, depth, remainder)
+        y[:, :, :2] *= self.radius / m
+        y[:, :, 2:] *= self.radius / r[..., None]
+        along = (n[:, None] * y[:, :, 1] - y[:, :, 0]) / r
+        few = n < 2
+        if remainder and few.any():
+            top = self.positions(depth) == 0
+            along[np.ix_(top, few)] -= self._stretch(n[few, None], 1 - depth[top, None, None] / self.radius)
+        return np.stack([y[:, :, 2], y[:, :, 3], along, y[:, :, 0], y[:, :, 1]], axis=2)
 
-    def _shown(self, parts: _Parts) -> FloatArray:
-        """sigma_x, tau_xy, 2G eps_y, 2G u_x and 2G u_y, by Hooke's law in plane strain: shape (n, 5, 2)."""
-        difference = parts.x + parts.y
-        radial = 0.5 * parts.sum - difference
-        along = 0.5 * (1 - 2 * self.poisson) * parts.sum + difference
-        return np.stack([radial, parts.y - parts.x, along, -parts.radial, parts.along], axis=1)
+    def _stretch(self, n: FloatArray, rho: FloatArray) -> FloatArray:
+        """2G eps_y that a full disk's closed form in real space has at n = 0 and 1, where it is no solution."""
+        p, q = np.eye(2)
+        mean = (1 - 2 * self.layers[0].poisson) * (q - p) * rho**n
+        return mean + rho ** (n - 2) * (q + 0.5 * n * (q - p) * (rho**2 - 1))
 
-    def _disk(self, n: FloatArray, r: float) -> _Parts:
-        """The part of a full disk: where it has a closed form in real space, it is taken from there.
+    def _thin(self, k: FloatArray) -> npt.NDArray[np.bool_]:
+        return np.asarray((k < 2) | (k * self._apart(0.0, self.tops[-1]) < _THIN))
 
-        At n = 0 and n = 1, where a disk has no support, the same formula is no solution; `_echo` makes up for it.
-        """
-        rho, m = r / self.radius, n[:, None]
-        p, q = _LOADS
-        power = rho**m
-        x = power / rho**2 * (q + 0.5 * m * (q - p) * (rho**2 - 1))
-        high = np.where(n > 1, n, 2.0)[:, None]
-        a, c = (q - p) / (2 * (high + 1)), (q - 0.5 * high * (q - p)) / (high - 1)
-        one, two = r * self._kappa * a * power, -r * power * ((high + 1) * a + c / rho**2)
-        moved = (np.where(m > 1, total, 0.0) for total in (one + two, one - two))
-        return _Parts(2 * (q - p) * power, x, np.zeros_like(x), *moved)
+    def _apart(self, top: float, bottom: float) -> float:
+        """log(r / r') of two depths."""
+        return float(np.log1p((bottom - top) / (self.radius - bottom)))
 
-    def _echo(self, n: FloatArray, r: float) -> _Parts:
-        """What the core adds to `_disk`."""
-        parts = [np.zeros((n.size, 2)) for _ in range(5)]
-        for chosen, solve in ((n > 1, self._high), (n == 1, self._first), (n == 0, self._mean)):
-            if chosen.any():
-                values = solve(n[chosen], r)
-                for part, value in zip(parts, values, strict=True):
-                    part[chosen] = value
-        return _Parts(*parts)
+    def _sticks(self, upper: Sheet, k: FloatArray) -> npt.NDArray[np.bool_]:
+        # nothing else could hold a ring that is turned
+        return np.asarray(super()._sticks(upper, k) | (k == 0))
 
-    def _high(self, n: FloatArray, r: float) -> _Parts:
-        m, kappa, eps, rho = n[:, None], self._kappa, self._eps, r / self.radius
-        p, q = _LOADS
-        # unknowns: g of the disk's kind and b of the core's; rows: srr + srt = q - p and srt = q at the surface
-        e = eps ** (2 * m)
-        g_y, b_y = -(m + 1) * e * eps**2 * kappa, m * (m - 1) * e / eps**2 - (m + 1) * (m - 1) * e
-        g_s, b_s = 2 * (m + 1) - 2 * g_y, -2 * (m - 1) * e / eps**2 - 2 * b_y
-        g_t = m * (m + 1) - (m * m - 1) * eps**2 - g_y
-        b_t = (m - 1) * kappa - b_y
-        det = g_s * b_t - b_s * g_t
-        g, b = ((q - p) * b_t - b_s * q) / det, (g_s * q - g_t * (q - p)) / det
-        top = g_y * g + b_y * b  # Y at the surface
-        extra = ((m - 1) * b * e / eps**2 + top) / (m + 1)  # g less the disk's
-        power, back = rho**m, (eps * eps / rho) ** m
-        second = b * back / eps**2
-        inner = power / rho**2 * (top - m * (m + 1) * extra)
-        d = back / rho**2 * (kappa * g * eps**2 + (m - 1) * b)
-        one = r * (kappa * extra * power + (m - 1) * second - d)
-        two = r * (kappa * second - (m + 1) * extra * power - inner / (m - 1))
-        return _Parts(
-            4 * ((m + 1) * extra * power - (m - 1) * second),
-            m * (m + 1) * extra * power + inner,
-            m * (m - 1) * second - (m + 1) * d,
-            one + two,
-            one - two,
-        )
+    def _down(self, layer: Sheet, k: FloatArray) -> FloatArray:
+        n = np.maximum(k, 2.0)
+        sides = _sides((3 - 4 * layer.poisson) / (n + 1), 1 / (n - 1), n)
+        sides[k < 2, :2] = 0.0  # of these only the tractions are asked for
+        return sides
 
-    def _first(self, n: FloatArray, r: float) -> _Parts:
-        """N = 1: the load has a resultant, which the core bears; phi = a z^2 + b log z."""
-        kappa, core, p, q = self._kappa, self.core, *_LOADS
+    def _up(self, layer: Sheet, k: FloatArray) -> FloatArray:
+        return _sides(-1 / (k + 1), -(3 - 4 * layer.poisson) / (k - 1), k)
 
-        def parts(r: float) -> tuple[FloatArray, ...]:
-            """Coefficients of a and b in sum, X, Y, A1, A2."""
-            d = np.array([kappa * core**4, -(core**2)])
-            return (
-                np.array([8 * r, 4 / r]),
-                np.array([2 * r, -kappa / r]),
-                np.array([0.0, -1 / r]) - 2 * d / r**3,
-                np.array([kappa * r**2, -1.0]) - d / r**2,
-                np.array([-2 * (r**2 - core**2), 2 * kappa * np.log(r / core)]),
-            )
+    def _fall(self, k: FloatArray, top: float, bottom: float) -> FloatArray:
+        t = self._apart(top, bottom)
+        slow = np.exp(-(k - 1) * t)
+        change = (k - 1) * slow * np.expm1(-2 * t)
+        return _paired(slow * np.exp(-2 * t), np.zeros_like(k), change, slow)
 
-        total, x, y, *_ = parts(self.radius)
-        ab = np.linalg.solve(np.stack([0.5 * total - x - y, x - y]), np.stack([-p, q]))
-        total, x, y, one, two = (np.atleast_2d(c @ ab) for c in parts(r))
-        disk = self._disk(n, r)
-        return _Parts(total - disk.sum, x - disk.x, y, one + two, one - two)
+    def _rise(self, k: FloatArray, top: float, bottom: float) -> FloatArray:
+        t = self._apart(top, bottom)
+        slow = np.exp(-(k - 1) * t)
+        change = (k + 1) * slow * np.expm1(-2 * t)
+        return _paired(slow * np.exp(-2 * t), change, np.zeros_like(k), slow)
 
-    def _mean(self, n: FloatArray, r: float) -> _Parts:
-        """N = 0: uniform pressure, and a torsion that the core bears."""
-        kappa, core, p, q = self._kappa, self.core, *_LOADS
-        a = -p / (2 + (kappa - 1) * self._eps**2)
-        d = (kappa - 1) * a * core**2
-        shear = q * (self.radius / r) ** 2  # 2 X = stt - srr + 2 srt, 2 Y = stt - srr - 2 srt
-        disk = self._disk(n, r)
-        parts = (
-            4 * a - disk.sum[0],
-            0.5 * (shear - d / r**2) - disk.x[0],
-            -0.5 * (shear + d / r**2),
-            (kappa - 1) * a * r - d / r,
-            -q * self.radius**2 * (1 / r - r / core**2),
-        )
-        return _Parts(*(np.atleast_2d(part) for part in parts))
+    def _carried(self, layer: Sheet, k: FloatArray, top: float, bottom: float) -> FloatArray:
+        """exp(M t), M M having the eigenvalues (n + 1)^2 and (n - 1)^2: a polynomial in M of the third degree."""
+        t, n = self._apart(top, bottom), k
+        a = _generator(layer.poisson, n)
+        b = a @ a - (n * n + 1)[:, None, None] * np.eye(4)
+        share = np.where(n > 0, np.sinh(n * t) / np.where(n > 0, 2 * n, 1.0), 0.5 * t) * np.sinh(t)
+        mean, difference = _sines(n, t)
+        factors = np.cosh(n * t) * np.cosh(t), share, mean, difference
+        return np.asarray(sum(f[:, None, None] * m for f, m in zip(factors, (np.eye(4), b, a, a @ b), strict=True)))
 
-    def _carried(self, n: FloatArray, r: float) -> FloatArray:
-        """What `_shown` has, of waves carried out from the core."""
-        y = self._propagated(n, r)
-        along = (y[:, 0] + n[:, None] * y[:, 1]) / r
-        return np.stack([y[:, 2], -y[:, 3], along, -y[:, 0], y[:, 1]], axis=1)
 
-    def _propagated(self, n: FloatArray, r: float) -> FloatArray:
-        """2G u_r, 2G u_t, srr and srt at r, shape (n, 4, 2), carried out from the core."""
-        surface = self._exponential(n, self.radius)
-        scale = np.maximum(n, 1.0)[:, None, None]
-        tractions = np.linalg.inv(surface[:, 2:, 2:]) @ (self.radius / scale * np.diag([-1.0, 1.0]))
-        y = (surface if r == self.radius else self._exponential(n, r))[:, :, 2:] @ tractions
-        y[:, 2:] *= scale / r
-        return np.asarray(y)
+def _sides(plus: FloatArray, minus: FloatArray, n: FloatArray) -> FloatArray:
+    """Amplitudes of modes whose u_y -+ u_x are `plus` and `minus` times n and their tractions, shape (n, 4, 2)."""
+    straight, across = -0.5 * n * (plus + minus), 0.5 * n * (plus - minus)
+    one, none = np.ones_like(n), np.zeros_like(n)
+    rows = [[straight, across], [across, straight], [one, none], [none, one]]
+    return np.array(rows).transpose(2, 0, 1)
 
-    def _exponential(self, n: FloatArray, r: float) -> FloatArray:
-        """exp(M log(r / core)) of Y = (2G u_r, 2G u_t, r srr / m, r srt / m), m = max(n, 1), shape (n, 4, 4)."""
-        nu, m = self.poisson, np.maximum(n, 1.0)
-        b, c, e = nu / (1 - nu), (1 - 2 * nu) / (1 - nu), 1 / (1 - nu)
-        zero, one = np.zeros(n.size), np.ones(n.size)
-        rows = [
-            [-b * one, -b * n, c * m, zero],
-            [n, one, zero, 2 * m],
-            [e / m, e * n / m, b * one, -n],
-            [e * n / m, e * n * n / m, b * n, -one],
-        ]
-        step = np.log(r / self.core) * np.array(rows).transpose(2, 0, 1)
-        total = term = np.broadcast_to(np.eye(4), step.shape)
-        for k in range(1, _TERMS):
-            term = term @ step / k
-            total = total + term
-        return total
+
+def _paired(*entries: FloatArray) -> FloatArray:
+    """A matrix of sigma_x - tau_xy and -sigma_x - tau_xy, as one of tractions, shape (n, 2, 2)."""
+    return np.asarray(0.5 * _PAIR @ np.stack(entries, axis=-1).reshape(-1, 2, 2) @ _PAIR)
+
+
+def _generator(poisson: float, n: FloatArray) -> FloatArray:
+    """The matrix M, shape (n, 4, 4): equilibrium and Hooke's law in plane strain."""
+    b, c, e = poisson / (1 - poisson), (1 - 2 * poisson) / (1 - poisson), 1 / (1 - poisson)
+    m, zero, one = np.maximum(n, 1.0), np.zeros_like(n), np.ones_like(n)
+    rows = [
+        [-b * one, -b * n, c * m, zero],
+        [n, one, zero, 2 * m],
+        [e / m, e * n / m, b * one, -n],
+        [e * n / m, e * n * n / m, b * n, -one],
+    ]
+    return np.asarray(_SIGNS @ np.array(rows).transpose(2, 0, 1) @ _SIGNS)
+
+
+def _sines(n: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+    """Mean of sinh(l t) / l for l = n + 1 and n - 1, and their difference over 4 n, at small t by its series."""
+    more, less = n + 1, np.where(n == 1, 1.0, np.abs(n - 1))
+    high, low = np.sinh(more * t) / more, np.where(n == 1, t, np.sinh(less * t) / less)
+    square, fewer = (n + 1) ** 2, (n - 1) ** 2
+    size, ratio = t**3 / 6, np.ones_like(n)  # (square^j - fewer^j) / (square - fewer)
+    series = size * ratio
+    for j in range(2, _TERMS):
+        size *= t * t / (2 * j * (2 * j + 1))
+        ratio = square * ratio + fewer ** (j - 1)
+        series = series + size * ratio
+    direct = (high - low) / np.where(n > 0, 4 * n, 1.0)
+    return 0.5 * (high + low), np.where(more * t < 1.0, series, direct)

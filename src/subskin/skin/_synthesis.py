@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..errors import GeometryError
 from ..material import Material
 from ..tensor import State, Strain, Stress
 
-__all__ = ["Answer", "hooke", "panels", "reach", "remembered", "synthesise"]
+__all__ = ["Answer", "hooke", "layers_hooke", "panels", "reach", "remembered", "synthesise"]
 
 Answer = Callable[[FloatArray], FloatArray]
 """Amplitudes at depths x, shape (x, k, 3, 2): of sigma_x, tau_xy and eps_y, under p = cos(k y) and under q = sin(k y).
@@ -189,3 +189,15 @@ def hooke(fields: FloatArray, material: Material) -> State:
     ex = (1 - 2 * nu) / (1 - nu) * sx / double - nu / (1 - nu) * ey
     strain = Strain(ex, ey, np.zeros(ey.shape), txy / double)
     return State(Stress(sx, sy, nu * (sx + sy), txy), strain)
+
+
+def layers_hooke(fields: FloatArray, materials: tuple[Material, ...], positions: npt.NDArray[np.intp]) -> State:
+    """Hooke's law of the layer in which each point lies."""
+    if len(materials) == 1:
+        return hooke(fields, materials[0])
+    states = [hooke(fields, m) for m in materials]
+
+    def picked(tensors: Sequence[Stress | Strain]) -> list[FloatArray]:
+        return [np.choose(positions, [getattr(t, c) for t in tensors]) for c in ("xx", "yy", "zz", "xy")]
+
+    return State(Stress(*picked([s.stress for s in states])), Strain(*picked([s.strain for s in states])))

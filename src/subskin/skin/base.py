@@ -32,9 +32,9 @@ class Skin(Frozen, ABC):
 
     Fingers, estimators, design tools and plots ask a skin for these members and never which skin it is. A new skin
     writes `materials`, `at`, `wave` and `surface_influence`, and overrides `interfaces`, `thickness`, `curvature`,
-    `takes_local`, `with_` and `__str__`, a description for people, where those of a flat skin without end, solved in a
-    plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it is a frozen
-    dataclass.
+    `ridges`, `takes_local`, `with_` and `__str__`, a description for people, where those of a flat skin without end,
+    solved in a plane, are not its own (CONTRIBUTING.md). What follows from a skin is kept by its hash and its repr: it
+    is a frozen dataclass.
     """
 
     plot = Drawing("field_map")
@@ -349,7 +349,14 @@ class Skin(Frozen, ABC):
     @property
     def endless(self) -> bool:
         """Whether it is a half plane: one material, flat, with no base."""
-        return len(self.materials) == 1 and not self.curvature and not np.isfinite(self.thickness)
+        return (
+            self.ridges is None and len(self.materials) == 1 and not self.curvature and not np.isfinite(self.thickness)
+        )
+
+    @property
+    def ridges(self) -> tuple[float, float] | None:
+        """Position y of a crest and the pitch [m] of a skin with ridges; None for one that is the same at every y."""
+        return None
 
     @property
     def grounded(self) -> bool:

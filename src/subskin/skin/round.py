@@ -1,11 +1,11 @@
-"""A round finger: an elastic annulus on a rigid core, pressed from outside."""
+"""A round finger: an elastic annulus, or several, on a core, pressed from outside."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -21,70 +21,125 @@ from ._around import DEEPEST, periodic_transforms
 from ._influence import arranged, hat_mean, hat_spectrum, wave_sum
 from ._points import blank_singular, complex_points, not_local, points, wave_points
 from ._ring_modes import Ring
-from ._synthesis import hooke, remembered, synthesise
+from ._stack import Sheet
+from ._synthesis import hooke, layers_hooke, remembered, synthesise
 from .base import Materials, Skin
 from .half_plane import HalfPlane
+from .layer import Layer, layers_of
 
 __all__ = ["Round"]
 
 _DECAY = 42.0
+"""exp(-42) is far below rounding."""
+
+_AXLE = 0.05
+"""Radius of the axle within a core that gives, of the finger's."""
+
+_SHARE = 1e-9
+"""What has to be left between the layers and the core, of all that lies over the core."""
+
 _FARTHEST = 0.9
 """Share of the circumference over which influences are given: its whole is a distance of 0 again."""
 
 
 @dataclass(frozen=True)
 class Round(Skin):
-    """A round finger: rubber between a rigid core and a circular surface, bonded to the core; plane strain.
+    """A round finger: rubber between a core and a circular surface, with or without layers over it; plane strain.
 
     Depth is x = radius - r, and y = radius * phi runs along the surface; a contact's pressure acts along the local
     normal. Strains along x and y are the radial one and that along the circle. The field is a full disk's closed form,
-    plus what the core sends back, summed over harmonics (docs/skins.md; Michell 1899).
+    plus what the core and the interfaces send back, summed over harmonics (docs/skins.md; Michell 1899). What slides
+    bears a torque evenly, for nothing else could hold a ring that is turned.
 
     Parameters
     ----------
     material : Material
-        Young's modulus and Poisson's ratio, up to 1/2 exactly.
+        What fills the finger beneath the layers, down to the core: Young's modulus and Poisson's ratio, up to 1/2
+        exactly.
     radius : float
         Outer radius R [m], > 0.
     core_radius : float
-        Radius of the rigid core [m], from R/20 to R.
+        Radius of the core [m], from R/20 to R.
+    layers : Layer or sequence of Layer, optional
+        Over the material, from the surface down; none by default.
+    core : Material, optional
+        What the core is made of, bonded to a rigid axle of R/20; without one the core is rigid.
+    bond : {"bonded", "frictionless"}, optional
+        How the material holds to the core: it sticks, or it slides without friction and does not lift.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        A radius that is not > 0, a core that is too thin or not within the finger.
+        A radius that is not > 0, a core that is too thin or not within the finger, layers as thick as what is over the
+        core; as `Layered`.
 
     Examples
     --------
     A finger of 8 mm radius on a core of 4 mm, 2 mm beneath a knife edge. On a half plane it would be -0.023873.
 
     >>> import subskin as ss
-    >>> skin = ss.Round(ss.Material(young=0.4e6), radius=8e-3, core_radius=4e-3)
+    >>> rubber = ss.Material(young=0.4e6)
+    >>> skin = ss.Round(rubber, radius=8e-3, core_radius=4e-3)
     >>> strain = skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0)
     >>> round(float(strain.xx), 6)
     -0.029992
+
+    The same with an epidermis.
+
+    >>> epidermis = ss.Layer(ss.Material(young=2e6, poisson=0.48), thickness=0.3e-3)
+    >>> skin = ss.Round(rubber, radius=8e-3, core_radius=4e-3, layers=epidermis)
+    >>> round(float(skin.strain(ss.LineLoad(force=40.0), x=2e-3, y=0.0).xx), 6)
+    -0.029569
     """
 
     material: Material
     radius: float
     core_radius: float
+    layers: Layer | Sequence[Layer] = ()
+    core: Material | None = None
+    bond: Literal["bonded", "frictionless"] = "bonded"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
         outer = _check.scalar("radius", self.radius, unit="m", above=0.0)
         inner = _check.scalar("core_radius", self.core_radius, unit="m", above=0.0)
         if not np.exp(-DEEPEST) * outer < inner < outer:
             seen = f"core_radius = {inner:.6g} m, radius = {outer:.6g} m"
             rule = "the core has to lie within the finger and have at least a twentieth of its radius"
             raise GeometryError(seen, rule, f"core_radius between {0.05 * outer:.3g} and {outer:.3g} m")
+        over = layers_of(self.layers)
+        room = outer - inner - sum(layer.thickness for layer in over)
+        if not room > _SHARE * (outer - inner):
+            seen = f"layers of {outer - inner - room:.6g} m together"
+            rule = f"they lie over the material, and over the core there are only {outer - inner:.6g} m"
+            raise GeometryError(seen, rule, "thinner layers, or a smaller core_radius")
         object.__setattr__(self, "radius", outer)
         object.__setattr__(self, "core_radius", inner)
+        object.__setattr__(self, "layers", over)
+        if self.core is not None and not isinstance(self.core, Material):
+            fix = "core=Material(young=2e6)"
+            raise InvalidValueError(f"core = {self.core!r}", "a Material is needed, or None for a rigid core", fix)
+        layers_of(self.stack)
+
+    @cached_property
+    def stack(self) -> tuple[Layer, ...]:
+        """All layers, from the surface down to what is rigid."""
+        return self._over_core + (() if self.core is None else (Layer(self.core, self.core_radius - self._axle),))
+
+    @property
+    def _over_core(self) -> tuple[Layer, ...]:
+        over = layers_of(self.layers)
+        filled = self.radius - self.core_radius - sum(layer.thickness for layer in over)
+        return (*over, Layer(self.material, filled, self.bond))
+
+    @property
+    def _axle(self) -> float:
+        """Radius of what is rigid [m]."""
+        return self.core_radius if self.core is None else _AXLE * self.radius
 
     @property
     def thickness(self) -> float:
-        """Depth of the core [m]."""
-        return self.radius - self.core_radius
+        """Depth of what is rigid [m]: of the core, or of the axle within a core that gives."""
+        return self.radius - self._axle
 
     @property
     def curvature(self) -> float:  # noqa: D102
@@ -92,11 +147,17 @@ class Round(Skin):
 
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102
-        return (self.material,)
+        return tuple(layer.material for layer in self.stack)
+
+    @property
+    def interfaces(self) -> tuple[float, ...]:  # noqa: D102
+        return tuple(self._ring.tops[1:-1].tolist())
 
     def with_(  # noqa: D102
         self, *, materials: Materials = None, thickness: float | None = None, radius: float | None = None
     ) -> Self:
+        if not self.single_material:
+            super().with_(thickness=thickness)
         outer = self.radius if radius is None else _check.scalar("radius", radius, unit="m", above=0.0)
         if thickness is not None and not 0 < thickness < outer:
             raise GeometryError(
@@ -104,33 +165,48 @@ class Round(Skin):
                 f"has to be > 0 and < the radius, {outer:.6g} m",
                 "a smaller thickness",
             )
-        core = self.core_radius + (outer - self.radius) if thickness is None else outer - thickness
-        return replace(self, material=self._one_each(materials)[0], radius=outer, core_radius=core)
+        inner = self.core_radius + (outer - self.radius) if thickness is None else outer - thickness
+        new = self._one_each(materials)
+        over = layers_of(self.layers)
+        layers = [replace(layer, material=m) for layer, m in zip(over, new, strict=False)]
+        core = None if self.core is None else new[-1]
+        return replace(
+            self, material=new[len(layers)], radius=outer, core_radius=inner, layers=tuple(layers), core=core
+        )
 
     def __str__(self) -> str:
-        core = f"on a rigid core of {1e3 * self.core_radius:.6g} mm"
-        return f"a radius of {1e3 * self.radius:.6g} mm ({self.material}) {core}"
+        core = f"a rigid core of {1e3 * self.core_radius:.6g} mm"
+        if self.core is not None:
+            core = f"a core of {1e3 * self.core_radius:.6g} mm ({self.core})"
+        whole = f" ({self.material}{Layer.LOOSE[self.bond]})"
+        filled = f": {' and '.join(map(str, self._over_core))}" if layers_of(self.layers) else whole
+        return f"a radius of {1e3 * self.radius:.6g} mm{filled} on {core}"
 
     @cached_property
     def _ring(self) -> Ring:
-        return Ring(self.material.poisson, self.radius, self.core_radius)
+        rows = [Sheet(e.material.poisson, e.material.shear, e.thickness, e.bond == "bonded") for e in self.stack]
+        return Ring(tuple(rows), self.radius)
 
-    @cached_property
-    def harmonics(self) -> FloatArray:
-        """The harmonics that the core sends back: what is left out is less than exp(-42) of them."""
-        return np.arange(np.ceil(_DECAY / np.log(self.radius / self.core_radius)) + 8)
+    def _harmonics(self, shortest: float) -> FloatArray:
+        """All harmonics but those that fall below exp(-42) over `shortest`, a logarithm of radii."""
+        return np.arange(np.ceil(_DECAY / shortest) + 8)
 
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None
     ) -> Callable[[Contact | LocalContact], State]:
         xs, ys = points(x, y, self.thickness, z=z)
-        n = self.harmonics
+        xs = np.minimum(xs, self._ring.tops[-1])
+        first, top = self.stack[0].material, self.stack[0].thickness
+        upper = xs <= top
+        # an echo in the first layer falls over the way there and back, all of it deeper down over the way there
+        down, bottom = (-np.log1p(-depth / self.radius) for depth in (xs, top))
+        n = self._harmonics(float(np.min(np.where(upper, 2 * bottom - down, down), initial=2 * bottom)))
         weights = np.where(n == 0, 0.5, 1.0) / self.radius
 
         @remembered
         def response(depths: FloatArray) -> FloatArray:
             answer = self._ring.amplitudes(n, depths, remainder=True)[:, :, :3]
-            answer[:, :, 2] /= 2 * self.material.shear
+            answer[:, :, 2] /= 2 * first.shear
             return answer
 
         def state(contact: Contact | LocalContact) -> State:
@@ -138,26 +214,33 @@ class Round(Skin):
                 raise not_local(contact, self)
             shape = _check.broadcast(contact=np.empty(contact.shape), points=xs)
             if not np.prod(shape):
-                return hooke(np.zeros((3, *shape)), self.material)
+                return hooke(np.zeros((3, *shape)), first)
             fields = synthesise(contact, xs, ys, n / self.radius, weights, response)
-            return hooke(fields + self._disk(contact, xs, ys), self.material)
+            self._refuse_wide(contact)
+            if upper.any():
+                closed = self._disk(contact, np.minimum(xs, top), ys)
+                fields += closed if upper.all() else np.where(upper, closed, 0.0)
+            return self._state(fields, np.broadcast_to(xs, shape))
 
         return state
+
+    def _state(self, fields: FloatArray, x: FloatArray) -> State:
+        return layers_hooke(fields, self.materials, self._ring.positions(x))
+
+    def _refuse_wide(self, contact: Contact) -> None:
+        low, high = contact.support
+        wide, turn = float(np.max(high - low, initial=0.0)), self.period
+        if wide > 0.5 * turn:
+            rule = f"it reaches round the finger, {turn:.6g} m about"
+            raise GeometryError(f"a contact {wide:.6g} m wide", rule, "a narrower contact")
 
     def _disk(self, contact: Contact, x: FloatArray, y: FloatArray) -> FloatArray:
         """sigma_x, tau_xy and eps_y of a full disk: the half plane's formulas at a depth of R log(R / r)."""
         low, high = contact.support
-        centre = 0.5 * (low + high)
-        half, turn = 0.5 * float(np.max(high - low, initial=0.0)), 2 * np.pi * self.radius
-        if half > 0.25 * turn:
-            raise GeometryError(
-                f"a contact {2 * half:.6g} m wide",
-                f"it reaches round the finger, {turn:.6g} m about",
-                "a narrower contact",
-            )
+        centre, turn = 0.5 * (low + high), self.period
         # whole turns only: a point on a contact's edge stays exactly there
         around = y - turn * np.round((y - centre) / turn)
-        rho = 1 - np.minimum(x, self.thickness) / self.radius
+        rho = 1 - x / self.radius
         depth = -self.radius * np.log(rho)
         factor = 0.5 * self.radius * (1 - rho) * (1 + rho)
         with np.errstate(divide="ignore", invalid="ignore"):  # singular points are blanked, and warned of, below
@@ -170,20 +253,23 @@ class Round(Skin):
             difference = np.asarray((t.q.real - gq.imag - gp.real) / np.pi) / rho**2
             shear = np.asarray((gp.imag - t.hq - rest) / np.pi) / rho**2
         blank_singular(contact, depth, around, mean, difference, shear)
-        nu, young = self.material.poisson, self.material.young
+        material = self.stack[0].material
+        nu, young = material.poisson, material.young
         along = (1 + nu) / young * ((1 - 2 * nu) * mean + difference)
         return np.stack([mean - difference, shear, along])
 
     def wave(self, k: npt.ArrayLike, x: npt.ArrayLike) -> Wave:  # noqa: D102
         waves, depths = wave_points(k, x, self.thickness)
+        depths = np.minimum(depths, self._ring.tops[-1])
         n = np.round(waves * self.radius)
         if (np.abs(waves * self.radius - n) > 1e-9 * np.maximum(n, 1)).any():
             seen = f"k * radius = {(waves * self.radius).tolist()}"
             rule = "waves on a round finger close: k has to be a whole number over the radius"
             raise InvalidValueError(seen, rule, "k = n / skin.radius")
         parts = self._ring.amplitudes(n, depths).transpose(2, 1, 0, 3)
-        along, ux, uy = parts[2:] / (2 * self.material.shear)
-        state = hooke(np.stack([*parts[:2], along]), self.material)
+        along, ux, uy = parts[2:] / (2 * self.stack[0].material.shear)
+        fields = np.stack([*parts[:2], along])
+        state = self._state(fields, np.broadcast_to(depths[:, None], fields.shape[1:]))
         return Wave(state.stress, state.strain, ux, uy)
 
     def surface_influence(self, step: float, count: int) -> FloatArray:  # noqa: D102
@@ -201,7 +287,8 @@ def _influence(skin: Round, step: float, count: int) -> FloatArray:
     A disk's compliance (R/4G) (kappa/(n + 1) + 1/(n - 1)) and its like sum to logarithms: sum of exp(i n t)/n =
     -log(2 sin(t/2)) + i (pi - t)/2, turned by one wave either way.
     """
-    kappa, shear, radius = 3 - 4 * skin.material.poisson, skin.material.shear, skin.radius
+    first, radius = skin.stack[0].material, skin.radius
+    kappa, shear = 3 - 4 * first.poisson, first.shear
 
     def disk(y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """4 pi G times u_x of a pressure and u_y of a pressure, less the half plane's, at the distance y."""
@@ -212,7 +299,7 @@ def _influence(skin: Round, step: float, count: int) -> FloatArray:
         odd = before.imag - kappa * after.imag - (1 - kappa) * 0.5 * np.pi
         return np.asarray(even), np.asarray(np.sign(y) * odd)
 
-    n = skin.harmonics
+    n = skin._harmonics(-np.log1p(-skin.stack[0].thickness / radius))
     extra = skin.surface_compliance(n / radius)
     high = np.where(n > 1, n, 2.0)
     straight, across = kappa / (high + 1) + 1 / (high - 1), 1 / (high - 1) - kappa / (high + 1)
@@ -223,5 +310,5 @@ def _influence(skin: Round, step: float, count: int) -> FloatArray:
     even, odd = wave_sum(n / radius, np.stack([extra[:, 0, 0], extra[:, 1, 1]]), extra[:, 1, 0], step, count)
     scale = 4 * np.pi * shear
     bent = [hat_mean(lambda y, i=i: disk(y)[i] / scale, step, count) for i in (0, 1)]
-    half = HalfPlane(skin.material).surface_influence(step, count)
+    half = HalfPlane(first).surface_influence(step, count)
     return _check.read_only(arranged(even[0] + bent[0], even[1] + bent[0], odd + bent[1]) + half)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -119,20 +120,27 @@ def _highest(heights: FloatArray) -> npt.NDArray[np.intp]:
 class OneSensor:
     """The receptive field of one sensor, from which that of every row at its depth follows by shifting it.
 
-    `reach` is the largest distance of a load from a sensor that will be asked for [m].
+    On a skin with ridges each row is tabulated by itself. `reach` is the largest distance of a load from a sensor that
+    will be asked for [m].
     """
 
     def __init__(
         self, skin: Skin, transducer: Transducer, depth: float, noise: float, width: float, reach: float
     ) -> None:
+        self._row: Callable[[FloatArray], Finger] | None = None
+        self._depth = depth
+        if skin.ridges is not None:
+            self._row = lambda y: Finger(skin, SensorArray(y, depth, transducer, noise=noise, width=width))
+            return
         finger = Finger(skin, SensorArray([0.0], depth, transducer, width=width))
         field = Response.from_function(finger.receptive_field, -reach, reach, step=depth / _CELLS)
         self._start, self._step = field.start, field.step
         self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
-        self._depth = depth
 
     def row(self, positions: FloatArray, search: tuple[float, float]) -> RowField:
         """The table of sensors at `positions` [m]."""
+        if self._row is not None:
+            return RowField.of(self._row(positions), search)
         cells = max(int(np.ceil((search[1] - search[0]) * _CELLS / self._depth - 1e-9)), 1)
         step = (search[1] - search[0]) / cells
         values = np.empty((cells, 5, 2, positions.size))

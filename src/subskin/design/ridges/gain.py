@@ -13,11 +13,11 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...contact import Contact
+from ...contact.as_lines import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
-from .._common import index_of
-from ._nodes import LineLoads, line_loads
+from .._common import index_of, refuse_ridges
 from .shape import Ridges
 
 __all__ = ["Gains", "RidgeGain", "read_ridged", "ridge_gain"]
@@ -128,6 +128,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     (1.564, 2.017)
     """
     sensor = index_of(finger.array, sensor)
+    refuse_ridges(finger.skin, "the gain of ridges")
     alone = replace(finger, array=replace(finger.array.select([sensor]), y=[0.0]))
     depth = float(np.asarray(alone.array.depth)[0])
     (low, high), lines, shares = _broken_up(contact, ridges, depth)
@@ -190,6 +191,7 @@ def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random
     >>> read_ridged(finger, touch, Ridges(pitch=2e-3)).round(4).tolist()
     [0.0019, -0.0068, 0.0019]
     """
+    refuse_ridges(finger.skin, "readings under ridges")
     depth = float(np.asarray(finger.array.depth).min())
     (low, high), lines, shares = _broken_up(contact, ridges, depth)
     margin = 1e-3 * depth  # a line load has no width

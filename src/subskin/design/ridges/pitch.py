@@ -11,6 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...finger import Finger
+from .._common import refuse_ridges
 from ..response import spatial_response
 
 __all__ = ["RidgePitch", "best_ridge_pitch"]
@@ -60,6 +61,7 @@ def best_ridge_pitch(finger: Finger) -> RidgePitch:
     >>> (best.pitch * 1e3).round(4).tolist(), bool(best.tangential[0] < 1e-6 * best.normal[0])
     ([3.1416], True)
     """
+    refuse_ridges(finger.skin, "the best pitch of ridges")
     depth = np.asarray(finger.array.depth)
     shortest = _MOST / float(depth.min())
     if turn := finger.skin.curvature:

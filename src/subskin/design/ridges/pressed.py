@@ -14,6 +14,7 @@ from ...contact import PressureProfile
 from ...finger import Finger
 from ...pressing import SineRidges, press
 from ...skin import Skin
+from .._common import refuse_ridges
 from .gain import Gains, largest, ridge_gain, ridge_positions
 from .shape import Ridges, ShapeName
 
@@ -43,6 +44,7 @@ def closing_pressure(skin: Skin, pitch: npt.ArrayLike, amplitude: npt.ArrayLike)
     """
     wide = _check.real("pitch", pitch, unit="m", above=0.0)
     high = _check.real("amplitude", amplitude, unit="m", at_least=0.0)
+    refuse_ridges(skin, "the closing pressure")
     k = 2 * np.pi / wide
     if turn := skin.curvature:
         k = np.maximum(np.round(k / turn), 2) * turn

@@ -11,7 +11,7 @@ from ...array import SensorArray
 from ...contact import Contact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from .._common import index_of
+from .._common import index_of, refuse_ridges
 from ..response import spatial_response
 
 _TAIL = 30.0
@@ -32,6 +32,7 @@ class EndlessRow:
     @classmethod
     def of(cls, finger: Finger, sensor: int, contact: Contact | None) -> EndlessRow:
         """The row of a finger's sensor, which has to live, under a single contact."""
+        refuse_ridges(finger.skin, "the sampling")
         one = finger.array.select([index_of(finger.array, sensor)])
         if not one.live[0]:
             raise InvalidValueError(f"sensor {sensor}", "it is dead, of gain 0", "name another")

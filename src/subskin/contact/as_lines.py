@@ -1,4 +1,4 @@
-"""Nodes and weights that integrate a contact's tractions times ridges: the contact as a sum of line loads."""
+"""A contact as a sum of line loads: nodes and weights that integrate its tractions times what is not smooth."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._check import FloatArray
-from ...contact import Contact, ContactSum, LineLoad, PressureProfile
-from ...errors import ConvergenceError
+from .._check import FloatArray
+from ..errors import ConvergenceError
+from .base import Contact, ContactSum
+from .line import LineLoad
+from .profile import PressureProfile
+
+__all__ = ["LineLoads", "line_loads"]
 
 _U, _W = np.polynomial.legendre.leggauss(12)
 _PLAIN = 0.5 * (1 + _U), 0.5 * _W
