@@ -114,6 +114,20 @@ def test_what_is_seen_is_what_the_library_says(view):
     assert said["found"]["rival"]["worse"] == pytest.approx(float(found.second.chi2))
 
 
+def test_the_field_of_a_skin_with_ridges_is_that_of_its_position(view):
+    text = EXAMPLE.replace("poisson = 0.5\n", 'poisson = 0.5\nridges = {pitch = "2 mm", height = "0.2 mm"}\n')
+    skin = finger_of(text).finger.skin
+    assert skin.ridges is not None
+    touch = Touch(family="hertz", force=40.0, angle=0.1, position=[7e-4], half_width=1.5e-3)
+    said, fields = view.look(FingerState(text=text, touch=touch, show="strain.xx", seed=None))
+    meta, (rows, columns) = said["fields"][0], said["fields"][0]["shape"]
+    y = meta["x"][0] + (np.arange(columns) + 0.5) * meta["x"][1] / columns
+    x = meta["y"][0] + (np.arange(rows) + 0.5) * meta["y"][1] / rows
+    true = 100 * skin.strain(touch.contact(), x[8::9, None], y[::13]).xx
+    seen, off = values(meta, fields[0][8::9, ::13])
+    assert (np.abs(seen - true) <= off + 1e-6 * meta["most"]).all()
+
+
 def test_a_touch_is_kept_in_sight_and_made_fit_for_the_finger(view):
     far = Touch(family="hertz", force=40.0, angle=0.3, position=[9.0], half_width=0.5)
     said, _ = view.look(FingerState(text=EXAMPLE, touch=far))

@@ -219,13 +219,17 @@ class FingerView:
         """The fields of the section and, on an area, from above; whether they are still coarse."""
         metas, fields, coarse = [], [], False
         for name, grid in _grids(finger, window).items():
-            missing = self._fields.missing(finger.skin, touch, shown, grid)
+            ridged = finger.skin.ridges is not None  # not the same at every position
+            missing = 0 if ridged else self._fields.missing(finger.skin, touch, shown, grid)
             if missing and refine and not coarse:
                 self._fields.prepare(finger.skin, touch, shown, grid)
                 missing -= 1
             if missing and not moving and not refine and _quick(finger, touch):
                 missing = 0
-            if missing:
+            if ridged:
+                grid = _coarse(grid, touch, window)
+                values = self._fields.here(finger.skin, touch, shown, grid)
+            elif missing:
                 coarse, grid = True, _coarse(grid, touch, window)
                 values = self._fields.direct(finger.skin, touch, shown, grid)
             else:

@@ -88,6 +88,19 @@ class UnitFields:
                 return
 
     @staticmethod
+    def here(skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid) -> FloatArray:
+        """The same where the touch lies: of a skin that is not the same at every position, such as one with ridges."""
+        along, down = grid.points
+        y = touch.position[0] + along
+        if not touch.local:
+            state = skin.state(touch.contact(), down[:, None], y)
+        elif grid.depth is None:
+            state = skin.state(touch.contact(), down[:, None], y, touch.position[1])
+        else:
+            state = skin.state(touch.contact(), grid.depth, y, touch.position[1] + down[:, None])
+        return shown.scale * np.nan_to_num(shown.of(state))
+
+    @staticmethod
     def direct(skin: Skin, touch: Touch, shown: FieldKind, grid: FieldGrid) -> FloatArray:
         """The same without unit fields: for few points, where the touch changes its width at each step."""
         return _values(skin, touch, shown, grid, touch.contact().components)
