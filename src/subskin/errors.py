@@ -19,6 +19,7 @@ __all__ = [
     "SubskinError",
     "UnknownOptionError",
     "ValidityWarning",
+    "WorkersError",
     "each_printable",
     "printable",
 ]
@@ -119,6 +120,10 @@ class NotLinearError(SubskinError):
 
 class ConvergenceError(SubskinError):
     """A fit that found no answer it could stand by."""
+
+
+class WorkersError(SubskinError):
+    """Workers of an executor that died, or cannot be reached; what was finished before is kept."""
 
 
 class FileError(SubskinError):

@@ -30,7 +30,10 @@ class Load(Frozen):
     components : array_like, shape (..., d + 1)
         Normal force, then the drag [N/m or N].
     covariance : array_like, shape (..., 2 d + 1, 2 d + 1), optional
-        Of (position, components) [products of m, N/m or N]; None where it is not known.
+        Of (position, components) [products of m, N/m or N]; None where it is not known. With a moment of
+        (position, components, moment), shape (..., 6, 6).
+    moment : array_like, shape (...), optional
+        Of a local load, the moment about the inward normal, positive from +y to +z [N m]; None where it is not known.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Load(Frozen):
     position: FloatArray
     components: FloatArray
     covariance: FloatArray | None = None
+    moment: FloatArray | None = None
 
     def __post_init__(self) -> None:
         parts = _array("components", self.components)
@@ -69,11 +73,18 @@ class Load(Frozen):
             )
         object.__setattr__(self, "position", position)
         object.__setattr__(self, "components", parts)
+        k = 2 * d + 1
+        if self.moment is not None:
+            moment, k = _array("moment", self.moment), k + 1
+            if d == 1 or moment.shape != batch:
+                seen = f"moment of shape {moment.shape}, components of shape {parts.shape}"
+                raise GeometryError(seen, "each local load has one, a long one has none", "leave out moment")
+            object.__setattr__(self, "moment", moment)
         if self.covariance is not None:
             square = _array("covariance", self.covariance)
-            if square.shape != (*batch, 2 * d + 1, 2 * d + 1):
+            if square.shape != (*batch, k, k):
                 seen = f"covariance of shape {square.shape}"
-                raise GeometryError(seen, f"{(*batch, 2 * d + 1, 2 * d + 1)} is needed", "leave out covariance")
+                raise GeometryError(seen, f"{(*batch, k, k)} is needed", "leave out covariance")
             object.__setattr__(self, "covariance", square)
 
     @property
@@ -89,11 +100,12 @@ class Load(Frozen):
     def __getitem__(self, index: object) -> Load:
         """Some loads of the batch."""
         at, d = np.arange(self.normal.size).reshape(self.shape)[index], self.dim  # type: ignore[call-overload]
-        square = self.covariance
+        square, moment = self.covariance, self.moment
         return Load(
             self.position.reshape(-1, *(2,) * (d - 1))[at],
             self.components.reshape(-1, d + 1)[at],
-            None if square is None else square.reshape(-1, 2 * d + 1, 2 * d + 1)[at],
+            None if square is None else square.reshape(-1, *square.shape[-2:])[at],
+            None if moment is None else moment.reshape(-1)[at],
         )
 
     @property
@@ -129,19 +141,19 @@ class Load(Frozen):
 
     @property
     def polar(self) -> FloatArray:
-        """Covariance of (position, force, angle[, azimuth]), shape (..., 2 d + 1, 2 d + 1); NaN where none is known.
+        """Covariance of (position, force, angle[, azimuth, moment]); NaN where none is known.
 
-        The components' covariance carried over to first order; readings are linear in the components, so that errors
-        are Gaussian there.
+        Its shape is (..., 2 d + 1, 2 d + 1), with a moment (..., 6, 6). The components' covariance carried over to
+        first order; readings are linear in the components, so that errors are Gaussian there.
         """
-        d = self.dim
+        k = 2 * self.dim + 1 + (self.moment is not None)
         if self.covariance is None:
-            return np.full((*self.shape, 2 * d + 1, 2 * d + 1), np.nan)
+            return np.full((*self.shape, k, k), np.nan)
         return polar_covariance(self.components, self.covariance)
 
     @property
     def std(self) -> FloatArray:
-        """Standard deviations of (position, force, angle[, azimuth]), shape (..., 2 d + 1)."""
+        """Standard deviations of (position, force, angle[, azimuth, moment]), shape (..., 2 d + 1) or (..., 6)."""
         return np.sqrt(np.diagonal(self.polar, axis1=-2, axis2=-1))
 
     def within(self, friction: npt.ArrayLike) -> npt.NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from ._frozen import Frozen
 from .contact import LocalContact, PointLoad
 from .errors import ConvergenceError, GeometryError
 from .finger import Finger
-from .prepared import prepared
+from .prepared import prepared, tabulated
 
 __all__ = ["RadialResponse", "tabulate_radial"]
 
@@ -39,7 +40,7 @@ def _nodes(degree: int) -> FloatArray:
 _NODES = _nodes(DEGREE)
 _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 _CHECKS = np.array([-0.49, -0.17, 0.29])
-_ANGLES, _TURNED = 24, 0.1
+_ANGLES, _FEW_ANGLES, _TURNED = 24, 9, 0.1
 _HIGHEST = 8
 _KEPT, _SAME = 1e-10, 1e-8
 """Shares of the largest reading: below the first a harmonic is rounding, below the second two are one."""
@@ -141,17 +142,46 @@ class RadialResponse(Frozen):
         position : array_like, shape (..., 2)
             Where the load presses, (y, z) [m].
         """
-        delta = self.points - np.asarray(position, dtype=np.float64)[..., None, :]
-        zeta = delta[..., 0] + 1j * delta[..., 1]
-        v = 1.0 + (delta**2).sum(axis=-1) / self.depth**2
-        cell, t = _cell_of(v, self.coefficients.shape[1])
-        c = self.coefficients[self.kind, cell]  # (..., n, functions, 6)
-        values = np.einsum("...fk,...k->...f", c, t[..., None] ** np.arange(DEGREE + 1))
-        out = np.zeros((*v.shape, 3))
+        delta, cell, t, _ = self._cells(position)
+        values = np.einsum(
+            "...fk,...k->...f", self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
+        )
+        zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3))
         for component, order, part, function, sign in self.terms.tolist():
             shape = zeta**order
             out[..., component] += sign * values[..., function] * (shape.imag if part else shape.real)
         return out * self.gain[:, None]
+
+    def slopes(self, position: npt.ArrayLike) -> FloatArray:
+        """How the readings change as the load moves along y and along z [1/N/m], shape (..., n, 3, 2).
+
+        Parameters
+        ----------
+        position : array_like, shape (..., 2)
+            As in a call.
+        """
+        delta, cell, t, steep = self._cells(position)
+        c, powers = self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
+        values = np.einsum("...fk,...k->...f", c, powers)
+        slope = (
+            np.einsum("...fk,...k->...f", c[..., 1:] * np.arange(1, DEGREE + 1), powers[..., :-1]) * steep[..., None]
+        )
+        zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3, 2))
+        for component, order, part, function, sign in self.terms.tolist():
+            f, df, shape = values[..., function], slope[..., function], zeta**order
+            below = order * zeta ** max(order - 1, 0)
+            for along, turned in enumerate((below, 1j * below)):
+                each = f * (turned.imag if part else turned.real) + df * delta[..., along] * (
+                    shape.imag if part else shape.real
+                )
+                out[..., component, along] -= sign * each
+        return out * self.gain[:, None, None]
+
+    def _cells(self, position: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.intp], FloatArray, FloatArray]:
+        """From the load to each sensor, the cell of that distance, how far in it, and d t / d u / 2 there."""
+        delta = self.points - np.asarray(position, dtype=np.float64)[..., None, :]
+        cell, t = _cell_of(1.0 + (delta**2).sum(axis=-1) / self.depth**2, self.coefficients.shape[1])
+        return delta, cell, t, 2.0 * PER_OCTAVE / 2.0 ** (cell // PER_OCTAVE) / self.depth**2
 
 
 def _cell_of(v: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
@@ -203,7 +233,11 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
         keys = list(zip(kinds, depth.tolist(), np.asarray(array.width).tolist(), strict=True))
         each = {key: keys.index(key) for key in keys}
         octaves = np.ceil(np.log2(1.0 + (radius / depth.min()) ** 2))
-        every = [sampled(finger, i, int(octaves) * PER_OCTAVE) for i in each.values()]
+        cells = int(octaves) * PER_OCTAVE
+        every = [
+            tabulated(("radial", finger.skin, *key, cells), partial(_of_one, finger, i, cells))
+            for key, i in each.items()
+        ]
         terms, tables, error = shared(every)
         kind = np.array([list(each).index(key) for key in keys])
         return RadialResponse(array.points, depth, np.asarray(array.gain), kind, tables, terms, error)
@@ -211,13 +245,27 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
     return prepared(finger).get(("radial", float(radius)), make)
 
 
-def sampled(
-    finger: Finger, sensor: int, cells: int, load: Callable[..., LocalContact] = PointLoad, angles: int = _ANGLES
-) -> tuple[FloatArray, float, float]:
-    """Functions of u by component, order and part, (3, orders, 2, cells, nodes); largest reading; error.
+def _of_one(finger: Finger, sensor: int, cells: int) -> tuple[FloatArray, float, float]:
+    """As `sampled`, at few angles where these do: a point of an isotropic skin reads no more than three harmonics."""
+    if not np.asarray(finger.array.width)[sensor]:
+        found = sampled(finger, sensor, cells, angles=_FEW_ANGLES)
+        if found[2] <= _MOST:
+            return found
+    return sampled(finger, sensor, cells)
 
-    load makes unit contacts from `components` and `position`; readings are taken at so many `angles`, more than twice
-    the highest order.
+
+def sampled(
+    finger: Finger,
+    sensor: int,
+    cells: int,
+    load: Callable[..., LocalContact] = PointLoad,
+    angles: int = _ANGLES,
+    floor: float = 0.0,
+) -> tuple[FloatArray, float, float]:
+    """Functions of u by component, order and part, (components, orders, 2, cells, nodes); largest reading; error.
+
+    load makes unit contacts from `components` and `position`, one of each component, or less; readings are taken at
+    so many `angles`, more than twice the highest order. Where none exceeds `floor` they are taken for rounding.
     """
     one = finger.array.select([sensor])
     probe = replace(finger, array=replace(one, y=[0.0], z=[0.0], gain=1.0))
@@ -231,17 +279,19 @@ def sampled(
         r = depth * np.sqrt(np.maximum(centres[:, None] + lengths[:, None] * t - 1.0, 0.0))
         away = r[..., None, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         touch = load(components=np.eye(3), position=-away[..., None, :])
-        return r, probe.measure(touch, linear=True)[..., 0]  # (cells, t, angles, 3)
+        return r, probe.measure(touch, linear=True)[..., 0]  # (cells, t, angles, components)
 
     turns = 2 * np.pi * np.arange(angles) / angles
     r, values = readings(_NODES, turns)
+    peak = max(float(np.abs(values).max()), floor)
+    if peak == floor:
+        values = np.zeros_like(values)
     waves = np.fft.rfft(values, axis=2)[:, :, : (angles - 1) // 2 + 1][:, :, : _HIGHEST + 1] * (2 / angles)
     waves[:, :, 0] /= 2
     waves = np.pad(waves, ((0, 0), (0, 0), (0, _HIGHEST + 1 - waves.shape[2]), (0, 0)))
     power = r[..., None, None] ** np.arange(_HIGHEST + 1)[:, None]
     parts = np.stack([waves.real, -waves.imag])  # of cos and sin m theta
-    peak = float(np.abs(values).max())
-    keep = np.abs(parts).max(axis=(1, 2)) > _KEPT * peak  # (2, orders, 3)
+    keep = np.abs(parts).max(axis=(1, 2)) > _KEPT * peak  # (2, orders, components)
     functions = np.where(keep[:, None, None], parts / power, 0.0)
     rc, seen = readings(_CHECKS, turns + _TURNED)
     at = np.einsum("kj,pcjmi->pcmki", _TO_POWERS, functions)

@@ -21,12 +21,14 @@ from .finger import Finger
 from .prepared import prepared
 from .radial import RadialResponse, sampled, shared, tabulate_radial
 
-__all__ = ["RoundResponse", "tabulate_round"]
+__all__ = ["RoundResponse", "tabulate_moment", "tabulate_round"]
 
 WIDTHS = 14
 """Chebyshev nodes in the square of the half width."""
 _MOST_WIDE = 2.0
 """Depths up to which half widths are tabulated."""
+_FELT, _HIGHER = 1e-9, 2
+"""Share of the readings under a force, per depth, below which a moment is not felt; how many harmonics more it has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,20 +118,81 @@ def tabulate_round(finger: Finger, family: type[RoundContact], radius: float, wi
 
     def make() -> RoundResponse:
         point = tabulate_radial(finger, radius)
-        cells, angles = point.coefficients.shape[1], 2 * int(point.terms[:, 1].max()) + 2
-        sensors = [int(np.flatnonzero(point.kind == kind)[0]) for kind in range(point.coefficients.shape[0])]
-        shares = 0.5 * (1 + np.cos(np.pi * (np.arange(WIDTHS) + 0.5) / WIDTHS))
+        angles = 2 * int(point.terms[:, 1].max()) + 2
         every = [
-            sampled(finger, sensor, cells, partial(family, half_width=float(a)), angles)
-            for a in widest * np.sqrt(shares)
-            for sensor in sensors
+            sampled(finger, sensor, point.coefficients.shape[1], partial(family, half_width=a), angles)
+            for a in widest * _roots()
+            for sensor in _one_of_each(point)
         ]
-        terms, tables, error = shared(every)
-        matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, WIDTHS - 1)
-        sums = np.linalg.solve(matrix, tables.reshape(WIDTHS, -1))
-        each = _check.read_only(sums.reshape(WIDTHS, len(sensors), *tables.shape[1:]))
-        table = replace(point, terms=terms, coefficients=each[0])
-        size = np.abs(each[..., 0] * table.weights).max(axis=(1, 2, 3))
-        return RoundResponse(table, each, widest, error + float(size[-1] / size[0]))
+        return _over_widths(point, every, widest)
 
     return prepared(finger).get(("round", family, float(radius), float(widest)), make)
+
+
+def tabulate_moment(finger: Finger, family: type[RoundContact], radius: float, widest: float) -> RoundResponse | None:
+    """A finger's response to a unit moment about the normal on round contacts, in place of N; None where it has none.
+
+    Normal strain, pressure and normal stress do not see a moment; nor is one known of a family whose drag under it is
+    not.
+
+    Parameters
+    ----------
+    finger, family, radius, widest
+        As of `tabulate_round`; readings are per N m.
+
+    Examples
+    --------
+    >>> import numpy as np, subskin as ss
+    >>> skin, gauge = ss.HalfSpace(ss.Material(young=0.4e6)), ss.transducer.ShearStrain("xy")
+    >>> finger = ss.Finger(skin, ss.SensorArray.grid(shape=(2, 2), pitch=2e-3, depth=2e-3, transducer=gauge))
+    >>> table = tabulate_moment(finger, ss.RoundHertz, 4e-3, widest=3e-3)
+    >>> turn = ss.RoundHertz(components=(0.0, 0.0, 0.0), moment=1e-3, position=(0.3e-3, 1e-3), half_width=1.7e-3)
+    >>> bool(np.allclose(1e-3 * table.at(1.7e-3)((0.3e-3, 1e-3))[:, 0], finger.measure(turn), rtol=1e-6))
+    True
+    """
+
+    def make() -> RoundResponse | None:
+        point, every = tabulate_radial(finger, radius), []
+        angles = 2 * (int(point.terms[:, 1].max()) + _HIGHER) + 2
+        peaks = np.abs(point.coefficients[..., 0] * point.weights).max(axis=(1, 2)) / point.depth.min()
+        for a in widest * _roots():
+            load = partial(_moment, family, half_width=float(a))
+            for kind, sensor in enumerate(_one_of_each(point)):
+                cells = point.coefficients.shape[1]
+                try:
+                    every.append(sampled(finger, sensor, cells, load, angles, floor=_FELT * float(peaks[kind])))
+                except InvalidValueError:  # the family does not say how a moment drags
+                    return None
+            if not any(functions.any() for functions, *_ in every):
+                return None
+        return _over_widths(point, every, widest)
+
+    return prepared(finger).get(("moment", family, float(radius), float(widest)), make)
+
+
+def _moment(
+    family: type[RoundContact], *, components: FloatArray, position: npt.ArrayLike, half_width: float
+) -> RoundContact:
+    """A contact with a unit moment and nothing else, in place of the contacts of unit `components`."""
+    return family(components=np.zeros_like(components[:1]), moment=1.0, position=position, half_width=half_width)
+
+
+def _roots() -> FloatArray:
+    """Chebyshev's nodes of the square of the half width on (0, 1), as half widths."""
+    return np.sqrt(0.5 * (1 + np.cos(np.pi * (np.arange(WIDTHS) + 0.5) / WIDTHS)))
+
+
+def _one_of_each(point: RadialResponse) -> list[int]:
+    """The first sensor of each kind."""
+    return [int(np.flatnonzero(point.kind == kind)[0]) for kind in range(point.coefficients.shape[0])]
+
+
+def _over_widths(point: RadialResponse, every: list[tuple[FloatArray, float, float]], widest: float) -> RoundResponse:
+    """Chebyshev sums over the squares of the half widths at whose nodes `every` kind of sensor was sampled."""
+    terms, tables, error = shared(every)
+    matrix = np.polynomial.chebyshev.chebvander(2 * _roots() ** 2 - 1, WIDTHS - 1)
+    sums = np.linalg.solve(matrix, tables.reshape(WIDTHS, -1))
+    each = _check.read_only(sums.reshape(WIDTHS, len(point.coefficients), *tables.shape[1:]))
+    table = replace(point, terms=terms, coefficients=each[0])
+    size = np.abs(each[..., 0] * table.weights).max(axis=(1, 2, 3))
+    return RoundResponse(table, each, widest, error + float(size[-1] / size[0]))

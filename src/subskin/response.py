@@ -255,6 +255,30 @@ class Response(Frozen):
                 term *= t
         return total.reshape(*positions.shape, -1, 2)
 
+    def averaged(self, width: float) -> Response:
+        """The mean over so wide a sensor about each position, of a table of line loads; shorter by that width.
+
+        Parameters
+        ----------
+        width : float
+            Width of the sensors [m], > 0.
+        """
+        c = self.coefficients
+        powers = np.arange(1, DEGREE + 2)
+        before = np.concatenate([np.zeros((1, *c.shape[2:])), self.step * np.cumsum(_mean(c), axis=0)])
+
+        def sums(position: FloatArray) -> FloatArray:
+            cell, t = _within((position - self.start) / self.step, len(c))
+            parts = (t[..., None] ** powers - (-0.5) ** powers) / powers  # (..., 1, 1, k)
+            return np.asarray(before[cell] + self.step * np.einsum("...knl,...abk->...nl", c[cell], parts))
+
+        def mean(position: FloatArray) -> FloatArray:
+            return (sums(position + 0.5 * width) - sums(position - 0.5 * width)) / width
+
+        less = self.step * np.ceil(0.5 * width / self.step - 1e-9)
+        ends = self.start + less, self.stop - less
+        return Response.from_function(mean, *ends, step=self.step, tolerance=np.inf)
+
     def select(self, sensors: npt.ArrayLike) -> Response:
         """The response of some of the `sensors`, given by a mask or by indices."""
         index = np.arange(self.sensors)[np.asarray(sensors)]
@@ -342,6 +366,11 @@ def _within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatA
     """The cell in which each position lies, in `steps` from the start, and how far from its centre, (..., 1, 1)."""
     cell = np.clip(np.floor(steps).astype(np.intp), 0, cells - 1)
     return cell, (steps - cell - 0.5)[..., None, None]
+
+
+def _mean(c: FloatArray) -> FloatArray:
+    """Of the polynomials with the coefficients c (cells, 5, n, 2), over their cells."""
+    return np.asarray(c[:, 0] + c[:, 2] / 12 + c[:, 4] / 80)
 
 
 def _polynomial(c: FloatArray, t: FloatArray, derivative: int = 0) -> FloatArray:

@@ -86,6 +86,9 @@ class TestFit:
         ran = subskin("fit", "area.toml", "t.csv", "-o", "f.csv", "--figure", "f.png")
         assert (ran.code, ran.err) == (0, "")
         assert (folder / "f.png").stat().st_size > 1000
+        assert "no moment about the normal is fitted" in ran.out
+        long = ("--contact", "hertz", "--half-width", "1 mm")
+        assert "same at every z" in subskin("simulate", "area.toml", "--moment", "0.2 N*mm", *long).err
         (true,) = (read_table("t.csv").numbers(name) for name in ["position_z"])
         z, std = columns("f.csv", "position_z", "position_z_std")
         assert (np.abs(z - true) < 4 * std).all()
@@ -95,7 +98,12 @@ class TestFit:
         ran = subskin("fit", "area.toml", "t.csv", "--family", "hertz")
         assert ran.code != 0
         assert "round_hertz" in ran.err
-        assert subskin("decide", "area.toml", "t.csv").code != 0
+        balls = ("--kind", "ball=round_hertz: 1..2.5 mm", "--kind", "none=none")
+        ran = subskin("decide", "area.toml", "t.csv", *balls, "-o", "k.csv")
+        assert (ran.code, ran.err) == (0, "")
+        assert "ball" in ran.out
+        (z,) = columns("k.csv", "position_z")
+        assert (np.abs(z - true) < 0.3e-3).all()
 
     def test_family_and_width(self, subskin, table):
         ran = subskin("fit", "finger.toml", "r.csv", "--family", "wedge", "--width", "0.1..1 mm", "--json")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.calibration import choose
 
 RUBBER = ss.Material(young=0.4e6, poisson=0.5)
 ORIGIN, TURN = np.array([12.3e-3, 9.1e-3]), 0.2
@@ -82,6 +83,22 @@ def test_drags_turn_with_the_finger():
     assert abs(found.turn - TURN) < 4 * found.parameters[2].std
     assert found.evaluate(readings, on_motor(at), **loads).r2 > 0.9999
     assert not found.misfit.structured
+
+
+def test_candidates_are_compared_by_distance(several):
+    """Sensors of pressure read as sensors of normal stress, and as what they are: touches held out tell."""
+    true, rng = several[0][1], np.random.default_rng(5)
+    at = touches(30, rng, half=5e-3)
+    drawn = {kind.__name__: grid(depth=5e-3, transducer=kind()) for kind in (ss.NormalStress, ss.MeanPressure)}
+    both = {name: (finger, ("gain", "offset", "depth", "origin", "turn")) for name, finger in drawn.items()}
+    readings = true.read(ss.PointLoad(1.5, position=at), rng)
+    found = choose(both, readings, on_motor(at), force=1.5, friction=0)
+    assert found.best.name == "MeanPressure"
+    best, other = found.trials
+    assert best.ok > 0.95
+    assert best.rms < 0.1e-3
+    assert 0.85 < best.held <= 1
+    assert other.reason or other.rms > 2 * best.rms
 
 
 def test_thickness_and_depth_of_a_layer_come_back():

@@ -23,6 +23,7 @@ ORDER = (
     "_frozen",
     "_registry",
     "_axes",
+    "_tasks",
     "material",
     "tensor",
     "loads",

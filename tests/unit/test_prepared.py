@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 import subskin as ss
+from subskin import prepared as prepared_module
+from subskin.design.placement._table import OneSensor
 from subskin.errors import InvalidValueError, UnknownOptionError
-from subskin.prepared import Prepared, prepared
+from subskin.prepared import Prepared, prepared, tabulated
+from subskin.radial import tabulate_radial
 
 
 def finger():
@@ -106,3 +109,72 @@ def test_readings_that_are_read_only_have_no_loop_of_their_own():
     readings.flags.writeable = False
     np.testing.assert_array_equal(tip.locate(readings).table, found.table)
     assert project_frames.signatures == before != []
+
+
+@pytest.fixture
+def tables(monkeypatch):
+    """No tables kept, and how often a layered skin is asked for a field."""
+    asked = []
+    own = ss.Layered.at
+    monkeypatch.setattr(prepared_module, "_tables", Prepared(most=256))
+    monkeypatch.setattr(ss.Layered, "at", lambda self, *points: (asked.append(1), own(self, *points))[1])
+    return asked
+
+
+def layered():
+    return ss.Layered(ss.Layer(ss.Material(young=0.4e6), thickness=5e-3))
+
+
+def one_sensor(reach, width=0.0, noise=1.0):
+    return OneSensor(layered(), ss.NormalStrain(), 2e-3, noise, width, reach)
+
+
+def test_a_row_of_an_equal_skin_is_tabulated_once(tables):
+    one_sensor(20e-3)
+    first = len(tables)
+    one_sensor(15e-3, noise=2.0)
+    one_sensor(22e-3, width=0.4e-3)
+    assert 0 < first == len(tables)
+    one_sensor(40e-3)  # farther than before: what is beyond, and no more
+    assert len(tables) == first + 2
+
+
+def test_an_area_of_an_equal_skin_is_tabulated_once(tables):
+    def table(pitch):
+        array = ss.SensorArray.grid((2, 3), pitch=pitch, depth=2e-3)
+        return tabulate_radial(ss.Finger(layered(), array), 15e-3)
+
+    one = table(2e-3)
+    first = len(tables)
+    two = table(3e-3)
+    assert 0 < first
+    assert len(tables) < 2 * first  # no field, but the look whether a transducer has a linear part
+    np.testing.assert_array_equal(one.coefficients, two.coefficients)
+
+
+def test_a_table_does_not_depend_on_what_was_asked_for_before(tables):
+    long = one_sensor(60e-3)
+    short = one_sensor(20e-3)
+    prepared_module._tables = Prepared()
+    alone = one_sensor(20e-3)
+    np.testing.assert_array_equal(short._values, alone._values)
+    middle, half = len(long._values) // 2, len(alone._values) // 2
+    np.testing.assert_array_equal(long._values[middle - half : middle + half], alone._values)
+
+
+@pytest.mark.parametrize("width", [0.0, 0.8e-3])
+def test_the_pieces_of_a_table_are_the_field(width):
+    """In the middle, where pieces meet, and far off."""
+    one = one_sensor(60e-3, width)
+    array = ss.SensorArray([0.0], 2e-3, width=width)
+    at = np.array([-58e-3, -24e-3, -1.3e-3, 0.0, 0.7e-3, 24.01e-3, 47.9e-3])
+    field = ss.Finger(layered(), array).receptive_field(at)[:, 0]
+    steps = (at - one._start) / one._step
+    cell = np.floor(steps).astype(int)
+    t = (steps - cell - 0.5)[:, None] ** np.arange(5)
+    found = np.einsum("pkl,pk->pl", one._values[cell], t)
+    np.testing.assert_allclose(found, field, rtol=0, atol=2e-9 * np.abs(field).max())
+
+
+def test_a_skin_without_a_hash_is_tabulated_each_time():
+    assert [tabulated(("row", []), lambda k=k: k) for k in (1, 2)] == [1, 2]

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._axes import on_finger
+from .._check import FloatArray
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate.estimate import Status
-from ..estimate.locate import row_locator
+from ..estimate.locate import locator, row_locator
 from ..finger import Finger
 from .calibration import Calibration
+from .fit import Fit
 from .known import fitted
 from .spread import checked, measured
 
@@ -80,6 +83,7 @@ def choose(
     *,
     force: npt.ArrayLike | None = None,
     angle: npt.ArrayLike = 0.0,
+    azimuth: npt.ArrayLike = 0.0,
     advance: Callable[[], object] = lambda: None,
     **options: Any,
 ) -> Choice:
@@ -88,13 +92,14 @@ def choose(
     The touches are cut into five blocks of neighbours; each block is located by the finger fitted to the others.
     Neighbours are alike, so whole blocks held out say more than every fifth touch would. A high R^2 says how well
     readings are fitted, but a few large residuals may lie just where they decide positions. So positions are compared:
-    their errors, the worst error, and how many are OK.
+    their errors, the worst error, and how many are OK. On an area an error is a distance, blocks are cut
+    along the longer side of what was touched, and the skin's field alone is compared, without a response in place.
 
     Parameters
     ----------
     candidates : mapping
         By name, a finger as drawn and what to fit of it (`fit` of `calibrate`).
-    readings, positions, force, angle
+    readings, positions, force, angle, azimuth
         As in `calibrate`.
     advance : callable, optional
         Called once a candidate is done.
@@ -139,7 +144,7 @@ def choose(
         )
     trials = []
     for name, (finger, fit) in candidates.items():
-        trials.append(_trial(name, finger, fit, (readings, positions, force, angle), options))
+        trials.append(_trial(name, finger, fit, (readings, positions, force, angle, azimuth), options))
         advance()
     trials.sort(key=lambda t: t.score)
     if not np.isfinite(trials[0].score):
@@ -160,34 +165,60 @@ def _trial(
 ) -> Trial:
     nothing = (0.0, np.nan, np.nan, np.nan, np.nan, np.inf)
     try:
-        whole = fitted(finger, *touches[:2], fit=fit, force=touches[2], angle=touches[3])
+        whole = fitted(finger, *touches[:2], fit=fit, force=touches[2], angle=touches[3], azimuth=touches[4])
         found = whole.result()
         if found.misfit.wrong:
             return Trial(name, found, *nothing, found.misfit.verdict)
-        sizes, touches_out = measured(whole)
-        found = checked(found, whole, sizes, touches_out)
-        leaning = int(options.get("friction", 1.0) > 0)
-        order = np.argsort(whole.positions, kind="stable")
-        error, std = np.full((2, len(order)), np.nan)
-        for block in np.array_split(order, _BLOCKS):
-            part = whole.without(block)
-            part.uncertainty.process = whole.uncertainty.process
-            truth = whole.positions[block] - part.forward.origin(part.p, part.origin)
-            at = row_locator(part.finger_found(), **options)(whole.given[block])
-            sure = at.status == Status.OK
-            error[block[sure]] = (at.position - truth)[sure]
-            std[block[sure]] = (sizes[leaning] * part.uncertainty.of_positions(truth)[leaning] * at.std[..., 0])[sure]
+        held_out = _on_area if finger.array.on_area else _on_row
+        found, error, std = held_out(found, whole, options)
     except ConvergenceError as wrong:
         return Trial(name, None, *nothing, str(wrong))
-    ok = np.isfinite(error)
+    ok: npt.NDArray[np.bool_] = np.asarray(np.isfinite(error).all(axis=1))
     if ok.sum() < _FEWEST:
-        return Trial(name, found, *nothing, f"{ok.sum()} of {len(order)} touches held out are located")
-    size, share = np.abs(error[ok]), float(ok.mean())
+        return Trial(name, found, *nothing, f"{ok.sum()} of {len(ok)} touches held out are located")
+    size, share = np.linalg.norm(error[ok], axis=1), float(ok.mean())
     rms, worst = float(np.sqrt(np.mean(size**2))), float(size.max())
-    held = float(np.mean(size <= 1.96 * std[ok]))
+    held = float(np.mean(np.abs(error[ok]) <= 1.96 * std[ok]))
     return Trial(
         name, found, share, float(np.median(size)), worst, rms, held, float(np.hypot(rms, worst / _WORST)) / share, ""
     )
+
+
+def _on_row(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple[Calibration, FloatArray, FloatArray]:
+    """The finger of all touches; errors of position of those held out, and their standard errors, (touches, 1)."""
+    sizes, touches_out = measured(whole)
+    found = checked(found, whole, sizes, touches_out)
+    leaning = int(options.get("friction", 1.0) > 0)
+    order = np.argsort(whole.positions, kind="stable")
+    error, std = np.full((2, len(order)), np.nan)
+    for block in np.array_split(order, _BLOCKS):
+        part = whole.without(block)
+        part.uncertainty.process = whole.uncertainty.process
+        truth = whole.positions[block] - part.forward.origin(part.p, part.origin)
+        at = row_locator(part.finger_found(), **options)(whole.given[block])
+        sure = at.status == Status.OK
+        error[block[sure]] = (at.position - truth)[sure]
+        std[block[sure]] = (sizes[leaning] * part.uncertainty.of_positions(truth)[leaning] * at.std[..., 0])[sure]
+    return found, error[:, None], std[:, None]
+
+
+def _on_area(found: Calibration, whole: Fit, options: Mapping[str, Any]) -> tuple[Calibration, FloatArray, FloatArray]:
+    """The same of sensors on an area, (touches, 2), by the skin's field alone.
+
+    A response in place would mend most of what a wrong candidate misses: it is made for the one that is taken.
+    """
+    positions = whole.positions
+    order = np.argsort(positions[:, int(np.argmax(np.ptp(positions, axis=0)))], kind="stable")
+    error, std = np.full((2, len(order), 2), np.nan)
+    for block in np.array_split(order, _BLOCKS):
+        part = whole.without(block)
+        forward: Any = part.forward
+        truth = on_finger(positions[block], forward.origin(part.p, part.origin), forward.turn(part.p))
+        at: Any = locator(part.finger_found(), "point", **options)(whole.given[block])
+        sure = at.status == Status.OK
+        error[block[sure]] = (at.position - truth)[sure]
+        std[block[sure]] = np.sqrt(np.diagonal(np.asarray(at.load.covariance), axis1=1, axis2=2))[sure, :2]
+    return found, error, std
 
 
 def _reason(best: Trial, others: Sequence[Trial]) -> str:

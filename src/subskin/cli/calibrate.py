@@ -44,8 +44,8 @@ finger's y is turned from the touches'), and no width. Where the field of the sk
 finger gets a response measured in place, in a file NAME.response.npz beside NAME.toml. --response table takes no field
 at all: the response is made of the touches alone.
 
---choose fits a half plane and a layer, each with sensors of strain, stress and pressure. It compares them by the
-positions of touches held out: how far off, how far at worst, and how many are OK.
+--choose fits a half plane (on an area a half space) and a layer, each with sensors of strain, stress and pressure. It
+compares them by the positions of touches held out: how far off, how far at worst, and how many are OK.
 
 Touches that the model cannot explain end with an error, and no finger is written unless --accept-misfit is given.
 
@@ -124,9 +124,6 @@ def run(options: argparse.Namespace) -> int:
     loaded = {name: values[used] for name, values in loads.items()}
     choice = None
     if options.choose:
-        if area:
-            rule, fix = "candidates are compared on a row of sensors", "leave --choose out, and compare kinds by hand"
-            raise InvalidValueError("--choose with sensors on an area", rule, fix)
         file, fit, choice = chosen(file, fit, *touches, **loaded)
     found = calibrate(
         file.finger,

@@ -65,15 +65,18 @@ def _candidates(file: FingerFile, fit: tuple[str, ...]) -> dict[str, tuple[Finge
     """By name: the file as it is and, of one material and one of the kinds, each kind in each skin."""
     skin, kinds = file.finger.skin, {kind_of(kind) for kind in file.finger.array.transducers}
     out = {}
-    skins = ("half_plane", "layers") if skin.single_material is not None and not skin.curvature else ("",)
+    endless = "half_space" if file.finger.array.on_area else "half_plane"
+    skins = (endless, "layers") if skin.single_material is not None and not skin.curvature else ("",)
     for name in skins:
         for kind in _KINDS if len(kinds) == 1 and kinds <= set(_KINDS) else ("",):
             # a skin of that kind is kept as it is drawn
-            same = not name or skin.endless == (name == "half_plane")
+            same = not name or skin.endless == (name == endless)
             of = remodelled(file, skin="" if same else name, kind=kind)
             layer = bool(name) and bool(np.isfinite(of.finger.skin.thickness))
             base = tuple(n for n in fit if n != "thickness" or not name) + ("thickness",) * layer
-            where = {"half_plane": "a half plane", "layers": "a layer"}.get(name, "the skin as drawn")
+            where = {"half_plane": "a half plane", "half_space": "a half space", "layers": "a layer"}.get(
+                name, "the skin as drawn"
+            )
             title = f"{kind or 'sensors as drawn'} of {where}"
             out[title.replace("_", " ")] = (of, base)
             if kind == _OF_STRAIN and "poisson" not in base:

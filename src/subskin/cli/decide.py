@@ -10,6 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .. import io
+from .._axes import on_touches
 from ..errors import InvalidValueError
 from .common import describe, give, number, quantity_range, show
 from .frames import MEANING, add_frames
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
   subskin decide finger.toml readings.csv -o kinds.csv
   subskin decide finger.toml readings.csv --kind "edge=wedge: 0.2..0.7 mm" --kind "can=hertz: 1..3 mm * 2" --sure 0.99
+  subskin decide area.toml readings.csv --kind "coin=round_punch: 0.5..1.5 mm" --kind "ball=round_hertz: 0.5..2 mm"
   subskin simulate finger.toml -o - --contact wedge --half-width "0.5 mm" | subskin decide finger.toml - --json
 """
 _NOTES = """\
@@ -29,7 +31,9 @@ touches (pair, 0.5 to 3 depths apart), a tenth as likely; none of these (none), 
 contact narrower than a roller of half width 0.4 depth, a flat bar of 0.28 or a wedge of 0.49. A side is any wider
 contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Where no kind is as probable as
 --sure, the answer is "cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of these" cannot
-be found.
+be found. Of sensors on an area: a point, a vertex (cone), a flat and a round side (round_punch, round_hertz), none of
+these, two touches among them. A vertex is narrower than a sphere of half width 0.45 depth or a disc of 0.35; a side is
+wider, up to a sphere of 1.34 or a disc of 1.04.
 """
 _KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
@@ -125,7 +129,7 @@ def _columns(answers: Answers) -> dict[str, Any]:
         "row": answers.rows,
         "kind": said.name,
         **each,
-        "position": said.position + answers.file.origin,
+        **_where(said, answers.file),
         "force": said.force,
         "angle": said.angle,
         "half_width": said.half_width,
@@ -134,6 +138,18 @@ def _columns(answers: Answers) -> dict[str, Any]:
         "residual": said.residual,
         "used": answers.used,
     }
+
+
+def _shown_at(columns: dict[str, Any]) -> list[str]:
+    return [name for name in ("position", "position_y", "position_z") if name in columns]
+
+
+def _where(said: TypeDecision, file: io.FingerFile) -> dict[str, Any]:
+    """Positions, and on an area azimuths, on the axes of the tables."""
+    if not file.finger.array.on_area:
+        return {"position": said.position + file.origin}
+    y, z = on_touches(said.position, file.origin, file.turn).T
+    return {"position_y": y, "position_z": z, "azimuth": said.azimuth + file.turn}
 
 
 def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *, usual: bool, first: bool) -> None:
@@ -149,13 +165,16 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
     title = f"decided where the probability is {said.sure:g} or more"
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
     if usual:
-        narrow, wide = (1e3 * width for width in next(k.half_width for k in said.kinds if k.family == "hertz"))
-        print(f"vertex: any contact narrower than a roller of half width {narrow:.3g} mm", file=out)
-        print(f"side: any contact from there to a roller of half width {wide:.3g} mm", file=out)
+        ball = next(kind for kind in said.kinds if kind.family in ("hertz", "round_hertz"))
+        narrow, wide = (1e3 * width for width in ball.half_width)
+        body = "roller" if ball.family == "hertz" else "sphere"
+        print(f"vertex: any contact narrower than a {body} of half width {narrow:.3g} mm", file=out)
+        print(f"side: any contact from there to a {body} of half width {wide:.3g} mm", file=out)
     if first:
         shares = {
             name: [f"{v:.3f}" if v >= 0 else "-" for v in values]
             for name, values in kept.first.items()
             if name[:2] == "p_"
         }
-        show_first(out, {**kept.first, **shares}, ["row", "kind", *shares, "position", "half_width"], left=2)
+        names = ["row", "kind", *shares, *_shown_at(kept.first), "half_width"]
+        show_first(out, {**kept.first, **shares}, names, left=2)

@@ -13,6 +13,7 @@ from typing import Any, TextIO
 from .. import design, io
 from ..errors import FileError, InvalidValueError
 from ..io.files import write_bytes
+from .cluster import add_dask, cluster
 from .common import add_json, describe, give, progress_bar, show
 
 _EXAMPLES = """\
@@ -21,7 +22,8 @@ _EXAMPLES = """\
   subskin simulate design/finger_1.toml --help   # the fingers are files like any other
 """
 _NOTES = """\
-Searches skins, kinds of sensor, depths, pitches and counts for rows of sensors that meet goals.toml, on all cores.
+Searches skins, kinds of sensor, depths, pitches and counts for rows of sensors that meet goals.toml, on all cores;
+with [touch] area, layouts for grids and hexagonal arrays.
 The same command goes on with a search that was stopped. Finished parts are in DIR/search.
 """
 
@@ -33,6 +35,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--out", metavar="DIR", default="design", help="folder of the result (design)")
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the touches (that of the file)")
     parser.add_argument("--workers", type=int, metavar="N", help="rows computed at a time (one for each core)")
+    add_dask(parser)
     parser.add_argument("--no-report", action="store_true", help="write fingers and table only")
     parser.add_argument("--example", action="store_true", help="print an example of goals.toml and stop")
     add_json(parser)
@@ -55,11 +58,11 @@ def run(options: argparse.Namespace) -> int:
     if folder.exists() and not folder.is_dir():
         raise FileError(options.out, "it is a file", "name a folder: -o design")
     store = io.FolderStore(folder / "search")
-    looks = len(goals.skins) * len(goals.sensors)
-    rows = len(goals.skins) * len(goals.sensors) * goals.effort.depths
+    looks = len(goals.skins) * len(goals.choices)
+    rows = len(goals.skins) * len(goals.choices) * goals.effort.depths
     try:
-        with progress_bar("rows of designs", rows, uneven=True) as advance:
-            grid = design.search_grid(goals, store=store, workers=options.workers, progress=advance)
+        with cluster(options) as executor, progress_bar("rows of designs", rows, uneven=True) as advance:
+            grid = design.search_grid(goals, store=store, workers=options.workers, executor=executor, progress=advance)
         with progress_bar("close looks at skins and sensors", looks, uneven=True) as advance:
             study = design.rank_fingers(grid, workers=options.workers, progress=advance)
     except KeyboardInterrupt:
@@ -129,13 +132,13 @@ def _as_json(study: design.search.DesignStudy, written: list[Path]) -> dict[str,
     def one(finger: design.search.DesignedFinger) -> dict[str, Any]:
         return {
             "skin": study.goals.skins[finger.row.skin].name,
-            "sensor": study.goals.sensors[finger.row.sensor].name,
+            "sensor": study.goals.choices[finger.row.sensor].name,
             **{name: getattr(finger.row, name) for name in ("count", "depth", "pitch")},
+            **({} if finger.row.layout is None else {"layout": finger.row.layout.text}),
             "meets": finger.meets,
             **{name: checked(getattr(finger, name)) for name in ("checks", "as_made", "calibrated")},
             "values": finger.values,
-            "told_from_point": finger.point,
-            "told_from_wide": finger.wide,
+            **({} if study.goals.on_area else {"told_from_point": finger.point, "told_from_wide": finger.wide}),
             "reasons": list(design.words.reasons_of(study, finger.row)),
             "blind_spots": None if finger.unopposed is None else finger.unopposed.to_dict(),
         }
@@ -159,5 +162,5 @@ def _remedy(study: design.search.DesignStudy, remedy: design.search.Remedy) -> d
     row, goals = remedy.row, study.goals
     if row is None:
         return {"value": None}
-    names = {"skin": goals.skins[row.skin].name, "sensor": goals.sensors[row.sensor].name}
+    names = {"skin": goals.skins[row.skin].name, "sensor": goals.choices[row.sensor].name}
     return {"value": remedy.value, **names, "count": row.count, "depth": row.depth, "pitch": row.pitch}

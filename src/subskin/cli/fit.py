@@ -32,12 +32,13 @@ _NOTES = """\
 A contact has four unknowns: position, force, angle and half width. Any family explains four readings; only more
 sensors can speak against it. Half widths below about a twentieth of the depth are lost: their interval begins at 0.
 A contact that holds sticks in its middle: without --stick its drag is found too small. Sensors on an area fit round
-contacts, which have six unknowns: two of position, three of force, and the radius.
+contacts, which have six unknowns: two of position, three of force, and the radius; a seventh is the moment about the
+normal, where the sensors tell it: those of shear and displacement do; normal strain, pressure and normal stress do not.
 """
 
 _SHOWN = (
     "row", "position", "position_y", "position_z", "force", "angle", "azimuth", "half_width", "half_width_low",
-    "half_width_high", "status",
+    "half_width_high", "moment", "status",
 )  # fmt: skip
 
 
@@ -60,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
 
     width = None if options.width is None else quantity_range(options.width, "m", "--width")
     stick = None if options.stick is None else quantity_range(options.stick, "", "--stick")
-    kept, drawn, spare, origin = Kept(None if options.json else ()), [], False, 0.0
+    kept, drawn, spare, origin, blind = Kept(None if options.json else ()), [], False, 0.0, False
     family = options.family
     with ExitStack() as outputs:
         table = None if options.out is None else outputs.enter_context(io.writing(options.out))
@@ -75,6 +76,7 @@ def run(options: argparse.Namespace) -> int:
             columns = estimate_columns(answers, width=True)
             kept.add(columns, answers.found.status)
             spare, origin = spare or bool(answers.found.spare.any()), answers.file.origin
+            blind = answers.found.layout.dim == 2 and not answers.found.layout.twist
             if options.figure is not None:
                 drawn.append(answers.found)
             if table is not None:
@@ -85,6 +87,8 @@ def run(options: argparse.Namespace) -> int:
             if not spare:
                 what = "any family would explain these as well (subskin decide weighs them)"
                 print(f"no reading to spare: {what}", file=out)
+            if blind:
+                print("no moment about the normal is fitted: these sensors do not tell it", file=out)
             if options.out is None:
                 show_first(out, kept.first, [name for name in _SHOWN if name in kept.first])
 

@@ -15,12 +15,13 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any
 
-from ..errors import ConvergenceError, SubskinError, printable
+from ..errors import ConvergenceError, SubskinError, WorkersError, printable
 
 __all__ = ["main"]
 
 _COMMANDS = {
     "simulate": "compute the readings of a finger under random loads, or a raw recording of an indenter",
+    "touches": "simulate touches to learn from, in a Zarr store",
     "segment": "cut a raw recording into presses",
     "calibrate": "fit a finger to touches at known positions, or --blind to any touches",
     "locate": "find the load in each frame of readings",
@@ -121,7 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             code = _run(argv)
             sys.stdout.flush()
             return code
-    except ConvergenceError as error:
+    except (ConvergenceError, WorkersError) as error:
         return _fail(str(error), 1)
     except SubskinError as error:
         return _fail(str(error), 2)

@@ -11,7 +11,8 @@ from .. import io
 from ..contact import Cone, PointLoad, RoundHertz, RoundPunch, contact_of, families
 from ..errors import InvalidValueError
 from ..io.units import quantity
-from .common import add_shared, describe, give, number, quantity_range, show
+from .cluster import add_dask, cluster
+from .common import add_shared, describe, give, number, progress_bar, quantity_range, show
 from .frames import AREA_COLUMNS
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     loads.add_argument("--force", metavar="RANGE", help='forces of the loads ("40 N/m"; of local contacts "1 N")')
     loads.add_argument("--angle", metavar="RANGE", default="0 deg", help='angles of the loads ("0 deg")')
     loads.add_argument("--azimuth", metavar="RANGE", help='where local contacts lean, from +y towards +z ("0 deg")')
+    loads.add_argument("--moment", metavar="RANGE", help='moments about the normal, of local contacts ("0 N*mm")')
     loads.add_argument("--grid", action="store_true", help="positions evenly spaced, not random")
     kinds = families()
     what = f"family of the contact: {', '.join(kinds)}, or local: {', '.join(_LOCAL)} (line; on an area point)"
@@ -48,6 +50,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--spread", type=float, default=0.0, metavar="SHARE", help="gains differ by about this share (0)"
     )
     parser.add_argument("--dead", metavar="LIST", default="", help="sensors, from 0, that read nothing: 2 or 0,3")
+    add_dask(parser)
     raw = parser.add_argument_group("a raw recording", "an indenter steps along the skin and presses at each position")
     raw.add_argument("--recording", action="store_true", help="write raw frames, as [recording] of the file reads them")
     raw.add_argument(
@@ -79,9 +82,9 @@ def run(options: argparse.Namespace) -> int:
     if local and options.recording and not file.finger.array.on_area:
         rule, fix = "a recording of a row is of long contacts", "leave --contact out"
         raise InvalidValueError(f"--recording of a {options.contact} load", rule, fix)
-    for name in ("across", "azimuth") if not local else ():
+    for name in ("across", "azimuth", "moment") if not local else ("moment",) if options.recording else ():
         if getattr(options, name):
-            rule = "a long contact is the same at every z"
+            rule = "a recording is of presses without one" if local else "a long contact is the same at every z"
             raise InvalidValueError(f"--{name} of a {options.contact} load", rule, "leave it out, or --contact point")
     if options.force is None:
         options.force = "1 N" if local else "40 N/m"
@@ -91,7 +94,8 @@ def run(options: argparse.Namespace) -> int:
         what = f"{options.finger} has a response in place, and readings are simulated by the field of its skin"
         print(f"subskin: warning: {what}", file=sys.stderr)
     made = _frames if options.recording else _local_loads if local else _loads
-    columns = made(options, file, rng)
+    with cluster(options) as executor, progress_bar("loads", None) as advance:
+        columns = made(options, file, rng, executor, advance)
     count = len(next(iter(columns.values())))
     if options.out is not None:
         io.write_table(options.out, columns)
@@ -171,8 +175,12 @@ def _local(options: argparse.Namespace) -> Any:
     return partial(_LOCAL[options.contact], **more)
 
 
-def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _loads(
+    options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
+) -> dict[str, Any]:
     import numpy as np
+
+    from ..synthetic import simulate_readings
 
     origin = file.origin
     low, high = _positions(options, file, origin)
@@ -180,27 +188,37 @@ def _loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gene
     position = np.linspace(low, high, options.count) if options.grid else random
     force = rng.uniform(*quantity_range(options.force, "N/m", "--force", file.length), options.count)
     angle = rng.uniform(*quantity_range(options.angle, "rad", "--angle"), options.count)
-    contact = _contact(options)(force=force, angle=angle, position=position - origin)
-    readings = file.finger.read(contact, rng=rng)
+    loads = {"force": force, "angle": angle, "position": position - origin}
+    readings = simulate_readings(
+        file.finger, _contact(options), loads, rng=rng, executor=executor, progress=lambda n: advance(n, options.count)
+    )
     columns: dict[str, Any] = {"position": position, "force": force, "angle": angle}
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 
-def _local_loads(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _local_loads(
+    options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
+) -> dict[str, Any]:
     """Local contacts over the sensors, forces in N."""
     import numpy as np
+
+    from ..synthetic import simulate_readings
 
     count = options.count
     at = np.stack([rng.uniform(*ends, count) for ends in _ranges(options, file)], axis=-1)
     if options.grid:
         at = _lattice(options, file)
     columns: dict[str, Any] = {"position_y": at[:, 0], "position_z": at[:, 1]}
-    for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad")):
+    asked = (("moment", "N m"),) if options.moment else ()
+    for name, unit in (("force", "N"), ("angle", "rad"), ("azimuth", "rad"), *asked):
         columns[name] = rng.uniform(*quantity_range(getattr(options, name) or "0", unit, f"--{name}"), count)
-    load = {name: columns[name] for name in ("force", "angle")} | {"azimuth": columns["azimuth"] - file.turn}
+    load = {name: values for name, values in columns.items() if name in ("force", "angle", "moment")}
+    load["azimuth"] = columns["azimuth"] - file.turn
     own = file.on_finger(at) if file.finger.array.on_area else at - [file.origin, 0.0]
-    contact = _local(options)(**load, position=own)
-    readings = file.finger.read(contact, rng=rng)
+    readings = simulate_readings(
+        file.finger, _local(options), load | {"position": own},
+        rng=rng, executor=executor, progress=lambda n: advance(n, count),
+    )  # fmt: skip
     return columns | {name: readings[:, i] for i, name in enumerate(file.names)}
 
 
@@ -218,7 +236,9 @@ def _moved(options: argparse.Namespace, file: io.FingerFile) -> io.FingerFile:
     return replace(file, origin=np.array(each) if on_area else each[0])
 
 
-def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator) -> dict[str, Any]:
+def _frames(
+    options: argparse.Namespace, file: io.FingerFile, rng: np.random.Generator, executor: Any, advance: Any
+) -> dict[str, Any]:
     from functools import partial
 
     import numpy as np
@@ -253,6 +273,8 @@ def _frames(options: argparse.Namespace, file: io.FingerFile, rng: np.random.Gen
         relaxation=options.relaxation,
         drift=options.drift,
         rng=rng,
+        executor=executor,
+        progress=advance,
     )
     how = file.recording or RecordingFormat(file.names)
     usual = replace(how, press=how.press or Column("press"))

@@ -166,26 +166,38 @@ class ShapedContact(LocalContact):
 
     def transforms(self, x: FloatArray, y: FloatArray, z: FloatArray) -> LocalTransforms | None:
         """As `local_transforms_of`; None without a closed form."""
-        zeta, (n, tau) = self._zeta(y, z), self._load
-        own, down = self.unit_family(0, x, zeta), self.unit_family(1, x, zeta)
+        shape, (n, tau) = self._shapes(), self._load
+        zeta = shape._zeta(y, z)
+        own, down = shape.unit_family(0, x, zeta), shape.unit_family(1, x, zeta)
         if own is None or down is None:
             return None
-        w, dw = self.drag_family(0, x, zeta), self.drag_family(1, x, zeta)
+        w, dw = shape.drag_family(0, x, zeta), shape.drag_family(1, x, zeta)
         w, dw = own if w is None else w, down if dw is None else dw
-        sq = tau * self.unit_core(x, zeta, w, dw) if tau.any() else np.zeros_like(w[0])
+        sq = tau * shape.unit_core(x, zeta, w, dw) if tau.any() else np.zeros_like(w[0])
         back = np.conj(tau)
         turned = self._turned_by_moment(down[1:3])
         return LocalTransforms(n * own, n * down, tau * w, tau * dw, back * w, back * dw, sq, turned)
 
     def potentials(self, x: FloatArray, y: FloatArray, z: FloatArray) -> Potentials | None:
         """As `local_potentials_of`, at `x`, `y`, `z`; None without a closed form."""
-        zeta, (n, tau) = self._zeta(y, z), self._load
-        own, w = self.unit_family(-1, x, zeta), self.unit_family(0, x, zeta)
+        shape, (n, tau) = self._shapes(), self._load
+        zeta = shape._zeta(y, z)
+        own, w = shape.unit_family(-1, x, zeta), shape.unit_family(0, x, zeta)
         if own is None or w is None:
             return None
-        drag = self.drag_family(-1, x, zeta)
+        drag = shape.drag_family(-1, x, zeta)
         v = -(own if drag is None else drag)
         return Potentials(-n * own, tau * v, np.conj(tau) * v, self._turned_by_moment(w[1]))
+
+    def _shapes(self) -> Self:
+        """The same contacts, once where a batch has them with several loads: their families are the same."""
+        values = self._parameters()
+        shapes = [value for name, value in values.items() if name not in ("components", "moment")]
+        once = [i for i, size in enumerate(self.shape) if size > 1 and all(v.strides[i] == 0 for v in shapes)]
+        if not once:
+            return self
+        cut = tuple(slice(0, 1) if i in once else slice(None) for i in range(len(self.shape)))
+        return self.altered(**{name: value[cut] for name, value in values.items()})
 
     def _turned_by_moment(self, family: ComplexArray) -> ComplexArray:
         """A moment times i/2 of a family; no moment makes nothing, even of an infinite one."""

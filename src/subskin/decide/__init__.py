@@ -3,6 +3,7 @@
 from ..estimate.evidence import Kind
 from .friction import Friction
 from .grip import least_force
+from .limit_surface import friction_arm, slipping_about
 from .slip import Slip, slip
 from .stick import stick_zone
 from .type_decision import UNDECIDED, TypeDecision, contact_type, usual_kinds
@@ -16,8 +17,10 @@ __all__ = [
     "SlipVerdict",
     "TypeDecision",
     "contact_type",
+    "friction_arm",
     "least_force",
     "slip",
+    "slipping_about",
     "stick_zone",
     "usual_kinds",
 ]

@@ -30,27 +30,33 @@ class Forces(NamedTuple):
     nt: FloatArray
     tt: FloatArray
 
+    @property
+    def numbers(self) -> tuple[FloatArray, ...]:
+        """All fields."""
+        return tuple(self)
+
     def at(self, index: npt.NDArray[np.intp]) -> Forces:
         """The frames of a flat index."""
         return Forces(*(v.reshape(-1)[index] for v in self))
 
 
-def forces_of(estimate: Estimate) -> tuple[Forces | AreaForces, BoolArray, BoolArray]:
+def forces_of(estimate: Estimate, contact: str = "hertz") -> tuple[Forces | AreaForces, BoolArray, BoolArray]:
     """The forces of each frame; whether their error is known; whether the estimator's own cone cut them off.
 
-    Readings are linear in (N, T), so that errors are Gaussian there.
+    Readings are linear in (N, T), so that errors are Gaussian there. contact: whose friction arm divides a moment.
     """
     checked(estimate)
     load, widest = estimate.load, estimate.friction
     forces: Forces | AreaForces
     if estimate.layout.dim == 2:
-        forces = area_forces(load)
+        forces = area_forces(estimate, contact)
     else:
         square = np.asarray(load.covariance)
         forces = Forces(load.normal, load.tangential, square[..., 1, 1], square[..., 1, 2], square[..., 2, 2])
     found = (estimate.status == Status.OK) | (estimate.status == Status.AMBIGUOUS)
     # where the estimator was told that there is no friction, the drag was not measured
-    told = found & np.isfinite(np.stack(forces)).all(axis=0) & (forces.tt > 0)
+    known = np.isfinite(np.stack(forces.numbers)).all(axis=0)
+    told = found & known & (forces.tt > 0)
     edge = np.zeros_like(told)
     if np.isfinite(widest):
         edge = found & (np.abs(forces.tangential) >= widest * forces.normal * (1 - EDGE))

@@ -64,7 +64,7 @@ def _mean(low: float, middle: float, high: float, low_tail: float, low_bell: flo
         h_high = 0.5 * ((high * high + 1) * tail + high * bell)
         line = (g_high - g_low) / apart
         bent = ((g_low + g_high) - 2 * (h_high - h_low) / apart) / (apart * apart)
-    return max(line + 4 * (middle - centre) * bent, 0.0)
+    return float(max(line + 4 * (middle - centre) * bent, 0.0))
 
 
 @compiled(inline=True, exact=True)

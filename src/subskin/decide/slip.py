@@ -19,9 +19,10 @@ from ..estimate.shown import Shown, in_html, in_words
 from ..pressing import Indenter
 from ..skin import Skin
 from ._cone import BoolArray, Forces, beyond, checked, falling_root, forces_of, picked
-from ._cone_area import AreaForces
+from ._cone_area import AreaForces, margin_on_area
 from ._cone_kernel import CUT_OFF, JUDGED, UNSURE, VERDICT, judge_frames
 from .friction import Friction, density_of, friction_of, rows_of
+from .limit_surface import friction_arm
 from .stick import checked_contact, stick_share, stick_zone
 from .verdict import SlipVerdict
 
@@ -44,7 +45,8 @@ class Slip(Frozen):
     normal, tangential : ndarray
         N and T of the load found [N/m]; on an area N and |T| [N].
     margin, margin_std : ndarray
-        mu N - |T| [N/m], and its standard deviation by the errors of N, T and mu together.
+        mu N - |T| [N/m], and its standard deviation by the errors of N, T and mu together. Here and below, where a
+        moment was fitted, |T| is the drag alone that would be as near to slipping (docs/slip.md).
     probability : ndarray
         That |T| > mu N.
     ratio : ndarray
@@ -100,7 +102,7 @@ class Slip(Frozen):
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of (N, T) [(N/m)^2], shape (..., 2, 2); on an area of (N, Ty, Tz) [N^2], shape (..., 3, 3)."""
+        """Covariance of (N, T) [(N/m)^2], (..., 2, 2); on an area of (N, Ty, Tz) [N^2], and a moment, (..., 3 or 4)."""
         d = self.estimate.layout.dim
         square = np.asarray(self.estimate.load.covariance)[..., d:, d:]
         return _check.read_only(np.where(np.isnan(self.probability)[..., None, None], np.nan, square))
@@ -114,10 +116,20 @@ class Slip(Frozen):
         """
         index = np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)]) if self.shape else np.array([0])
         n, t = np.broadcast_arrays(_check.real("normal", normal), _check.real("tangential", tangential))
-        errors = (np.full(n.size, float(v.reshape(-1)[index[0]])) for v in forces_of(self.estimate)[0][2:])
-        kind = AreaForces if self.estimate.layout.dim == 2 else Forces
-        values = beyond(kind(n.ravel(), t.ravel(), *errors), *density_of(self.friction, self.shape, index))
+        own = forces_of(self.estimate, self.contact)[0].at(np.repeat(index, n.size))
+        forces = own._replace(normal=n.ravel(), tangential=t.ravel())
+        values = beyond(forces, *density_of(self.friction, self.shape, index))
         return _check.read_only(values.reshape(n.shape))
+
+    @cached_property
+    def torsion(self) -> FloatArray:
+        """Moment over the largest that friction holds without a drag, |M| / (arm mu N a); NaN where it is not known."""
+        if self.estimate.load.moment is None:
+            return _check.read_only(np.full(self.shape, np.nan))
+        load: Any = forces_of(self.estimate, self.contact)[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(np.isnan(self.probability), np.nan, load.turning / (self.friction.mean * load.normal))
+        return _check.read_only(share)
 
     @cached_property
     def ratio_interval(self) -> FloatArray:
@@ -125,7 +137,7 @@ class Slip(Frozen):
         out = np.full((self.probability.size, 2), np.nan)
         told = np.flatnonzero(np.isfinite(self.probability))
         if told.size:
-            load = forces_of(self.estimate)[0].at(told)
+            load = forces_of(self.estimate, self.contact)[0].at(told)
             edges, masses = density_of(self.friction, self.shape, told)
             for column, below in enumerate(_INTERVAL):
                 out[told, column] = _ratio_at(load, edges, masses, 1 - below)
@@ -133,7 +145,7 @@ class Slip(Frozen):
 
     @cached_property
     def stick(self) -> FloatArray:
-        """Part of the contact's width that sticks, 1 at no drag, 0 where it slides; NaN for a line."""
+        """Part of the contact's width that sticks, 1 at no drag, 0 where it slides; NaN for a line or with a moment."""
         return self._stick(self.ratio)
 
     @cached_property
@@ -142,6 +154,8 @@ class Slip(Frozen):
         return _check.read_only(np.stack([self._stick(self.ratio_interval[..., k]) for k in (1, 0)], axis=-1))
 
     def _stick(self, ratio: FloatArray) -> FloatArray:
+        if self.estimate.layout.twist:  # drag and moment together leave no ring
+            return _check.read_only(np.full_like(ratio, np.nan))
         if self.bodies is None:
             return _check.read_only(stick_share(self.contact, ratio))
         mean = np.maximum(self.friction.mean, 1e-12)
@@ -161,7 +175,9 @@ def slip(
     """How close to slipping: margin to the friction cone, probability of slip, and what of the contact still sticks.
 
     The probability is that of |T| > mu N, for (N, T) normal with the estimate's covariance and mu with the friction's
-    density; on an area (N, Ty, Tz), and T is both components of the drag. Source: docs/slip.md.
+    density; on an area (N, Ty, Tz), and T is both components of the drag. Where a moment about the normal was fitted as
+    well it is the probability that drag and moment together lie beyond the contact's limit surface. Source:
+    docs/slip.md.
 
     Parameters
     ----------
@@ -172,7 +188,8 @@ def slip(
     friction : Friction or float
         What is known of the coefficient; a number is taken as known.
     contact : {"hertz", "wedge", "punch", "line"}, optional
-        What presses, for the stick zone: a round body, a wedge, a flat punch, or a line, which has none.
+        What presses, for the stick zone: a round body, a wedge, a flat punch, or a line, which has none. Where a moment
+        was fitted, what holds it: a round body, a cone ("wedge") or a flat disc.
     skin, indenter : Skin and Indenter, optional
         For other bodies and skins: the contact solver finds the stick zone, when it is asked for.
     thresholds : (float, float), optional
@@ -209,7 +226,9 @@ def slip(
     judged = np.empty((*table.shape[:-1], JUDGED))
     rows, every = judged.reshape(-1, JUDGED), rows_of(mu, estimate.shape)
     if estimate.layout.dim == 2:
-        _judge_area(estimate, every, limits, rows)
+        if estimate.layout.twist:
+            friction_arm(contact)
+        _judge_area(estimate, contact, every, limits, rows)
     else:
         columns = _columns(estimate.layout)
         judge_frames(table.reshape(-1, table.shape[-1]), columns, estimate.friction, *every, limits, rows)
@@ -230,23 +249,24 @@ def slip(
 
 
 def _judge_area(
-    estimate: Estimate, every: tuple[FloatArray, FloatArray, FloatArray], limits: FloatArray, rows: FloatArray
-) -> None:
+    estimate: Estimate, contact: str, every: tuple[FloatArray, FloatArray, FloatArray], limits: FloatArray,
+    rows: FloatArray,
+) -> None:  # fmt: skip
     """Fill `rows` (frames, JUDGED), as `judge_frames` does, from loads on an area."""
     edges, masses, facts = every
-    load, told, edge = forces_of(estimate)
+    load, told, edge = forces_of(estimate, contact)
     told, edge = told.reshape(-1), edge.reshape(-1)
     rows[:], rows[:, VERDICT], rows[:, UNSURE], rows[:, CUT_OFF] = np.nan, SlipVerdict.CANNOT_TELL, 0.0, edge
     most = np.broadcast_to(facts[:, 2], told.shape)
     index = np.flatnonzero(told & (load.normal.reshape(-1) > 0) & ~(edge & (estimate.friction < most)))
     if not index.size:
         return
-    part = load.at(index)
-    (mean, std, _), n, t = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0), *part[:2]
+    part: Any = load.at(index)
+    n, t = part.normal, part.tangential
+    mean, std, _ = np.moveaxis(np.broadcast_to(picked(facts, index), (index.size, 3)), -1, 0)
     total = beyond(part, picked(edges, index), picked(masses, index))
-    across = part.tt - 2 * mean * part.nt + mean**2 * part.nn
-    margin_std = np.sqrt(np.maximum(across + std**2 * (n * n + part.nn), 0.0))
-    rows[index, :6] = np.stack([n, t, mean * n - t, margin_std, total, t / (mean * n)], axis=-1)
+    margin, margin_std, ratio = margin_on_area(part, mean, std)
+    rows[index, :6] = np.stack([n, t, margin, margin_std, total, ratio], axis=-1)
     ok = estimate.status.reshape(-1)[index] == Status.OK
     rows[index[ok], VERDICT] = np.searchsorted(limits, total[ok], side="right")
 

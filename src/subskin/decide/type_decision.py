@@ -13,10 +13,12 @@ from .. import _check
 from .._check import FloatArray
 from .._shown import Drawing
 from ..errors import InvalidValueError
+from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status
-from ..estimate.evidence import Evidence, Kind, columns
+from ..estimate.evidence import AreaEvidence, Evidence, Kind, columns
 from ..estimate.shown import Shown
 from ..finger import Finger
+from ..loads import Load
 from ..prepared import prepared
 
 __all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
@@ -37,6 +39,17 @@ _KINDS = (
     ("none of these", "none", (0.0, 0.0), 0.2),
 )
 """Name, family, half widths in depths, and prior, of the usual kinds."""
+_CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
+"""On an area, half width over the root of the second moment along one direction: a^2/6, a^2/3, a^2/5."""
+_LAST = 0.6
+"""Where the sides end there."""
+_LOCAL_KINDS = (
+    ("point", "point", (0.0, 0.0), 1.0),
+    ("vertex", "cone", (0.1, _CONE * _EDGE), 1.0),
+    ("flat side", "round_punch", (_DISC * _EDGE, _DISC * _LAST), 1.0),
+    ("round side", "round_hertz", (_BALL * _EDGE, _BALL * _LAST), 1.0),
+    ("none of these", "none", (0.0, 0.0), 0.2),
+)
 
 
 def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
@@ -47,6 +60,10 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     side is any wider contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Two
     touches are 0.5 to 3 apart, and a tenth as likely as a line; none of these, a fifth as likely.
 
+    Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and none of these, two
+    touches among them. A vertex is narrower than a sphere of half width 0.45, a disc of 0.35 or a cone of 0.49; a side
+    is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
+
     Examples
     --------
     >>> import subskin as ss
@@ -56,7 +73,8 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     ['line', 'vertex', 'flat side', 'round side', 'two touches', 'none of these']
     """
     depth = float(np.asarray(finger.array.depth).min())
-    return tuple(Kind(name, family, (a * depth, b * depth), prior) for name, family, (a, b), prior in _KINDS)
+    kinds = _LOCAL_KINDS if finger.array.on_area else _KINDS
+    return tuple(Kind(name, family, (a * depth, b * depth), prior) for name, family, (a, b), prior in kinds)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,7 +83,7 @@ class TypeDecision(FrameTable):
 
     Parameters
     ----------
-    table : ndarray, shape (..., 1 + 6 kinds)
+    table : ndarray, shape (..., 1 + 6 kinds), on an area (..., 1 + 8 kinds)
         The packed results, in columns of their own units; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on.
@@ -75,11 +93,14 @@ class TypeDecision(FrameTable):
         Probability from which on a kind is decided for.
     friction : float
         The cone that was searched, |tan(angle)| <= friction [-].
+    columns : Columns
+        Where in the table what stands: `LONG` or `LOCAL`.
     """
 
     kinds: tuple[Kind, ...]
     sure: float
     friction: float = 1.0
+    columns: columns.Columns = columns.LONG
 
     plot = Drawing("probability_strip")
 
@@ -96,6 +117,9 @@ class TypeDecision(FrameTable):
         share = np.moveaxis(self.probability, -1, 0)
         each = {f"p_{name}".replace(" ", "_"): p for name, p in zip(self.names, share, strict=True)}
         found = {key: getattr(self, key) for key in ("position", "force", "angle", "half_width", "residual")}
+        if self.columns is columns.LOCAL:
+            y, z = np.moveaxis(found.pop("position"), -1, 0)
+            found = {"position_y": y, "position_z": z, **found, "azimuth": self.azimuth}
         return {"kind": self.name, **each, **found, **super()._columns()}
 
     @property
@@ -104,7 +128,7 @@ class TypeDecision(FrameTable):
         return tuple(kind.name for kind in self.kinds)
 
     def _each(self, column: int) -> FloatArray:
-        return self.table[..., columns.KIND + column :: columns.EACH]
+        return self.table[..., self.columns.first + column :: self.columns.each]
 
     @property
     def log_evidence(self) -> FloatArray:
@@ -171,23 +195,35 @@ class TypeDecision(FrameTable):
 
     @property
     def position(self) -> FloatArray:
-        """Position y of the most probable kind's best contact [m]; of two touches, midway."""
-        return self._of_best(columns.POSITION)
+        """Position y of the most probable kind's best contact [m], on an area (..., 2); of two touches, midway."""
+        at = [self._of_best(column) for column in self.columns.position]
+        return at[0] if len(at) == 1 else _check.read_only(np.stack(at, axis=-1))
+
+    @property
+    def load(self) -> Load:
+        """Its position and components; of two touches their resultant."""
+        parts = np.stack([self._of_best(column) for column in self.columns.components], axis=-1)
+        return Load(self.position, _check.read_only(parts))
 
     @property
     def force(self) -> FloatArray:
-        """Its magnitude [N/m]; of two touches, that of their resultant."""
-        return np.hypot(self._of_best(columns.NORMAL), self._of_best(columns.TANGENTIAL))
+        """Its magnitude [N/m], on an area [N]; of two touches, that of their resultant."""
+        return self.load.force
 
     @property
     def angle(self) -> FloatArray:
         """Its angle from the inward normal [rad]."""
-        return np.arctan2(self._of_best(columns.TANGENTIAL), self._of_best(columns.NORMAL))
+        return self.load.angle
+
+    @property
+    def azimuth(self) -> FloatArray:
+        """Direction of its drag [rad], as of `Load.azimuth`."""
+        return self.load.azimuth
 
     @property
     def half_width(self) -> FloatArray:
-        """Its half width [m]; 0 of a line; half the distance of two touches."""
-        return self._of_best(columns.HALF_WIDTH)
+        """Its half width [m]; 0 of a line or a point; half the distance of two touches."""
+        return self._of_best(self.columns.half_width)
 
 
 def contact_type(
@@ -196,7 +232,7 @@ def contact_type(
     kinds: Sequence[Kind] | None = None,
     *,
     sure: float = 0.95,
-    search: tuple[float, float] | None = None,
+    search: Any = None,
     friction: float = 1.0,
     false_alarm: float = 1e-6,
 ) -> TypeDecision:
@@ -219,8 +255,9 @@ def contact_type(
         What may have pressed; `usual_kinds` by default.
     sure : float, optional
         Probability from which on a kind is decided for, in (0.5, 1).
-    search : (float, float), optional
-        Where contacts may be, y [m]; from half a depth before the first sensor to half a depth after the last.
+    search : (float, float) or ((float, float), (float, float)), optional
+        Where contacts may be, y [m], or y and z; from half a depth before the first sensor to half a depth after the
+        last.
     friction : float, optional
         |tan(angle)| is at most this [-].
     false_alarm : float, optional
@@ -259,11 +296,23 @@ def contact_type(
     for kind in chosen:
         if not isinstance(kind, Kind):
             raise InvalidValueError(f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)')
-    ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
+    on_area = finger.array.on_area
+    if on_area and finger.measured is not None:
+        rule = "a response measured in place knows the contact of its touches alone"
+        raise InvalidValueError("the kind of a contact", rule, "finger.locate(readings)")
+    ends = None if search is None else search_of(finger.array, search)[0] if on_area else _ends(search)
     mu, alarm = _check.values(friction=friction, false_alarm=false_alarm).values()
 
-    def make() -> Evidence:
-        return Evidence(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
+    def make() -> Evidence | AreaEvidence:
+        kind: Any = AreaEvidence if on_area else Evidence
+        made: Evidence | AreaEvidence = kind(finger, chosen, search=ends, friction=friction, false_alarm=false_alarm)
+        return made
 
-    table, used = prepared(finger).get(("evidence", chosen, ends, mu, alarm), make)(readings)
-    return TypeDecision(table, used, chosen, float(sure), float(friction))
+    key = ("evidence", chosen, None if ends is None else np.asarray(ends).tobytes(), mu, alarm)
+    table, used = prepared(finger).get(key, make)(readings)
+    said = columns.LOCAL if on_area else columns.LONG
+    return TypeDecision(table, used, chosen, float(sure), float(friction), said)
+
+
+def _ends(search: Any) -> Any:
+    return _check.ends("search", search, "search=(-5e-3, 5e-3)")

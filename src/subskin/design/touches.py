@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _check
 from .._check import FloatArray
-from ..contact import LineLoad
+from ..contact import LineLoad, LocalContact, PointLoad, RoundHertz
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 
@@ -17,25 +17,32 @@ __all__ = ["Touches"]
 
 @dataclass(frozen=True)
 class Touches:
-    """Line loads of one strength, spread evenly over positions and over the angles of the friction cone.
+    """Loads of one strength, spread evenly over positions and over the angles of the friction cone.
 
-    State the weakest force that has to be noticed: relative to the noise all others are located better.
+    With an `area` they are local, anywhere on it; else they are line loads across a row of sensors. State the weakest
+    force that has to be noticed: relative to the noise all others are located better.
 
     Parameters
     ----------
     force : float
-        Magnitude of the load, > 0 [N/m].
+        Magnitude of the load, > 0 [N/m]; of a local one [N].
     friction : float, optional
-        Coefficient of friction, >= 0: angles lie within +-atan(friction).
+        Coefficient of friction, >= 0: angles lie within +-atan(friction). On an area they lie between 0 and that, and
+        loads lean towards all sides alike.
     span : (float, float), optional
         Positions y that are touched [m]; without it, from the finger's first sensor to its last.
     length : float, optional
         Length of the contacts, > 0 [m]: what is said of the force is then said in N too.
+    area : ((float, float), (float, float)), optional
+        Ends of the positions y and of the positions z that are touched [m].
+    half_width : float, optional
+        On an area: radius of the touches, > 0 [m], which press as a sphere does (`RoundHertz`) and whose radius is to
+        be found as well; points if left out.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        A force not > 0, a negative friction, a span that does not ascend.
+        A force not > 0, a negative friction, a span or an area that does not ascend, or both.
 
     Examples
     --------
@@ -49,6 +56,8 @@ class Touches:
     friction: float = 1.0
     span: tuple[float, float] | None = None
     length: float | None = None
+    area: tuple[tuple[float, float], tuple[float, float]] | None = None
+    half_width: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", _check.scalar("force", self.force, unit="N/m", above=0.0))
@@ -62,6 +71,30 @@ class Touches:
         object.__setattr__(self, "span", span)
         if self.length is not None:
             _check.scalar("length", self.length, unit="m", above=0.0)
+        if self.area is not None:
+            self._check_area()
+        elif self.half_width is not None:
+            fix = "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"
+            raise InvalidValueError(f"half_width = {self.half_width!r}", "touches that have one are on an area", fix)
+
+    def _check_area(self) -> None:
+        fix = "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"
+        box = _check.real("area", () if self.area is None else self.area, unit="m")
+        if box.shape != (2, 2) or not (box[:, 0] < box[:, 1]).all():
+            raise GeometryError(f"area = {self.area!r}", "the ends of y and those of z are needed, ascending", fix)
+        if self.span is not None or self.length is not None:
+            wrong = "span" if self.span is not None else "length"
+            raise InvalidValueError(f"an area, and a {wrong}", f"a {wrong} is of line loads", f"leave out the {wrong}")
+        (a, b), (c, d) = box.tolist()
+        object.__setattr__(self, "area", ((a, b), (c, d)))
+        if self.half_width is not None:
+            wide = _check.scalar("half_width", self.half_width, unit="m", above=0.0)
+            object.__setattr__(self, "half_width", wide)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the force: that of a line load, or of a local one."""
+        return "N/m" if self.area is None else "N"
 
     @property
     def cone(self) -> float:
@@ -74,8 +107,11 @@ class Touches:
         Raises
         ------
         GeometryError
-            No span, and no finger with sensors at more than one position.
+            No span, and no finger with sensors at more than one position; touches on an area.
         """
+        if self.area is not None:
+            rule = "this is worked out for line loads across a row of sensors"
+            raise GeometryError("touches on an area", rule, "touches with a span")
         if self.span is not None:
             return self.span
         y = np.zeros(1) if finger is None else np.asarray(finger.array.y)
@@ -96,8 +132,29 @@ class Touches:
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions
         return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
+    def sample_area(self, count: int, rng: np.random.Generator) -> LocalContact:
+        """`count` touches drawn at random by `rng` over the area, a batch of shape (count,)."""
+        box = np.asarray(self.area)
+        angle, azimuth = rng.uniform(0.0, self.cone, count), rng.uniform(-np.pi, np.pi, count)
+        lean = np.stack([np.cos(angle), np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth)], axis=-1)
+        return self.local(self.force * lean, rng.uniform(box[:, 0], box[:, 1], (count, 2)))
+
+    def local(self, components: FloatArray, position: FloatArray) -> LocalContact:
+        """Touches of this kind on an area.
+
+        Parameters
+        ----------
+        components : ndarray, shape (..., 3)
+            N, Ty and Tz of each [N].
+        position : ndarray, shape (..., 2)
+            Where each presses, (y, z) [m].
+        """
+        if self.half_width is None:
+            return PointLoad(components=components, position=position)
+        return RoundHertz(components=components, position=position, half_width=self.half_width)
+
     def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> LineLoad:
-        """`count` touches drawn at random by `rng`, a batch of shape (count,), over `span_on` the `finger`."""
+        """`count` line loads drawn at random by `rng`, a batch of shape (count,), over `span_on` the `finger`."""
         low, high = self.span_on(finger)
         angle = rng.uniform(-1.0, 1.0, count) * self.cone
         return LineLoad(self.force, angle, rng.uniform(low, high, count))

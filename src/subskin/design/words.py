@@ -22,7 +22,9 @@ __all__ = [
     "legend_of",
     "reasons_of",
     "remedies_of",
+    "row_in_words",
     "tolerances_of",
+    "unseen",
     "verdict_of",
 ]
 
@@ -61,7 +63,7 @@ def force_in_words(touches: Touches) -> str:
     >>> force_in_words(Touches(force=25.0)), force_in_words(Touches(force=25.0, length=20e-3))
     ('25 N/m', '25 N/m (0.5 N over 20 mm)')
     """
-    per_length = f"{touches.force:.6g} N/m"
+    per_length = f"{touches.force:.6g} {touches.unit}"
     if touches.length is None:
         return per_length
     return f"{per_length} ({touches.force * touches.length:.3g} N over {in_words(touches.length, 'm')})"
@@ -122,7 +124,7 @@ def tolerances_of(study: DesignStudy) -> str:
     best, stated = study.fingers[0], study.goals.tolerances
     if best.outcome is None:
         return "No tolerances of the making are counted, only the noise of the sensors."
-    unit = study.goals.sensors[best.row.sensor].transducer.unit
+    unit = study.goals.choices[best.row.sensor].kinds[0].transducer.unit
     listed = ", ".join(
         f"{SOURCES[name].text} {amount_in_words(name, amount, unit)}"
         for name, amount in best.outcome.amounts.items()
@@ -139,14 +141,14 @@ def remedies_of(study: DesignStudy) -> tuple[str, ...]:
     if not found:
         return ()
     borne, force, young, depth, count = (found[name] for name in ("borne", "force", "young", "depth", "count"))
-    out = []
+    out, unit = [], goals.touches.unit
     if np.isfinite(borne.value):
         out.append(
-            f"The largest force that a design within the limits bears is {borne.value:.3g} N/m "
-            f"({_row(goals, borne.row)}), and {goals.strongest:.6g} N/m has to be borne."
+            f"The largest force that a design within the limits bears is {borne.value:.3g} {unit} "
+            f"({_row(goals, borne.row)}), and {goals.strongest:.6g} {unit} has to be borne."
         )
     if np.isfinite(force.value) and force.value < goals.strongest:
-        out.append(f"A strongest force of {force.value:.3g} N/m would do: {_row(goals, force.row)}.")
+        out.append(f"A strongest force of {force.value:.3g} {unit} would do: {_row(goals, force.row)}.")
     if young.row is not None:
         own = goals.skins[young.row.skin]
         base = own.skin.material_at(young.row.depth).young
@@ -169,10 +171,15 @@ def remedies_of(study: DesignStudy) -> tuple[str, ...]:
 
 
 def _row(goals: Goals, row: Row | None) -> str:
-    if row is None:
-        return ""
+    return "" if row is None else row_in_words(goals, row)
+
+
+def row_in_words(goals: Goals, row: Row) -> str:
+    """What a design is: how many of what, how far apart and how deep, in which skin."""
+    many = f"{row.count} ×" if row.layout is None else f"{row.layout.text},"
+    apart = "" if row.layout is not None and row.layout.at else f"{in_words(row.pitch, 'm')} apart, "
     return (
-        f"{row.count} × {goals.sensors[row.sensor].name}, {in_words(row.pitch, 'm')} apart, "
+        f"{many} {goals.choices[row.sensor].name}, {apart}"
         f"{in_words(row.depth, 'm')} deep in “{goals.skins[row.skin].name}”"
     )
 
@@ -201,19 +208,22 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf)
     own, depths, pitches = excess[k, m, :, :, n], grid.depths[k], grid.pitches
     d, s = (int(np.argmin(np.abs(np.log(tried / at)))) for tried, at in ((depths, row.depth), (pitches, row.pitch)))
-    fewer = (
-        f"; with {row.count - 1} the best {_other(study, excess, (k, m, n - 1))}"
-        if n
-        else ", the fewest that were allowed"
-    )
+    before = study.goals.layouts[n - 1]
+    less = f"a {before.text}" if study.goals.on_area else str(before.count)
+    fewer = f"; with {less} the best {_other(study, excess, (k, m, n - 1))}" if n else ", the fewest that were allowed"
+    many = f"{row.count} sensors" if row.layout is None else f"{row.count} positions ({row.layout.text})"
+    free = row.layout is not None and bool(row.layout.at)
     reasons = [
-        _limit(study.goals, study.looked[which]),
-        f"{row.count} sensors{fewer}.",
+        _limit(study.goals, _own_checks(study, row)),
+        f"{many}{fewer}.",
         _span("Depth", row.depth, depths, own.min(axis=1), d, ("shallower", "deeper"), ", with a pitch that suits it",
               lambda i: _worst(grid, (k, m, i, int(np.argmin(own[i])), n))),
         _span("Pitch", row.pitch, pitches, own[d], s, ("closer", "wider"), "", lambda i: _worst(grid, (k, m, d, i, n))),
     ]  # fmt: skip
-    others = [("sensor", kind.name, (k, i, n)) for i, kind in enumerate(study.goals.sensors) if i != m]
+    if free:
+        base = study.goals.layouts[n].text
+        reasons[-1] = f"Free positions: the sensors of the best {base} array, each moved while that made it better."
+    others = [("sensor", kind.name, (k, i, n)) for i, kind in enumerate(study.goals.choices) if i != m]
     others += [("skin", skin.name, (i, m, n)) for i, skin in enumerate(study.goals.skins) if i != k]
     for what, name, other in others:
         reasons.append(f'With {what} "{name}" the best of as many sensors {_other(study, excess, other)}.')
@@ -226,6 +236,12 @@ def reasons_of(study: DesignStudy, row: Row) -> tuple[str, ...]:
             f"{_worst(grid, (k, m, d, s, n))}."
         )
     return tuple(reasons)
+
+
+def _own_checks(study: DesignStudy, row: Row) -> tuple[Check, ...]:
+    """Those of a design that was looked at closely; free positions are not among the layouts of the grid."""
+    own = [finger.checks for finger in study.fingers if finger.row == row]
+    return own[0] if own else study.looked[row.which(study.goals)]
 
 
 def _limit(goals: Goals, checks: tuple[Check, ...]) -> str:
@@ -248,10 +264,21 @@ def _other(study: DesignStudy, excess: FloatArray, which: tuple[int, int, int]) 
     plane = excess[k, m, :, :, n]
     d, s = (int(i) for i in np.unravel_index(np.argmin(plane), plane.shape))
     if not np.isfinite(plane[d, s]):
-        return "has no room, or does not notice all touches"
+        return unseen(study.grid, which) or "has no room, or does not notice all touches"
     if plane[d, s] <= 1:
         return "meets the goals on the grid, and was not looked at closely"
     return f"misses the goals on the grid: {_worst(study.grid, (k, m, d, s, n))}"
+
+
+def unseen(grid: DesignGrid, which: tuple[int, int, int]) -> str:
+    """That a layout does not see a touch, where no depth and pitch lets it; "" of others and of rows."""
+    if not grid.goals.on_area:
+        return ""
+    k, m, n = which
+    ranks = grid.values["rank"][k, m, :, :, n]
+    needed = (3 if grid.goals.touches.friction == 0 else 5) + (grid.goals.touches.half_width is not None)
+    best = np.nanmax(ranks) if np.isfinite(ranks).any() else np.nan
+    return f"does not see the touch: it tells {best:.0f} of its {needed} unknowns" if best < needed else ""
 
 
 def _worst(grid: DesignGrid, index: tuple[int, ...]) -> str:
@@ -294,9 +321,9 @@ def finger_table(study: DesignStudy) -> tuple[list[str], list[list[str]], int]:
     `legend_of` says what the columns are. What there was no choice of has no column.
     """
     goals = study.goals
-    choices = (len(goals.sensors) > 1) + (len(goals.skins) > 1)
+    choices = (len(goals.choices) > 1) + (len(goals.skins) > 1)
     rows = [_cells(goals, finger, rank) for rank, finger in enumerate(study.fingers, start=1)]
-    return list(rows[0]), [list(row.values()) for row in rows], 2 + choices
+    return list(rows[0]), [list(row.values()) for row in rows], 2 + choices + goals.on_area
 
 
 def legend_of(study: DesignStudy) -> str:
@@ -310,11 +337,14 @@ def legend_of(study: DesignStudy) -> str:
     lost = "share of touches that are ambiguous or not noticed"
     if outcome is not None:
         lost = f"share of touches that are ambiguous, not noticed or lost by a finger {_AFTER[outcome.method]}"
-    parts += ["position, angle: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
+    errors = ", ".join(name for name, _ in _errors(study.goals))
+    parts += [f"{errors}: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
     if outcome is not None:
         parts.append("as made: the same share before a calibration")
     if accuracy.feature is not None:
         parts.append("two: distance at which two touches read as two")
+    if accuracy.edge is not None:
+        parts.append("edge: standard error of an edge's direction that 95 % of the edges keep")
     return "; ".join(parts) + "."
 
 
@@ -325,17 +355,21 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
         "": str(rank),
         "goals": "calibrated" if finger.meets and not _met(finger.as_made) else _times(finger.checks),
     }
-    if len(goals.sensors) > 1:
-        cells["sensor"] = goals.sensors[row.sensor].name
+    if len(goals.choices) > 1:
+        cells["sensor"] = goals.choices[row.sensor].name
     if len(goals.skins) > 1:
         cells["skin"] = goals.skins[row.skin].name
+    if row.layout is not None:
+        cells["layout"] = row.layout.text
+    else:
+        cells["n"] = str(row.count)
     cells |= {
-        "n": str(row.count),
-        "pitch": in_words(row.pitch, "m"),
+        "pitch": "-" if row.layout is not None and row.layout.at else in_words(row.pitch, "m"),
         "depth": in_words(row.depth, "m"),
-        "position": in_words(values["position_95"], "m"),
-        "angle": in_words(values["angle_95"], "rad") if goals.touches.friction > 0 else "-",
     }
+    for name, unit in _errors(goals):
+        known = name == "angle" and goals.touches.friction == 0
+        cells[name] = "-" if known else in_words(values[f"{name}_95"], unit)
     if finger.outcome is None:
         cells["unsure"] = in_words(values["unsure"], "")
     else:
@@ -343,7 +377,17 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
             cells[name] = next(in_words(c.value, "") for c in checks if c.criterion.name == "unsure")
     if goals.accuracy.feature is not None:
         cells["two"] = in_words(finger.point, "m")
+    if goals.accuracy.edge is not None:
+        cells["edge"] = in_words(finger.edge, "rad")
     return cells
+
+
+def _errors(goals: Goals) -> list[tuple[str, str]]:
+    """Errors that the table shows, and their units: those of position and angle; on an area those that are wanted."""
+    every = [("position", "m"), ("angle", "rad"), ("force", ""), ("radius", "m")]
+    if not goals.on_area:
+        return every[:2]
+    return [one for one in every if getattr(goals.accuracy, one[0]) is not None]
 
 
 def _times(checks: tuple[Check, ...]) -> str:

@@ -77,6 +77,11 @@ class _Found(Frozen):
         return self._width(self.layout.wide and not self.layout.aside)
 
     @property
+    def moment(self) -> FloatArray | None:
+        """Moment about the inward normal [N m], shape (...), positive from +y to +z; None where it was not fitted."""
+        return self.table[..., self._first + self.layout.unknowns - 1] if self.layout.twist else None
+
+    @property
     def beside(self) -> FloatArray:
         """How far a point load presses beside a row of sensors, |z| [m], shape (...); 0 of other contacts."""
         return self._width(self.layout.aside)
@@ -260,15 +265,19 @@ class Estimate(_Found, FrameTable):
 
     @cached_property
     def load(self) -> Load:
-        """Position and components, with the covariance of these."""
-        k = 2 * self.layout.dim + 1
-        square = self.table[..., self.layout.square[:k, :k]]
+        """Position and components, and a moment where it was fitted, with the covariance of these."""
+        at, k = self.layout, 2 * self.layout.dim + 1
+        which = [*range(k), *[at.unknowns - 1] * at.twist]
+        square = self.table[..., at.square[np.ix_(which, which)]]
         square.flags.writeable = False
-        return Load(self.position, self.components, square)
+        return Load(self.position, self.components, square, self.moment)
 
     @property
     def covariance(self) -> FloatArray:
-        """Inverse Fisher information of position [m], force [N/m], angle [rad] and half width [m], (..., k, k)."""
+        """Inverse Fisher information of position, force, angle, half width and moment, (..., k, k).
+
+        On an area position (y, z) and azimuth count two and one more; what is not an unknown is not there.
+        """
         return polar_covariance(self.components, self.table[..., self.layout.square])
 
     @property
@@ -312,6 +321,8 @@ class Estimate(_Found, FrameTable):
         found += [("azimuth", load.azimuth, _DEGREE, "deg")] if d == 2 else []
         if self.layout.wide:
             found.append(("beside", self.beside, _MM, "mm") if aside else ("half_width", self.half_width, _MM, "mm"))
+        if self.moment is not None:
+            found.append(("moment", self.moment, _MM, "N mm"))
         return found
 
     def _shown(self) -> list[Shown]:
@@ -331,8 +342,8 @@ class Estimate(_Found, FrameTable):
         columns: dict[str, Any] = {name: values for name, values, *_ in found}
         columns |= {f"{name}_std": std[..., i] for i, (name, *_) in enumerate(found)}
         if self.layout.wide:
-            interval = self._interval(True, self.beside)
-            columns |= {f"{found[-1][0]}_low": interval[..., 0], f"{found[-1][0]}_high": interval[..., 1]}
+            interval, name = self._interval(True, self.beside), "beside" if self.layout.aside else "half_width"
+            columns |= {f"{name}_low": interval[..., 0], f"{name}_high": interval[..., 1]}
         columns |= {**super()._columns(), "residual": self.residual, "spare": self.spare}
         if self.layout.dim == 1:
             columns["second_position"] = second.position

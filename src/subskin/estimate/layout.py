@@ -10,16 +10,16 @@ import numpy.typing as npt
 
 from .._frozen import Frozen
 
-__all__ = ["AREA", "BESIDE", "LINE", "ROUND", "WIDE", "Layout"]
+__all__ = ["AREA", "BESIDE", "LINE", "ROUND", "TWIST", "WIDE", "Layout"]
 
 
 @dataclass(frozen=True)
 class Layout(Frozen):
     """Columns of a row that an estimator fills for one frame.
 
-    In this order: position, components of the force, half width, their covariance (upper triangle, by rows), 95 %
-    interval of the half width, chi-square, the rival's position, components and half width, how much larger its
-    chi-square is, status. Without a width its columns are not there.
+    In this order: position, components of the force, half width, moment, their covariance (upper triangle, by rows),
+    95 % interval of the half width, chi-square, the rival's position, components, half width and moment, how much
+    larger its chi-square is, status. Without a width, or a moment, its columns are not there.
 
     Parameters
     ----------
@@ -29,6 +29,8 @@ class Layout(Frozen):
         Whether the contact has a half width.
     aside : bool
         Whether what stands there is instead how far a point load presses beside the row [m].
+    twist : bool
+        Whether a moment about the normal [N m] is among the unknowns.
 
     Examples
     --------
@@ -39,9 +41,10 @@ class Layout(Frozen):
     dim: int = 1
     wide: bool = False
     aside: bool = False
+    twist: bool = False
     components: int = field(init=False)
     unknowns: int = field(init=False)
-    """Columns of the contact itself, from 0: position, components, half width."""
+    """Columns of the contact itself, from 0: position, components, half width, moment."""
     covariance: int = field(init=False)
     interval: int = field(init=False)
     residual: int = field(init=False)
@@ -51,7 +54,7 @@ class Layout(Frozen):
     columns: int = field(init=False)
 
     def __post_init__(self) -> None:
-        k = 2 * self.dim + 1 + self.wide
+        k = 2 * self.dim + 1 + self.wide + self.twist
         sizes = {
             "components": self.dim, "unknowns": k - self.dim, "covariance": 0, "interval": k * (k + 1) // 2,
             "residual": 2 * self.wide, "rival": 1, "rival_chi2": k, "status": 1, "columns": 1,
@@ -64,7 +67,7 @@ class Layout(Frozen):
     @property
     def half_width(self) -> int:
         """Column of the half width, where there is one."""
-        return self.unknowns - 1
+        return self.unknowns - 1 - self.twist
 
     @cached_property
     def square(self) -> npt.NDArray[np.intp]:
@@ -78,5 +81,6 @@ class Layout(Frozen):
 
 
 LINE, WIDE, AREA, BESIDE = Layout(), Layout(wide=True), Layout(dim=2), Layout(wide=True, aside=True)
-ROUND = Layout(dim=2, wide=True)
-"""Of a line load, of a long contact of some width, of a point load, of one beside a row, and of a round contact."""
+ROUND, TWIST = Layout(dim=2, wide=True), Layout(dim=2, wide=True, twist=True)
+"""Of a line load, of a long contact of some width, of a point load, of one beside a row, of a round contact, and of one
+that twists as well."""

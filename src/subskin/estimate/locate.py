@@ -19,6 +19,7 @@ from ..radial_round import tabulate_round
 from ..response import Response, tabulate
 from .area import AreaLocator, InPlaceLocator, RoundLocator
 from .area.locator import search_of
+from .area.moment import moment_of
 from .area.observable import refuse_blind
 from .beside import PointLocator, farthest_beside, points_beside
 from .beyond import beyond as beyond_row
@@ -35,7 +36,10 @@ _LOADS = 'has to be "line", "point" or "either"'
 
 Load: TypeAlias = Literal["line", "point", "either"]
 
-_OPTIONS = "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside"
+_OF_FIT = ("half_width", "stick", "moment")
+_OPTIONS = (
+    "search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment"
+)
 
 
 def locator(
@@ -52,6 +56,7 @@ def locator(
     outliers: int = 0,
     stick: float | tuple[float, float] | None = None,
     beside: float | None = None,
+    moment: bool | None = None,
     **_unknown: Never,
 ) -> Locator | AreaLocator | InPlaceLocator | EitherLocator:
     """A `Locator` of a finger, prepared once for many calls; as `finger.locator(...)` too.
@@ -81,6 +86,9 @@ def locator(
     beside : float, optional
         Of "point" and "either" on a row: the largest distance beside the row at which a point may press [m]; three
         depths of the shallowest sensor if left out, six at most.
+    moment : bool, optional
+        Of round contacts on an area: whether a moment about the normal is fitted. If left out it is where the sensors
+        tell it and more than seven are live; normal strain, pressure and normal stress never do.
 
     Raises
     ------
@@ -101,7 +109,10 @@ def locator(
     )
     if finger.array.on_area:
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick, "beside": beside}
-        return _on_area(finger, family, search, others, values)
+        return _on_area(finger, family, search, {**others, "moment": moment}, values)
+    if moment is not None:
+        seen, rule = f"moment = {_check.shown(moment)}", "only a round contact on an area has one"
+        raise InvalidValueError(seen, rule, 'SensorArray.grid(...), and fit(readings, "round_hertz", moment=True)')
     if family == "point" or family == "either":
         others = {"half_width": half_width, "normal_force": normal_force, "stick": stick}
         return _of_points(finger, family, search, beside, others, values)
@@ -182,9 +193,10 @@ def _on_area(
             raise InvalidValueError(f"family = {_check.shown(family)}", rule, "finger.locate(readings)")
         return _in_place(finger, finger.measured, search, others, values)
     given = dict(others)
-    widths = (
-        None if round_kind is None else _check.ends("half_width", given.pop("half_width"), "half_width=(0.0, 3e-3)")
-    )
+    widths, moment = None, None
+    if round_kind is not None:
+        widths = _check.ends("half_width", given.pop("half_width"), "half_width=(0.0, 3e-3)")
+        moment = given.pop("moment")
     _refuse(given, "it belongs to sensors in a row; contacts on an area know no such option")
     refuse_blind(finger)
     box, beyond = search_of(finger.array, search)
@@ -198,11 +210,13 @@ def _on_area(
         else:
             depth = float(np.asarray(finger.array.depth).min())
             low, high = widths or (0.0, 1.5 * depth)
-            response = tabulate_round(finger, round_kind, reach, max(high, 1.5 * depth))
-            made = RoundLocator(response, finger.array, (y, z), (low, high), **options)
+            widest = max(high, 1.5 * depth)
+            twist = moment_of(finger, round_kind, reach, widest, moment)
+            response = tabulate_round(finger, round_kind, reach, widest)
+            made = RoundLocator(response, finger.array, (y, z), (low, high), moment=twist, **options)
         return made.allow_for(finger, float(values["friction"]))
 
-    return prepared(finger).get(("area", kind, tuple(box.reshape(-1)), beyond, widths, *values.values()), make)
+    return prepared(finger).get(("area", kind, tuple(box.reshape(-1)), beyond, widths, moment, *values.values()), make)
 
 
 def _in_place(
@@ -295,14 +309,14 @@ def locate(
     ([1.0, -2.0], [1.433, 0.309, 0.318])
     """
     if _unknown:
-        _check.no_options(_unknown, "load, " + _OPTIONS.replace("half_width, ", "").replace(", stick", ""))
+        _check.no_options(_unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT)]))
     if load not in (None, "line", "point", "either"):
         raise InvalidValueError(f"load = {_check.shown(load)}", _LOADS, 'load="either"')
     if load == "line":
         finger.array.refuse_area()
     found: Estimate | Either = _quick(
         finger, load or "line", search, None, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
-        None, beside,
+        None, beside, None,
     )(readings)  # fmt: skip
     return found
 
@@ -322,6 +336,7 @@ def fit(
     outliers: int = 0,
     stick: float | tuple[float, float] | None = None,
     beside: float | None = None,
+    moment: bool | None = None,
     **_unknown: Never,
 ) -> Estimate:
     """A contact of one family: where, how hard, at what angle, how wide; as `finger.fit(readings, family)` too.
@@ -335,7 +350,7 @@ def fit(
         As in `locate`.
     family : str or class of contacts, optional
         "hertz" if left out, on an area "round_hertz".
-    search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside
+    search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers, stick, beside, moment
         As in `locator`.
 
     Returns
@@ -343,6 +358,7 @@ def fit(
     Estimate
         Position [m], force [N/m], angle [rad], half width [m], their covariance, an interval of the half width, rival,
         residual, status, each of shape (...). On an area as of `locate`, and the half width; covariances (..., 6, 6).
+        With a moment that is `load.moment` [N m], and covariances are (..., 7, 7).
 
     Raises
     ------
@@ -371,7 +387,7 @@ def fit(
         raise InvalidValueError('family = "either"', "a fit is of one family", 'finger.locate(readings, load="either")')
     found: Estimate = _quick(
         finger, family, search, half_width, normal_force, friction, scan_step, false_alarm, ambiguity, outliers,
-        stick, beside,
+        stick, beside, moment,
     )(readings)  # fmt: skip
     return found
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, StrictInt, StrictStr
+from pydantic import Field, PlainValidator, StrictBool, StrictInt, StrictStr
 
 from ._schema import Length, Lengths, Number, SkinTable, StrictTable, one
 
@@ -24,7 +24,10 @@ class TouchTable(StrictTable):
     force: _Forces
     length: Length | None = None
     friction: Number = 1.0
-    span: Length
+    span: Length | None = None
+    area: Lengths | None = None
+    half_width: Length | None = None
+    edge: Length | None = None
     feature: Length | None = None
     largest_strain: Number = 0.1
 
@@ -35,6 +38,8 @@ class AccuracyTable(StrictTable):
     position: Length | None = None
     angle: _Angle | None = None
     force: Number | None = None
+    radius: Length | None = None
+    edge: _Angle | None = None
     unsure: Number = 0.01
     blind_spots: Number | None = None
     calibrated: StrictStr = "known"
@@ -47,17 +52,27 @@ class RoomTable(StrictTable):
     depth: Lengths
     least_pitch: Length
     longest_row: Length | None = None
+    area: Lengths | None = None
+    layouts: list[StrictStr] | None = None
 
 
 class SensorTable(StrictTable):
     """[[sensor]]: a kind of sensor that is at hand."""
 
     name: _Name
-    kind: StrictStr
+    kind: Any
     noise: _Measured
     width: Length = 0.0
     largest: _Measured = None
     resolution: _Measured = 0.0
+
+
+class MixTable(StrictTable):
+    """[[mix]]: several of the kinds in one array on an area."""
+
+    name: _Name
+    kinds: list[StrictStr]
+    together: StrictBool = True
 
 
 class SkinChoiceTable(SkinTable):
@@ -71,7 +86,7 @@ class EffortTable(StrictTable):
 
     depths: StrictInt = 20
     pitches: StrictInt = 30
-    touches: StrictInt = 10_000
+    touches: StrictInt | None = None
     seed: StrictInt = 0
     keep: StrictInt = 5
 
@@ -85,5 +100,6 @@ class GoalsDocument(StrictTable):
     room: RoomTable
     sensor: Annotated[list[SensorTable], Field(min_length=1)]
     skin: Annotated[list[SkinChoiceTable], Field(min_length=1)]
+    mix: list[MixTable] = Field(default_factory=list)
     tolerances: dict[str, Any] | None = None
     search: EffortTable = EffortTable()

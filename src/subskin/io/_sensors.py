@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from .._check import FloatArray
 from ..array import SensorArray
 from ..errors import GeometryError, InvalidValueError, SubskinError
 from ..lattice import even_grid, even_row
-from ..transducer import Transducer, VolumeResistance, class_of, transducer_of
+from ..transducer import Transducer, VolumeResistance, class_of, kind_of, transducer_of
 from ._skin import Misplaced
 from ._toml_errors import short
 from .units import quantity, si_unit
@@ -19,7 +19,7 @@ from .units import quantity, si_unit
 if TYPE_CHECKING:
     from . import _schema
 
-__all__ = ["build_array", "in_readings", "reading_unit", "unit_of_readings"]
+__all__ = ["build_array", "in_readings", "reading_unit", "said_of", "transducer_said", "unit_of_readings"]
 
 _IN_READINGS = ("offset", "noise", "low", "high", "resolution")
 
@@ -82,16 +82,16 @@ def _transducers(
         if not isinstance(table.channels, list) or not table.channels:
             fix = 'channels = ["normal_strain", "mean_pressure"]'
             raise InvalidValueError(f"channels = {short(table.channels)}", "a list of kinds of sensors is needed", fix)
-        return None, tuple(_transducer(item, table.exact, "channels") for item in table.channels)
+        return None, tuple(transducer_said(item, table.exact, "channels") for item in table.channels)
     if not isinstance(table.kind, list):
-        return _transducer(table.kind, table.exact, "kind"), None
+        return transducer_said(table.kind, table.exact, "kind"), None
     if len(table.kind) != count:
         rule = f"one kind, or one for each of the {count} sensors, is needed"
         raise InvalidValueError(f"kind lists {len(table.kind)}", rule, 'kind = "normal_strain"')
-    return tuple(_transducer(item, table.exact, "kind") for item in table.kind), None
+    return tuple(transducer_said(item, table.exact, "kind") for item in table.kind), None
 
 
-def _transducer(said: object, exact: bool, key: str) -> Transducer:
+def transducer_said(said: object, exact: bool, key: str) -> Transducer:
     """A transducer by its name, or by a table of its name and its arguments, which may have units."""
     if isinstance(said, dict) and isinstance(said.get("name"), str):
         try:
@@ -104,6 +104,14 @@ def _transducer(said: object, exact: bool, key: str) -> Transducer:
         fix = f"kind = {one}, or {other}" if key == "kind" else f"channels = [{one}, {other}]"
         raise InvalidValueError(f"{key} = {short(said)}", rule, fix)
     return VolumeResistance(exact=exact) if said == "volume_resistance" else transducer_of(said)
+
+
+def said_of(transducer: Transducer) -> str | dict[str, object]:
+    """What a file says of a transducer: its name, or a table of that and of the arguments that are not as usual."""
+    own = {f.name: getattr(transducer, f.name) for f in fields(transducer)}
+    usual = {f.name: f.default for f in fields(transducer)}
+    told = {key: value for key, value in own.items() if usual[key] is MISSING or value != usual[key]}
+    return {"name": kind_of(transducer), **told} if told else kind_of(transducer)
 
 
 def _with_arguments(name: str, given: dict[str, Any]) -> Transducer:

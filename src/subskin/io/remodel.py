@@ -20,7 +20,7 @@ _THICK = 3.0
 
 
 def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFile:
-    r"""`file` with another `kind` of sensor, and with a "half_plane" or one bonded layer ("layers") for its `skin`.
+    r"""`file` with another `kind` of sensor, and a "half_plane", a "half_space" or one layer ("layers") as `skin`.
 
     The material stays; a layer is three depths thick until its thickness is fitted. Comments stay, but for those inside
     a [skin] of another kind.
@@ -46,17 +46,17 @@ def remodelled(file: FingerFile, *, skin: str = "", kind: str = "") -> FingerFil
         sensors["kind"] = kind
     if skin:
         material = file.finger.skin.single_material
-        if material is None or skin not in ("half_plane", "layers"):
+        if material is None or skin not in ("half_plane", "half_space", "layers"):
             seen = f"a {skin} in place of {file.finger.skin}"
             raise InvalidValueError(
                 seen,
-                "only a half plane and one layer of one material stand in for each other",
+                "only what is endless and one layer of one material stand in for each other",
                 "save_finger with a new file",
             )
         rubber = {"young": format_quantity(material.young, "Pa"), "poisson": rounded(material.poisson)}
         table = tomlkit.table()
         table.add("kind", skin)
-        if skin == "half_plane":
+        if skin != "layers":
             table.update(rubber)
         else:
             layer, layers = tomlkit.table(), tomlkit.aot()

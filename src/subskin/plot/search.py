@@ -44,34 +44,36 @@ def design_map_figure(study: DesignStudy, finger: DesignedFinger | None = None) 
     chosen = study.fingers[0] if finger is None else finger
     grid, row = study.grid, chosen.row
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf)
-    n = int(np.searchsorted(grid.counts, row.count))
+    n = row.which(study.goals)[2]
     figure = new_figure(DOUBLE, 86.0)
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+    counts = np.unique(grid.counts)
     _map(figure, left, study, chosen, excess[row.skin, row.sensor, :, :, n])
     for k, choice in enumerate(study.goals.skins):
-        for m, kind in enumerate(study.goals.sensors):
-            best = np.minimum(excess[k, m].min(axis=(0, 1)), _TOP)
-            dash = "o" if grid.counts.size == 1 else f".{_DASHES[k % len(_DASHES)]}"
+        for m, kind in enumerate(study.goals.choices):
+            best = np.minimum(_of_counts(grid.counts, excess[k, m].min(axis=(0, 1))), _TOP)
+            dash = "o" if counts.size == 1 else f".{_DASHES[k % len(_DASHES)]}"
             colour = _COLOURS[m % len(_COLOURS)]
-            right.plot(grid.counts, best, dash, color=colour, label=f"{kind.name}, {choice.name}")
+            right.plot(counts, best, dash, color=colour, label=f"{kind.name}, {choice.name}")
     right.axhspan(1e-6, 1.0, color="#D9F0E6", zorder=0, linewidth=0)
     drawn = [*excess.min(axis=(2, 3)).ravel(), *(f.excess for f in study.fingers)]
     seen = [value for value in drawn if np.isfinite(value)]
     ends = 0.8 * min(*seen, 0.8), 1.25 * min(max(*seen, 1.25), _TOP)
-    right.set(xlabel="sensors", ylabel="worst ratio", yscale="log", ylim=ends)
-    right.set_title("best depth and pitch for each count")
+    right.set(xlabel="positions" if study.goals.on_area else "sensors", ylabel="worst ratio", yscale="log", ylim=ends)
+    right.set_title("best of each count" if study.goals.on_area else "best depth and pitch for each count")
     plain(right.yaxis, _ticks(*ends))
-    right.xaxis.set_major_locator(FixedLocator(grid.counts[:: max(1, grid.counts.size // 8)].tolist()))
+    right.xaxis.set_major_locator(FixedLocator(counts[:: max(1, counts.size // 8)].tolist()))
     right.plot([row.count], [chosen.excess], "o", mfc="none", mec=BLACK, ms=9, zorder=4)
-    if grid.counts.size > 1:
-        legend(figure, right, ncols=min(2, len(study.goals.skins) * len(study.goals.sensors)))
+    if counts.size > 1:
+        legend(figure, right, ncols=min(2, len(study.goals.skins) * len(study.goals.choices)))
     return figure
 
 
 def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger, excess: np.ndarray) -> None:
     grid, row = study.grid, chosen.row
     pitches, depths = 1e3 * grid.pitches, 1e3 * grid.depths[row.skin]
-    axes.set_title(f"{row.count} sensors, {study.goals.sensors[row.sensor].name}")
+    many = f"{row.count} sensors" if row.layout is None else study.goals.layouts[row.which(study.goals)[2]].text
+    axes.set_title(f"{many}, {study.goals.choices[row.sensor].name}")
     axes.set(xlabel="pitch [mm]", ylabel="depth [mm]")
     shown = np.where(np.isfinite(excess), np.minimum(excess, _TOP), np.nan)
     axes.set_facecolor("#EEEEEE")
@@ -89,7 +91,13 @@ def _map(figure: Figure, axes: Axes, study: DesignStudy, chosen: DesignedFinger,
         plain(bar.ax.yaxis, [0.2, 0.5, 1, 2, 5, 10, 30] if good else _ticks(low, max(high, 1.5 * low)))
     plain(axes.xaxis, _ticks(pitches[0], pitches[-1]))
     plain(axes.yaxis, _ticks(depths[0], depths[-1]))
-    axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=VERMILLION, mew=1.6, ms=7)
+    if row.layout is None or not row.layout.at:
+        axes.plot([1e3 * row.pitch], [1e3 * row.depth], "o", mfc="white", mec=VERMILLION, mew=1.6, ms=7)
+
+
+def _of_counts(counts: np.ndarray, excess: np.ndarray) -> np.ndarray:
+    """The least of each count, of which there may be several layouts."""
+    return np.array([excess[counts == count].min() for count in np.unique(counts)])
 
 
 def _ticks(low: float, high: float) -> list[float]:

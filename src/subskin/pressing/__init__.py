@@ -1,22 +1,39 @@
 """Contact of a skin with a rigid body: indenters, and the solver that finds pressure, shear, stick and slip."""
 
+from .area.solution import LocalSolution
+from .body import ConeTip, Ellipsoid, LocalIndenter, Roller, Sphere
 from .certificate import Certificate
+from .height_map import HeightMap
 from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .press import press
+from .shapes import Box, BoxCorner, BoxEdge, Pin, Ridged, Together
 from .solution import ContactSolution, PressStatus
 
 __all__ = [
+    "Box",
+    "BoxCorner",
+    "BoxEdge",
     "Certificate",
+    "ConeTip",
     "ContactSolution",
     "Cylinder",
     "Edge",
+    "Ellipsoid",
     "Flat",
+    "HeightMap",
     "Indenter",
+    "LocalIndenter",
+    "LocalSolution",
     "ParticleOnFlat",
+    "Pin",
     "PressStatus",
     "Profile",
+    "Ridged",
+    "Roller",
     "RoundedFlat",
     "RoundedWedge",
     "SineRidges",
+    "Sphere",
+    "Together",
     "press",
 ]

@@ -18,7 +18,7 @@ from .._frozen import Frozen
 from .bounded import BoolArray, Problem, finer
 from .influence import Influence
 
-__all__ = ["Balance", "Case", "Prescribed", "solve"]
+__all__ = ["Balance", "Case", "Mixer", "Prescribed", "solve"]
 
 _COARSEST = 128
 _BY = 4
@@ -143,7 +143,7 @@ def _settle(case: Case, start: Balance) -> Balance:
     state, limit = start, _SAFE * case.tolerance * start.scale
     rubs = load.friction is not None
     lifted = op.apply(0, 1, state.shear) if rubs else np.zeros(case.y.size)
-    mixer = _Mixer()
+    mixer = Mixer()
     for _ in range(_ROUNDS):
         state = _normal(case, state, height + lifted, body, limit)
         if not rubs:
@@ -162,7 +162,7 @@ def _settle(case: Case, start: Balance) -> Balance:
     return state
 
 
-class _Mixer:
+class Mixer:
     """Anderson's extrapolation of a fixed-point iteration (Walker and Ni 2011)."""
 
     def __init__(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, TypeAlias, overload
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from ..skin import Skin
+from .area.press import press_area
+from .area.solution import LocalSolution
+from .body import LocalIndenter
 from .certificate import certify, displaced
 from .equilibrium import Prescribed
 from .grid import Grid, continued, fresh
@@ -20,61 +24,82 @@ from .verdict import believable, judged
 
 __all__ = ["press"]
 
+Pair: TypeAlias = Any
+"""One number of a long body, two along (y, z) of one that presses on an area."""
+
 _UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
 
 
-def press(
+@overload
+def press(skin: Skin, indenter: Indenter, **given: Any) -> ContactSolution: ...
+
+
+@overload
+def press(skin: Skin, indenter: LocalIndenter, **given: Any) -> LocalSolution: ...
+
+
+def press(  # type: ignore[misc]  # each takes the names that are listed
     skin: Skin,
-    indenter: Indenter,
+    indenter: Indenter | LocalIndenter,
     *,
     force: float | None = None,
     depth: float | None = None,
-    moment: float | None = None,
-    tilt: float = 0.0,
+    moment: Pair | None = None,
+    tilt: Pair | None = None,
     friction: float | None = None,
-    tangential: float | None = None,
-    slide: float | None = None,
-    after: ContactSolution | None = None,
-    position: float = 0.0,
+    tangential: Pair | None = None,
+    slide: Pair | None = None,
+    torsion: float | None = None,
+    twist: float | None = None,
+    after: ContactSolution | LocalSolution | None = None,
+    position: Pair = 0.0,
     nodes: int | None = None,
-    window: float | None = None,
+    window: Pair | None = None,
     period: float | None = None,
     datum: float | None = None,
-    tolerance: float = 1e-9,
+    tolerance: float | None = None,
     max_strain: float = 0.5,
-) -> ContactSolution:
+) -> ContactSolution | LocalSolution:
     """Press a rigid body into a skin and find the tractions, where they touch, and where they stick.
 
     The pressure is drawn by straight lines between equally spaced nodes, and gap and slip vanish at the nodes. With the
     step s of the nodes, strains beneath converge as s^2 where the bodies part smoothly, and as s beneath a sharp end
-    of the body; the contact's edges converge as s. Source: docs/pressing.md.
+    of the body; the contact's edges converge as s. Source: docs/pressing.md. A body that presses on an area has forces
+    in N, and pairs along (y, z) where a long one has one number; its nodes are those of a grid of square cells, the
+    pressure bilinear between them (docs/pressing_area.md).
 
     Parameters
     ----------
     skin : Skin
-        Any skin. On a round one y runs along the arc, and its roundness is part of the gap.
-    indenter : Indenter
-        A shape of the catalogue (`Cylinder`, `RoundedFlat`, `RoundedWedge`, `SineRidges`, `ParticleOnFlat`, `Flat`,
-        `Edge`) or a `Profile`.
+        Any skin. On a round one y runs along the arc, and its roundness is part of the gap. A body on an area presses
+        into a `HalfSpace` or `Layered`.
+    indenter : Indenter or LocalIndenter
+        A long shape of the catalogue (`Cylinder`, `RoundedFlat`, `RoundedWedge`, `SineRidges`, `ParticleOnFlat`,
+        `Flat`, `Edge`) or a `Profile`; or one that presses on an area (`Sphere`, `Ellipsoid`, `Roller`, `ConeTip`,
+        `Pin`, `Box`, `BoxEdge`, `BoxCorner`, `Ridged`, `Together`) or a `HeightMap`.
     force, depth : float, optional
-        Normal force [N/m] or how far the indenter goes in from first touching the tangent plane at y = 0 [m], > 0:
-        one of the two.
-    moment, tilt : float, optional
-        Moment of the pressure about `position` [N], with the tilt to be found; or the tilt [rad], kept. Positive
-        loads the side of +y. No tilt if left out.
+        Normal force [N/m; N on an area] or how far the indenter goes in from first touching the tangent plane at y = 0
+        [m], > 0: one of the two.
+    moment, tilt : float or pair, optional
+        Moment of the pressure about `position` [N; N m on an area], with the tilt to be found; or the tilt [rad], kept.
+        Positive loads the side of +y, or of +z. No tilt if left out.
     friction : float, optional
         Coulomb's coefficient [-], >= 0; without it there is no shear. np.inf for surfaces glued wherever they touch, as
         beneath a punch; where the extent of the contact has to be found, gluing asks for pulls, and seldom settles.
-    tangential, slide : float, optional
-        Tangential force on the skin [N/m] or the indenter's way along the surface [m], towards +y; with friction only.
-        No tangential force if left out.
-    after : ContactSolution, optional
+    tangential, slide : float or pair, optional
+        Tangential force on the skin [N/m; N on an area] or the indenter's way along the surface [m], towards +y (and
+        +z); with friction only. No tangential force if left out.
+    torsion, twist : float, optional
+        On an area: moment about x at `position` [N m] or the turn about it [rad], from y towards z; with friction only.
+        No moment if left out, and no turn where the `slide` is given.
+    after : ContactSolution or LocalSolution, optional
         The state before, on which friction depends; same skin, indenter and position. It brings its grid along.
-    position : float, optional
-        Position of the indenter's centre y [m].
+    position : float or pair, optional
+        Position of the indenter's centre, y or (y, z) [m].
     nodes : int, optional
-        Nodes of the grid, >= 16, 1024 if left out; with a period, the power of two that is not less.
-    window : float, optional
+        Nodes of the grid, >= 16, 1024 if left out; with a period, the power of two that is not less. On an area those
+        along the longer side, a multiple of 32, 256 if left out.
+    window : float or pair, optional
         Width of the grid about `position` [m]; about one and a half times the contact's if left out.
     period : float, optional
         Solve for a body that repeats with this period [m], all along a flat skin; force and moment are those of one
@@ -84,12 +109,13 @@ def press(
         Its displacements are known only up to a constant, so that `depth` and `slide` need it.
     tolerance : float, optional
         Greatest gap beneath the body and greatest creep where it sticks, in shares of the displacements; >= 1e-12.
+        1e-9 if left out, on an area 1e-8.
     max_strain : float, optional
         Strain [-] above which the theory of small strains is not believed and an error is raised; np.inf to see anyway.
 
     Returns
     -------
-    ContactSolution
+    ContactSolution or LocalSolution
         With `contact` for `Finger.read`, a certificate, a status and a reason.
 
     Raises
@@ -120,16 +146,33 @@ def press(
     """
     if not isinstance(skin, Skin):
         raise InvalidValueError(f"skin = {type(skin).__name__}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
+    if isinstance(indenter, LocalIndenter):
+        given = {"force": force, "depth": depth, "moment": moment, "tilt": tilt, "friction": friction}
+        given |= {"tangential": tangential, "slide": slide, "torsion": torsion, "twist": twist}
+        area = {"nodes": nodes, "window": window, "period": period, "datum": datum, "tolerance": tolerance}
+        return press_area(skin, indenter, given, position, area, after, max_strain)
     if not isinstance(indenter, Indenter):
         seen = f"indenter = {type(indenter).__name__}"
-        raise InvalidValueError(seen, "an Indenter is needed", "Cylinder(radius=8e-3), or Profile.from_function")
+        raise InvalidValueError(
+            seen, "an Indenter is needed", "Cylinder(radius=8e-3), Sphere(radius=8e-3), or a Profile"
+        )
+    for name, value in (("torsion", torsion), ("twist", twist)):
+        if value is not None:
+            raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")
     load = _load(tilt, friction, force=force, depth=depth, moment=moment, tangential=tangential, slide=slide)
+    grid = Grid.checked(nodes, window, period, datum, 1e-9 if tolerance is None else tolerance)
+    return _press_long(skin, indenter, load, position, grid, after, max_strain)
+
+
+def _press_long(
+    skin: Skin, indenter: Indenter, load: Prescribed, position: float, grid: Grid, after: Any, max_strain: float
+) -> ContactSolution:
+    """`press`, in a plane."""
     at = _check.scalar("position", position, unit="m")
     if abs(at) > 0.25 * skin.period:
         seen = f"position = {at:.6g} m on a finger of {skin.period:.6g} m about"
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
         raise GeometryError(seen, rule, "turn the finger: put its sensors, not the body, elsewhere")
-    grid = Grid.checked(nodes, window, period, datum, tolerance)
     gap = _Gap(skin, indenter, at)
     if after is not None and isinstance(after, ContactSolution) and after.shear.any() and load.friction is None:
         rule, fix = "the shear of the state before needs something to hold it", f"friction={after.friction:g}"
@@ -138,10 +181,10 @@ def press(
     if after is not None:
         _same(after, skin, at, gap)
         known = known or after.case.influence.periodic or after.case.datum is not None
-    if not known and (depth is not None or slide is not None):
-        given = "depth" if depth is not None else "slide"
+    if not known and (load.depth is not None or load.slide is not None):
+        given = "depth" if load.depth is not None else "slide"
         raise InvalidValueError(
-            f"{given} = {depth if depth is not None else slide:.6g} m on a {type(skin).__name__}",
+            f"{given} = {load.depth if load.depth is not None else load.slide:.6g} m on a {type(skin).__name__}",
             "this skin has no ground, so its surface moves by a constant that is not known",
             "datum=, the distance at which the surface is taken to rest; or press by force",
         )
@@ -156,7 +199,10 @@ def press(
     certificate = certify(case, state, moved)
     pressed = ContactSolution(skin, indenter, at, PressStatus.OK, "", certificate, depth, slide, case, state, *fields)
     believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
-    status, reason = judged(pressed)
+    drag = pressed.shear[pressed.pressure > 0]
+    one_way = bool((drag > 0).all() or (drag < 0).all())
+    slips = one_way and not pressed.stick.size
+    status, reason = judged(certificate, case.tolerance, drag.size, slips, load.friction)
     return replace(pressed, status=status, reason=reason)
 
 
@@ -183,7 +229,7 @@ def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArr
         raise GeometryError(seen, rule, "press the same bodies at the same position")
 
 
-def _load(tilt: float, friction: float | None, **given: float | None) -> Prescribed:
+def _load(tilt: float | None, friction: float | None, **given: float | None) -> Prescribed:
     """What is prescribed, checked."""
     if (given["force"] is None) == (given["depth"] is None):
         raise InvalidValueError(
@@ -191,6 +237,7 @@ def _load(tilt: float, friction: float | None, **given: float | None) -> Prescri
             "one of the two has to be given",
             "force=40.0, or depth=0.1e-3",
         )
+    tilt = 0.0 if tilt is None else tilt
     asked = {**given, "tilt": tilt or None}
     for one, other in (("moment", "tilt"), ("tangential", "slide")):
         if asked[one] is not None and asked[other] is not None:

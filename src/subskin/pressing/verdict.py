@@ -9,10 +9,13 @@ import numpy as np
 from .._check import FloatArray
 from ..contact import PressureProfile
 from ..errors import InvalidValueError, SingularPointWarning, ValidityWarning
+from .certificate import Certificate
 from .indenter import Profile
 from .solution import ContactSolution, PressStatus
 
-__all__ = ["believable", "judged"]
+__all__ = ["Judgement", "believable", "judged", "not_small"]
+
+Judgement = tuple[PressStatus, str]
 
 _FEWEST = 12
 """Nodes in contact below which its shape is not drawn."""
@@ -31,38 +34,55 @@ _NODES = 32
 def believable(pressed: ContactSolution, limit: float) -> None:
     """Raise where the strains are above the limit, warn where they are not small."""
     strain, slope = _greatest_strain(pressed), _slope(pressed, pressed.case.height)
+    large = not_small(f"a force of {pressed.force:.6g} N/m", strain, slope, limit)
+    if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
+        message = "the contact reaches the end of the profile, which is taken for a sharp end of the body"
+        warnings.warn(message, ValidityWarning, stacklevel=4)
+    if large:
+        warnings.warn(large, ValidityWarning, stacklevel=4)
+
+
+def not_small(seen: str, strain: float, slope: float, limit: float) -> str:
+    """Raise where the strain is above the limit; a warning's words where strain or slope are not small, or none."""
     if strain > limit:
         raise InvalidValueError(
-            f"a force of {pressed.force:.6g} N/m", f"the skin would be strained by {100 * strain:.0f} %, "
+            seen, f"the skin would be strained by {100 * strain:.0f} %, "
             f"and small strains (here up to {100 * limit:.0f} %) are what the theory is for",
             "press less, with a blunter body, or say max_strain=np.inf to see the linear answer anyway",
         )  # fmt: skip
-    if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
-        message = "the contact reaches the end of the profile, which is taken for a sharp end of the body"
-        warnings.warn(message, ValidityWarning, stacklevel=3)
     large = [f"strains up to {100 * strain:.0f} %"] if strain > _NOTABLE else []
     large += [f"slopes up to {slope:.2g}"] if slope > _STEEP else []
-    if large:
-        message = f"{' and '.join(large)} beneath this contact: the linear theory takes them for small"
-        warnings.warn(message, ValidityWarning, stacklevel=3)
+    rule = "beneath this contact: the linear theory takes them for small"
+    return f"{' and '.join(large)} {rule}" if large else ""
 
 
-def judged(pressed: ContactSolution) -> tuple[PressStatus, str]:
-    """Status and reason: is every rule obeyed, says the certificate alone."""
-    case, certificate = pressed.case, pressed.certificate
+def judged(certificate: Certificate, tolerance: float, touching: int, slips: bool, friction: float | None) -> Judgement:
+    """Status and reason: is every rule obeyed, says the certificate alone.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        What was found.
+    tolerance : float
+        What was asked for.
+    touching : int
+        Nodes that touch.
+    slips : bool
+        Whether there is a drag one way, and no node that sticks.
+    friction : float, optional
+        Coulomb's coefficient; None where there is none.
+    """
     found = {name: value for name, value in vars(certificate).items() if name != "scale"}
     name, worst = max(found.items(), key=lambda item: item[1])
-    bound = max(_BOUND * case.tolerance, _ROUNDING)
+    bound = max(_BOUND * tolerance, _ROUNDING)
     if worst > bound:
         return PressStatus.NOT_SETTLED, f"{name} is {worst:.2g}, and {bound:.2g} was to be reached"
     holds = f"every rule of contact holds to {worst:.1g}"
-    drag = pressed.shear[pressed.pressure > 0]
-    one_way = bool((drag > 0).all() or (drag < 0).all())
-    if pressed.friction is not None and pressed.friction > 0 and one_way and not pressed.stick.size:
-        return PressStatus.SLIDES, f"{holds}; friction {pressed.friction:g} holds no more, all of the contact slips"
-    if drag.size < _FEWEST:
-        return PressStatus.COARSE, f"{holds}, but only {drag.size} nodes touch; more nodes or a narrower window"
-    return PressStatus.OK, f"{holds}, on {drag.size} nodes that touch"
+    if slips and friction:
+        return PressStatus.SLIDES, f"{holds}; friction {friction:g} holds no more, all of the contact slips"
+    if touching < _FEWEST:
+        return PressStatus.COARSE, f"{holds}, but only {touching} nodes touch; more nodes or a narrower window"
+    return PressStatus.OK, f"{holds}, on {touching} nodes that touch"
 
 
 def _cut_short(pressed: ContactSolution) -> bool:

@@ -7,8 +7,10 @@ import numpy as np
 from .. import __version__
 from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
+from ..design.placement import AreaQuality
 from ..design.search import DesignedFinger, DesignStudy
 from ..design.tolerance import SOURCES, ToleranceBudget
+from ..design.two_point import AreaLimen
 from ..design.words import (
     amount_in_words,
     finger_table,
@@ -17,11 +19,14 @@ from ..design.words import (
     legend_of,
     reasons_of,
     remedies_of,
+    row_in_words,
     tolerances_of,
     verdict_of,
 )
 from ..plot import (
+    area_placement_figure,
     design_map_figure,
+    finger_above,
     finger_section,
     placement_figure,
     response_figure,
@@ -38,8 +43,9 @@ _MAP = (
     "beyond the grid. Right: the best of the grid for each count, of every kind and skin, and finger 1 (ring). The "
     "grid counts noise alone; tolerances and the distance of two touches are added afterwards."
 )
+_LINE_LIMIT = "Loads are lines across the finger, of the weakest force stated; wider contacts are located less well."
+_AREA_LIMIT = "Touches are local, of the weakest force and the radius stated; points where none is stated."
 _LIMITS = (
-    "Loads are lines across the finger, of the weakest force stated; wider contacts are located less well.",
     "The skin is linearly elastic, and strains are small.",
     "Noise is independent from sensor to sensor. Errors are Cramér-Rao bounds for one frame, which locate reaches.",
     "Nothing here was tuned on a recording: calibrate the finger that was made before relying on it.",
@@ -83,24 +89,23 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
         )
     blocks += [Heading("Resolution and ambiguity"), Paragraph(_resolution(best))]
     for rank, (finger, name) in enumerate(zip(study.fingers, names, strict=True), start=1):
-        blocks.append(Picture(placement_figure(finger.quality), f"Finger {rank}. {name}."))
-    blocks += [
-        *_tolerances(study, best),
-        *_unopposed(best),
-        *_two_points(best),
-        *_filter(best),
-        *_provenance(study, goals_text),
-    ]
+        blocks.append(_accuracy(finger, f"Finger {rank}. {name}."))
+    blocks += [*_tolerances(study, best), *_unopposed(best), *_two_points(best)]
+    blocks += [] if goals.on_area else _filter(best)
+    blocks += _provenance(study, goals_text)
     subtitle = f"subskin {__version__}, seed {goals.effort.seed}, {study.grid.excess.size:,} designs tried"
     return Document(f"{goals.title}: a design", subtitle, blocks)
 
 
 def _name(study: DesignStudy, finger: DesignedFinger) -> str:
-    goals, row = study.goals, finger.row
-    return (
-        f"{row.count} × {goals.sensors[row.sensor].name}, {in_words(row.pitch, 'm')} apart, "
-        f"{in_words(row.depth, 'm')} deep in “{goals.skins[row.skin].name}”"
-    )
+    return row_in_words(study.goals, finger.row)
+
+
+def _accuracy(finger: DesignedFinger, caption: str) -> Picture:
+    quality = finger.quality
+    if isinstance(quality, AreaQuality):
+        return Picture(area_placement_figure(quality), caption)
+    return Picture(placement_figure(quality), caption)
 
 
 def _verdict(study: DesignStudy) -> str:
@@ -133,10 +138,12 @@ def _checks(study: DesignStudy, finger: DesignedFinger) -> TextTable:
 def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
     """Under a touch as good as any: the weakest force, half-way out in its angle, off the sensors."""
     touches = study.goals.touches
+    if study.goals.on_area:
+        return _above(study, finger)
     touch = LineLoad(touches.force, 0.5 * touches.cone, 0.3 * finger.row.pitch)
     readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
     found = finger.finger.locate(readings, search=finger.quality.search, friction=touches.friction)
-    component = study.goals.sensors[finger.row.sensor].transducer.component
+    component = study.goals.choices[finger.row.sensor].kinds[0].transducer.component
     return Picture(
         finger_section(finger.finger, touch, readings=readings, estimate=found, component=component),
         f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(0.5 * touches.cone, 'rad')}, with "
@@ -144,15 +151,41 @@ def _section(study: DesignStudy, finger: DesignedFinger) -> Picture:
     )
 
 
+def _above(study: DesignStudy, finger: DesignedFinger) -> Picture:
+    """The same on an area, off its middle and its axes."""
+    touches, lean = study.goals.touches, 0.5 * study.goals.touches.cone
+    force = touches.force * np.array([np.cos(lean), np.sin(lean) * np.cos(0.6), np.sin(lean) * np.sin(0.6)])
+    middle, reach = np.mean(np.asarray(touches.area), axis=1), np.ptp(np.asarray(touches.area), axis=1)
+    touch = touches.local(force, middle + np.array([0.17, -0.11]) * reach)
+    readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
+    family = "line" if touches.half_width is None else "round_hertz"
+    found = finger.finger.fit(readings, family, search=finger.quality.search, friction=touches.friction)
+    return Picture(
+        finger_above(finger.finger, touch, found),
+        f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(lean, 'rad')}, and the load found "
+        "from one frame of noisy readings with its 95 % ellipse.",
+    )
+
+
 def _ranked(study: DesignStudy) -> str:
-    judged = f"{study.grid.excess.size:,} designs, each by {study.goals.effort.touches:,} touches"
+    judged = f"{study.grid.excess.size:,} designs, each by {study.goals.counted:,} touches"
     met = any(finger.meets for finger in study.fingers)
     first = "Those that meet the goals come first, the fewest sensors first." if met else ""
-    return f"The best of {judged}: at most one for each skin, kind and count. {first}".rstrip()
+    each = "layout" if study.goals.on_area else "count"
+    return f"The best of {judged}: at most one for each skin, kind and {each}. {first}".rstrip()
 
 
 def _resolution(finger: DesignedFinger) -> str:
     values = finger.values
+    if isinstance(finger.quality, AreaQuality):
+        return (
+            "The maps show the standard errors over the area that is touched, at the weakest force, from noise alone, "
+            "of the loads that 95 % of those at a position do not exceed. Within a red line touches are ambiguous. For "
+            f"finger 1 the error of the position is {in_words(values['position_mean'], 'm')} on average, in the "
+            f"direction in which it is worst, and that of the force {in_words(values['force_mean'], '')}. In "
+            f"{in_words(values['ambiguous'], '')} of the touches another load explains the readings nearly as well and "
+            f"locate says so; in {in_words(values['wrong'], '')} of them noise makes that other load the better one."
+        )
     return (
         "The maps show the standard error of position and angle over those of the touch, at "
         f"the weakest force, from noise alone. For finger 1 it is {in_words(values['position_mean'], 'm')} and "
@@ -167,7 +200,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     budget = finger.budget
     if budget is None:
         return []
-    unit = study.goals.sensors[finger.row.sensor].transducer.unit
+    unit = study.goals.choices[finger.row.sensor].kinds[0].transducer.unit
     rows = [
         [
             SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once",
@@ -222,6 +255,14 @@ def _unopposed(finger: DesignedFinger) -> list[Block]:
 
 
 def _two_points(finger: DesignedFinger) -> list[Block]:
+    if finger.two_points is None:
+        return []
+    if isinstance(finger.two_points, AreaLimen):
+        text = (
+            "Two touches share the weakest force and press straight down, side by side in any direction. 95 % of such "
+            f"pairs, in 90 % of frames at 1 % of false alarms, do not read like a single one {_from(finger.point)}."
+        )
+        return [Heading("Two touches, or one"), Paragraph(text)]
     return [
         Heading("Two touches, or one"),
         Paragraph(
@@ -255,15 +296,15 @@ def _filter(finger: DesignedFinger) -> list[Block]:
 
 
 def _provenance(study: DesignStudy, goals_text: str) -> list[Block]:
-    effort = study.goals.effort
+    effort, area = study.goals.effort, study.goals.on_area
+    kinds = "kind of sensor, skin and layout" if area else "kind of sensor, skin and count"
     return [
         Heading("How this was found"),
         Paragraph(
             f"subskin {__version__} design, seed {effort.seed}: {effort.depths} depths and {effort.pitches} pitches "
-            "for each kind of sensor, skin and count; the same goals and seed give the same numbers. What it takes for "
-            "granted:"
+            f"for each {kinds}; the same goals and seed give the same numbers. What it takes for granted:"
         ),
-        Bullets(_LIMITS),
+        Bullets((_AREA_LIMIT if area else _LINE_LIMIT, *_LIMITS)),
         Heading("The goals as they were given", 2),
         Listing(goals_text),
     ]

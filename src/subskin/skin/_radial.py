@@ -29,6 +29,7 @@ __all__ = [
     "RadialSpectrum",
     "RadialTable",
     "decay_length",
+    "point_table",
     "radial_table",
     "wave_answers",
     "waves_for",
@@ -202,6 +203,11 @@ class RadialTable:
 def radial_table(stack: Stack, depth: float, spectrum: RadialSpectrum, functions: Functions) -> RadialTable:
     """The table of some functions at a depth [m] under a shape."""
     return RadialTable(stack, depth, spectrum, functions)
+
+
+def point_table(stack: Stack, depth: float) -> RadialTable:
+    """The table of the state at a depth [m] under a point load."""
+    return radial_table(stack, depth, RadialSpectrum(b"", 0.0, np.ones_like), STATE)
 
 
 def waves_for(stack: Stack, length: float, reach: float) -> tuple[FloatArray, FloatArray]:

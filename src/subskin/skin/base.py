@@ -241,6 +241,39 @@ class Skin(Frozen, ABC):
         [5.1138, 4.4519, 4.0772]
         """
 
+    def area_influence(self, step: float, shape: tuple[int, int], drag: bool = False) -> FloatArray:
+        """Displacement of the surface at (i, j) * step along y and z from a hat: 1 Pa at a node, 0 at the next ones.
+
+        Parameters
+        ----------
+        step : float
+            Step of the grid [m].
+        shape : tuple of int
+            Numbers of distances (n, k), from 0 on.
+        drag : bool
+            Also what drags do.
+
+        Returns
+        -------
+        ndarray, shape (1 or 6, n, k)
+            Displacement [m/Pa]: u_x of a pressure; with `drag` then u_y of q_y, u_z of q_z, u_y of q_z (or u_z of q_y),
+            u_x of q_y, u_x of q_z. The last two change sign for u_y and u_z of a pressure.
+
+        Raises
+        ------
+        InvalidValueError, GeometryError
+            A skin of a plane; drags on layers of which one slides; a step far wider than the first layer is thick.
+
+        Examples
+        --------
+        >>> import subskin as ss
+        >>> skin = ss.HalfSpace(ss.Material(young=1e6, poisson=0.5))
+        >>> (1e12 * skin.area_influence(step=1e-4, shape=(2, 2))).round(3).tolist()
+        [[[70.954, 26.079], [26.079, 17.613]]]
+        """
+        rule = "an area is pressed, and this skin is solved in a plane"
+        raise InvalidValueError(f"a {type(self).__name__}", rule, "HalfSpace or Layered, or a long body as Cylinder")
+
     def surface_compliance(self, k: npt.ArrayLike) -> FloatArray:
         """Displacement of the surface per traction: that of `wave` at x = 0.
 

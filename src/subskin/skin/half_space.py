@@ -14,6 +14,7 @@ from ..contact import Contact, LocalContact
 from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, State, Tilt, Wave
+from ._area_influence import of_half_space
 from ._points import blank_local, local_points
 from ._riesz import displacements_of, fields_of, turns_of
 from .base import Materials, Skin
@@ -83,6 +84,11 @@ class HalfSpace(Skin):
     def surface_influence(self, step: float, count: int) -> FloatArray:
         """As `Skin.surface_influence`, for hats that do not change along z."""
         return self._plane.surface_influence(step, count)
+
+    def area_influence(  # noqa: D102
+        self, step: float, shape: tuple[int, int], drag: bool = False
+    ) -> FloatArray:
+        return of_half_space(self.material, step, shape, drag)
 
     def at(  # noqa: D102
         self, x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike | None = None

@@ -18,9 +18,11 @@ from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, Displacements, State, Tilt, Wave
 from . import _layer_modes as _modes
+from ._area_influence import added_by, of_half_space
 from ._influence import arranged, hat_spectrum, wave_sum
 from ._local import Added, stack_displacements
 from ._points import blank_local, local_points, wave_points
+from ._radial import DISPLACEMENTS, point_table
 from ._riesz import displacements_of, fields_of, turns_of
 from ._synthesis import Answer, hooke, layers_hooke, panels, reach, remembered, synthesise
 from .base import Materials, Skin
@@ -235,6 +237,26 @@ class Layered(Skin):
         """
         h = _check.scalar("step", step, unit="m", above=0.0)
         return _influence(self, h, int(count))
+
+    def area_influence(  # noqa: D102
+        self, step: float, shape: tuple[int, int], drag: bool = False
+    ) -> FloatArray:
+        if drag and self._adrift:
+            seen = "friction on layers of which one slides"
+            raise InvalidValueError(seen, "a drag moves them without end", 'bond="bonded", or no friction')
+        first = self.stack[0]
+
+        def added(y: FloatArray, z: FloatArray) -> FloatArray:
+            u = (y * y + z * z).reshape(-1)
+            which = DISPLACEMENTS if drag else slice(DISPLACEMENTS.start, DISPLACEMENTS.start + 1)
+            f = point_table(self.modes, 0.0).at(u, which).reshape(-1, y.size, z.size)
+            if drag:
+                turned = (y * y - z * z) * f[4]
+                f = np.stack([f[0], f[3] + turned, f[3] - turned, 2 * y * z * f[4], y * f[1], z * f[1]])
+            return np.asarray(f / (2 * first.material.shear))
+
+        half = of_half_space(first.material, step, shape, drag)
+        return half + added_by(added, first.thickness, step, shape)
 
 
 @lru_cache(maxsize=8)

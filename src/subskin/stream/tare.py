@@ -235,7 +235,8 @@ class Tare(Stage[TareState, Tared]):
         smooth, clocks = arrays[0][:end], arrays[1][:end]
         clocks[kept:] = clock
         given, offset = np.empty((2, many, n))
-        free, frozen = np.empty(many, dtype=bool), np.empty((many, n), dtype=bool)
+        free: npt.NDArray[np.bool_] = np.empty(many, dtype=bool)
+        frozen: npt.NDArray[np.bool_] = np.empty((many, n), dtype=bool)
         at = head = 0
         while at < many:
             at, head, question = kernel.follow(

@@ -1,5 +1,15 @@
-"""Recordings simulated with their faults: noise, drift, relaxation, dead sensors."""
+"""Simulated: readings, recordings with their faults (noise, drift, relaxation, dead sensors), touches to learn from."""
 
+from .readings import simulate_readings
 from .recording import Recording, simulate_recording
+from .touches import FAULTS, ContactShare, RandomTouches, TouchShard
 
-__all__ = ["Recording", "simulate_recording"]
+__all__ = [
+    "FAULTS",
+    "ContactShare",
+    "RandomTouches",
+    "Recording",
+    "TouchShard",
+    "simulate_readings",
+    "simulate_recording",
+]

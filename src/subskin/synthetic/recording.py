@@ -13,10 +13,12 @@ from .. import _check
 from .._axes import on_finger
 from .._check import FloatArray
 from .._frozen import Frozen
+from .._tasks import Executor
 from ..contact import Contact, LineLoad, LocalContact
 from ..errors import GeometryError
 from ..finger import Finger
 from ..stream.relaxation import Relaxation
+from .readings import measured
 
 __all__ = ["Recording", "simulate_recording"]
 
@@ -52,6 +54,8 @@ def simulate_recording(
     relaxation_time: float = 1.5,
     drift: float = 0.0,
     rng: np.random.Generator | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> Recording:
     """An indenter that steps along the skin and presses at each of `positions`.
 
@@ -84,6 +88,8 @@ def simulate_recording(
         Size of a slow drift, each sensor its own, in the unit of the readings.
     rng : numpy.random.Generator, optional
         For noise and drift; without it there is no noise, and drift is the same each time.
+    executor, progress : executor and callable, optional
+        As in `simulate_readings`, of the frames in which the skin is touched.
 
     Returns
     -------
@@ -93,6 +99,8 @@ def simulate_recording(
     ------
     InvalidValueError, GeometryError
         A value out of range; an origin that does not go with the positions.
+    WorkersError
+        The executor has lost its workers.
 
     Examples
     --------
@@ -127,21 +135,19 @@ def simulate_recording(
     # drift adds before the range and the resolution do their part
     unbounded = replace(array, low=-np.inf, high=np.inf, resolution=0.0)
     moving = felt != 0
-    measured = np.zeros((frames, len(array)))
-    measured[moving] = _measured(finger, contact, felt[moving], angle, own[which[moving]])
-    readings = unbounded.digitise(measured, rng) + drift * _drift(frames, len(array), rng)
+    values = np.zeros((frames, len(array)))
+    loads = {"force": np.abs(felt[moving]), "angle": np.full(moving.sum(), angle), "position": own[which[moving]]}
+    values[moving] = measured(finger, contact, loads, executor=executor, progress=progress)
+    values = np.where((felt < 0)[:, None], _recoil(finger, values), values)
+    readings = unbounded.digitise(values, rng) + drift * _drift(frames, len(array), rng)
     bounds = replace(array, gain=1.0, offset=0.0)
     return Recording(time, y[which], press, bounds.digitise(readings))
 
 
-def _measured(
-    finger: Finger, contact: Callable[..., Contact | LocalContact], felt: FloatArray, angle: float, y: FloatArray
-) -> FloatArray:
-    """What the transducers measure; the recoil after a press is a load turned round, felt by linear ones only."""
-    values = finger.measure(contact(force=np.abs(felt), angle=angle, position=y))
+def _recoil(finger: Finger, values: FloatArray) -> FloatArray:
+    """What is measured after a press: a load turned round, felt by linear transducers only."""
     linear = np.array([kind.linear for kind in finger.array.transducers])
-    recoil = (felt < 0)[:, None]
-    return np.where(recoil & linear, -values, np.where(recoil, 0.0, values))
+    return np.where(linear, -values, 0.0)
 
 
 def _drift(frames: int, sensors: int, rng: np.random.Generator | None) -> FloatArray:

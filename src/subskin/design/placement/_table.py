@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..._frozen import Frozen
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
+from ...prepared import tabulated
 from ...response import Response, tabulate
 from ...skin import Skin
 from ...transducer import Transducer
@@ -37,6 +39,8 @@ PLACEMENT_MEASURES = (*(f"{name}_{s}" for name in _STDS for s in ("worst", "95",
 """Names of the numbers in which a placement is judged; `study_row` describes them."""
 
 _PEAKS = 6
+_PIECE, _EXACT = 12.0, 1e-9
+"""Depths from the middle of a table to where the next piece of it begins; error beside its largest value."""
 _CELLS = 16
 _SCAN = 32
 """Per depth: cells of a table, and positions at which loads are looked for; `locate` has the same."""
@@ -132,10 +136,26 @@ class OneSensor:
         if skin.ridges is not None:
             self._row = lambda y: Finger(skin, SensorArray(y, depth, transducer, noise=noise, width=width))
             return
-        finger = Finger(skin, SensorArray([0.0], depth, transducer, width=width))
-        field = Response.from_function(finger.receptive_field, -reach, reach, step=depth / _CELLS)
-        self._start, self._step = field.start, field.step
-        self._values = np.ascontiguousarray(field.coefficients[:, :, 0, :] / noise)
+
+        def stretch(low: float, high: float, step: float, tolerance: float) -> Response:
+            return Response.from_function(
+                lambda positions: _of_one(skin, transducer, depth, positions), low, high, step=step, tolerance=tolerance
+            )
+
+        piece, key = _PIECE * depth, ("row", skin, transducer, depth)
+        field = tabulated((*key, 0), lambda: stretch(-piece, piece, depth / _CELLS, _EXACT))
+        parts = [field.coefficients]
+        for k in range(1, int(np.ceil((reach + width) / piece - 1e-9))):
+            # farther off the field is smoother: cells of the middle do
+            for side in (-1, 1):
+                low, high = sorted((side * k * piece, side * (k + 1) * piece))
+                more = tabulated((*key, side * k), partial(stretch, low, high, field.step, np.inf))
+                parts.insert(0 if side < 0 else len(parts), more.coefficients)
+        whole = Response(-piece * (len(parts) + 1) / 2, field.step, np.concatenate(parts))
+        if width:
+            whole = whole.averaged(width)
+        self._step, self._start = whole.step, whole.start
+        self._values = np.ascontiguousarray(whole.coefficients[:, :, 0, :] / noise)
 
     def row(self, positions: FloatArray, search: tuple[float, float]) -> RowField:
         """The table of sensors at `positions` [m]."""
@@ -146,6 +166,16 @@ class OneSensor:
         values = np.empty((cells, 5, 2, positions.size))
         _compiled()[0].row_table(self._values, self._start, self._step, np.array(positions), search[0], step, values)
         return RowField(values, search[0], step, self._depth)
+
+
+def _of_one(skin: Skin, transducer: Transducer, depth: float, positions: FloatArray) -> FloatArray:
+    """The field of a sensor at y = 0 under loads at positions (cells, m), those of each cell alike: (cells, m, 1, 2).
+
+    It is that of as many sensors under m loads: what a skin sums over waves is then a product of matrices.
+    """
+    finger = Finger(skin, SensorArray(-positions[:, 0], depth, transducer))
+    field = finger.receptive_field(positions[0] - positions[0, 0], "line")
+    return np.swapaxes(field, 0, 1)[:, :, None]
 
 
 def searched(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 from threading import Event
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
+from ..._tasks import Executor, run_tasks
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -90,9 +90,10 @@ def placement_study(
     margin: float = MARGIN,
     ambiguity: float = AMBIGUITY,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: Callable[[], object] | None = None,
 ) -> PlacementStudy:
-    """Every kind of sensor at every depth, pitch and count. The numbers do not depend on the workers.
+    """Every kind of sensor at every depth, pitch and count. The numbers do not depend on who works them out.
 
     Parameters
     ----------
@@ -114,13 +115,18 @@ def placement_study(
         As in `study_row`.
     workers : int, optional
         Threads; as many as there are cores if left out.
+    executor : executor, optional
+        Works out the rows, one a kind and depth, instead of threads: anything with `submit` (docs/scale.md).
     progress : callable, optional
-        Called after each design, from any thread. What it raises ends the study.
+        Called after each design, from any thread; with an executor for all designs of a row when it is finished. What
+        it raises ends the study.
 
     Raises
     ------
     InvalidValueError, GeometryError, NotLinearError
         As by `study_row`; lists that do not match.
+    WorkersError
+        The executor has lost its workers.
 
     Examples
     --------
@@ -152,7 +158,7 @@ def placement_study(
     touched = np.random.default_rng(rng)
     numbers = checked_counts(counts, touches)
     numbers.flags.writeable = False
-    threads = os.cpu_count() or 1 if workers is None else int(_check.scalar("workers", workers, at_least=1))
+    threads = None if workers is None else int(_check.scalar("workers", workers, at_least=1))
     stop = Event()
 
     def passed() -> None:
@@ -161,23 +167,26 @@ def placement_study(
         if progress is not None:
             progress()
 
-    def row(cell: tuple[int, ...]) -> dict[str, FloatArray]:
-        k, d = cell
-        return study_row(
-            skin, kinds[k], float(depth[d]), steps[d], numbers, touches,
-            noise=float(sigma[k]), width=width, rng=deepcopy(touched), samples=samples, grid=grid, margin=margin,
-            ambiguity=ambiguity, progress=passed,
-        )  # fmt: skip
+    rows: dict[int, dict[str, FloatArray]] = {}
 
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            rows = list(pool.map(row, np.ndindex(len(kinds), depth.size)))
-        except BaseException:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
+    def row_passed(_: int, row: dict[str, FloatArray]) -> None:
+        if executor is not None and progress is not None:
+            for _ in range(np.count_nonzero(~np.isnan(row["ambiguous"]))):  # those with room
+                progress()
+
+    cells = list(np.ndindex(len(kinds), depth.size))
+    tasks = [
+        partial(
+            study_row, skin, kinds[k], float(depth[d]), steps[d], numbers, touches,
+            noise=float(sigma[k]), width=width, rng=deepcopy(touched), samples=samples, grid=grid, margin=margin,
+            ambiguity=ambiguity, progress=passed if executor is None else None,
+        )
+        for k, d in cells
+    ]  # fmt: skip
+    run_tasks(tasks, rows.__setitem__, executor=executor, workers=threads, passed=row_passed, stopping=stop.set)
     shape = (len(kinds), *steps.shape, numbers.size)
-    values = {name: _check.read_only(np.stack([r[name] for r in rows]).reshape(shape)) for name in PLACEMENT_MEASURES}
+    found = [rows[i] for i in range(len(cells))]
+    values = {name: _check.read_only(np.stack([r[name] for r in found]).reshape(shape)) for name in PLACEMENT_MEASURES}
     return PlacementStudy(skin, kinds, depth, steps, numbers, touches, sigma, float(width), values)
 
 

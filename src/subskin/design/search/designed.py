@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ...finger import Finger
 from ..blind_spots import BlindSpots
-from ..placement import PlacementQuality
+from ..placement import AreaQuality, PlacementQuality
 from ..tolerance import Outcome, ToleranceBudget
-from ..two_point import TwoPointLimen
+from ..two_point import AreaLimen, TwoPointLimen
 from .goals import Goals, Row
 from .grid import Criterion, DesignGrid
 from .refine import apart
@@ -41,7 +43,7 @@ class DesignedFinger:
     finger : Finger
     values : dict of str to float
         As those of `DesignGrid`, for this design [m, rad, -].
-    quality : PlacementQuality
+    quality : PlacementQuality or AreaQuality
         Accuracy and ambiguity over positions and angles.
     outcome : Outcome or None
         What the tolerances leave as made and after calibration; None where only noise counts.
@@ -49,8 +51,10 @@ class DesignedFinger:
         What each tolerance costs, of the first finger alone.
     unopposed : BlindSpots or None
         What it cannot object to: of the first finger, and of all where a goal asks for it.
-    two_points : TwoPointLimen
-        The distance from which on two touches read as two.
+    two_points : TwoPointLimen, AreaLimen or None
+        The distance from which on two touches read as two; on an area None where no goal asks for it.
+    edge : float
+        Error that 95 % of the edges on an area keep of their direction [rad]; NaN where no goal asks for it.
     wide : float
         Distance at which 95 % of pairs of touches do not read like one wide contact [m].
     checks : tuple of Check
@@ -62,20 +66,21 @@ class DesignedFinger:
     row: Row
     finger: Finger
     values: dict[str, float]
-    quality: PlacementQuality
+    quality: PlacementQuality | AreaQuality
     outcome: Outcome | None
     budget: ToleranceBudget | None
     unopposed: BlindSpots | None
-    two_points: TwoPointLimen
+    two_points: TwoPointLimen | AreaLimen | None
     wide: float
     checks: tuple[Check, ...]
     as_made: tuple[Check, ...]
     calibrated: tuple[Check, ...]
+    edge: float = np.nan
 
     @property
     def point(self) -> float:
-        """Distance at which 95 % of pairs of touches read as two [m]."""
-        return apart(self.two_points)
+        """Distance at which 95 % of pairs of touches read as two [m]; NaN where there are none."""
+        return np.nan if self.two_points is None else apart(self.two_points)
 
     @property
     def excess(self) -> float:

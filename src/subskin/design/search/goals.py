@@ -3,84 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from ... import _check
+from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
-from ...skin import Skin
-from ...transducer import Transducer
-from .._common import whole
+from ...lattice import even_row
+from ..placement import AREA_SAMPLES, Arrangement, Channel, channels_of, layouts
 from ..touches import Touches
+from .choices import Mix, SensorKind, SkinChoice
+from .room import Effort, Room
 
-__all__ = ["Accuracy", "Effort", "Goals", "Room", "Row", "SensorKind", "SkinChoice"]
+__all__ = ["Accuracy", "Goals", "Row"]
 
 WIDEST = 2.5
 """Pitches go up to this many times the largest depth, unless the room ends before."""
 _FELT = 3.0
 """Depths beyond a row at which a touch is hardly felt."""
-
-
-@dataclass(frozen=True)
-class SensorKind:
-    """A kind of sensor that is at hand; `rank_fingers` has an example.
-
-    Parameters
-    ----------
-    name : str
-        What it is called in the report.
-    transducer : Transducer
-        What it measures.
-    noise : float
-        Standard deviation of a reading [unit of the transducer], > 0.
-    width : float, optional
-        Width over which it averages [m].
-    largest : float, optional
-        Largest magnitude that it can read [unit of the transducer].
-    resolution : float, optional
-        Step to which a reading is rounded [unit of the transducer]; its rounding error adds to the noise.
-
-    Raises
-    ------
-    InvalidValueError
-        What is no transducer; a value out of range.
-    """
-
-    name: str
-    transducer: Transducer
-    noise: float
-    width: float = 0.0
-    largest: float = np.inf
-    resolution: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.transducer, Transducer):
-            raise InvalidValueError(
-                f"transducer = {self.transducer!r}", "a Transducer is needed", "transducer=MeanPressure()"
-            )
-        self.transducer.linearise(np.zeros(0))  # refuses what cannot be made linear
-        object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
-        for name in ("width", "resolution"):
-            object.__setattr__(self, name, _check.scalar(name, getattr(self, name), at_least=0.0))
-        if not self.largest > 0:
-            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0", "leave out largest")
-
-    @property
-    def error(self) -> float:
-        """Standard deviation of a reading, that of rounding included."""
-        return float(np.hypot(self.noise, self.resolution / np.sqrt(12)))
-
-
-@dataclass(frozen=True)
-class SkinChoice:
-    """A `skin` that could be moulded, and the `name` of it in the report; `rank_fingers` has an example."""
-
-    name: str
-    skin: Skin
 
 
 @dataclass(frozen=True)
@@ -97,6 +42,10 @@ class Accuracy:
         Standard error of the force, relative to it.
     unsure : float, optional
         Largest share of touches that may be ambiguous, not noticed, or lost to tolerances, in (0, 1].
+    radius : float, optional
+        Standard error of the radius of touches on an area that have one [m].
+    edge, edge_length : float, optional
+        On an area: standard error of the direction of an edge [rad], and its length [m]; both or neither.
     feature : float, optional
         Distance at which two touches have to read as two, 95 % of pairs [m].
     blind_spots : float, optional
@@ -113,13 +62,19 @@ class Accuracy:
     position: float | None = None
     angle: float | None = None
     force: float | None = None
+    radius: float | None = None
+    edge: float | None = None
+    edge_length: float | None = None
     unsure: float = 0.01
     feature: float | None = None
     blind_spots: float | None = None
     calibrated: Literal["known", "blind", "none"] = "known"
 
     def __post_init__(self) -> None:
-        for name in ("position", "angle", "force", "feature"):
+        if (self.edge is None) != (self.edge_length is None):
+            rule = "the direction of an edge, and the edge's length, go together"
+            raise InvalidValueError(f"edge = {self.edge!r}", rule, "edge=0.1, edge_length=6e-3")
+        for name in ("position", "angle", "force", "radius", "edge", "edge_length", "feature"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _check.scalar(name, getattr(self, name), above=0.0))
         for name in ("unsure", "blind_spots"):
@@ -136,63 +91,19 @@ class Accuracy:
 
 
 @dataclass(frozen=True)
-class Room:
-    """Where sensors can be put; `rank_fingers` has an example.
-
-    Parameters
-    ----------
-    count : (int, int)
-        Fewest and most sensors; at least 3.
-    depth : (float, float)
-        Shallowest and deepest [m].
-    least_pitch : float
-        Least distance between sensors, their wiring included [m].
-    longest_row : float, optional
-        Largest distance from the first sensor to the last [m].
-
-    Raises
-    ------
-    InvalidValueError, GeometryError
-        Counts or depths that do not ascend; a row too short for the fewest sensors.
-    """
-
-    count: tuple[int, int]
-    depth: tuple[float, float]
-    least_pitch: float
-    longest_row: float = np.inf
-
-    def __post_init__(self) -> None:
-        low, high = self.count
-        if int(low) != low or int(high) != high or not 3 <= low <= high:
-            raise InvalidValueError(
-                f"count = {list(self.count)!r}", "two whole numbers are needed, 3 <= fewest <= most", "3 and 12"
-            )
-        shallow, deep = self.depth
-        if not (0 < shallow <= deep < np.inf):
-            raise GeometryError(
-                f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed", "depth=(1e-3, 4e-3)"
-            )
-        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
-        if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
-            raise GeometryError(
-                f"longest_row = {self.longest_row:.6g} m",
-                f"{low} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
-                "fewer sensors, a smaller pitch, or a longer row",
-            )
-
-
-@dataclass(frozen=True)
 class Row:
-    """A row of equal sensors.
+    """A row of equal sensors, or an array on an area.
 
     Parameters
     ----------
     skin, sensor : int
-        Which of the goals' skins and kinds of sensor.
+        Which of the goals' skins, and of their `choices` of kinds.
     count : int
-        How many sensors.
+        How many positions.
     depth, pitch : float
         [m].
+    layout : Arrangement, optional
+        On an area: how the positions are set out.
     """
 
     skin: int
@@ -200,47 +111,25 @@ class Row:
     count: int
     depth: float
     pitch: float
+    layout: Arrangement | None = None
 
     @property
     def length(self) -> float:
-        """From the first sensor to the last [m]."""
+        """From the first sensor to the last [m]; on an area the longer side."""
+        if self.layout is not None:
+            return float(self.layout.size.max()) * self.pitch
         return (self.count - 1) * self.pitch
 
     def which(self, goals: Goals) -> tuple[int, int, int]:
-        """Index of its skin, kind and count in the arrays of a `DesignGrid`."""
-        return self.skin, self.sensor, self.count - goals.room.count[0]
+        """Index of its skin, kind and count, or layout, in the arrays of a `DesignGrid`.
 
-
-@dataclass(frozen=True)
-class Effort:
-    """How finely designs are searched; `rank_fingers` has an example.
-
-    Parameters
-    ----------
-    depths, pitches : int, optional
-        How many of each are tried.
-    touches : int, optional
-        Touches by which each design is judged.
-    seed : int, optional
-        Seed of the touches: the same seed gives the same numbers.
-    keep : int, optional
-        How many fingers are returned at most.
-
-    Raises
-    ------
-    InvalidValueError
-        What is no whole number, or too small.
-    """
-
-    depths: int = 20
-    pitches: int = 30
-    touches: int = 10_000
-    seed: int = 0
-    keep: int = 5
-
-    def __post_init__(self) -> None:
-        for name, least in (("depths", 1), ("pitches", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
-            whole(name, getattr(self, name), least)
+        That of free positions is the first layout of as many.
+        """
+        if self.layout is None:
+            return self.skin, self.sensor, self.count - goals.room.count[0]
+        counts = [layout.count for layout in goals.layouts]
+        known = self.layout in goals.layouts
+        return self.skin, self.sensor, goals.layouts.index(self.layout) if known else counts.index(self.count)
 
 
 @dataclass(frozen=True)
@@ -250,9 +139,10 @@ class Goals:
     Parameters
     ----------
     touches : Touches
-        The weakest touch to notice, the friction, and the span of skin that is touched; the span is needed.
+        The weakest touch to notice, the friction, and the span or the area of skin that is touched; one is needed.
+        With an area arrays on an area are searched, else rows.
     strongest : float
-        The strongest force to bear [N/m].
+        The strongest force to bear [N/m], on an area [N].
     accuracy : Accuracy
     sensors : tuple of SensorKind
     skins : tuple of SkinChoice
@@ -261,14 +151,17 @@ class Goals:
         Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
         Tolerances of making the finger, as in `tolerance_budget`; those of `usual_tolerances` if left out. With {},
-        only noise counts.
+        and on an area, only noise counts.
     effort : Effort, optional
     title : str, optional
+    mixes : sequence of Mix, optional
+        On an area: arrays of several kinds, tried beside those of one.
 
     Raises
     ------
     InvalidValueError, GeometryError
-        Touches without a span, a strongest force below the weakest, nothing to choose from.
+        Touches without a span, what is not worked out on an area (docs/designing.md), a strongest force below the
+        weakest, nothing to choose from.
     """
 
     touches: Touches
@@ -279,26 +172,19 @@ class Goals:
     room: Room
     largest_strain: float = 0.1
     tolerances: Mapping[str, float] | None = None
-    effort: Effort = Effort()
+    effort: Effort = field(default_factory=Effort)
     title: str = "Finger"
+    mixes: tuple[Mix, ...] = ()
 
     def __post_init__(self) -> None:
-        low, high = self.touches.span_on()
+        object.__setattr__(self, "mixes", tuple(self.mixes))
         if not self.touches.force <= self.strongest < np.inf:
             raise InvalidValueError(
-                f"strongest = {self.strongest!r} N/m",
-                f"has to be at least the weakest force, {self.touches.force:.6g} N/m",
+                f"strongest = {self.strongest!r} {self.touches.unit}",
+                f"has to be at least the weakest force, {self.touches.force:.6g} {self.touches.unit}",
                 "swap the two forces",
             )
-        room, deep = self.room, self.room.depth[1]
-        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
-        felt = longest + 2 * _FELT * deep
-        if high - low > felt:  # most often one in the wrong unit
-            raise GeometryError(
-                f"span = {high - low:.6g} m",
-                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
-                'a shorter span, with its unit: "12 mm"',
-            )
+        self._check_area() if self.on_area else self._check_span()
         for name, amount in (self.tolerances or {}).items():
             _check.scalar(name, amount, at_least=0.0)
         strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
@@ -308,18 +194,131 @@ class Goals:
             object.__setattr__(self, name, choices)
             if not choices:
                 raise InvalidValueError(f"{name} = ()", "one at least is needed", f"{name}=[...]")
-            called = [choice.name for choice in choices]
+            called = [choice.name for choice in (choices if name == "skins" else self.choices)]
             twice = [c for c in called if called.count(c) > 1]
             if twice:
                 raise InvalidValueError(
                     f'two {name} called "{twice[0]}"', "each needs a name of its own in the report", "another name"
                 )
 
+    def _check_span(self) -> None:
+        low, high = self.touches.span_on()
+        room, deep = self.room, self.room.depth[1]
+        longest = min(room.longest_row, (room.count[1] - 1) * max(room.least_pitch, WIDEST * deep))
+        felt = longest + 2 * _FELT * deep
+        if high - low > felt:  # most often one in the wrong unit
+            raise GeometryError(
+                f"span = {high - low:.6g} m",
+                f"the longest row, {longest:.6g} m, reads {felt:.6g} m at most",
+                'a shorter span, with its unit: "12 mm"',
+            )
+        if self.mixes:
+            rule = "rows are of one kind of sensor"
+            raise InvalidValueError(f'the mix "{self.mixes[0].name}"', rule, "touches on an area, or no mixes")
+        for name in ("radius", "edge"):
+            if getattr(self.accuracy, name) is not None:
+                rule = "it is found of touches on an area"
+                raise InvalidValueError(f"{name} = {getattr(self.accuracy, name)!r}", rule, f"leave out the {name}")
+
+    def _check_area(self) -> None:
+        if self.tolerances:
+            rule = "they are worked out for rows; on an area only the noise of the sensors is counted"
+            raise InvalidValueError(f"tolerances of {', '.join(self.tolerances)}", rule, "tolerances={}")
+        object.__setattr__(self, "tolerances", {})
+        if self.accuracy.blind_spots is not None:
+            rule = "they are worked out for rows, and not for arrays on an area"
+            raise InvalidValueError(f"blind_spots = {self.accuracy.blind_spots!r}", rule, "leave out blind_spots")
+        if self.accuracy.radius is not None and self.touches.half_width is None:
+            rule = "touches without a half width are points"
+            raise InvalidValueError(f"radius = {self.accuracy.radius!r} m", rule, "Touches(..., half_width=1e-3)")
+        for choice in self.skins:
+            if not choice.skin.takes_local:
+                rule = "it is solved in a plane and takes no touch on an area"
+                raise InvalidValueError(f'the skin "{choice.name}"', rule, "half_space or layers")
+        if not self.layouts:
+            low, high = self.room.count
+            seen = f"{low} to {high} sensors"
+            raise GeometryError(seen, f"no {' or '.join(self.room.layouts)} has so many", "more sensors, or layouts")
+
+    @property
+    def on_area(self) -> bool:
+        """Whether arrays on an area are searched, not rows."""
+        return self.touches.area is not None
+
+    @property
+    def choices(self) -> tuple[SensorKind | Mix, ...]:
+        """What an array can be made of: the kinds of sensor, then the mixes."""
+        return (*self.sensors, *self.mixes)
+
+    @property
+    def extent(self) -> FloatArray:
+        """Sides along y and z of where sensors may stand [m], shape (2,); a row has no other side."""
+        if not self.on_area:
+            return np.array([self.room.longest_row, np.inf])
+        if self.room.area is not None:
+            return np.array(self.room.area)
+        touched = np.ptp(np.asarray(self.touches.area), axis=1)
+        return np.asarray(np.minimum(1.5 * touched, touched + 4 * self.room.depth[1]))
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """About which arrays on an area stand, (y, z) [m]."""
+        y, z = self.touches.area or ((0.0, 0.0), (0.0, 0.0))
+        return 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
+
+    @cached_property
+    def layouts(self) -> tuple[Arrangement, ...]:
+        """How the positions can be set out: rows of each count, or on an area those of `layouts`."""
+        low, high = self.room.count
+        if not self.on_area:
+            return tuple(Arrangement("row", (n,)) for n in range(low, high + 1))
+        most = max(len(choice.kinds) if choice.together else 1 for choice in self.choices)
+        y, z = self.extent.tolist()
+        patterns = [name for name in self.room.layouts if name != "free"]
+        return layouts(patterns, (max(-(-low // most), 2), high), y / z)
+
+    @property
+    def counted(self) -> int:
+        """Touches by which each design is judged."""
+        usual = AREA_SAMPLES if self.on_area else 10_000
+        return usual if self.effort.touches is None else self.effort.touches
+
+    def readings(self, sensor: int, count: int) -> int:
+        """Readings of an array: each kind of a mix that is together has one at each position.
+
+        Parameters
+        ----------
+        sensor : int
+            Which of the `choices`.
+        count : int
+            How many positions.
+        """
+        choice = self.choices[sensor]
+        return count * (len(choice.kinds) if choice.together else 1)
+
+    def channels(self, sensor: int) -> tuple[Channel, ...]:
+        """The kinds of one of the `choices`, as `study_area` takes them.
+
+        Parameters
+        ----------
+        sensor : int
+            Which of them.
+        """
+        return tuple(Channel(kind.transducer, kind.error, kind.width) for kind in self.choices[sensor].kinds)
+
     def finger(self, row: Row) -> Finger:
         """The finger of one `row`."""
-        kind = self.sensors[row.sensor]
-        array = SensorArray.line(
-            row.count, row.pitch, row.depth, transducer=kind.transducer, noise=kind.noise, width=kind.width,
-            low=-kind.largest, high=kind.largest, resolution=kind.resolution,
+        choice, skin = self.choices[row.sensor], self.skins[row.skin].skin
+        if row.layout is None:
+            points, which = np.stack([even_row(row.count, row.pitch), np.zeros(row.count)], axis=-1), [0] * row.count
+        else:
+            at, of = channels_of(row.layout, len(choice.kinds), choice.together)
+            points, which = row.layout.points(row.pitch, self.middle)[at], of.tolist()
+        kinds = [choice.kinds[i] for i in which]
+        each = {name: [getattr(kind, name) for kind in kinds] for name in ("noise", "width", "resolution")}
+        largest = np.array([kind.largest for kind in kinds])
+        array = SensorArray(
+            points[:, 0], row.depth, [kind.transducer for kind in kinds], z=points[:, 1], low=-largest, high=largest,
+            **each,
         )  # fmt: skip
-        return Finger(self.skins[row.skin].skin, array)
+        return Finger(skin, array)

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-import os
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...contact import LineLoad
+from ..._tasks import Executor, run_tasks
+from ...contact import LineLoad, LocalContact
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
-from ..placement import study_row
-from .goals import WIDEST, Goals
+from ..placement import Arrangement, study_area, study_row
+from .goals import WIDEST, Goals, Row
 
-__all__ = ["DEEPEST", "Criterion", "DesignGrid", "Store", "loaded", "search_grid"]
+__all__ = ["DEEPEST", "Criterion", "DesignGrid", "Store", "fits", "loaded", "search_grid", "studied"]
 
 DEEPEST = 0.98
 """A sensor lies no deeper than this share of the skin: at a rigid base little is to be felt."""
@@ -68,6 +69,8 @@ class Criterion:
 class DesignGrid(Frozen):
     """What every design of the grid can do. Arrays of shape (skins, kinds, depths, pitches, counts).
 
+    The kinds are `Goals.choices`, mixes among them; the counts are those of `Goals.layouts`, on an area several of one.
+
     Attributes
     ----------
     goals : Goals
@@ -77,7 +80,8 @@ class DesignGrid(Frozen):
         [m]
     counts : ndarray of int, shape (counts,)
     values : dict of ndarray
-        The measures of `placement_study`; "unsure": the share of touches that are ambiguous or not noticed; "strain":
+        The measures of `placement_study`, on an area of `study_area`; "unsure": the share of touches that are
+        ambiguous or not noticed; "strain":
         compressive strain at the sensors under the strongest force; "range": largest reading over the largest that can
         be read [m, rad, -]. NaN where a row has no room.
     criteria : tuple of Criterion
@@ -100,18 +104,31 @@ class DesignGrid(Frozen):
     def columns(self) -> dict[str, Any]:
         """Every design as a line of a table: names, lengths [m], and `values`; those without room are left out."""
         k, m, d, s, n = np.nonzero(~np.isnan(self.excess))
-        skins, kinds = self.goals.skins, self.goals.sensors
+        skins, kinds = self.goals.skins, self.goals.choices
+        layouts = {"layout": [self.goals.layouts[i].text for i in n]} if self.goals.on_area else {}
         digits = np.vectorize(lambda value: float(f"{value:.6g}"), otypes=[float])
         chosen = {name: digits(value[k, m, d, s, n]) for name, value in self.values.items()}
         return {
             "skin": [skins[i].name for i in k],
             "sensor": [kinds[i].name for i in m],
+            **layouts,
             "count": self.counts[n],
             "depth": digits(self.depths[k, d]),
             "pitch": digits(self.pitches[s]),
             **chosen,
             "excess": digits(self.excess[k, m, d, s, n]),
         }
+
+    def row(self, k: int, m: int, d: int, s: int, n: int) -> Row:
+        """The design of some indices.
+
+        Parameters
+        ----------
+        k, m, d, s, n : int
+            Which skin, kind, depth, pitch and count.
+        """
+        layout = self.goals.layouts[n] if self.goals.on_area else None
+        return Row(k, m, int(self.counts[n]), float(self.depths[k, d]), float(self.pitches[s]), layout)
 
 
 def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
@@ -121,10 +138,11 @@ def criteria_of(goals: Goals) -> tuple[Criterion, ...]:
         Criterion("position_95", "error of the position", "m", accuracy.position or np.inf),
         Criterion("angle_95", "error of the angle", "rad", accuracy.angle or np.inf),
         Criterion("force_95", "error of the force", "", accuracy.force or np.inf),
+        Criterion("radius_95", "error of the radius", "m", accuracy.radius or np.inf),
         Criterion("unsure", "touches ambiguous, not noticed or lost", "", accuracy.unsure),
         Criterion("strain", "strain at the sensors, strongest force", "", goals.largest_strain),
     ]
-    if any(np.isfinite(kind.largest) for kind in goals.sensors):
+    if any(np.isfinite(kind.largest) for choice in goals.choices for kind in choice.kinds):
         asked.append(Criterion("range", "largest reading over the range", "", 1.0))
     return tuple(c for c in asked if np.isfinite(c.wanted))
 
@@ -134,6 +152,7 @@ def search_grid(
     *,
     store: Store | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: Callable[[], object] | None = None,
 ) -> DesignGrid:
     """Judge every design of the grid, on all cores; `rank_fingers` has an example.
@@ -146,6 +165,9 @@ def search_grid(
         Rows found there are not worked out again, and finished ones are put there.
     workers : int, optional
         How many rows at a time; as many as there are cores if left out. The result does not depend on it.
+    executor : executor, optional
+        Works out the rows instead of threads of this process: anything with `submit` (docs/scale.md). `store` is
+        asked and filled in this process. The result does not depend on it.
     progress : callable, optional
         Called after each of the skins x kinds x depths rows.
 
@@ -153,56 +175,97 @@ def search_grid(
     ------
     GeometryError
         No depth lies within a skin.
+    WorkersError
+        The executor has lost its workers; finished rows are in the store.
     """
-    effort, room = goals.effort, goals.room
     depths = np.stack([_depths(goals, k) for k in range(len(goals.skins))])
     pitches = _pitches(goals)
-    counts = np.arange(room.count[0], room.count[1] + 1)
-    shape = (len(goals.skins), len(goals.sensors), depths.shape[1], pitches.size, counts.size)
+    counts = np.array([layout.count for layout in goals.layouts])
+    shape = (len(goals.skins), len(goals.choices), depths.shape[1], pitches.size, counts.size)
     tasks = list(np.ndindex(shape[:3]))
     rows: dict[tuple[int, ...], Mapping[str, FloatArray]] = {}
+    asked: list[tuple[tuple[int, ...], str, Callable[[], Mapping[str, FloatArray]]]] = []
 
-    def work(task: tuple[int, ...]) -> Mapping[str, FloatArray]:
+    def passed(*_: object) -> None:
+        if progress is not None:
+            progress()
+
+    def keep(number: int, row: Mapping[str, FloatArray]) -> None:
+        task, key, _ = asked[number]
+        rows[task] = row
+        if store is not None:
+            store.put(key, row)
+
+    for task in tasks:
         k, m, d = task
-        kind, skin = goals.sensors[m], goals.skins[k].skin
         depth = float(depths[k, d])
-        question = (
-            _VERSION, skin, kind.transducer, kind.error, kind.width, depth, pitches.tolist(), counts.tolist(),
-            goals.touches, effort.touches, effort.seed,
-        )  # fmt: skip
+        question = question_of(goals, k, m, depth, pitches)
         key = hashlib.sha256(repr(question).encode()).hexdigest()[:24]
         row = None if store is None else store.get(key)
-        if row is None:
-            row = study_row(
-                skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width,
-                rng=effort.seed, samples=effort.touches,
-            )  # fmt: skip
-            if store is not None:
-                store.put(key, row)
-        return row
-
-    pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
-    try:
-        waiting = {pool.submit(work, task): task for task in tasks}
-        for done in as_completed(waiting):
-            rows[waiting[done]] = done.result()
-            if progress is not None:
-                progress()
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        if row is not None:
+            rows[task] = row
+            passed()
+            continue
+        asked.append((task, key, partial(studied, goals, k, m, depth, pitches, goals.layouts)))
+    run_tasks([work for *_, work in asked], keep, executor=executor, workers=workers, passed=passed)
     values = {name: np.stack([rows[task][name] for task in tasks]).reshape(shape) for name in rows[tasks[0]]}
-    values["unsure"] = values["ambiguous"] + values["unfelt"]
+    values["unsure"] = values["ambiguous"] + np.where(values["ambiguous"] < 1, values["unfelt"], 0.0)
     values |= {name: np.zeros(shape) for name in ("strain", "range")}
     for k, m, d in tasks:
         for name, value in loaded(goals, k, m, float(depths[k, d])).items():
             values[name][k, m, d] = value
-    fits = pitches[:, None] * (counts - 1) <= room.longest_row * (1 + 1e-9)
-    values = {name: np.where(fits, value, np.nan) for name, value in values.items()}
+    room = np.stack([fits(goals, m, pitches, goals.layouts) for m in range(shape[1])])[:, None]
+    values = {name: np.where(room, value, np.nan) for name, value in values.items()}
     return DesignGrid(goals, depths, pitches, counts, values, criteria_of(goals))
 
 
-_VERSION = 1
+_VERSION = 2
 """Of what is kept in a store: to be raised where `study_row` comes to give other numbers."""
+
+
+def question_of(goals: Goals, k: int, m: int, depth: float, pitches: FloatArray) -> tuple[object, ...]:
+    """All that the numbers of a row of designs depend on."""
+    skin, effort = goals.skins[k].skin, (goals.counted, goals.effort.seed)
+    if goals.on_area:
+        choice = goals.choices[m]
+        where = pitches.tolist(), [(layout.pattern, layout.rows) for layout in goals.layouts]
+        return (_VERSION, "area", skin, goals.channels(m), choice.together, depth, *where, goals.touches, *effort)
+    kind, counts = goals.sensors[m], [layout.count for layout in goals.layouts]
+    sensor = kind.transducer, kind.error, kind.width
+    return (_VERSION, skin, *sensor, depth, pitches.tolist(), counts, goals.touches, *effort)
+
+
+def studied(
+    goals: Goals,
+    k: int,
+    m: int,
+    depth: float,
+    pitches: FloatArray,
+    layouts: Sequence[Arrangement],
+    samples: int | None = None,
+) -> dict[str, FloatArray]:
+    """`study_row` or `study_area` of a skin and kind at a depth, arrays of shape (pitches, layouts)."""
+    skin, seed, count = goals.skins[k].skin, goals.effort.seed, samples or goals.counted
+    if goals.on_area:
+        return study_area(
+            skin, goals.channels(m), depth, pitches, layouts, goals.touches, together=goals.choices[m].together,
+            rng=seed, samples=count,
+        )  # fmt: skip
+    kind, counts = goals.sensors[m], [layout.count for layout in layouts]
+    return study_row(
+        skin, kind.transducer, depth, pitches, counts, goals.touches, noise=kind.error, width=kind.width, rng=seed,
+        samples=count,
+    )  # fmt: skip
+
+
+def fits(goals: Goals, m: int, pitches: FloatArray, layouts: Sequence[Arrangement]) -> npt.NDArray[np.bool_]:
+    """Which pitches and layouts the room allows, shape (pitches, layouts); on an area by the number of readings too."""
+    sizes = np.array([layout.size for layout in layouts])
+    inside = (pitches[:, None, None] * sizes <= goals.extent * (1 + 1e-9)).all(axis=-1)
+    if not goals.on_area:
+        return np.asarray(inside)
+    readings, (fewest, most) = np.array([goals.readings(m, layout.count) for layout in layouts]), goals.room.count
+    return np.asarray(inside & (readings >= fewest) & (readings <= most))
 
 
 def _depths(goals: Goals, k: int) -> FloatArray:
@@ -220,15 +283,24 @@ def _depths(goals: Goals, k: int) -> FloatArray:
 
 def _pitches(goals: Goals) -> FloatArray:
     room = goals.room
-    widest = min(room.longest_row / (room.count[0] - 1), WIDEST * room.depth[1])
+    longest = max(float((goals.extent / np.maximum(layout.size, 1e-9)).min()) for layout in goals.layouts)
+    widest = min(longest, WIDEST * room.depth[1])
     return np.geomspace(room.least_pitch, max(widest, room.least_pitch), goals.effort.pitches)
 
 
 def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
     """Largest strain at `depth` in the k-th skin under the strongest force; largest reading over the range."""
-    kind = goals.sensors[m]
-    angles = goals.touches.cone * np.linspace(-1.0, 1.0, 9)
-    load = LineLoad(goals.strongest, angles[:, None], _LOOKED_AT * depth)
+    angles, at = goals.touches.cone * np.linspace(-1.0, 1.0, 9)[:, None], _LOOKED_AT * depth
+    if goals.on_area:
+        normal, side = np.broadcast_arrays(np.cos(angles), np.sin(angles))
+        where = np.stack([at, np.zeros(at.size)], axis=-1)
+        for_all = goals.strongest * np.stack([normal, side, np.zeros(angles.shape)], axis=-1)
+        load: LineLoad | LocalContact = goals.touches.local(for_all, where)
+    else:
+        load = LineLoad(goals.strongest, angles, at)
     state = goals.skins[k].skin.state(load, depth, 0.0)
-    reading = np.abs(kind.transducer.linear_part.measure(state)).max()
-    return {"strain": float(MaxCompressiveStrain().measure(state).max()), "range": float(reading) / kind.largest}
+    readings = [
+        float(np.abs(kind.transducer.linear_part.measure(state)).max()) / kind.largest
+        for kind in goals.choices[m].kinds
+    ]
+    return {"strain": float(MaxCompressiveStrain().measure(state).max()), "range": max(readings)}

@@ -6,14 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...finger import Finger
 from ..blind_spots import BlindSpots, blind_spots
-from ..placement import placement_quality
+from ..placement import AreaQuality, PlacementQuality, area_quality, placement_quality
 from ..tolerance import ErrorsKept, Outcome, tolerance_budget, tolerance_outcome, usual_tolerances
+from ..two_point import AreaLimen, edge_direction, two_point_area
 from .designed import Check, DesignedFinger
+from .free import freed
+from .goals import Goals
 from .grid import Criterion, DesignGrid
 from .refine import Aim, apart, limen
 
-__all__ = ["explained", "finished", "looked_at"]
+__all__ = ["explained", "finished", "freed_from", "looked_at"]
 
 _MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force"}
 """What tolerances add to, and what they add."""
@@ -36,18 +40,46 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     """The best row that `aim` finds; what noise alone spoils is looked at no further until it is among the kept."""
     best, goals = aim.best(), grid.goals
     finger = goals.finger(best.row)
-    quality = placement_quality(finger, goals.touches)
-    found = limen(finger, goals, "point")
+    quality = area_quality(finger, goals.touches) if goals.on_area else placement_quality(finger, goals.touches)
+    found = _two_touches(goals, finger, quality) if goals.on_area else limen(finger, goals, "point")
     nothing = (None, None, None, found, np.nan)
-    design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), ())
+    design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), (), _edge(goals, finger))
     design = _checked(grid, design)
     return _studied(grid, design) if design.meets else design
+
+
+def _two_touches(goals: Goals, finger: Finger, quality: AreaQuality | PlacementQuality) -> AreaLimen | None:
+    """On an area, where a goal asks for it and a single touch is told."""
+    feature = goals.accuracy.feature
+    if feature is None or not isinstance(quality, AreaQuality) or not np.isfinite(quality["position_95"]):
+        return None
+    largest = max(1.25 * feature, 2.0 * float(np.asarray(finger.array.depth).min()))
+    return two_point_area(finger, goals.touches, largest=largest, search=quality.search, rng=goals.effort.seed)
+
+
+def _edge(goals: Goals, finger: Finger) -> float:
+    """Error that 95 % of the edges on an area keep of their direction [rad]; NaN where no goal asks for it."""
+    if goals.accuracy.edge_length is None:
+        return np.nan
+    return float(np.quantile(edge_direction(finger, goals.touches, goals.accuracy.edge_length), 0.95, method="higher"))
+
+
+def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | None:
+    """The finger with its sensors at free positions, where they are better than its own."""
+    row, values = freed(grid, finger.row, finger.values)
+    if row == finger.row:
+        return None
+    made = grid.goals.finger(row)
+    values = {**finger.values, **values}
+    quality = area_quality(made, grid.goals.touches)
+    moved = replace(finger, row=row, finger=made, values=values, quality=quality, edge=_edge(grid.goals, made))
+    return _checked(grid, replace(moved, two_points=_two_touches(grid.goals, made, quality)))
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """With its tolerances, and its blind spots where a goal asks for them."""
     goals, amounts = grid.goals, _amounts(grid, design)
-    if amounts and design.outcome is None:
+    if amounts and design.outcome is None and isinstance(design.quality, PlacementQuality):
         method = "blind" if goals.accuracy.calibrated == "blind" else "known"
         search, seed = design.quality.search, goals.effort.seed
         outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
@@ -59,6 +91,8 @@ def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 
 def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the table of fingers says."""
+    if grid.goals.on_area:
+        return _studied(grid, design)
     wide = apart(limen(design.finger, grid.goals, "wide", positions=9))
     return replace(_studied(grid, design), wide=wide)
 
@@ -66,6 +100,8 @@ def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the report says of the first finger."""
     goals, amounts = grid.goals, _amounts(grid, design)
+    if isinstance(design.quality, AreaQuality):
+        return design
     if amounts:
         budget = tolerance_budget(
             design.finger, goals.touches, amounts, positions=12, angles=6, draws=50, rng=goals.effort.seed,
@@ -113,7 +149,9 @@ def _checks(grid: DesignGrid, design: DesignedFinger, left: ErrorsKept | None) -
     checks = [Check(c, values[c.name]) for c in grid.criteria]
     if accuracy.feature is not None:
         feature = Criterion("feature", "distance that two touches need", "m", accuracy.feature)
-        checks.append(Check(feature, design.point))
+        checks.append(Check(feature, design.point if np.isfinite(design.point) else np.inf))
+    if accuracy.edge is not None:
+        checks.append(Check(Criterion("edge", "error of an edge's direction", "rad", accuracy.edge), design.edge))
     if accuracy.blind_spots is not None and design.unopposed is not None:
         outside = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)
         checks.append(Check(outside, design.unopposed.wrong))

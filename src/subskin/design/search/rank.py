@@ -9,10 +9,11 @@ from threading import Event
 
 import numpy as np
 
+from ..._check import FloatArray
 from ...errors import ConvergenceError
 from .designed import DesignedFinger, DesignStudy
 from .grid import DesignGrid
-from .look import explained, finished, looked_at
+from .look import explained, finished, freed_from, looked_at
 from .remedy import remedies
 
 __all__ = ["rank_fingers"]
@@ -69,7 +70,8 @@ def rank_fingers(
     found: list[DesignedFinger] = []
     pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
     try:
-        for fingers in pool.map(lambda pair: _fewest(grid, pair[0], pair[1], stopped), pairs):
+        look = _fewest_on_area if grid.goals.on_area else _fewest
+        for fingers in pool.map(lambda pair: look(grid, pair[0], pair[1], stopped), pairs):
             found += fingers
             if progress is not None:
                 progress()
@@ -79,9 +81,17 @@ def rank_fingers(
         stopped.set()
         pool.shutdown(wait=True, cancel_futures=True)
     best[0] = explained(grid, best[0])
-    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best)}
+    looked = {f.row.which(grid.goals): f.checks for f in (*found, *best) if not _free(f)}
     would = () if (grid.excess <= 1).any() else remedies(grid)
     return DesignStudy(grid, tuple(best), looked, would)
+
+
+_LOOKS = 3
+"""Arrangements of one skin and kind on an area that are looked at closely at most."""
+
+
+def _free(finger: DesignedFinger) -> bool:
+    return finger.row.layout is not None and bool(finger.row.layout.at)
 
 
 def _rank(finger: DesignedFinger) -> tuple[bool, int, float]:
@@ -110,3 +120,28 @@ def _fewest(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFi
         if 0 <= n < excess.size and np.isfinite(excess[n]):
             meets(n)
     return [looked[n] for n in sorted(looked)]
+
+
+def _fewest_on_area(grid: DesignGrid, k: int, m: int, stopped: Event) -> list[DesignedFinger]:
+    """Close looks at arrays of one skin and kind: those of fewest sensors first, until one more after one that meets.
+
+    Of layouts that meet no goals on the grid the nearest are looked at.
+    """
+    excess = np.where(np.isfinite(grid.excess[k, m]), grid.excess[k, m], np.inf).min(axis=(0, 1))
+    order = sorted(np.flatnonzero(np.isfinite(excess)).tolist(), key=lambda n: (excess[n] > 1, _few(grid, excess, n)))
+    found: list[DesignedFinger] = []
+    for n in order[:_LOOKS]:
+        if stopped.is_set() or (found and found[-1].meets and len(found) > 1):
+            break
+        found.append(looked_at(grid, (k, m, n)))
+    if "free" in grid.goals.room.layouts and found and not stopped.is_set():
+        best = min(found, key=_rank)
+        moved = freed_from(grid, best)
+        found += [] if moved is None or not moved.excess < best.excess else [moved]
+    return found
+
+
+def _few(grid: DesignGrid, excess: FloatArray, n: int) -> tuple[float, float]:
+    """Sensors and excess of a layout, whichever comes first: of those that would do the sensors."""
+    own = float(grid.counts[n]), float(excess[n])
+    return own if excess[n] <= 1 else own[::-1]

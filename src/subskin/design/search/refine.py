@@ -11,13 +11,15 @@ import numpy as np
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...finger import Finger
-from ..placement import study_row
-from ..two_point import TwoPointLimen, two_point_limen
+from ..placement import Arrangement
+from ..two_point import AreaLimen, TwoPointLimen, two_point_limen
 from .goals import Goals, Row
-from .grid import DesignGrid, loaded
+from .grid import DesignGrid, loaded, studied
 
 _DEPTHS = 2.0
 """Two points are tried up to so many depths apart."""
+_FEW = 6
+"""Depths, and pitches at each, between which the best array on an area is refined."""
 _CELLS, _PITCHES = 16, 3
 """How many designs of the grid, and at each depth of the refinement, are asked for their two points at most."""
 
@@ -50,9 +52,11 @@ class Aim(Frozen):
         grid, room = self.grid, self.grid.goals.room
         own = grid.depths[self.skin]
         d, s = self._start()
-        longest = room.longest_row / (self._count - 1)
+        longest = float((self.grid.goals.extent / np.maximum(self._layout.size, 1e-9)).min())
         pitches = _between(_round_values(grid.pitches, s), room.least_pitch, longest, grid.pitches[[s]])
         depths = _between(_round_values(own, d), room.depth[0], float(own[-1]), own[[d]])
+        if self.grid.goals.on_area:  # each costs twenty times one of a row
+            pitches, depths = (_thinned(v, _FEW) for v in (pitches, depths))
         at, step = int(np.argmin(np.abs(depths - own[d]))), max(depths.size // 4, 1)
         tried: dict[int, Tried] = {}
         while step >= 1:
@@ -65,8 +69,12 @@ class Aim(Frozen):
         return tried[at]
 
     @property
-    def _count(self) -> int:
-        return int(self.grid.counts[self.n])
+    def _layout(self) -> Arrangement:
+        return self.grid.goals.layouts[self.n]
+
+    def _row(self, depth: float, pitch: float) -> Row:
+        layout = self._layout if self.grid.goals.on_area else None
+        return Row(self.skin, self.sensor, self._layout.count, depth, pitch, layout)
 
     def _excess(self, values: Mapping[str, float | FloatArray]) -> FloatArray:
         """Largest ratio of values to what is wanted of them; infinite where one is none."""
@@ -76,7 +84,7 @@ class Aim(Frozen):
     def _apart(self, row: Row, positions: int) -> float:
         """Distance at which two points are told, over what is wanted; 0 where nothing is."""
         goals = self.grid.goals
-        if goals.accuracy.feature is None:
+        if goals.accuracy.feature is None or goals.on_area:  # there it is looked at of the best alone
             return 0.0
         return apart(limen(goals.finger(row), goals, "point", positions)) / goals.accuracy.feature
 
@@ -86,7 +94,7 @@ class Aim(Frozen):
         excess = self._excess({name: v[self.skin, self.sensor, :, :, self.n] for name, v in grid.values.items()})
         cells = [(int(d), int(s)) for d, s in np.argwhere(np.isfinite(excess))]
         cells.sort(key=lambda cell: float(excess[cell]))
-        if grid.goals.accuracy.feature is None:
+        if grid.goals.accuracy.feature is None or grid.goals.on_area:
             return cells[0]
         # those that would do come in any order but their own: two points may be told best where all else is tight
         good = sum(excess[cell] <= 1 for cell in cells)
@@ -97,7 +105,7 @@ class Aim(Frozen):
             own = float(excess[cell])
             if own < best[0]:
                 depth, pitch = float(grid.depths[self.skin, cell[0]]), float(grid.pitches[cell[1]])
-                value = max(own, self._apart(Row(self.skin, self.sensor, self._count, depth, pitch), 9)), own
+                value = max(own, self._apart(self._row(depth, pitch), 9)), own
                 if value < best:
                     best, chosen = value, cell
         return chosen
@@ -105,17 +113,13 @@ class Aim(Frozen):
     def _at_depth(self, depth: float, pitches: FloatArray, so_far: float) -> Tried:
         """The best pitch, if it is better than what was found `so_far`."""
         goals = self.grid.goals
-        kind, effort = goals.sensors[self.sensor], goals.effort
-        found = study_row(
-            goals.skins[self.skin].skin, kind.transducer, depth, pitches, [self._count], goals.touches,
-            noise=kind.error, width=kind.width, rng=effort.seed, samples=effort.touches,
-        )  # fmt: skip
+        found = studied(goals, self.skin, self.sensor, depth, pitches, [self._layout])
         under_load = loaded(goals, self.skin, self.sensor, depth)
         rows = []
         for j, pitch in enumerate(pitches):
             values = {name: float(value[j, 0]) for name, value in found.items()} | under_load
-            values["unsure"] = values["ambiguous"] + values["unfelt"]
-            row = Row(self.skin, self.sensor, self._count, depth, float(pitch))
+            values["unsure"] = values["ambiguous"] + (values["unfelt"] if values["ambiguous"] < 1 else 0.0)
+            row = self._row(depth, float(pitch))
             rows.append((float(self._excess(values)), row, values))
         rows.sort(key=lambda row: row[0])
         best = Tried(np.inf, *rows[0])
@@ -140,7 +144,7 @@ def limen(finger: Finger, goals: Goals, against: Literal["point", "wide"], posit
     )
 
 
-def apart(found: TwoPointLimen) -> float:
+def apart(found: TwoPointLimen | AreaLimen) -> float:
     """Distance at which 95 % of the pairs of touches read as two [m]."""
     return float(np.quantile(found.separation, 0.95, method="higher"))
 
@@ -150,6 +154,11 @@ def _round_values(grid: FloatArray, i: int) -> FloatArray:
     step = 10.0 ** np.floor(np.log10(float(grid[i]))) / 20
     first, last = float(grid[max(i - 1, 0)]), float(grid[min(i + 1, grid.size - 1)])
     return np.asarray(step * np.arange(np.ceil(first / step - 1e-9), np.floor(last / step + 1e-9) + 1))
+
+
+def _thinned(values: FloatArray, most: int) -> FloatArray:
+    """So many of the values at most, evenly chosen."""
+    return np.asarray(values[np.unique(np.linspace(0, values.size - 1, min(most, values.size)).round().astype(int))])
 
 
 def _between(values: FloatArray, low: float, high: float, otherwise: FloatArray) -> FloatArray:

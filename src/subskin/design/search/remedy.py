@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from ..._check import FloatArray
-from ..placement import study_row
-from .goals import Goals, Row, SkinChoice
-from .grid import DEEPEST, DesignGrid, loaded
+from ..placement import Arrangement, layouts
+from .choices import SkinChoice
+from .goals import Goals, Row
+from .grid import DEEPEST, DesignGrid, fits, loaded, studied
 
 __all__ = ["Remedy", "remedies"]
 
 _LOADED = ("strain", "range")
 _TRIED = 3
-"""Depths at which each kind in each skin is tried, the likeliest first."""
+"""Depths at which each kind in each skin is tried, the likeliest first; on an area that alone."""
 _FURTHER, _STEPS = 3.0, 6
 """Depths outside the room go to so many times its ends, in so many steps."""
 _TOUCHES = 2000
@@ -91,11 +92,7 @@ def _forces(grid: DesignGrid) -> Iterator[Remedy]:
         value = grid.goals.strongest / float(least[at])
         if not value >= grid.goals.touches.force * (what == "force"):
             value = np.nan
-        yield Remedy(what, value if value > 0 else np.nan, _row(grid, *map(int, at)))
-
-
-def _row(grid: DesignGrid, k: int, m: int, d: int, s: int, n: int) -> Row:
-    return Row(k, m, int(grid.counts[n]), float(grid.depths[k, d]), float(grid.pitches[s]))
+        yield Remedy(what, value if value > 0 else np.nan, grid.row(*map(int, at)))
 
 
 def _moduli(grid: DesignGrid) -> Remedy:
@@ -104,13 +101,13 @@ def _moduli(grid: DesignGrid) -> Remedy:
     for k, m in np.ndindex(grid.excess.shape[:2]):
         own = goals.skins[k]
         strains = [loaded(goals, k, m, float(depth))["strain"] / goals.largest_strain for depth in grid.depths[k]]
-        for d in np.argsort(np.abs(np.log(strains)), kind="stable")[:_TRIED].tolist():
+        for d in np.argsort(np.abs(np.log(strains)), kind="stable")[: _TRIED if not goals.on_area else 1].tolist():
             factor = float(strains[d]) * (1 + 1e-9)
             if best.row is not None and abs(np.log(factor)) >= abs(np.log(best.value)):
                 break
             stiff = own.skin.with_(materials=[replace(x, young=factor * x.young) for x in own.skin.materials])
             skins = tuple(SkinChoice(c.name, stiff) if i == k else c for i, c in enumerate(goals.skins))
-            row = _meeting(grid, replace(goals, skins=skins), k, m, float(grid.depths[k, d]), grid.counts)
+            row = _meeting(grid, replace(goals, skins=skins), k, m, float(grid.depths[k, d]), goals.layouts)
             if row is not None:
                 best = Remedy("young", factor, row)
                 break
@@ -132,10 +129,10 @@ def _depths(grid: DesignGrid) -> Remedy:
     for k, m in np.ndindex(grid.excess.shape[:2]):
         thickness = goals.skins[k].skin.thickness
         fit = [float(x) for x in outside if x <= DEEPEST * thickness and _bears(grid, goals, k, m, float(x))]
-        for depth in sorted(fit, key=far)[:_TRIED]:
+        for depth in sorted(fit, key=far)[: _TRIED if not goals.on_area else 1]:
             if best.row is not None and far(depth) >= far(best.value):
                 break
-            row = _meeting(grid, goals, k, m, depth, grid.counts)
+            row = _meeting(grid, goals, k, m, depth, goals.layouts)
             if row is not None:
                 best = Remedy("depth", depth, row)
                 break
@@ -145,16 +142,26 @@ def _depths(grid: DesignGrid) -> Remedy:
 def _counts(grid: DesignGrid) -> Remedy:
     """The fewest sensors beyond those allowed, up to twice as many."""
     goals, most = grid.goals, int(grid.counts[-1])
-    room = goals.room.longest_row / goals.room.least_pitch
-    counts = np.arange(most + 1, min(2 * most, int(min(room, 2 * most) + 1e-9) + 1) + 1)
     best = Remedy("count", np.nan)
-    if not counts.size:
+    more: tuple[Arrangement, ...]
+    if goals.on_area:
+        sides = goals.extent.tolist()
+        patterns = [name for name in goals.room.layouts if name != "free"]
+        more = layouts(patterns, (most + 1, 2 * most), sides[0] / sides[1])
+    else:
+        room = goals.room.longest_row / goals.room.least_pitch
+        last = min(2 * most, int(min(room, 2 * most) + 1e-9) + 1)
+        more = tuple(Arrangement("row", (n,)) for n in range(most + 1, last + 1))
+    if not more:
         return best
+    wider = replace(goals, room=replace(goals.room, count=(goals.room.count[0], 10 * most)))
     excess = np.where(np.isfinite(grid.excess), grid.excess, np.inf).min(axis=(3, 4))
     for k, m in np.ndindex(excess.shape[:2]):
         bear = [d for d in range(excess.shape[2]) if _bears(grid, goals, k, m, float(grid.depths[k, d]))]
-        for d in np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")][:_TRIED].tolist():
-            row = _meeting(grid, goals, k, m, float(grid.depths[k, d]), counts)
+        for d in np.array(bear, dtype=int)[np.argsort(excess[k, m, bear], kind="stable")][
+            : _TRIED if not goals.on_area else 1
+        ].tolist():
+            row = _meeting(grid, wider, k, m, float(grid.depths[k, d]), more)
             if row is not None and not row.count >= best.value:
                 best = Remedy("count", row.count, row)
     return best
@@ -165,21 +172,17 @@ def _bears(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float) -> bool
     return all(found[c.name] <= c.wanted for c in grid.criteria if c.name in _LOADED)
 
 
-def _meeting(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float, counts: np.ndarray) -> Row | None:
-    """The row of fewest sensors at a depth that meets all criteria of the grid, if any."""
-    kind, effort = goals.sensors[m], goals.effort
+def _meeting(grid: DesignGrid, goals: Goals, k: int, m: int, depth: float, tried: Sequence[Arrangement]) -> Row | None:
+    """The design of fewest sensors at a depth that meets all criteria of the grid, if any."""
     if not _bears(grid, goals, k, m, depth):
         return None
-    values = study_row(
-        goals.skins[k].skin, kind.transducer, depth, grid.pitches, counts, goals.touches, noise=kind.error,
-        width=kind.width, rng=effort.seed, samples=min(effort.touches, _TOUCHES),
-    )  # fmt: skip
-    found: dict[str, FloatArray] = {**values, "unsure": values["ambiguous"] + values["unfelt"]}
+    values = studied(goals, k, m, depth, grid.pitches, tried, min(goals.counted, _TOUCHES))
+    found: dict[str, FloatArray] = {**values, "unsure": values["ambiguous"] + np.nan_to_num(values["unfelt"])}
     ratios = [found[c.name] / c.wanted for c in grid.criteria if c.name not in _LOADED]
-    fits = grid.pitches[:, None] * (counts - 1) <= goals.room.longest_row * (1 + 1e-9)
-    excess = np.where(fits, np.nan_to_num(np.max(ratios, axis=0), nan=np.inf), np.inf)
-    for n in range(counts.size):
+    excess = np.where(fits(goals, m, grid.pitches, tried), np.nan_to_num(np.max(ratios, axis=0), nan=np.inf), np.inf)
+    for n, layout in enumerate(tried):
         s = int(np.argmin(excess[:, n]))
         if excess[s, n] <= 1:
-            return Row(k, m, int(counts[n]), depth, float(grid.pitches[s]))
+            area = layout if goals.on_area else None
+            return Row(k, m, layout.count, depth, float(grid.pitches[s]), area)
     return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -58,7 +58,7 @@ class AreaLocator(Framewise):
         A sensor without noise, a response whose sensors do not match the array's, an option out of range.
     """
 
-    layout: ClassVar[Layout] = AREA
+    layout: Layout = AREA
     wide = False
     """Whether the contact has a half width that is not known."""
 
@@ -80,7 +80,7 @@ class AreaLocator(Framewise):
             raise GeometryError(seen, "they have to match", "array.select(...)")
         self.response, self.search = response, search
         self.friction = _check.friction(friction)
-        self.unknowns = 3 + 2 * (self.friction > 0) + self.wide
+        self.unknowns = 3 + 2 * (self.friction > 0) + self.wide + self.layout.twist
         self._ambiguity = _check.scalar("ambiguity", ambiguity, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)

@@ -2,6 +2,9 @@
 
 As `climb.py`, with one coordinate more: q, the square of the half width, in which readings are analytic. Tables are
 those of `RoundResponse.cubics`, sums over Chebyshev's polynomials of q, whose values at one q are its shares.
+
+A moment about the normal is one more linear unknown, which nothing binds. Its column is taken out of the others, of the
+readings and of their slopes, wherever these are met: so the forces are eliminated as without it.
 """
 
 from __future__ import annotations
@@ -12,11 +15,13 @@ from ..._compiled import compiled
 from . import cone as _cone
 from .cone import eliminate
 
-COLUMNS = 12
-"""Rows of scratch a sensor needs: 0-2 its readings under N, Ty, Tz; 3-5 their slopes in y, 6-8 in z, 9-11 in q."""
-SIZE = 39
+COLUMNS = 24
+"""Rows of scratch a sensor needs: 0-2 its readings under N, Ty, Tz; 3-5 their slopes in y, 6-8 in z, 9-11 in q; 12, 15,
+18, 21 the same under a moment."""
+SIZE = 47
 """Numbers of a fit: 0-10 as of `cone.eliminate`; 11-16 A^T A; 17 chi-square left; 18-20 the gradient of S/2 in y, z, q;
-21-26 U^T U, U the readings' slopes, of yy yz yq zz zq qq; 27-35 A^T U, of y, then of z and q; 36-38 y, z, q."""
+21-26 U^T U, U the readings' slopes, of yy yz yq zz zq qq; 27-35 A^T U, of y, then of z and q; 36-38 y, z, q; of a
+moment's column t, of which A and U are free here: 39 the moment, 40 t^T t, 41-43 A^T t, 44-46 U^T t as they were."""
 _CELLS = 64.0
 _STEPS = 60
 
@@ -85,9 +90,9 @@ def round_field(sensors, first, sums, terms, shares, y, z, part, b):
 
 @compiled(borrows=True, built_on=(_cone,))
 def round_project(w, model, mu, y, z, q, room, fit):
-    """The best admissible forces at (y, z) and the width of q, and how S changes there; all of fit."""
-    sensors, first, sums, terms, most = model
-    _, _, shares, part, b = room
+    """The best admissible forces, and moment, at (y, z) and the width of q, and how S changes there; all of fit."""
+    sensors, first, sums, terms, most, turns, turned = model
+    shares, part, twisted, b = room[2], room[3], room[4], room[5]
     shares_of(q, most, shares)
     round_field(sensors, first, sums, terms, shares, y, z, part, b)
     g00 = g01 = g02 = g11 = g12 = g22 = b0 = b1 = b2 = 0.0
@@ -102,17 +107,50 @@ def round_project(w, model, mu, y, z, q, room, fit):
         b0 += a0 * r
         b1 += a1 * r
         b2 += a2 * r
+    for k in range(39, SIZE):
+        fit[k] = 0.0
+    over = alone = 0.0
+    if turned.shape[0]:
+        round_field(sensors, first, turns, turned, shares, y, z, twisted, b[12:])
+        tt = c0 = c1 = c2 = 0.0
+        for i in range(w.size):
+            t = b[12, i]
+            tt += t * t
+            c0 += t * b[0, i]
+            c1 += t * b[1, i]
+            c2 += t * b[2, i]
+            alone += t * w[i]
+        fit[40], fit[41], fit[42], fit[43] = tt, c0, c1, c2
+        over = 1.0 / tt if tt > 0.0 else 0.0
+        g00 -= over * c0 * c0
+        g01 -= over * c0 * c1
+        g02 -= over * c0 * c2
+        g11 -= over * c1 * c1
+        g12 -= over * c1 * c2
+        g22 -= over * c2 * c2
+        b0 -= over * alone * c0
+        b1 -= over * alone * c1
+        b2 -= over * alone * c2
     eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
+    fit[3] += over * alone * alone
     fit[11], fit[12], fit[13], fit[14], fit[15], fit[16] = g00, g01, g02, g11, g12, g22
     fit[36], fit[37], fit[38] = y, z, q
     n, ty, tz = fit[0], fit[1], fit[2]
+    moment = over * (alone - fit[41] * n - fit[42] * ty - fit[43] * tz)
+    fit[39] = moment
     for k in range(17, 36):
         fit[k] = 0.0
     for i in range(w.size):
         rest = w[i] - b[0, i] * n - b[1, i] * ty - b[2, i] * tz
-        fit[17] += rest * rest
         for k in range(3):
             b[3 + 3 * k, i] = b[3 + 3 * k, i] * n + b[4 + 3 * k, i] * ty + b[5 + 3 * k, i] * tz
+        if over > 0.0:
+            t = b[12, i]
+            rest -= moment * t
+            for k in range(3):
+                b[3 + 3 * k, i] += moment * b[15 + 3 * k, i]
+                fit[44 + k] += t * b[3 + 3 * k, i]
+        fit[17] += rest * rest
         uy, uz, uq = b[3, i], b[6, i], b[9, i]
         fit[18] += rest * uy
         fit[19] += rest * uz
@@ -127,6 +165,14 @@ def round_project(w, model, mu, y, z, q, room, fit):
             fit[27 + j] += b[j, i] * uy
             fit[30 + j] += b[j, i] * uz
             fit[33 + j] += b[j, i] * uq
+    if over > 0.0:
+        at = 21
+        for j in range(3):
+            for k in range(j, 3):
+                fit[at] -= over * fit[44 + j] * fit[44 + k]
+                at += 1
+            for k in range(3):
+                fit[27 + 3 * j + k] -= over * fit[44 + j] * fit[41 + k]
 
 
 @compiled(borrows=True)
@@ -182,8 +228,9 @@ def round_climb(w, model, mu, box, y, z, q, tolerance, room, fit, trial):
     """Climb from (y, z, q) within box (6,), low and high of each; the top is in fit, its information in room.
 
     Ends with a step that would raise S by less than `tolerance`, which is still made where it helps. model: sensors,
-    first, sums and terms, and the square of the largest half width; room: scratch, which is the information h (3, 3),
-    equations (8, 4), shares (2, widths), the functions of a sensor (functions, 3), and (COLUMNS, n).
+    first, sums and terms, the square of the largest half width, and the sums and terms of a moment, none if it is none;
+    room: scratch, which is the information h (3, 3), equations (8, 4), shares (2, widths), the functions of a sensor
+    (functions, 3), those under a moment, and (COLUMNS, n).
     """
     h, m = room[0], room[1]
     y, z, q = min(max(y, box[0]), box[1]), min(max(z, box[2]), box[3]), min(max(q, box[4]), box[5])

@@ -66,10 +66,11 @@ def further_tops(w, model, mu, box, away, best, count, room, tops, trial):
 
 @compiled(borrows=True, built_on=(_round_climb,))
 def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
-    """The 95 % interval of q into sides[:2, 5], and how far the others move with a standard deviation of it, sides[2].
+    """The 95 % interval of q into sides[:2, 6], and how far the others move with a standard deviation of it, sides[2].
 
     At each end chi-square is 1.96^2 above the least, all but q fitted anew, or the search for q ends. best: a top; h:
-    its information; only (6,), sides (3, 6): scratch. False where S is larger at another width: trials[0] is there.
+    its information; only (6,), sides (3, 7): scratch, the last of the others being the moment. False where S is larger
+    at another width: trials[0] is there.
     """
     fit = trials[0]
     minor = h[0, 0] * h[1, 1] - h[0, 1] * h[0, 1]
@@ -82,9 +83,9 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
     shut = 0
     for side in range(2):
         sign, limit = (1.0 if side else -1.0), box[4 + side]
-        sides[side, 5], closed, drop = limit, True, 0.0
+        sides[side, 6], closed, drop = limit, True, 0.0
         to, y, z = q + sign * reach, best[36], best[37]
-        for k in range(5):
+        for k in range(6):
             sides[side, k] = 0.0
         for _ in range(_TRIES if limit != q else 0):
             here = min(max(to, box[4]), box[5])
@@ -93,7 +94,7 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
             drop, y, z = best[3] - fit[3], fit[36], fit[37]
             if drop < -0.1:
                 return False
-            sides[side, 5], closed = here, here == limit and drop < _SURE2
+            sides[side, 6], closed = here, here == limit and drop < _SURE2
             if closed or abs(drop - _SURE2) < 0.05 * _SURE2:
                 break
             to = q + (here - q) * min(max(math.sqrt(_SURE2 / max(drop, _LEAST)), 0.3), 3.0)
@@ -101,13 +102,13 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
             shut += 1 + side
         else:
             longer = math.sqrt(_SURE2 / max(drop, _LEAST))
-            sides[side, 5] = min(max(q + (sides[side, 5] - q) * longer, box[4]), box[5])
+            sides[side, 6] = min(max(q + (sides[side, 6] - q) * longer, box[4]), box[5])
         if limit != q:
             deviations = sign * (_SURE if closed else math.sqrt(max(drop, _LEAST)))
-            for k in range(5):
-                at = 36 + k if k < 2 else k - 2
+            for k in range(6):
+                at = 36 + k if k < 2 else k - 2 if k < 5 else 39
                 sides[side, k] = (fit[at] - best[at]) / deviations
-    for k in range(5):  # the side that the search cuts short says less than the other one
+    for k in range(6):  # the side that the search cuts short says less than the other one
         low, high = sides[0, k], sides[1, k]
         larger = high if abs(high) > abs(low) else low
         sides[2, k] = high if shut == 1 else low if shut == 2 else larger if shut == 3 else 0.5 * (low + high)
@@ -115,14 +116,16 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
 
 
 @compiled(borrows=True, built_on=(_judge, _round_climb, _scan))
-def contact_outside(w, single, model, mu, tiles, nodes, t, widths, least, boxes, box, only, picked, room, c, s, trials):
-    """Whether S reaches `least` at a side of the search, or beyond, at any width.
+def contact_outside(
+    w, single, model, mu, tiles, nodes, t, widths, least, seen, boxes, box, only, picked, room, c, s, trials
+):  # fmt: skip
+    """Whether S reaches `least` at a side of the search, or beyond, at any width, tried where the scan is over `seen`.
 
     picked (4, 4): scratch, of each box the best node of the scans: what S may be near it, y, z, q; trials: two fits.
     """
     index, origin, near, basis, shapes = tiles
     for b in range(4):
-        picked[b, 0] = least
+        picked[b, 0] = seen
         picked[b, 3] = -1.0
     for j in range(widths.size):
         e = t + j * (w.size + 1)

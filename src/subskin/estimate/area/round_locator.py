@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +13,10 @@ from ...array import SensorArray
 from ...errors import InvalidValueError
 from ...radial_round import RoundResponse
 from ..frames import sensor_rows
-from ..layout import ROUND, Layout
+from ..layout import ROUND, TWIST, Layout
 from .locator import AreaLocator
 
-__all__ = ["RoundLocator"]
+__all__ = ["RoundLocator", "model_of"]
 
 _SCANNED = 5
 """Half widths at which the scan looks."""
@@ -36,6 +36,8 @@ class RoundLocator(AreaLocator):
         As of `AreaLocator`.
     half_width : (float, float)
         Least and largest half width [m]; twice the same where it is known.
+    moment : RoundResponse, optional
+        Readings under a unit moment about the normal, in place of N: then a moment is fitted as well.
     options
         `beyond`, `friction`, `scan_step`, `false_alarm`, `ambiguity`, `outliers`, as of `AreaLocator`.
 
@@ -54,7 +56,7 @@ class RoundLocator(AreaLocator):
     ((0.0, 0.003), 6)
     """
 
-    layout: ClassVar[Layout] = ROUND
+    layout: Layout = ROUND
     response: RoundResponse  # type: ignore[assignment]
 
     def __init__(
@@ -63,12 +65,17 @@ class RoundLocator(AreaLocator):
         array: SensorArray,
         search: tuple[tuple[float, float], tuple[float, float]],
         half_width: tuple[float, float],
+        *,
+        moment: RoundResponse | None = None,
         **options: Any,
     ) -> None:
         low, high = (_check.scalar("half_width", value, unit="m", at_least=0.0) for value in half_width)
         if not low <= high <= response.widest * (1 + 1e-12):
             rule = f"ascending half widths up to {response.widest:.6g} m are needed"
             raise InvalidValueError(f"half_width = {half_width!r}", rule, "half_width=(0.0, 2e-3)")
+        self.moment = moment
+        if moment is not None:
+            self.layout = TWIST
         self.half_width, self.wide = (low, min(high, response.widest)), high > low
         super().__init__(response, array, search, **options)  # type: ignore[arg-type]
 
@@ -79,25 +86,54 @@ class RoundLocator(AreaLocator):
 
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         array, response = self.array.select(pattern), self.response.select(pattern)
-        sums, error = response.cubics()
+        (_, first, sums, harmonics, widest, *_), error = _model(response, array)
         low, high = np.square(self.half_width)
         widths = np.linspace(low, high, _SCANNED) if self.wide else np.array([low])
         parts = [partial(self.response.at, float(np.sqrt(q))) for q in widths]
-        pair, cells = response.table.pair, sums.shape[1]
-        harmonics = response.table.terms
-        if pair is not None:
-            sums = np.stack([sign * sums[:, :, function] for function, sign in pair], axis=2)
-            harmonics = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
-        terms = harmonics if pair is None else harmonics[:0]
-        sums = np.ascontiguousarray(sums.reshape(sums.shape[0] * cells, -1, sums.shape[-1]))
+        cells = int(first[-1]) + 1
+        terms = harmonics if response.table.pair is None else harmonics[:0]
         shares = np.polynomial.chebyshev.chebvander(2 * widths / response.widest**2 - 1, sums.shape[-1] - 1)
         tables = np.ascontiguousarray(np.einsum("rnj,wj->wrn", sums, shares))
         far = [0, -1] if self.wide else [0]
         narrowest = response.at(float(np.sqrt(low)))
         sensors, first, *rest = self._looked_at(narrowest, parts, far, pattern, cells)
-        limits = np.array([low, high, response.widest**2])
+        limits = np.array([low, high, widest])
+        turns, turned = sums[:0], harmonics[:0]
+        if self.moment is not None:
+            part = self.moment.select(pattern)
+            turns, wrong = part.cubics()
+            turns = np.ascontiguousarray(turns.reshape(turns.shape[0] * cells, -1, turns.shape[-1]))
+            turned, error = part.table.terms, max(error, wrong)
+        turned = np.ascontiguousarray(turned).astype(np.int64)
         return (
-            sensor_rows(array), sensors, first, tables, np.ascontiguousarray(terms).astype(np.int64), sums,
-            np.ascontiguousarray(harmonics).astype(np.int64), *rest, widths, widths[far], limits,
-            self._options(array, narrowest, error),
+            sensor_rows(array), sensors, first, tables, terms, sums, harmonics, turns, turned, *rest,
+             widths, widths[far], limits, self._options(array, narrowest, error),
         )  # fmt: skip
+
+
+def model_of(response: RoundResponse, array: SensorArray) -> tuple[Any, ...]:
+    """What `round_climb` goes by, without a moment.
+
+    Parameters
+    ----------
+    response : RoundResponse
+        Readings under unit forces of the sensors of `array`.
+    array : SensorArray
+        Their noise.
+    """
+    return _model(response, array)[0]
+
+
+def _model(response: RoundResponse, array: SensorArray) -> tuple[tuple[Any, ...], float]:
+    """As `model_of`, and the error of the tables."""
+    (sums, error), table = response.cubics(), response.table
+    pair, cells, harmonics = table.pair, sums.shape[1], table.terms
+    if pair is not None:
+        sums = np.stack([sign * sums[:, :, function] for function, sign in pair], axis=2)
+        harmonics = np.array([[0, 0, 0, 0, 1], [1, 1, 0, 1, 1], [2, 1, 1, 1, 1]])
+    sums = np.ascontiguousarray(sums.reshape(sums.shape[0] * cells, -1, sums.shape[-1]))
+    scale = 1 / np.asarray(array.noise)
+    sensors = np.ascontiguousarray(np.stack([*table.points.T, table.depth**-2.0, table.gain * scale]))
+    first = np.append(table.kind * cells, cells - 1).astype(np.int64)
+    harmonics = np.ascontiguousarray(harmonics).astype(np.int64)
+    return (sensors, first, sums, harmonics, response.widest**2, sums[:0], harmonics[:0]), error

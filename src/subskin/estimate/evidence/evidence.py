@@ -103,7 +103,11 @@ class Evidence(Framewise):
         table = tabulate(finger, search)
         self._ends = (table.start, table.stop)
         single = [self.kinds[i] for i in self._single]
-        self.fields = tuple(Response.of(finger, family_of(k.family), self._ends, k.half_width[1]) for k in single)
+        families: list[Any] = [k.family for k in single]
+        self.fields = tuple(
+            Response.of(finger, family_of(family), self._ends, k.half_width[1])
+            for family, k in zip(families, single, strict=True)
+        )
         self._line = table
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._positions = np.linspace(*self._ends, count)

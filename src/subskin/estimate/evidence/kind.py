@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ... import _check
-from ...contact import LineLoad
-from ...contact.families import Family, family_of
+from ...contact import LineLoad, LocalContact, PointLoad
+from ...contact.families import Family, LocalFamily, family_of, local_families, local_family_of
 from ...errors import InvalidValueError
 from ..estimate import Status
 
@@ -26,8 +27,9 @@ class Kind:
     name : str
         What the answer calls it.
     family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
-        Its pressure's shape. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of
-        the other kinds, but off by a model error of 1 to 30 % of the readings (docs/deciding.md).
+        Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of
+        RoundContact. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
+        other kinds, but off by a model error of 1 to 30 % of the readings (docs/deciding.md).
     half_width : (float, float)
         Least and largest half width [m], all between being as probable; both 0 for a line, left out for "none".
     prior : float
@@ -46,7 +48,7 @@ class Kind:
     """
 
     name: str
-    family: str | Family
+    family: str | Family | LocalFamily
     half_width: tuple[float, float] = (0.0, 0.0)
     prior: float = 1.0
 
@@ -56,7 +58,7 @@ class Kind:
         if self.name in _SAID:
             raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
         named = self.family in (PAIR, NONE)
-        narrow = self.family == NONE or (not named and issubclass(family_of(self.family), LineLoad))
+        narrow = self.family == NONE or (not named and issubclass(self._class(), LineLoad | PointLoad))
         ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)
         if ends.shape != (2,) or not ends[0] <= ends[1]:
             raise InvalidValueError(
@@ -64,12 +66,21 @@ class Kind:
                 "two half widths, ascending, are needed",
                 "half_width=(0.1e-3, 1e-3)",
             )
-        seen = f"half_width = {self.half_width!r} of a {'line load' if narrow and not named else self.family}"
+        seen = f"half_width = {self.half_width!r} of a {'line or point load' if narrow and not named else self.family}"
         if narrow and ends[1] > 0:
             raise InvalidValueError(seen, "it has none", "leave out half_width")
         if not narrow and not ends[1] > 0:
             raise InvalidValueError(seen, "its largest half width has to be > 0", "half_width=(0.1e-3, 1e-3)")
         _check.scalar("prior", self.prior, above=0.0)
+
+    def _class(self) -> Family | LocalFamily:
+        """The family's class, of long contacts or of those on an area."""
+        family: Any = self.family
+        if isinstance(family, str) and family in local_families():
+            return local_families()[family]
+        if isinstance(family, type) and issubclass(family, LocalContact):
+            return local_family_of(family)  # type: ignore[arg-type]
+        return family_of(family)
 
     def unknowns(self, friction: float) -> int:
         """Number of unknowns of such a contact, its drag among them where there is friction; 0 of "none".
@@ -87,5 +98,7 @@ class Kind:
         """
         if self.family == NONE:
             return 0
+        if self.family != PAIR and issubclass(self._class(), LocalContact):
+            return 3 + 2 * (friction > 0) + (self.half_width[1] > self.half_width[0])
         touches = 1 + (self.family == PAIR)
         return touches * (2 + (friction > 0)) + (self.family != PAIR and self.half_width[1] > self.half_width[0])

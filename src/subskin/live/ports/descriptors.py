@@ -55,6 +55,16 @@ class FilePort(_Descriptor, name="file"):
     ------
     FileError
         There is no such file, or it cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "log.bin").write_bytes(b"ab")
+    ...     with FilePort(f"{folder}/log.bin") as port:
+    ...         port.regular, port.read(0.0)
+    (True, b'ab')
     """
 
     def __init__(self, path: str) -> None:

@@ -41,11 +41,12 @@ class Log(Port):
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> from subskin.live.drivers import named
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = f"{folder}/log.csv"
-    ...     _ = open(path, "wb").write(b"1,2\n3,4\n5,6\n")
-    ...     log = Log(FilePort(path), named("lines", sensors=2), rate=1000.0)
+    ...     path = Path(folder, "log.csv")
+    ...     _ = path.write_bytes(b"1,2\n3,4\n5,6\n")
+    ...     log = Log(FilePort(str(path)), named("lines", sensors=2), rate=1000.0)
     ...     log.read(timeout=1.0), log.close()
     (b'1,2\n3,4\n5,6\n', None)
     """

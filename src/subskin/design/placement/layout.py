@@ -1,0 +1,179 @@
+"""Where sensors stand on an area, but for the pitch: in a row, on a grid, in rows that make hexagons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ...errors import InvalidValueError
+from ...lattice import even_grid
+
+__all__ = ["PATTERNS", "Arrangement", "layouts"]
+
+Pattern = Literal["row", "grid", "hexagonal", "free"]
+PATTERNS: tuple[Pattern, ...] = ("row", "grid", "hexagonal")
+"""Those that a pitch makes positions of."""
+_SLENDER = 2.0
+"""A layout's sides may be so much more, or less, slender than those of the area it is for."""
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Positions of sensors in units of their pitch, about their middle.
+
+    Parameters
+    ----------
+    pattern : {"row", "grid", "hexagonal", "free"}
+        How they are set out. Hexagonal rows lie sqrt(3)/2 pitches apart, each sensor half a pitch beside its
+        neighbours in the next row.
+    rows : tuple of int
+        Sensors in each row along y.
+    at : tuple of (float, float), optional
+        The positions (y, z) themselves, where they are free [pitches].
+
+    Raises
+    ------
+    InvalidValueError
+        Hexagonal rows whose counts do not differ by one; free positions that are not there.
+
+    Examples
+    --------
+    >>> Arrangement("hexagonal", (2, 3, 2)), Arrangement("hexagonal", (1, 2)).points(1.0).round(3).tolist()
+    (2+3+2 hexagonal, [[0.0, -0.433], [-0.5, 0.433], [0.5, 0.433]])
+    """
+
+    pattern: Pattern
+    rows: tuple[int, ...]
+    at: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        steps = set(np.abs(np.diff(self.rows)).tolist())
+        if self.pattern == "hexagonal" and steps - {1}:
+            rule = "each row has one sensor more, or one less, than the next"
+            raise InvalidValueError(f"hexagonal rows of {self.rows}", rule, "(2, 3, 2)")
+        if self.pattern == "grid" and steps - {0}:
+            raise InvalidValueError(f"rows of {self.rows}", "the rows of a grid have as many sensors each", "(4, 4, 4)")
+        if (self.pattern == "free") != bool(self.at) or (self.at and len(self.at) != sum(self.rows)):
+            rule = "free positions are listed, others follow from their rows"
+            raise InvalidValueError(
+                f"{self.pattern} with {len(self.at)} positions", rule, 'Arrangement("grid", (3, 3))'
+            )
+
+    def __repr__(self) -> str:
+        return self.text
+
+    @property
+    def count(self) -> int:
+        """Number of positions."""
+        return sum(self.rows)
+
+    @property
+    def text(self) -> str:
+        """What a person calls it: "4 x 3 grid" is four along y, three along z."""
+        if self.pattern == "grid":
+            return f"{self.rows[0]} x {len(self.rows)} grid"
+        if self.pattern == "hexagonal":
+            return f"{'+'.join(map(str, self.rows))} hexagonal"
+        return f"row of {self.count}" if self.pattern == "row" else f"{self.count} free"
+
+    @property
+    def unit(self) -> FloatArray:
+        """Positions (y, z) in pitches about the middle, shape (count, 2); of a grid in the order of `even_grid`."""
+        if self.at:
+            return np.array(self.at)
+        if self.pattern == "grid":
+            return even_grid((self.rows[0], len(self.rows)), 1.0)
+        apart = np.sqrt(0.75) if self.pattern == "hexagonal" else 1.0
+        out = [
+            np.stack([np.arange(n) - (n - 1) / 2, np.full(n, apart * (j - (len(self.rows) - 1) / 2))], axis=-1)
+            for j, n in enumerate(self.rows)
+        ]
+        return np.concatenate(out)
+
+    @property
+    def size(self) -> FloatArray:
+        """Sides along y and z of what holds them, in pitches, shape (2,)."""
+        return np.asarray(np.ptp(self.unit, axis=0))
+
+    def points(self, pitch: float, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+        """Positions (y, z) [m], shape (count, 2).
+
+        Parameters
+        ----------
+        pitch : float
+            Distance of neighbours [m].
+        centre : (float, float), optional
+            Where the middle is (y, z) [m].
+        """
+        return np.asarray(centre + pitch * self.unit)
+
+    def colours(self, kinds: int) -> npt.NDArray[np.intp]:
+        """Which of so many kinds stands at each position where they take turns, shape (count,).
+
+        Along a row one after the other; each row begins one further, so that kinds are mixed along both sides.
+
+        Parameters
+        ----------
+        kinds : int
+            How many there are.
+        """
+        if self.pattern == "grid":
+            return np.add.outer(np.arange(self.rows[0]), np.arange(len(self.rows))).reshape(-1) % kinds
+        return np.concatenate([(np.arange(n) + j) % kinds for j, n in enumerate(self.rows)])
+
+
+def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1.0) -> tuple[Arrangement, ...]:
+    """Arrangements with so many positions: of each pattern and count that whose sides are nearest to the area's.
+
+    Parameters
+    ----------
+    patterns : iterable of str
+        Names from `PATTERNS`.
+    counts : (int, int)
+        Fewest and most positions.
+    slender : float, optional
+        Side of the area along y over that along z. Grids and hexagonal rows more than twice as slender, or half as
+        slender, are left out.
+
+    Raises
+    ------
+    InvalidValueError
+        A pattern of another name.
+
+    Examples
+    --------
+    >>> layouts(("grid", "hexagonal"), (6, 7))
+    (3 x 2 grid, 2+3+2 hexagonal)
+    """
+    low, high = counts
+    every = []
+    for pattern in patterns:
+        if pattern == "row":
+            every += [Arrangement("row", (n,)) for n in range(low, high + 1)]
+        elif pattern == "grid":
+            every += [Arrangement("grid", (m,) * n) for n in range(2, high // 2 + 1) for m in range(2, high // n + 1)]
+        elif pattern == "hexagonal":
+            for n in range(2, high + 1):
+                for m in range(1, high + 1):
+                    for other in (m - 1, m + 1):
+                        every.append(Arrangement("hexagonal", tuple(m if j % 2 == 0 else other for j in range(n))))
+        else:
+            rule = f"has to be one of {', '.join(PATTERNS)}"
+            raise InvalidValueError(f'layout "{pattern}"', rule, f'"{PATTERNS[1]}"')
+
+    def off(layout: Arrangement) -> float:
+        along, across = layout.size
+        return abs(float(np.log(along / across / slender))) if layout.pattern != "row" else 0.0
+
+    best: dict[tuple[str, int], Arrangement] = {}
+    for layout in every:
+        if low <= layout.count <= high and min(layout.rows) > 0 and off(layout) <= np.log(_SLENDER) + 1e-9:
+            key = layout.pattern, layout.count
+            if key not in best or off(layout) < off(best[key]) - 1e-9:
+                best[key] = layout
+    return tuple(sorted(best.values(), key=lambda layout: (layout.count, PATTERNS.index(layout.pattern))))

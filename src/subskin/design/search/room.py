@@ -1,0 +1,111 @@
+"""Where sensors can be put, and how finely designs are searched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import _check
+from ...errors import GeometryError, InvalidValueError
+from .._common import whole
+from ..placement import PATTERNS
+
+__all__ = ["Effort", "Room"]
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where sensors can be put; `rank_fingers` has an example.
+
+    Parameters
+    ----------
+    count : (int, int)
+        Fewest and most sensors; at least 3.
+    depth : (float, float)
+        Shallowest and deepest [m].
+    least_pitch : float
+        Least distance between sensors, their wiring included [m].
+    longest_row : float, optional
+        Largest distance from the first sensor to the last [m].
+    area : (float, float), optional
+        Sides along y and z of where sensors may stand, for touches on an area [m]; half as large again as what is
+        touched, or two depths beyond it, if left out.
+    layouts : sequence of str, optional
+        On an area: which of "row", "grid", "hexagonal" are tried. "free" moves the sensors of the best of them.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Counts or depths that do not ascend; a row too short for the fewest sensors; an unknown layout.
+    """
+
+    count: tuple[int, int]
+    depth: tuple[float, float]
+    least_pitch: float
+    longest_row: float = np.inf
+    area: tuple[float, float] | None = None
+    layouts: tuple[str, ...] = ("grid", "hexagonal")
+
+    def __post_init__(self) -> None:
+        low, high = self.count
+        if int(low) != low or int(high) != high or not 3 <= low <= high:
+            raise InvalidValueError(
+                f"count = {list(self.count)!r}", "two whole numbers are needed, 3 <= fewest <= most", "3 and 12"
+            )
+        shallow, deep = self.depth
+        if not (0 < shallow <= deep < np.inf):
+            raise GeometryError(
+                f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed", "depth=(1e-3, 4e-3)"
+            )
+        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
+        if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
+            raise GeometryError(
+                f"longest_row = {self.longest_row:.6g} m",
+                f"{low} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
+                "fewer sensors, a smaller pitch, or a longer row",
+            )
+        object.__setattr__(self, "layouts", tuple(self.layouts))
+        unknown = [name for name in self.layouts if name not in (*PATTERNS, "free")]
+        if unknown or not set(self.layouts) & set(PATTERNS):
+            seen = f'layout "{unknown[0]}"' if unknown else f"layouts = {list(self.layouts)}"
+            rule = f'some of {", ".join(PATTERNS)} are needed, and perhaps "free"'
+            raise InvalidValueError(seen, rule, 'layouts = ["grid", "hexagonal"]')
+        if self.area is not None:
+            sides = _check.real("area", self.area, unit="m", above=0.0)
+            if sides.shape != (2,):
+                raise GeometryError(f"area of shape {sides.shape}", "two sides are needed", "area=(12e-3, 12e-3)")
+            object.__setattr__(self, "area", tuple(sides.tolist()))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How finely designs are searched; `rank_fingers` has an example.
+
+    Parameters
+    ----------
+    depths, pitches : int, optional
+        How many of each are tried.
+    touches : int, optional
+        Touches by which each design is judged; 10,000 of a row and 300 on an area if left out.
+    seed : int, optional
+        Seed of the touches: the same seed gives the same numbers.
+    keep : int, optional
+        How many fingers are returned at most.
+
+    Raises
+    ------
+    InvalidValueError
+        What is no whole number, or too small.
+    """
+
+    depths: int = 20
+    pitches: int = 30
+    touches: int | None = None
+    seed: int = 0
+    keep: int = 5
+
+    def __post_init__(self) -> None:
+        for name, least in (("depths", 1), ("pitches", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
+            if name != "touches" or self.touches is not None:
+                whole(name, getattr(self, name), least)

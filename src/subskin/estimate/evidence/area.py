@@ -1,0 +1,217 @@
+"""Readings on an area -> how probable each kind of round contact makes them: what `decide.contact_type` weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _check
+from ..._check import FloatArray
+from ...contact import Cone, PointLoad, RoundContact, RoundHertz, RoundPunch
+from ...contact.families import local_family_of
+from ...errors import InvalidValueError
+from ...finger import Finger
+from ...radial_round import tabulate_round
+from ..area.locator import search_of
+from ..area.observable import refuse_blind
+from ..area.round_locator import RoundLocator, model_of
+from ..estimate import Status
+from ..frames import Framewise
+from .columns import LOCAL, STATUS
+from .kind import NONE, PAIR, Kind
+
+__all__ = ["AreaEvidence"]
+
+_NODES = 6
+"""Of Gauss and Legendre's rule over the half width, on each side of the best."""
+_ERRORS = np.array([0.01, 0.03, 0.1, 0.3])
+"""As in a plane: model errors of what is none of the kinds, in shares of the readings' root mean square."""
+_MOMENTS: tuple[tuple[type[RoundContact], float], ...] = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
+"""Squares of half widths over the second moment of the pressure along one direction."""
+_BEYOND = 0.5
+"""Depths beyond the outermost sensors up to which contacts are, if nothing else is said."""
+
+
+class AreaEvidence(Framewise):
+    """The log of the probability of frames of readings under each kind of round contact; prepared once.
+
+    Half widths are integrated over by a rule, position and forces by Laplace's method: positions alike over the search,
+    half widths alike over the kind's range, magnitudes alike on a logarithmic scale (docs/deciding.md).
+
+    Parameters
+    ----------
+    finger : Finger
+        The forward model, with the sensors' noise, on an area.
+    kinds : sequence of Kind
+        At least one of a family on an area; at most one "none".
+    search : ((float, float), (float, float)), optional
+        Where contacts may be [m]; the default reaches half a depth beyond the outermost sensors.
+    friction, false_alarm
+        As of `Evidence`.
+
+    Raises
+    ------
+    InvalidValueError, GeometryError
+        Sensors without noise, kinds of one name, two touches, sensors that leave a position or a force open.
+
+    Examples
+    --------
+    >>> import subskin as ss
+    >>> array = ss.SensorArray.grid((3, 3), pitch=2e-3, depth=2e-3, noise=1e-4)
+    >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    >>> evidence = AreaEvidence(finger, [Kind("tip", "point"), Kind("coin", "round_punch", half_width=(1e-3, 2e-3))])
+    >>> table, used = evidence(finger.read(ss.PointLoad(force=1.0)))
+    >>> bool(table[1] > table[9])  # the logarithms of their probabilities
+    True
+    """
+
+    def __init__(
+        self,
+        finger: Finger,
+        kinds: Sequence[Kind],
+        *,
+        search: Any = None,
+        friction: float = 1.0,
+        false_alarm: float = 1e-6,
+    ) -> None:
+        self.kinds = tuple(kinds)
+        names, families = [kind.name for kind in self.kinds], [kind.family for kind in self.kinds]
+        if len(set(names)) < len(names):
+            raise InvalidValueError(f"kinds = {names}", "each needs its own name", 'Kind("ball", "round_hertz", ...)')
+        if PAIR in families:
+            rule = "two touches are no kind on an area: there they are none of the others"
+            raise InvalidValueError('family = "pair"', rule, 'Kind("none of these", "none")')
+        self._single = [i for i, family in enumerate(families) if family != NONE]
+        none = [i for i, family in enumerate(families) if family == NONE]
+        if not self._single or len(none) > 1:
+            rule = 'at least one kind of a family, and at most one "none", can be weighed'
+            raise InvalidValueError(f"families = {families}", rule, "leave the others out")
+        self._none = none[0] if none else -1
+        refuse_blind(finger)
+        array = finger.array
+        depth = float(np.asarray(array.depth).min())
+        if search is None:
+            reach, points = _BEYOND * float(np.asarray(array.depth).max()), array.points
+            search = np.stack([points.min(axis=0) - reach, points.max(axis=0) + reach], axis=-1)
+        self._box = search_of(array, search)[0]
+        self.friction = _check.friction(friction)
+        self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
+        size = LOCAL.first + LOCAL.each * len(names)
+        super().__init__(array, needed=4 + 2 * (self.friction > 0), columns=size, status=STATUS)
+        self.allow_for(finger, self.friction)
+        single = [local_family_of(families[i]) for i in self._single]
+        self._families: list[type[RoundContact]] = [
+            RoundHertz if issubclass(kind, PointLoad) else kind for kind in single
+        ]
+        radius = np.sqrt(2.0) * max(float(np.abs(array.points - corner).max()) for corner in self._box.T)
+        widest = max(1.5 * depth, *(kind.half_width[1] for kind in self.kinds))
+        every: set[type[RoundContact]] = {RoundHertz, *self._families}
+        tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
+        self._tables = [tables[kind] for kind in self._families]
+        (y, z) = (tuple(ends) for ends in self._box.tolist())
+        widths = (0.0, widest)
+        self._first = _Loose(tables[RoundHertz], array, (y, z), widths, friction=friction, false_alarm=false_alarm)
+
+    def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Packed results, shape (..., 1 + 8 kinds), and the sensors used, shape (..., n).
+
+        Parameters
+        ----------
+        readings : array_like, shape (..., n)
+            As in `Locator`.
+        """
+        return self._frames(readings)
+
+    def _kernel(self) -> Any:
+        return self._weigh
+
+    def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
+        from scipy.special import chdtri
+
+        array = self.array.select(pattern)
+        models = [model_of(table.select(pattern), array) for table in self._tables]
+        spare = np.array([len(array) - self.kinds[i].unknowns(self.friction) for i in self._single])
+        most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
+        return array, pattern, models, np.maximum(spare, 0), most
+
+    def _weigh(
+        self,
+        frames: FloatArray,
+        array: Any,
+        pattern: npt.NDArray[np.bool_],
+        models: list[tuple[Any, ...]],
+        spare: npt.NDArray[np.intp],
+        most: FloatArray,
+        out: FloatArray,
+    ) -> None:
+        """Fill `out`, one row a frame."""
+        from ._area_kernel import weigh_kind
+
+        out[:] = np.nan
+        usable = ((frames > np.asarray(array.low)) & (frames < np.asarray(array.high))).all(axis=1)
+        w = (frames - np.asarray(array.offset)) / np.asarray(array.noise)
+        w[~usable] = 0.0  # these come again, without the sensors that are out
+        total = (w * w).sum(axis=1)
+        whole = np.full((len(frames), pattern.size), np.nan)
+        whole[:, pattern] = frames
+        found = self._first(whole)
+        at = np.column_stack([found.position, found.half_width])
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        parts = np.empty((len(self._single), len(frames), LOCAL.each))
+        for part, i, kind, model in zip(parts, self._single, self._families, models, strict=True):
+            box = np.array([*self._box.reshape(-1), *np.square(self.kinds[i].half_width)])
+            weigh_kind(
+                w, at, model, self.friction, box, _ratio(kind), 0.5 * (1 + nodes), 0.5 * weights, part
+            )  # fmt: skip
+            slot = LOCAL.first + i * LOCAL.each
+            out[:, slot : slot + LOCAL.each] = part
+        evidence, chi2 = parts[..., 0].T - 0.5 * total[:, None], parts[..., 1].T
+        explained = np.isfinite(evidence) & (chi2 <= most)
+        evidence = np.where(explained, evidence, -np.inf)
+        if self._none >= 0:
+            out[:, LOCAL.first + self._none * LOCAL.each] = self._of_none(evidence, chi2, total / len(array), spare)
+        out[:, [LOCAL.first + i * LOCAL.each for i in self._single]] = evidence
+        status = np.where(explained.any(axis=1), Status.OK, Status.UNEXPLAINED)
+        status = np.where(found.status == Status.NO_CONTACT, Status.NO_CONTACT, status)
+        nothing = status != Status.OK
+        out[nothing] = np.nan
+        out[np.ix_(nothing, [LOCAL.first + i * LOCAL.each for i in range(len(self.kinds))])] = -np.inf
+        out[:, STATUS] = np.where(usable, status, -1)
+
+    def _of_none(
+        self, evidence: FloatArray, chi2: FloatArray, power: FloatArray, spare: npt.NDArray[np.intp]
+    ) -> FloatArray:
+        """Log of the evidence of what is near to one of the kinds, were the noise larger by a model error.
+
+        What fits is as much more as the noise is larger, so that only the spare readings pay.
+        """
+        priors = np.array([self.kinds[i].prior for i in self._single])
+        inflated = 1 + _ERRORS**2 * power[:, None]  # (f, errors)
+        here = evidence[..., None] + 0.5 * np.where(np.isfinite(evidence), chi2, 0.0)[..., None] * (
+            1 - 1 / inflated[:, None]
+        )
+        here = (
+            here
+            + np.log(priors / priors.sum() / _ERRORS.size)[:, None]
+            - 0.5 * spare[:, None] * np.log(inflated[:, None])
+        )
+        return np.asarray(np.logaddexp.reduce(here, axis=(1, 2)))
+
+
+class _Loose(RoundLocator):
+    """Finds the nearest sphere, however little it explains."""
+
+    def _options(self, array: Any, response: Any, error: float) -> FloatArray:
+        options = super()._options(array, response, error)
+        options[2] = 1e300
+        return options
+
+
+def _ratio(family: type[RoundContact]) -> float:
+    """Half width of a family's contact over a sphere's with the same second moment."""
+    known = dict(_MOMENTS)
+    square = next((size for kind, size in known.items() if issubclass(family, kind)), known[RoundHertz])
+    return float(np.sqrt(square / known[RoundHertz]))

@@ -1,0 +1,1 @@
+"""Presses on an area: the solver, its grids, and what it gives back."""

@@ -1,0 +1,291 @@
+"""A contact on an area in equilibrium on a grid: from coarse grids to fine ones, the pressure and then the shear."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..._check import FloatArray
+from ..._frozen import Frozen
+from ..bounded import BoolArray
+from ..equilibrium import Mixer
+from .influence import AreaInfluence
+from .lateral import dragged, finer_drag
+from .load import Asked
+from .normal import Pressed, finer, pressed
+
+__all__ = ["AreaBalance", "AreaCase", "equilibrium"]
+
+_COARSEST = 32
+_SAFE = 0.7
+"""Share of the tolerance to which the pressure is solved: the scale is a guess."""
+_ROUNDS = 60
+_ROUGH = 100.0
+"""Times the tolerance to which a coarse grid is solved: it is only a start."""
+_MARGIN = 4
+_EVEN = 16
+
+Gap = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class AreaCase(Frozen):
+    """A problem on a grid: nodes `y`, `z` from the body's centre, the gap `height` there, infinite where no body is.
+
+    `shift` is the slip's starting point, the displacement along the surface less the body's, of the state before [m].
+    """
+
+    influence: AreaInfluence
+    step: float
+    y: FloatArray
+    z: FloatArray
+    height: FloatArray
+    load: Asked
+    shift: FloatArray
+    tolerance: float
+    gap: Gap
+
+    @property
+    def cell(self) -> float:
+        """Area of a node [m^2]."""
+        return self.step**2
+
+    def coarser(self) -> AreaCase:
+        """The same on every other node."""
+        return replace(
+            self,
+            influence=self.influence.coarser,
+            step=2 * self.step,
+            y=self.y[::2],
+            z=self.z[::2],
+            height=self.height[::2, ::2],
+            shift=self.shift[:, ::2, ::2],
+            tolerance=self.tolerance,
+        )
+
+    def rigid(self, slide: FloatArray, twist: float) -> FloatArray:
+        """Displacement of the body along the surface [m], (2, n, k)."""
+        out = np.empty((2, *self.height.shape))
+        out[0] = slide[0] - twist * self.z
+        out[1] = slide[1] + twist * self.y[:, None]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class AreaBalance(Frozen):
+    """Pressure (n, k) and shear (2, n, k) at the nodes [Pa], and the body's position; a start, or a solution.
+
+    `products` is the number of products by the influence on the finest grid, of the pressure's and the shear's solve;
+    `rough` is the coarser grid's solution from which it starts.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    touches: BoolArray
+    depth: float
+    tilt: FloatArray
+    slide: FloatArray
+    twist: float
+    scale: float
+    products: tuple[int, int] = (0, 0)
+    rough: AreaBalance | None = None
+
+
+def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance:
+    """Equilibrium on the grid of `case`; without a start by way of coarser grids."""
+    n, k = case.height.shape
+    if start is None and max(n, k) >= 2 * _COARSEST and min(n, k) >= _COARSEST and not n % 2 and not k % 2:
+        coarse = equilibrium(replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3)))
+        pressure, touches = finer(coarse.pressure)
+        start = replace(coarse, pressure=pressure, touches=touches, rough=coarse)
+    return _settle(case, _first(case) if start is None else start)
+
+
+def _settle(case: AreaCase, start: AreaBalance) -> AreaBalance:
+    """The pressure, and with friction the shear, in turn until neither disturbs the other."""
+    if case.load.friction is None:
+        zeros = np.zeros((2, *case.height.shape))
+        return replace(_normal(case, start), shear=zeros, rough=None)
+    op, limit = case.influence, case.tolerance * start.scale
+    state, lifted, mixer = start, np.zeros(case.height.shape), Mixer()
+    if op.coupled and start.rough is None and start.shear.any():
+        lifted = op.lifted(start.shear)
+    for _ in range(_ROUNDS):
+        state = replace(_tangential(case, _normal(case, state, lifted)), rough=None)
+        if not op.coupled:
+            break
+        change = op.lifted(state.shear) - lifted
+        if case.load.force is not None and state.touches.any():
+            even = float(change[state.touches].mean())
+            change -= even
+            state = replace(state, depth=state.depth + even)
+        if np.abs(change[state.touches]).max(initial=0.0) <= 0.5 * limit:
+            break
+        lifted = mixer.next(lifted.reshape(-1), change.reshape(-1)).reshape(lifted.shape)
+    return state
+
+
+def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
+    """The shear within what friction holds, the pressure being what it is."""
+    load, op, p = case.load, case.influence, state.pressure
+    mu = float(load.friction or 0.0)
+    held, touch = mu * p, p > 0
+    if not mu:
+        return replace(state, shear=np.zeros((2, *p.shape)))
+    w = op.dragged(p) - case.shift
+    rows: list[FloatArray] = []
+    targets: list[float] = []
+    rigid = np.zeros((2, *p.shape))
+    if load.slide is None:
+        rows += [case.cell * np.eye(2)[i].reshape(2, 1, 1) for i in (0, 1)]
+        targets += [float(t) for t in load.tangential]  # type: ignore[union-attr]
+    else:
+        rigid = case.rigid(load.slide, 0.0)
+    if load.twist is None:
+        rows.append(case.cell * case.rigid(np.zeros(2), 1.0))
+        targets.append(float(load.torsion or 0.0))
+    else:
+        rigid = rigid + case.rigid(np.zeros(2), load.twist)
+    slid = _sliding(case, state, held, w - rigid)
+    if slid is not None:
+        return slid
+    if state.rough is not None:
+        start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
+    else:
+        start, sticks = state.shear, touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
+    limit = _SAFE * case.tolerance * state.scale
+    part = _part(touch)
+    shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
+    sums = [np.ascontiguousarray(np.broadcast_to(row, w.shape)[box]) for row in rows]
+    found = dragged(
+        op.cropped(shape), (w - rigid)[box], held[part], sums, np.array(targets), start[box], sticks[part], limit
+    )
+    shear = np.zeros(w.shape)
+    shear[box] = found.shear
+    at = list(found.multipliers * case.cell)
+    slide = np.array([at.pop(0), at.pop(0)]) if load.slide is None else load.slide
+    twist = float(at.pop(0)) if load.twist is None else load.twist
+    products = state.products[0], state.products[1] + found.products
+    return replace(state, shear=shear, slide=slide, twist=twist, products=products)
+
+
+def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:
+    """All of it slides along a drag, or turns beneath a moment, that friction does not hold; None where it may."""
+    load = case.load
+    most = float(held.sum() * case.cell)
+    if load.slide is None and not load.torsion and load.tangential is not None:
+        size = float(np.hypot(*load.tangential))
+        if size >= most * (1 - 1e-12) and size > 0:
+            along = load.tangential / size
+            q = along[:, None, None] * held
+            moved = w + case.influence.lateral(q)
+            far = (moved * along[:, None, None]).sum(axis=0)[held > 0]
+            return replace(state, shear=q, slide=along * float(far.max()), twist=0.0)
+    if load.twist is None and load.tangential is not None and not load.tangential.any() and load.torsion:
+        turning = case.rigid(np.zeros(2), float(np.sign(load.torsion)))
+        arm = np.hypot(*turning)
+        if abs(load.torsion) >= float((held * arm).sum()) * case.cell * (1 - 1e-12):
+            q = turning / np.maximum(arm, 1e-300) * held
+            moved = w + case.influence.lateral(q)
+            far = (moved * turning).sum(axis=0) / np.maximum(arm, 1e-300) ** 2
+            return replace(state, shear=q, slide=np.zeros(2), twist=float(np.sign(load.torsion) * far[held > 0].max()))
+    return None
+
+
+def _first(case: AreaCase) -> AreaBalance:
+    """By force everything touches, by depth what the undeformed skin would; and nothing is known."""
+    load, shape = case.load, case.height.shape
+    touches = np.isfinite(case.height)
+    if load.depth is not None:
+        beneath = case.height - _leaning(case, load.tilt) < load.depth
+        touches = beneath if beneath.any() else touches
+        level = load.depth / (case.influence.own * max(min(shape), 2))
+    else:
+        level = float(load.force or 0.0) / (max(int(touches.sum()), 1) * case.cell)
+    p = level * touches
+    scale = float(case.influence.normal(p).max())
+    return AreaBalance(p, np.zeros((2, *shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
+
+
+def _leaning(case: AreaCase, tilt: FloatArray) -> FloatArray:
+    return np.asarray(tilt[0] * case.y[:, None] + tilt[1] * case.z)
+
+
+def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0) -> AreaBalance:
+    """The pressure beneath the body, the shear being what it is."""
+    load, body = case.load, np.isfinite(case.height)
+    f = np.where(body, case.height, 0.0) + lifted
+    rows: list[FloatArray] = []
+    targets: list[float] = []
+    if load.force is None:
+        f -= float(load.depth or 0.0)
+    else:
+        rows.append(np.full((1, 1), case.cell))
+        targets.append(load.force)
+    if load.moment is None:
+        if load.tilt.any():
+            f -= _leaning(case, load.tilt)
+    else:
+        rows += [case.cell * case.y[:, None], case.cell * case.z[None, :]]
+        targets += list(load.moment)
+    limit = _SAFE * case.tolerance * state.scale
+    found, part = _on_part(case, f, body, rows, np.array(targets), state, limit)
+    pressure, touches = np.zeros(f.shape), np.zeros(f.shape, dtype=bool)
+    pressure[part], touches[part] = found.pressure, found.touches
+    at = list(found.multipliers * case.cell)
+    depth = float(load.depth or 0.0) if load.force is None else float(at.pop(0))
+    tilt = load.tilt if load.moment is None else np.array(at)
+    top = float(pressure.max(initial=0.0))
+    scale = max(abs(depth), case.influence.own * top) if top else state.scale
+    before = (0, 0) if state.rough is not None else state.products
+    products = before[0] + found.products, before[1]
+    return replace(state, pressure=pressure, touches=touches, depth=depth, tilt=tilt, scale=scale, products=products)
+
+
+def _on_part(
+    case: AreaCase,
+    f: FloatArray,
+    body: BoolArray,
+    rows: list[FloatArray],
+    targets: FloatArray,
+    state: AreaBalance,
+    limit: float,
+) -> tuple[Pressed, tuple[slice, slice]]:
+    """Solve on the part of the grid that a start touches, and a margin; on all of it where that is not enough."""
+    part = _part(state.touches)
+    while True:
+        shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
+        sums = [
+            row[part[0] if row.shape[0] > 1 else slice(None), part[1] if row.shape[1] > 1 else slice(None)]
+            for row in rows
+        ]
+        found = pressed(
+            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], sums, targets,
+            state.pressure[part], state.touches[part], limit,
+        )  # fmt: skip
+        if shape == f.shape:
+            return found, part
+        rim = found.touches.copy()
+        rim[1:-1, 1:-1] = False
+        whole = np.zeros(f.shape, dtype=bool)
+        whole[part] = rim
+        inner = np.zeros(f.shape, dtype=bool)
+        inner[1:-1, 1:-1] = True
+        if not (whole & inner).any():
+            return found, part
+        part = (slice(0, f.shape[0]), slice(0, f.shape[1]))
+
+
+def _part(touches: BoolArray) -> tuple[slice, slice]:
+    """The box about what touches, with a margin, of sizes that are shared by many contacts."""
+    out = []
+    for axis in (0, 1):
+        count = touches.shape[axis]
+        at = np.flatnonzero(touches.any(axis=1 - axis))
+        low, high = (int(at[0]), int(at[-1])) if at.size else (0, count - 1)
+        size = min(count, -(-(high - low + 1 + 2 * _MARGIN) // _EVEN) * _EVEN)
+        first = int(np.clip((low + high + 1 - size) // 2, 0, count - size))
+        out.append(slice(first, first + size))
+    return out[0], out[1]

@@ -1,0 +1,239 @@
+"""How the surface answers tractions at the nodes of a square grid: products by padded Fourier transforms.
+
+A traction is bilinear between the nodes, so it is a sum of hats, and the surface moves by the sum of the skin's answers
+to each: a product of a block Toeplitz matrix, of spectra once zeros are put beyond the grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ..._frozen import Frozen
+from ...skin import Skin
+
+__all__ = ["AreaInfluence", "area_influence"]
+
+_LEAST = 0.1
+"""A direction in which the drag's own circulant falls beneath this share of the other is lifted to it."""
+
+
+@dataclass(frozen=True, eq=False)
+class AreaInfluence(Frozen):
+    """Displacement at nodes by hats at nodes: the rows of `Skin.area_influence` [m/Pa], shape (1 or 6, n, k)."""
+
+    rows: FloatArray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of nodes along y and along z."""
+        return int(self.rows.shape[1]), int(self.rows.shape[2])
+
+    @property
+    def own(self) -> float:
+        """What a node's own pressure moves it beyond its neighbours [m/Pa]."""
+        return float(self.rows[0, 0, 0] - self.rows[0, 0, 1])
+
+    @cached_property
+    def coupled(self) -> bool:
+        """Whether a pressure also moves the surface along itself."""
+        return bool(len(self.rows) > 1 and np.abs(self.rows[4:]).max() > 1e-13 * np.abs(self.rows[0]).max())
+
+    @cached_property
+    def _padded(self) -> tuple[int, int]:
+        from scipy.fft import next_fast_len
+
+        return next_fast_len(2 * self.shape[0] - 1, True), next_fast_len(2 * self.shape[1] - 1, True)
+
+    @cached_property
+    def _tiled(self) -> tuple[int, int]:
+        from scipy.fft import next_fast_len
+
+        return next_fast_len(self.shape[0], True), next_fast_len(self.shape[1], True)
+
+    @cached_property
+    def _spectra(self) -> list[FloatArray]:
+        """Of every row; of the last two, which are odd, the imaginary part."""
+        return [_spectrum(row, self._padded, _SIGNS[i]) for i, row in enumerate(self.rows)]
+
+    @cached_property
+    def _single(self) -> list[npt.NDArray[np.float32]]:
+        return [spectrum.astype(np.float32) for spectrum in self._spectra]
+
+    def _waves(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Transform of a map with zeros beyond the grid, in its own precision: rows of zeros are not transformed."""
+        from scipy.fft import fft, rfft
+
+        return np.asarray(fft(rfft(values, self._padded[1], axis=1), self._padded[0], axis=0, overwrite_x=True))
+
+    def _map(self, waves: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The way back, on the grid alone. `waves` is overwritten."""
+        from scipy.fft import ifft, irfft
+
+        rows = ifft(waves, axis=0, overwrite_x=True)[: self.shape[0]]
+        return np.asarray(irfft(rows, self._padded[1], axis=1, overwrite_x=True)[:, : self.shape[1]])
+
+    def normal(self, pressure: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """u_x at every node under a pressure [m], (n, k), in single precision if that is given so."""
+        waves = self._waves(pressure)
+        waves *= (self._single if pressure.dtype == np.float32 else self._spectra)[0]
+        return self._map(waves)
+
+    def lateral(self, shear: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """u_y and u_z under a drag, both of shape (2, n, k), in single precision if that is given so."""
+        y, z = (self._waves(part) for part in shear)
+        yy, zz, yz = (self._single if shear.dtype == np.float32 else self._spectra)[1:4]
+        return np.stack([self._map(yy * y + yz * z), self._map(yz * y + zz * z)])
+
+    def lifted(self, shear: FloatArray) -> FloatArray:
+        """u_x under a drag."""
+        if not self.coupled or not shear.any():
+            return np.zeros(self.shape)
+        y, z = (self._waves(part) for part in shear)
+        return self._map(1j * (self._spectra[4] * y + self._spectra[5] * z))
+
+    def dragged(self, pressure: FloatArray) -> FloatArray:
+        """u_y and u_z under a pressure."""
+        if not self.coupled:
+            return np.zeros((2, *self.shape))
+        waves = -1j * self._waves(pressure)
+        return np.stack([self._map(waves * self._spectra[4]), self._map(waves * self._spectra[5])])
+
+    def nearly(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """What pressure nearly makes a displacement: that of a grid which repeats."""
+        from scipy.fft import irfft2, rfft2
+
+        waves = rfft2(residual, self._tiled)
+        waves *= self._inverse
+        n, k = self.shape
+        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True)[:n, :k])
+
+    @cached_property
+    def _inverse(self) -> npt.NDArray[np.float32]:
+        values = _spectrum(self.rows[0], self._tiled, (1, 1))
+        values[0, 0] = min(values[0, 1], values[1, 0])  # the mean is poorly known, and mended by the sums
+        return _inverted(values)
+
+    def nearest(self) -> tuple[float, float, float]:
+        """The same at a node under its own displacement, and that at its two kinds of neighbours, squared over it."""
+        unit = np.zeros(self.shape, dtype=np.float32)
+        unit[0, 0] = 1.0
+        found = self.nearly(unit)
+        return float(found[0, 0]), float(found[0, 1] ** 2 / found[0, 0]), float(found[1, 1] ** 2 / found[0, 0])
+
+    def nearly_lateral(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """As `nearly`, of drags, (2, n, k)."""
+        from scipy.fft import irfft2, rfft2
+
+        waves = rfft2(residual, self._tiled)
+        yy, zz, yz = self._lateral_inverse
+        n, k = self.shape
+        both = np.stack([yy * waves[0] + yz * waves[1], yz * waves[0] + zz * waves[1]])
+        return np.asarray(irfft2(both, self._tiled, overwrite_x=True)[:, :n, :k])
+
+    @cached_property
+    def _lateral_inverse(self) -> npt.NDArray[np.float32]:
+        yy, zz, yz = (_spectrum(self.rows[i], self._tiled, _SIGNS[i]) for i in (1, 2, 3))
+        for part in (yy, zz):
+            part[0, 0] = min(part[0, 1], part[1, 0])
+        mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
+        size = np.hypot(half, yz)
+        least = np.abs(mean).min(initial=np.inf, where=mean > 0)
+        mean = np.maximum(mean, least)
+        keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
+        half, yz, size = half * keep, yz * keep, size * keep
+        det = (mean - size) * (mean + size)
+        return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
+
+    @cached_property
+    def coarser(self) -> AreaInfluence:
+        """The same for every other node: a wide hat is a sum of narrow ones.
+
+        Near the end of a row the sum runs over what is not known, and repeats the last: a coarse answer is only ever a
+        start.
+        """
+        rows = np.stack([_halved(row, _SIGNS[i]) for i, row in enumerate(self.rows)])
+        return AreaInfluence(np.ascontiguousarray(rows))
+
+    @cached_property
+    def _cropped(self) -> dict[tuple[int, int], AreaInfluence]:
+        return {}
+
+    def cropped(self, shape: tuple[int, int]) -> AreaInfluence:
+        """The same on a part of the grid."""
+        if shape == self.shape:
+            return self
+        if shape not in self._cropped:
+            self._cropped[shape] = AreaInfluence(np.ascontiguousarray(self.rows[:, : shape[0], : shape[1]]))
+        return self._cropped[shape]
+
+    def direct(self, tractions: Sequence[FloatArray], at: Sequence[tuple[int, int]]) -> FloatArray:
+        """u_x, u_y and u_z at a few nodes, summed term by term, shape (nodes, 1 or 3), of p, q_y and q_z."""
+        n, k = self.shape
+        out = []
+        for i, j in at:
+            row, column = np.abs(i - np.arange(n)), np.abs(j - np.arange(k))
+            turns = (np.sign(i - np.arange(n))[:, None], np.sign(j - np.arange(k))[None, :])
+            kernel = [r[np.ix_(row, column)] for r in self.rows]
+            if len(kernel) == 1:
+                out.append([float((kernel[0] * tractions[0]).sum())])
+                continue
+            kernel[3], kernel[4], kernel[5] = (
+                kernel[3] * turns[0] * turns[1],
+                kernel[4] * turns[0],
+                kernel[5] * turns[1],
+            )
+            xx, yy, zz, yz, xy, xz = kernel
+            p, a, b = tractions
+            moved = (xx * p + xy * a + xz * b, yy * a + yz * b - xy * p, yz * a + zz * b - xz * p)
+            out.append([float(one.sum()) for one in moved])
+        return np.array(out)
+
+
+_SIGNS = ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))
+"""Whether rows are even or odd along y and along z."""
+
+
+def _spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) -> FloatArray:
+    """Real spectrum of a row put round a torus; of a row that is odd one way the imaginary part."""
+    from scipy.fft import rfft2
+
+    axes = []
+    for count, length, sign in zip(row.shape, size, signs, strict=True):
+        j = np.arange(length)
+        away = np.minimum(j, length - j)
+        turned = np.where(j <= length - j, 1.0, sign) * (away < count)
+        if sign < 0:
+            turned[(2 * j) % length == 0] = 0.0
+        axes.append((np.minimum(away, count - 1), turned))
+    (i, a), (j, b) = axes
+    waves = rfft2(row[np.ix_(i, j)] * a[:, None] * b)
+    return np.ascontiguousarray(waves.real if signs[0] == signs[1] else waves.imag)
+
+
+def _inverted(values: FloatArray) -> npt.NDArray[np.float32]:
+    # all are positive where the row falls ever more slowly; elsewhere the few that are not are lifted
+    least = 0.2 * np.abs(values).min(initial=np.inf, where=values > 0)
+    return np.asarray(1 / np.maximum(values, least), dtype=np.float32)
+
+
+def _halved(row: FloatArray, signs: tuple[int, int]) -> FloatArray:
+    for axis, sign in zip((0, 1), signs, strict=True):
+        row = np.moveaxis(row, axis, -1)
+        wide = np.concatenate([sign * row[:, 1:2], row, row[:, -1:]], axis=-1)
+        row = np.moveaxis((0.5 * wide[:, :-2] + wide[:, 1:-1] + 0.5 * wide[:, 2:])[:, ::2], -1, axis)
+    return row
+
+
+@lru_cache(maxsize=16)
+def area_influence(skin: Skin, step: float, shape: tuple[int, int], drag: bool) -> AreaInfluence:
+    """The operator of a skin on a grid, kept for the next call."""
+    rows = np.ascontiguousarray(skin.area_influence(step, shape, drag))
+    rows.flags.writeable = False
+    return AreaInfluence(rows)
