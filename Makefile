@@ -25,7 +25,7 @@ FLOOR_TESTS := tests/cli/test_commands.py tests/cli/test_fit_decide.py tests/cli
   tests/unit/test_doors.py tests/unit/test_finger.py tests/unit/test_io_tables.py tests/unit/test_io_units.py \
   tests/unit/test_io_finger_file.py tests/unit/test_layered.py tests/unit/test_locate.py tests/unit/test_press.py
 
-.PHONY: help demo test test-floor lint types check docs loops bench study figures clean
+.PHONY: help demo test browser test-floor lint types check docs loops bench study figures clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -55,6 +55,11 @@ docs: $(DEV) ## the documentation and its gallery into docs/_build/html; a warni
 
 loops: $(BASE) # compiled once, and not by each worker of pytest and by the gallery
 	@$(BIN)/python tests/loops.py
+
+browser: ## Chromium of Debian or Ubuntu, for the tests of the studio's page, which are skipped without one
+	@command -v chromium chromium-browser google-chrome >/dev/null || { \
+	  sudo=$$([ "$$(id -u)" = 0 ] || command -v sudo || true); \
+	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core; }
 
 test-floor: ## the core of the tests at the lowest versions that pyproject.toml allows, in a venv of its own
 	@test -x $(FLOOR)/bin/python || "$(PYTHON)" -m venv $(FLOOR)

@@ -51,6 +51,7 @@ ORDER = (
     "plot",
     "report",
     "live",
+    "studio",
     "cli",
     "__main__",
 )

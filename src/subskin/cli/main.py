@@ -27,6 +27,7 @@ _COMMANDS = {
     "locate": "find the load in each frame of readings",
     "fit": "find a contact of one family, and its half width, in each frame of readings",
     "decide": "say what kind of contact made each frame of readings",
+    "studio": "open a page on this machine: a finger to look at and to move by hand",
     "live": "show what touches a sensor that is plugged in, as it happens",
     "bench": "calibrate a finger that is plugged in, touch by touch",
     "pressure": "find the pressure along the surface in each frame of readings",

@@ -337,7 +337,7 @@ def _found(axes: Axes, estimate: Estimate, scale: _Scale, gap: str) -> None:
     if not np.isfinite([position, size, angle]).all():
         axes.plot([], [], " ", label=f"found: {status}")
         return
-    half = NORMAL_95 * np.nan_to_num(np.reshape(estimate.std, 3))
+    half = NORMAL_95 * np.nan_to_num(np.reshape(estimate.std[..., :3], 3))
     force, length = _Force(MM * position, size, angle), scale.length(size)
     turn = np.linspace(angle - half[2], angle + half[2], 31)
     rim = np.column_stack([force.position - length * np.sin(turn), -length * np.cos(turn)])

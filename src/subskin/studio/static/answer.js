@@ -1,0 +1,34 @@
+// The answer in words and numbers: what was found, how surely, beside the truth, and what else it could have been.
+import { h } from "./dom.js";
+import { plain } from "./numbers.js";
+
+const KIND = { OK: "good", AMBIGUOUS: "warn", NO_CONTACT: "", UNEXPLAINED: "bad", INCOMPLETE: "bad", "": "bad" };
+
+export class Answer {
+  constructor(heads = ["quantity", "found", "true"]) {
+    this.heads = heads;
+    this.status = h("p", { class: "status" });
+    this.body = h("tbody");
+    this.table = h("div", { class: "scroll" }, h("table", {},
+      h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col" }, head)))), this.body));
+    this.more = h("div");
+    this.element = h("div", { class: "answer" }, this.status, this.table, this.more);
+  }
+
+  show(found, notes) {
+    this.status.textContent = found.words;
+    this.status.dataset.kind = KIND[found.status] ?? "";
+    this.status.dataset.status = found.status;
+    const rows = found.rows.filter((row) => row.value !== null);
+    this.table.hidden = !rows.length;
+    this.body.replaceChildren(...rows.map((row) => h("tr", {}, h("th", { scope: "row" }, row.label), h("td", {}, h("b", {}, row.text)),
+      this.heads.length > 2 ? h("td", {}, row.truth === null ? "–" : `${plain(row.truth, 4)} ${row.unit}`.replace(" °", "°")) : null)));
+    const lines = [found.rival?.words, found.fit, ...notes].filter(Boolean);
+    this.more.replaceChildren(...lines.map((text) => h("p", { class: "note" }, text)));
+  }
+}
+
+export function inWords(said) {
+  const rows = said.found.rows.filter((row) => row.value !== null).map((row) => `${row.label} ${row.text.replace("±", "plus or minus")}`);
+  return `${said.found.words} ${rows.join(", ")}`;
+}

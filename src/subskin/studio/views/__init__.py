@@ -1,0 +1,1 @@
+"""What each view answers: from what a page asks to what it draws. Nothing here knows of sockets."""

@@ -1,0 +1,297 @@
+"""The view of a search: goals as a form, the search as it runs, the map of designs, and the fingers that it found."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from importlib.resources import files
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from typing import Any
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...design import rank_fingers, search_grid
+from ...design.search import DesignGrid, DesignStudy
+from ...design.search.goals import Row
+from ...design.words import finger_table, legend_of, reasons_of, remedies_of, verdict_of
+from ...errors import InvalidValueError, SubskinError
+from ...io.goals_file import GoalsFile, finger_text, parse_goals
+
+__all__ = ["DesignView"]
+
+_FIELDS = (
+    ("touch", "force", "forces, weakest and strongest"),
+    ("touch", "friction", "friction"),
+    ("touch", "span", "length that is touched"),
+    ("touch", "feature", "two edges told apart from"),
+    ("touch", "largest_strain", "largest strain"),
+    ("accuracy", "position", "error of the position"),
+    ("accuracy", "angle", "error of the angle"),
+    ("accuracy", "unsure", "share that may be unsure"),
+    ("room", "count", "count, least and most"),
+    ("room", "depth", "depth, least and most"),
+    ("room", "least_pitch", "least pitch"),
+    ("room", "longest_row", "longest row"),
+    ("search", "depths", "depths tried"),
+    ("search", "pitches", "pitches tried"),
+)
+_LONGEST = 100_000
+"""Letters of goals that are read."""
+_MOST = 30.0
+"""Ratios above are drawn as this."""
+
+
+Rows = dict[str, Mapping[str, FloatArray]]
+
+
+class _Sent(Rows):
+    """Finished rows in the process that searches: each is sent, so that a search that was stopped goes on."""
+
+    def __init__(self, rows: Rows, pipe: Connection) -> None:
+        super().__init__(rows)
+        self._pipe, self._lock = pipe, threading.Lock()
+
+    def put(self, key: str, row: Mapping[str, FloatArray]) -> None:
+        """Keep a row."""
+        self[key] = row
+        self.say("row", (key, row))
+
+    def say(self, what: str, value: Any = None) -> None:
+        """Tell the studio; several threads may."""
+        with self._lock:
+            self._pipe.send((what, value))
+
+
+def _searched(pipe: Connection, text: str, rows: Rows) -> None:
+    """The search, in a process of its own: it can be ended at any moment, and what is live does not wait for it."""
+    sent = _Sent(rows, pipe)
+    try:
+        grid = search_grid(parse_goals(text).goals, store=sent, progress=lambda: sent.say("step"))
+        sent.say("grid", grid)
+        sent.say("study", rank_fingers(grid, progress=lambda: sent.say("step")))
+    except SubskinError as error:
+        sent.say("fault", str(error))
+
+
+class DesignView:
+    """One search at a time, which all pages see.
+
+    Parameters
+    ----------
+    wake : callable
+        Called from another thread when there is something new.
+    """
+
+    DOES = frozenset({"design.start", "design.stop"})
+
+    def __init__(self, wake: Callable[[], object]) -> None:
+        self._wake = wake
+        self.text = files("subskin.io").joinpath("goals_example.toml").read_text("utf-8")
+        self.number = 0
+        self._rows: Rows = {}
+        self._process: SpawnProcess | None = None
+        self._thread: threading.Thread | None = None
+        self._run, self._fault, self._done, self._total = "idle", "", 0, 1
+        self._file: GoalsFile | None = None
+        self._grid: DesignGrid | None = None
+        self._study: DesignStudy | None = None
+
+    def answer(self, do: str, given: dict[str, Any]) -> dict[str, Any]:
+        """What a page is answered.
+
+        Parameters
+        ----------
+        do : str
+            What it asks.
+        given : dict
+            With what.
+
+        Raises
+        ------
+        SubskinError
+            Goals that cannot be; something that is not there yet.
+        """
+        if do == "begin":
+            return self._form(self.text)
+        if do == "check":
+            return self._form(str(given.get("text"))[:_LONGEST])
+        if do == "edit":
+            return self._form(_edited(str(given.get("text")), str(given.get("key")), str(given.get("value"))))
+        if do == "start":
+            self._start(str(given.get("text")))
+            return {"done": True}
+        if do == "stop":
+            self.close()
+            return {"done": True}
+        if do == "map":
+            return self._map(given)
+        if do == "hold":
+            return {"text": self._held(given)}
+        if do == "report":
+            return {"report": self._report()}
+        raise InvalidValueError(f"design: {do}", "the studio knows no such thing", "load the page again")
+
+    def told(self) -> dict[str, Any]:
+        """How the search stands."""
+        out: dict[str, Any] = {"run": self._run, "fault": self._fault, "done": self._done, "total": self._total}
+        grid, study = self._grid, self._study
+        if grid is not None:
+            goals = grid.goals
+            out["map"] = {
+                "skins": [skin.name for skin in goals.skins],
+                "sensors": [kind.name for kind in goals.sensors],
+                "counts": grid.counts,
+                "rows": int(np.isfinite(grid.excess).sum()),
+            }
+        if study is not None:
+            columns, rows, left = finger_table(study)
+            out["study"] = {
+                "verdict": verdict_of(study),
+                "remedies": remedies_of(study),
+                "legend": legend_of(study),
+                "columns": columns,
+                "rows": rows,
+                "left": left,
+                "fingers": [
+                    {**_row(one.row), "meets": one.meets, "reasons": reasons_of(study, one.row)}
+                    for one in study.fingers
+                ],
+            }
+        return out
+
+    def close(self) -> None:
+        """Stop what runs; finished rows are kept."""
+        if self._process is not None:
+            self._process.terminate()
+        if self._thread is not None:
+            self._thread.join(10.0)
+
+    def _form(self, text: str) -> dict[str, Any]:
+        import tomlkit
+
+        parse_goals(text)
+        document: Any = tomlkit.parse(text)
+        fields = [
+            {"key": f"{table}.{key}", "label": label, "group": table, "value": _plain(document[table][key])}
+            for table, key, label in _FIELDS
+            if table in document and key in document[table]
+        ]
+        return {"text": text, "form": fields}
+
+    def _start(self, text: str) -> None:
+        file = parse_goals(text)
+        self.close()
+        self.text, self._file, self._grid, self._study, self._fault = text, file, None, None, ""
+        looks = len(file.goals.skins) * len(file.goals.sensors)
+        self._run, self._done, self._total = "searching", 0, looks * file.goals.effort.depths
+        spawn = get_context("spawn")
+        here, there = spawn.Pipe(duplex=False)
+        self._process = spawn.Process(target=_searched, args=(there, text, self._rows), daemon=True)
+        self._process.start()
+        there.close()
+        self._thread = threading.Thread(target=self._follow, args=(here, looks), daemon=True)
+        self._thread.start()
+        self._tell()
+
+    def _follow(self, pipe: Connection, looks: int) -> None:
+        """Hear what the search says until it ends, or is ended."""
+        with pipe, suppress(EOFError, OSError):
+            while self._run != "done":
+                what, value = pipe.recv()
+                if what == "row":
+                    self._rows[value[0]] = value[1]
+                    continue
+                if what == "step":
+                    self._done += 1
+                elif what == "grid":
+                    self._grid, self._run, self._done, self._total = value, "ranking", 0, looks
+                elif what == "study":
+                    self._study, self._run = value, "done"
+                else:
+                    self._run, self._fault = "failed", value
+                self._tell()
+        if self._run in ("searching", "ranking"):
+            self._run = "stopped"
+        self._tell()
+
+    def _map(self, given: dict[str, Any]) -> dict[str, Any]:
+        """The designs of one skin, kind and count, and the best of each count."""
+        grid, k, m, n = self._which(given)
+        excess = np.where(np.isfinite(grid.excess), np.minimum(grid.excess, _MOST), np.nan)
+        best = np.where(np.isfinite(excess[k, m]), excess[k, m], np.inf).min(axis=(0, 1))
+        return {
+            "skin": k,
+            "sensor": m,
+            "count": int(grid.counts[n]),
+            "counts": grid.counts,
+            "depths": grid.depths[k],
+            "pitches": grid.pitches,
+            "excess": excess[k, m, :, :, n],
+            "best": np.where(np.isfinite(best), best, np.nan),
+        }
+
+    def _which(self, given: dict[str, Any]) -> tuple[DesignGrid, int, int, int]:
+        grid = self._grid
+        if grid is None:
+            raise InvalidValueError("no map", "nothing has been searched yet", "start the search")
+        skin, sensor, count = (int(given.get(key, 0)) for key in ("skin", "sensor", "count"))
+        k, m = int(np.clip(skin, 0, len(grid.goals.skins) - 1)), int(np.clip(sensor, 0, len(grid.goals.sensors) - 1))
+        return grid, k, m, int(np.abs(grid.counts - count).argmin())
+
+    def _held(self, given: dict[str, Any]) -> str:
+        """A design as a finger.toml."""
+        file = self._file
+        if file is None:
+            raise InvalidValueError("no design", "nothing has been searched yet", "start the search")
+        row = Row(
+            *(int(given[key]) for key in ("skin", "sensor", "count")),
+            *(float(given[key]) for key in ("depth", "pitch")),
+        )
+        ends = file.goals.touches.span or (-0.5 * row.length, 0.5 * row.length)
+        return finger_text(file, row, ends, [f"{file.goals.title}: held in the studio"])
+
+    def _report(self) -> str:
+        from ...report import as_html, design_report
+
+        if self._study is None or self._file is None:
+            raise InvalidValueError("no report", "no search has ended yet", "start the search")
+        return as_html(design_report(self._study, self._file.text))
+
+    def _tell(self) -> None:
+        self.number += 1
+        self._wake()
+
+
+def _row(row: Row) -> dict[str, Any]:
+    return {name: getattr(row, name) for name in ("skin", "sensor", "count", "depth", "pitch")}
+
+
+def _plain(value: Any) -> str:
+    """A value of a TOML file as a person types it; of a list its parts between dots."""
+    return " .. ".join(str(one) for one in value) if isinstance(value, list) else str(value)
+
+
+def _edited(text: str, key: str, value: str) -> str:
+    """The goals with another value of a field."""
+    import tomlkit
+
+    if key not in {f"{table}.{name}" for table, name, _ in _FIELDS} or len(text) > _LONGEST or len(value) > 200:
+        raise InvalidValueError(key, "the goals have no such field", "a field of the form")
+    document: Any = tomlkit.parse(text)
+    table, name = key.split(".")
+    parts = [_typed(part.strip()) for part in value.split("..")] if ".." in value else [_typed(value.strip())]
+    document[table][name] = parts if len(parts) > 1 else parts[0]
+    return tomlkit.dumps(document)
+
+
+def _typed(text: str) -> int | float | str:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text

@@ -1,0 +1,397 @@
+"""The view of a finger: what presses, the field that it makes, what the sensors read, and the touch found again."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..._check import FloatArray
+from ...contact import Contact, LocalContact, families, local_families
+from ...errors import SubskinError
+from ...finger import Finger
+from ...io.finger_file import FingerFile
+from .form import edited, finger_of, form_of
+from .found import fitted_family, told
+from .quantities import QUANTITIES, FieldKind, offered
+from .touch import Touch, first_touch, fitting
+from .unit_fields import RANGE, FieldGrid, UnitFields, nice, quantised
+
+__all__ = ["EXAMPLE", "FingerShown", "FingerState", "FingerView", "Look", "Window", "shown_of", "window_of"]
+
+EXAMPLE = """\
+# A finger of silicone rubber: eight strain gauges in a row.
+[skin]
+young = "0.4 MPa"
+poisson = 0.5
+
+[sensors]
+count = 8
+pitch = "1.5 mm"
+depth = "2 mm"
+kind = "normal_strain"
+noise = 5e-4
+"""
+"""The finger that is shown where no file is named."""
+_ALONG, _DOWN = 200, 80
+"""Points of a field that are seen along the skin, and downwards."""
+_MARGIN = 2.2
+"""What is seen on both sides of the sensors, in depths."""
+_BOTTOM, _TALL, _NEAR_BASE = 2.0, 0.26, 1.6
+"""How deep is seen: in depths of the sensors, in widths of what is seen, and up to a base which is not much deeper."""
+_NEAR = 0.3
+"""The bar's end is the largest value deeper than this share of the shallowest sensor's depth."""
+_NAMES = {
+    "line": "a line",
+    "hertz": "a roller (Hertz)",
+    "punch": "a flat punch",
+    "strip": "an even strip",
+    "wedge": "a blunt wedge",
+    "point": "a point",
+    "round_hertz": "a ball (Hertz)",
+    "round_punch": "a flat disc",
+    "cone": "a blunt cone",
+}
+
+
+class FingerState(BaseModel):
+    """All that a page shows of a finger: what its link holds."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    text: str = Field(max_length=100_000)
+    touch: Touch | None = None
+    show: str | None = Field(default=None, max_length=40)
+    find: str = Field(default="locate", pattern="^(locate|fit)$")
+    seed: Annotated[int, Field(ge=0, le=2**31)] | None = 0
+
+
+class Look(BaseModel):
+    """How a state is looked at; see `FingerView.look`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    edits: Annotated[list[tuple[str, float | str]], Field(max_length=8)] = []
+    window: tuple[float, float, float, float, float, float] | None = None
+    moving: bool = False
+    refine: bool = False
+
+
+class Window(NamedTuple):
+    """What is seen [m]."""
+
+    left: float
+    right: float
+    front: float
+    back: float
+    bottom: float
+    level: float
+
+
+class FingerShown(NamedTuple):
+    """What a state shows, as the library has it."""
+
+    finger: Finger
+    touch: Touch
+    contact: Contact | LocalContact
+    estimate: Any
+    component: str
+    family: str
+
+
+def shown_of(state: FingerState) -> FingerShown:
+    """What a state shows, as the library has it.
+
+    Parameters
+    ----------
+    state : FingerState
+        What a page shows.
+
+    Raises
+    ------
+    SubskinError
+        A finger or a touch that cannot be.
+    """
+    file = finger_of(state.text)
+    touch = _inside(fitting(state.touch, file.finger), window_of(file.finger))
+    contact = touch.contact()
+    readings = file.finger.read(contact, None if state.seed is None else np.random.default_rng(state.seed))
+    family = fitted_family(touch)
+    try:
+        found = file.fit(readings, family) if state.find == "fit" else file.locate(readings)
+    except SubskinError:
+        found = None
+    return FingerShown(file.finger, touch, contact, found, _quantity(state.show, file.finger, touch).name, family)
+
+
+class FingerView:
+    """Answers what is asked of a finger; what it keeps makes answers quicker, and changes none.
+
+    Parameters
+    ----------
+    own : FingerFile, optional
+        The finger of the command: what lies beside its file belongs to it.
+    """
+
+    def __init__(self, own: FingerFile | None = None) -> None:
+        self._fields, self._own = UnitFields(), own
+
+    def look(
+        self,
+        given: FingerState,
+        *,
+        edits: Sequence[tuple[str, Any]] = (),
+        window: Window | None = None,
+        moving: bool = False,
+        refine: bool = False,
+    ) -> tuple[dict[str, Any], list[npt.NDArray[np.uint8]]]:
+        """What a page draws, and its fields.
+
+        Parameters
+        ----------
+        given : FingerState
+            What is shown.
+        edits : sequence of (str, value), optional
+            Numbers of the finger that change, as in `form.edited`.
+        window : Window, optional
+            What is seen; that of the finger if left out. While a hand moves sensors, the picture stays.
+        moving : bool, optional
+            A hand is at it: where the field would take long, a coarse one is enough.
+        refine : bool, optional
+            Nothing moves: work out one more part of a field that is still coarse.
+
+        Raises
+        ------
+        SubskinError
+            A finger, a touch or a change that cannot be.
+        """
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            text = given.text
+            for key, value in edits:
+                text = edited(text, key, value)
+            state = given.model_copy(update={"text": text})
+            own = self._own if self._own is not None and self._own.text == text else None
+            file = finger_of(text) if own is None else own
+            finger = file.finger
+            touch = fitting(state.touch, finger)
+            window = _held(window, finger) if window is not None else window_of(finger)
+            touch = _inside(touch, window)
+            shown = _quantity(state.show, finger, touch)
+            contact = touch.contact()
+            clean = finger.read(contact)
+            readings = finger.read(contact, None if state.seed is None else np.random.default_rng(state.seed))
+            found = told(file, touch, readings, state.find)
+            metas, fields, coarse = self._drawn(finger, touch, shown, window, moving, refine)
+        notes = list(dict.fromkeys(str(one.message) for one in caught))
+        local = touch.local
+        names = local_families() if local else families()
+        said = {
+            "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
+            "form": form_of(state.text, own),
+            "area": finger.array.on_area,
+            "units": {"force": "N" if local else "N/m", "reading": _unit(finger)},
+            "wide": touch.wide,
+            "families": {name: _NAMES.get(name, name.replace("_", " ")) for name in names},
+            "quantities": {q.name: f"{q.label} [{q.unit}]" for q in offered(local=local)},
+            "window": window._asdict(),
+            "usual": first_touch(finger).force,
+            "skin": _skin(finger),
+            "sensors": _sensors(file),
+            "pressure": _pressure(touch, window),
+            "readings": readings,
+            "clean": clean,
+            "noise": np.asarray(finger.array.noise),
+            "found": found,
+            "fields": metas,
+            "coarse": coarse,
+            "notes": notes,
+        }
+        return said, fields
+
+    def _drawn(
+        self, finger: Finger, touch: Touch, shown: FieldKind, window: Window, moving: bool, refine: bool
+    ) -> tuple[list[dict[str, Any]], list[npt.NDArray[np.uint8]], bool]:
+        """The fields of the section and, on an area, from above; whether they are still coarse."""
+        metas, fields, coarse = [], [], False
+        for name, grid in _grids(finger, window).items():
+            ridged = finger.skin.ridges is not None  # not the same at every position
+            missing = 0 if ridged else self._fields.missing(finger.skin, touch, shown, grid)
+            if missing and refine and not coarse:
+                self._fields.prepare(finger.skin, touch, shown, grid)
+                missing -= 1
+            if missing and not moving and not refine and _quick(finger, touch):
+                missing = 0
+            if ridged:
+                grid = _coarse(grid, touch, window)
+                values = self._fields.here(finger.skin, touch, shown, grid)
+            elif missing:
+                coarse, grid = True, _coarse(grid, touch, window)
+                values = self._fields.direct(finger.skin, touch, shown, grid)
+            else:
+                values = self._fields.field(finger.skin, touch, shown, grid)
+            most = nice(float(np.abs(_deep(values, grid, finger)).max()))
+            values, grid = _seen(values, grid, touch, window)
+            along, down = grid.along, grid.down
+            across = 0.0 if grid.depth is None else touch.position[1]
+            metas.append(
+                {
+                    "name": name,
+                    "shape": [down[2], along[2]],
+                    "most": most,
+                    "range": RANGE,
+                    "unit": shown.unit,
+                    "label": shown.label,
+                    "x": [touch.position[0] + along[0] - 0.5 * along[1], along[1] * along[2]],
+                    "y": [across + down[0] - 0.5 * down[1], down[1] * down[2]],
+                }
+            )
+            fields.append(quantised(values, most))
+        return metas, fields, coarse
+
+
+def window_of(finger: Finger) -> Window:
+    """What is seen of a finger: its sensors and what is around them.
+
+    Parameters
+    ----------
+    finger : Finger
+        Which one.
+    """
+    points, depth = finger.array.points, float(np.asarray(finger.array.depth).max())
+    margin = _MARGIN * depth
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    bottom, base = max(_BOTTOM * depth, _TALL * float(high[0] - low[0])), float(finger.skin.thickness)
+    bottom = base if base < _NEAR_BASE * bottom else bottom
+    if finger.skin.curvature:
+        middle, half = 0.5 * (low[0] + high[0]), 0.45 * finger.skin.period
+        low[0], high[0] = max(low[0], middle - half), min(high[0], middle + half)
+    return Window(float(low[0]), float(high[0]), float(low[1]), float(high[1]), bottom, depth)
+
+
+def _held(window: Window, finger: Finger) -> Window:
+    """A window that a page holds, as far as the skin reaches."""
+    usual = window_of(finger)
+    sane = window.left < window.right and window.front < window.back and 0 < window.bottom < 1e3 * usual.bottom
+    return (
+        window._replace(bottom=min(window.bottom, float(finger.skin.thickness)), level=usual.level) if sane else usual
+    )
+
+
+def _grids(finger: Finger, window: Window) -> dict[str, FieldGrid]:
+    """Points fixed to the contact which cover what is seen, wherever it lies."""
+    step = (window.right - window.left) / _ALONG
+    half = _ALONG if not finger.skin.curvature else int(min(_ALONG, 0.49 * finger.skin.period / step))
+    along = (-half * step, step, 2 * half + 1)
+    deep = window.bottom / _DOWN
+    out = {"section": FieldGrid(along, (0.5 * deep, deep, _DOWN))}
+    if finger.array.on_area:
+        down = (window.back - window.front) / _DOWN
+        out["above"] = FieldGrid(along, (-_DOWN * down, down, 2 * _DOWN + 1), window.level)
+    return out
+
+
+def _coarse(grid: FieldGrid, touch: Touch, window: Window) -> FieldGrid:
+    """Every second point, of what is seen alone."""
+    step, down = 2 * grid.along[1], 2 * grid.down[1]
+    first = window.left - touch.position[0]
+    along = (first + 0.5 * step, step, round((window.right - window.left) / step))
+    if grid.depth is None:
+        return FieldGrid(along, (0.5 * down, down, grid.down[2] // 2))
+    return FieldGrid(along, (window.front - touch.position[1] + 0.5 * down, down, _DOWN // 2), grid.depth)
+
+
+def _seen(values: FloatArray, grid: FieldGrid, touch: Touch, window: Window) -> tuple[FloatArray, FieldGrid]:
+    """The part of a field that is seen."""
+
+    def part(axis: tuple[float, float, int], low: float, high: float) -> tuple[slice, tuple[float, float, int]]:
+        first, step, count = axis
+        begin = int(np.clip(np.floor((low - first) / step), 0, count - 1))
+        end = int(np.clip(np.ceil((high - first) / step) + 1, begin + 1, count))
+        return slice(begin, end), (first + begin * step, step, end - begin)
+
+    columns, along = part(grid.along, window.left - touch.position[0], window.right - touch.position[0])
+    rows, down = slice(None), grid.down
+    if grid.depth is not None:
+        rows, down = part(grid.down, window.front - touch.position[1], window.back - touch.position[1])
+    return values[rows, columns], FieldGrid(along, down, grid.depth)
+
+
+def _deep(values: FloatArray, grid: FieldGrid, finger: Finger) -> FloatArray:
+    """The values by which the colour bar is chosen."""
+    if grid.depth is not None:
+        return values
+    first, step, count = grid.down
+    return values[first + step * np.arange(count) >= _NEAR * float(np.asarray(finger.array.depth).min())]
+
+
+def _quick(finger: Finger, touch: Touch) -> bool:
+    """Whether a whole field is a matter of milliseconds."""
+    return not touch.local and finger.skin.endless
+
+
+def _inside(touch: Touch, window: Window) -> Touch:
+    """The touch where it can be seen, and no wider than what is seen."""
+    ends = ((window.left, window.right), (window.front, window.back))
+    where = [float(np.clip(at, *end)) for at, end in zip(touch.position, ends)]
+    width = min(touch.half_width, 0.25 * (window.right - window.left))
+    return touch.model_copy(update={"position": where, "half_width": width})
+
+
+def _quantity(name: str | None, finger: Finger, touch: Touch) -> FieldKind:
+    """What is shown: what was chosen, or what the first sensor feels."""
+    known = {q.name: q for q in offered(local=touch.local)}
+    felt = finger.array.transducers[0].component
+    return known.get(name or "", known.get(felt or "", QUANTITIES["strain.xx"]))
+
+
+def _unit(finger: Finger) -> str:
+    units = {kind.unit for kind in finger.array.transducers}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _skin(finger: Finger) -> dict[str, Any]:
+    skin = finger.skin
+    base = float(skin.thickness)
+    inner = [float(depth) for depth in skin.interfaces]
+    return {
+        "says": str(skin),
+        "interfaces": inner,
+        "base": base if np.isfinite(base) else None,
+        "curved": bool(skin.curvature),
+    }
+
+
+def _sensors(file: FingerFile) -> dict[str, Any]:
+    array = file.finger.array
+    depth = np.broadcast_to(np.asarray(array.depth), (len(array),))
+    return {
+        "y": array.points[:, 0],
+        "z": array.points[:, 1],
+        "depth": depth,
+        "live": np.asarray(array.live),
+        "names": list(file.names),
+    }
+
+
+def _pressure(touch: Touch, window: Window) -> dict[str, Any] | None:
+    """The pressure along the surface, in shares of its largest finite value."""
+    contact = touch.contact()
+    if not touch.wide:
+        return None
+    reach = 1.02 * touch.half_width
+    y = touch.position[0] + reach * np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 81))
+    pressed = contact.pressure(y, touch.position[1]) if touch.local else contact.pressure(y)  # type: ignore[call-arg]
+    finite = pressed[np.isfinite(pressed)]
+    peak = float(np.quantile(finite[finite > 0], 0.9)) if (finite > 0).any() else 1.0
+    return {"y": y, "share": np.clip(np.nan_to_num(pressed / peak, posinf=2.0), 0.0, 2.0), "mean": _mean(touch)}
+
+
+def _mean(touch: Touch) -> float:
+    """Mean pressure [Pa]."""
+    normal = touch.force * float(np.cos(touch.angle))
+    return normal / (np.pi * touch.half_width**2 if touch.local else 2 * touch.half_width)

@@ -1,0 +1,181 @@
+"""Contacts of some width: vertices (Fig. 9), a cylinder (11, 13), drag in proportion to pressure (12)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ....contact import FlatPunch, LineLoad, Wedge
+from ....material import Material
+from ....memo import (
+    eq14,
+    eq15,
+    eq15_constant,
+    eq16,
+    eq17,
+    eq17_corrected,
+    eq18,
+    eq18_corrected,
+    eq20,
+    eq20_corrected,
+    eq21,
+    eq21_corrected,
+)
+from ....skin import HalfPlane
+from .figure import Figure, Number, curve, mark, panel
+
+__all__ = ["FIGURES"]
+
+_SKIN = HalfPlane(Material(young=1.0, poisson=0.5))
+_ALONG = "position along the skin, y"
+_EDGES = np.sin(np.linspace(-0.5, 0.5, 241)[1:-1] * np.pi)
+
+
+def _vertices(half_width: float, depth: float, theta: float) -> dict[str, Any]:
+    a, lean = half_width, np.deg2rad(theta)
+    inside = a * _EDGES
+    constant = float(eq15_constant(E=1.0, nu=0.5))
+    wedge = eq15(K=constant, theta=lean, a=a, y=inside + 1e-9)
+    load = float(np.pi * a * constant / np.tan(lean / 2))
+    surface = [
+        curve("flat punch, eq. (14)", "1", inside, eq14(P=load, a=a, y=inside)),
+        curve("wedge, eq. (15)", "2", inside, wedge),
+    ]
+    y = np.linspace(-6.0, 6.0, 361)
+    touches = {
+        "flat punch": FlatPunch(1.0, half_width=a),
+        "wedge": Wedge(1.0, half_width=a),
+        "line load": LineLoad(1.0),
+    }
+    beneath = [
+        curve(name, kind, y, _SKIN.strain(touch, x=depth, y=y).xx)
+        for (name, touch), kind in zip(touches.items(), "123")
+    ]
+    most = 4 * load / (np.pi * a)
+    ratio = max(abs(c["y"]).max() for c in beneath[:2]) / abs(beneath[2]["y"]).max()
+    return {
+        "panels": [
+            panel("Pressure on the surface", _ALONG, "p / E", surface, low=0.0, high=most),
+            panel(f"Strain at the depth {depth:.3g}", _ALONG, "εx E / P", beneath),
+        ],
+        "told": [
+            f"At this depth the largest strain is {ratio:.2f} of that beneath a line. Deeper, vertices show less."
+        ],
+    }
+
+
+def _cylinder(load: float, radius: float) -> dict[str, Any]:
+    given: dict[str, Any] = {"P": load, "R": radius, "E": 1.0, "nu": 0.5}
+    right, printed = float(eq17_corrected(**given)), float(eq17(**given))
+    curves = [
+        curve(
+            f"eq. (16), a = {right:.3g} by (17) corrected",
+            "right",
+            right * _EDGES,
+            eq16(P=load, a=right, y=right * _EDGES),
+        ),
+        curve(
+            f"a = {printed:.3g} by (17) as printed",
+            "printed",
+            printed * _EDGES,
+            eq16(P=load, a=printed, y=printed * _EDGES),
+        ),
+    ]
+    a1, a2 = -right, right
+    edges = [
+        curve("eq. (18) corrected", "right", right * _EDGES, eq18_corrected(P=load, a1=a1, a2=a2, y=right * _EDGES)),
+        curve("eq. (18) as printed", "printed", right * _EDGES, eq18(P=load, a1=a1, a2=a2, y=right * _EDGES)),
+    ]
+    return {
+        "panels": [
+            panel("Pressure under a cylinder", _ALONG, "p / E", curves, low=0.0),
+            panel("Pressure between two edges", _ALONG, "p / E", edges, low=0.0),
+        ],
+        "told": [
+            f"The printed a is {printed / right:.3g} half widths; it makes {right / printed:.3g} of the true pressure."
+        ],
+    }
+
+
+def _drag(alpha: float, ripple: float) -> dict[str, Any]:
+    y = np.linspace(-1.0, 1.0, 201)
+    shape = np.sqrt(1 - y**2) * (1.1 + ripple * np.sin(4.5 * y) + 0.2 * y)
+    p = shape / shape.max()
+    curves = [curve("pressure p", "right", y, p), curve("shear q = p tan α", "2", y, np.tan(np.deg2rad(alpha)) * p)]
+    return {
+        "panels": [panel("Drag in proportion to pressure", _ALONG, "traction / largest p", curves)],
+        "told": [f"Everywhere the drag is {abs(np.tan(np.deg2rad(alpha))):.2f} of the pressure."],
+    }
+
+
+def _dragged(alpha: float, depth: float) -> dict[str, Any]:
+    # the memo's alpha drags towards -y
+    y, lean = np.linspace(-5.0, 5.0, 101), -np.deg2rad(alpha)
+    given: dict[str, Any] = {"P": 1.0, "x": depth, "y": -y, "alpha": -lean, "E": 1.0, "a1": -1.0, "a2": 1.0}
+    strain = [
+        curve("eq. (20) corrected", "right", y, eq20_corrected(**given)),
+        curve("eq. (20) as printed", "printed", y, eq20(**given)),
+    ]
+    x = np.linspace(0.0, 4.0, 201)
+    memo: dict[str, Any] = {"P": 1.0, "x": x, "alpha": lean, "E": 1.0}
+    right, printed = eq21_corrected(half_width=1.0, **memo), eq21(a=2.0, **memo)
+    slopes = [curve("eq. (21) corrected", "right", x, right), curve("eq. (21) as printed", "printed", x, printed)]
+    here = float(eq21_corrected(P=1.0, half_width=1.0, x=depth, alpha=lean, E=1.0))
+    blind = float(np.sqrt((np.sqrt(5.0) - 1.0) / 2.0))
+    return {
+        "panels": [
+            panel(f"Strain at the depth {depth:.3g} a", "position along the skin, y / a", "εx E a / P", strain),
+            panel(
+                "Slope of the strain beneath the centre",
+                "depth, x / a",
+                "(dεx/dy) E a² / P",
+                slopes,
+                marks=[mark("at this depth", "right", depth, here), mark("blind depth", "bad", blind, 0.0)],
+            ),
+        ],
+        "told": [f"At x = {blind:.3f} a the slope is zero at every angle: a depth to keep sensors away from."],
+    }
+
+
+FIGURES = (
+    Figure(
+        "9",
+        "Fig. 9: a flat punch and a wedge",
+        "The punch presses infinitely at its edges, the wedge at its tip. Two half widths down they are alike.",
+        (
+            Number("half_width", "half width a", 1.0, 0.2, 2.0, 0.05),
+            Number("depth", "depth x", 0.5, 0.2, 4.0, 0.05),
+            Number("theta", "angle of the wedge θ", 160.0, 90.0, 175.0, 1.0, "°"),
+        ),
+        ("14", "15"),
+        _vertices,
+    ),
+    Figure(
+        "11",
+        "Fig. 11: a cylinder",
+        "Equation (17) calls the whole width the half width. Taken for it, the pressure is half of what it is.",
+        (Number("load", "load P / E", 0.05, 0.005, 0.2, 0.005), Number("radius", "radius R", 4.0, 0.5, 20.0, 0.5)),
+        ("16", "17", "18"),
+        _cylinder,
+    ),
+    Figure(
+        "12",
+        "Fig. 12: drag in proportion to pressure",
+        "The memo's contacts are dragged everywhere by the same share of the pressure.",
+        (
+            Number("alpha", "angle α", 25.0, -45.0, 45.0, 1.0, "°"),
+            Number("ripple", "unevenness of the pressure", 0.5, 0.0, 0.8, 0.05),
+        ),
+        (),
+        _drag,
+    ),
+    Figure(
+        "13",
+        "Fig. 13: a cylinder that is dragged",
+        "Lean the load and look at the slope beneath the centre, from which the memo would tell the angle.",
+        (Number("alpha", "angle α", 30.0, -45.0, 45.0, 1.0, "°"), Number("depth", "depth x", 0.4, 0.1, 4.0, 0.05, "a")),
+        ("19", "20", "21", "22"),
+        _dragged,
+    ),
+)

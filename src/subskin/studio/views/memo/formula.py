@@ -1,0 +1,106 @@
+"""The memo's formulas, from the LaTeX in which `ERRATA` has them to a tree that a page makes into MathML.
+
+A tree is a list [kind, part, ...]: "row" of parts, "frac" and "sqrt", "sup", "sub" and "both" of a base, and the leaves
+"i" (a name), "n" (a number), "o" (a sign), "t" (text), "s" (room).
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+__all__ = ["tree_of", "words_of"]
+
+_TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[0-9][0-9.e]*|[A-Za-z]|[{}^_]|\S")
+_NAMES = {"alpha": "α", "nu": "ν", "pi": "π", "rho": "ρ", "epsilon": "ε", "sigma": "σ", "theta": "θ"}
+_SIGNS = {"approx": "≈", "ge": "≥", "cdot": "·", "|": "|"}
+_FUNCTIONS = {"sin", "cos", "tan", "cot"}
+
+Tree = list[Any]
+
+
+def tree_of(formula: str) -> Tree:
+    """The tree of a formula.
+
+    Parameters
+    ----------
+    formula : str
+        LaTeX, of what `ERRATA` uses.
+
+    Examples
+    --------
+    >>> tree_of(r"a^2/x_1")
+    ['row', ['sup', ['i', 'a'], ['n', '2']], ['o', '/'], ['sub', ['i', 'x'], ['n', '1']]]
+    """
+    tokens = _TOKEN.findall(formula)
+    tree, rest = _row(tokens, 0)
+    assert rest == len(tokens), formula
+    return tree
+
+
+def words_of(text: str) -> list[list[Any]]:
+    """Paragraphs of a finding; each a list of words and of trees of formulas. Tables are left out.
+
+    Parameters
+    ----------
+    text : str
+        Markdown with formulas between dollar signs.
+
+    Examples
+    --------
+    >>> words_of("It is $2 a$.")
+    [['It is ', ['row', ['n', '2'], ['i', 'a']], '.']]
+    """
+    lines = [
+        line.removeprefix("- ").replace("**", "") for line in text.split("\n") if line and not line.startswith("|")
+    ]
+    parts = (re.split(r"\$(.+?)\$", line) for line in lines)
+    return [[tree_of(part) if k % 2 else part for k, part in enumerate(line) if part] for line in parts]
+
+
+def _row(tokens: list[str], at: int) -> tuple[Tree, int]:
+    """Parts up to a closing brace or the end."""
+    parts: Tree = ["row"]
+    while at < len(tokens) and tokens[at] != "}":
+        if tokens[at] in "^_":
+            parts[-1], at = _raised(parts[-1], tokens, at)
+        else:
+            part, at = _part(tokens, at)
+            if part:
+                parts.append(part)
+    return parts, at
+
+
+def _raised(base: Tree, tokens: list[str], at: int) -> tuple[Tree, int]:
+    """The part before with what stands above or below it."""
+    kind = "sup" if tokens[at] == "^" else "sub"
+    more, at = _part(tokens, at + 1)
+    if base[0] == "sub" and kind == "sup":
+        return ["both", base[1], base[2], more], at
+    return [kind, base, more], at
+
+
+def _part(tokens: list[str], at: int) -> tuple[Tree, int]:
+    """One part."""
+    token = tokens[at]
+    at += 1
+    if token == "{":
+        tree, at = _row(tokens, at)
+        return (tree[1] if len(tree) == 2 else tree), at + 1
+    if not token.startswith("\\"):
+        kind = "n" if token[0].isdigit() else "i" if token.isalpha() else "o"
+        return [kind, "−" if token == "-" else token], at
+    name = token[1:]
+    if name in ("frac", "sqrt"):
+        parts: Tree = [name]
+        for _ in range(2 if name == "frac" else 1):
+            part, at = _part(tokens, at)
+            parts.append(part)
+        return parts, at
+    if name in ("left", "right"):
+        return ["o", tokens[at]], at + 1
+    if name in ("quad", ",", ";", " "):
+        return ["s", 1.0 if name == "quad" else 0.17], at
+    if name in _FUNCTIONS:
+        return ["t", name], at
+    return (["i", _NAMES[name]] if name in _NAMES else ["o", _SIGNS.get(name, name)]), at

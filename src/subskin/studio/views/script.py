@@ -1,0 +1,55 @@
+"""What a page shows of a finger as a Python program that does the same."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...contact import LocalContact
+from .finger import FingerState, shown_of
+
+__all__ = ["script_of"]
+
+
+def script_of(state: FingerState) -> str:
+    """A program that reads the same finger, makes the same touch, and finds it again.
+
+    Parameters
+    ----------
+    state : FingerState
+        What the page shows.
+
+    Raises
+    ------
+    SubskinError
+        A finger or a touch that cannot be.
+    """
+    shown = shown_of(state)
+    touch = shown.touch
+    name = type(shown.contact).__name__
+    local = touch.local
+    where = f"({touch.position[0]:.6g}, {touch.position[1]:.6g})" if local else f"{touch.position[0]:.6g}"
+    lean = f"angle={touch.angle:.6g}"
+    if isinstance(shown.contact, LocalContact):
+        lean = f"angle={abs(touch.angle):.6g}, azimuth={np.arctan2(*shown.contact.components[:0:-1]):.6g}"
+    width = f", half_width={touch.half_width:.6g}" if touch.wide else ""
+    units = "N, rad, m" if local else "N/m, rad, m"
+    noise = "" if state.seed is None else f", np.random.default_rng({state.seed})"
+    text = state.text.replace("\\", "\\\\").replace('"""', '\\"""')
+    find = f'file.fit(readings, "{shown.family}")' if state.find == "fit" else "file.locate(readings)"
+    numpy = "" if state.seed is None else "import numpy as np\n\n"
+    room = "" if name in _TOP else "contact."
+    return f'''{numpy}import subskin as ss
+
+file = ss.io.parse_finger("""\\
+{text.rstrip()}
+""")
+touch = ss.{room}{name}(force={touch.force:.6g}, {lean}, position={where}{width})  # {units}
+readings = file.finger.read(touch{noise})
+found = {find}
+
+print(found)
+ss.plot.save(file.finger.plot(touch, found, component="{shown.component}"), "finger.svg")
+'''
+
+
+_TOP = {"LineLoad", "Hertz", "FlatPunch", "Strip", "Wedge", "PointLoad", "RoundHertz", "Patch"}

@@ -1,0 +1,372 @@
+"""What the views answer, without a browser: fields against the library's own, forms, programs, the memo, a stream."""
+
+from __future__ import annotations
+
+import time
+
+import httpx
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.design.ridges import read_ridged
+from subskin.errors import SubskinError
+from subskin.memo import ERRATA
+from subskin.studio.protocol import plain
+from subskin.studio.views.design import DesignView
+from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
+from subskin.studio.views.form import edited, finger_of, form_of
+from subskin.studio.views.memo.formula import tree_of, words_of
+from subskin.studio.views.memo.view import MemoState, look
+from subskin.studio.views.quantities import QUANTITIES
+from subskin.studio.views.script import script_of
+from subskin.studio.views.touch import Touch, first_touch
+from subskin.studio.views.unit_fields import RANGE, nice
+
+AREA = EXAMPLE.replace("count = 8", 'layout = "grid"\nshape = [3, 3]').replace("[skin]", '[skin]\nkind = "half_space"')
+LAYER = """\
+[skin]
+kind = "layers"
+[[skin.layers]]
+young = "0.4 MPa"
+thickness = "5 mm"
+[sensors]
+count = 6
+pitch = "1.5 mm"
+depth = "2 mm"
+noise = 5e-4
+"""
+
+
+@pytest.fixture(scope="module")
+def view():
+    return FingerView()
+
+
+def values(meta, field):
+    """What the bytes stand for, and how far they may be off by being bytes."""
+    steep = (field.astype(float) - 127.5) / 127.5 * np.arcsinh(RANGE)
+    exact = np.sinh(steep) * meta["most"] / RANGE
+    off = 0.51 / 127.5 * np.arcsinh(RANGE) * np.cosh(steep) * meta["most"] / RANGE
+    return exact, off
+
+
+@pytest.mark.parametrize(
+    ("text", "touch", "show"),
+    [
+        (EXAMPLE, Touch(family="hertz", force=40.0, angle=0.4, position=[8e-4], half_width=6e-4), "strain.xx"),
+        (EXAMPLE, Touch(family="punch", force=40.0, angle=-0.9, position=[-3e-3], half_width=6e-4), "stress.xy"),
+        (LAYER, Touch(family="line", force=20.0, angle=0.2, position=[2e-3], half_width=1e-3), "stress.yy"),
+        (
+            AREA,
+            Touch(family="point", force=0.5, angle=0.5, azimuth=2.0, position=[1e-3, -2e-3], half_width=1e-3),
+            "strain.xy",
+        ),
+        pytest.param(
+            AREA,
+            Touch(family="round_hertz", force=0.5, angle=-0.4, azimuth=1.0, position=[0.0, 1e-3], half_width=8e-4),
+            "displacement.z",
+            marks=pytest.mark.long,
+        ),
+    ],
+    ids=["roller", "punch", "layer", "point", "ball"],
+)
+def test_a_field_is_that_of_the_skin_coarse_or_fine(view, text, touch, show):
+    state = FingerState(text=text, touch=touch, show=show, seed=None)
+    skin, quantity, level = finger_of(text).finger.skin, QUANTITIES[show], window_of(finger_of(text).finger).level
+    coarse, _ = view.look(state, moving=True)
+    for how in ("coarse", "fine"):
+        if how == "fine":
+            while coarse["coarse"]:
+                coarse, _ = view.look(state, refine=True)
+        said, fields = view.look(state, moving=how == "coarse")
+        assert [meta["name"] for meta in said["fields"]] == (["section", "above"] if said["area"] else ["section"])
+        for meta, field in zip(said["fields"], fields, strict=True):
+            rows, columns = meta["shape"]
+            y = meta["x"][0] + (np.arange(columns) + 0.5) * meta["x"][1] / columns
+            down = meta["y"][0] + (np.arange(rows) + 0.5) * meta["y"][1] / rows
+            rows_, columns_ = slice(3, None, 9), slice(1, None, 13)
+            x, at = (down[rows_, None], y[columns_]) if meta["name"] == "section" else (level, y[columns_])
+            z = () if not said["area"] else (touch.position[1] if meta["name"] == "section" else down[rows_, None],)
+            true = quantity.scale * quantity.of(skin.state(touch.contact(), x, at, *z))
+            seen, off = values(meta, field[rows_, columns_])
+            inside = np.abs(true) < meta["most"]
+            assert inside.mean() > 0.8
+            assert (np.abs(seen - true) <= off + 1e-6 * meta["most"])[inside].all()
+
+
+def test_what_is_seen_is_what_the_library_says(view):
+    touch = Touch(family="hertz", force=40.0, angle=0.3, position=[8e-4], half_width=4e-4)
+    said, _ = view.look(FingerState(text=EXAMPLE, touch=touch, seed=3))
+    finger = finger_of(EXAMPLE).finger
+    readings = finger.read(ss.Hertz(40.0, 0.3, 8e-4, half_width=4e-4), np.random.default_rng(3))
+    found = finger.locate(readings)
+    rows = {row["name"]: row for row in said["found"]["rows"]}
+    np.testing.assert_allclose(said["readings"], readings)
+    assert rows["position"]["value"] == pytest.approx(1e3 * float(found.position))
+    assert rows["angle"]["std"] == pytest.approx(np.degrees(float(found.std[2])))
+    assert rows["force"]["truth"] == 40.0
+    assert said["found"]["status"] == "OK"
+    np.testing.assert_allclose(said["found"]["ellipse"]["covariance"], found.covariance[:2, :2])
+    np.testing.assert_allclose(
+        said["found"]["fitted"], finger.read(ss.LineLoad.of_components(found.components, found.position))
+    )
+    assert said["found"]["rival"]["worse"] == pytest.approx(float(found.second.chi2))
+
+
+def test_the_field_of_a_skin_with_ridges_is_that_of_its_position(view):
+    text = EXAMPLE.replace("poisson = 0.5\n", 'poisson = 0.5\nridges = {pitch = "2 mm", height = "0.2 mm"}\n')
+    skin = finger_of(text).finger.skin
+    assert skin.ridges is not None
+    touch = Touch(family="hertz", force=40.0, angle=0.1, position=[7e-4], half_width=1.5e-3)
+    said, fields = view.look(FingerState(text=text, touch=touch, show="strain.xx", seed=None))
+    meta, (rows, columns) = said["fields"][0], said["fields"][0]["shape"]
+    y = meta["x"][0] + (np.arange(columns) + 0.5) * meta["x"][1] / columns
+    x = meta["y"][0] + (np.arange(rows) + 0.5) * meta["y"][1] / rows
+    true = 100 * skin.strain(touch.contact(), x[8::9, None], y[::13]).xx
+    seen, off = values(meta, fields[0][8::9, ::13])
+    assert (np.abs(seen - true) <= off + 1e-6 * meta["most"]).all()
+
+
+def test_a_touch_is_kept_in_sight_and_made_fit_for_the_finger(view):
+    far = Touch(family="hertz", force=40.0, angle=0.3, position=[9.0], half_width=0.5)
+    said, _ = view.look(FingerState(text=EXAMPLE, touch=far))
+    assert said["state"]["touch"]["position"] == [said["window"]["right"]]
+    assert said["state"]["touch"]["half_width"] < said["window"]["right"]
+    area, _ = view.look(FingerState(text=AREA, touch=far), moving=True)
+    assert len(area["state"]["touch"]["position"]) == 2
+    assert area["units"]["force"] == "N"
+
+
+def test_noise_that_is_none_is_said_and_nothing_fails(view):
+    said, _ = view.look(FingerState(text=EXAMPLE.replace("5e-4", "0")))
+    assert said["found"]["status"] == ""
+    assert "noise" in said["found"]["words"]
+    assert plain(said)["found"]["ellipse"] is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "seen"),
+    [
+        ("sensors.depth", 3e-3, lambda f: float(f.finger.array.depth[0]) == 3e-3),
+        ("sensors.pitch", 2e-3, lambda f: float(np.diff(f.finger.array.y)[0]) == pytest.approx(2e-3)),
+        ("sensors.count", 5, lambda f: len(f.finger.array) == 5),
+        ("sensors.noise", 1e-3, lambda f: float(f.finger.array.noise[0]) == 1e-3),
+        ("sensors.kind", "mean_pressure", lambda f: f.finger.array.transducers[0] == ss.MeanPressure()),
+        ("sensors.layout", "hexagonal", lambda f: f.finger.array.on_area and f.finger.skin.takes_local),
+        ("skin.young", 1e6, lambda f: f.finger.skin.materials[0].young == 1e6),
+        ("skin.kind", "layers", lambda f: f.finger.skin.thickness == pytest.approx(6e-3)),
+        ("skin.kind", "round", lambda f: f.finger.skin.curvature > 0),
+    ],
+)
+def test_a_number_that_is_changed_is_in_the_file(key, value, seen):
+    text = edited(EXAMPLE, key, value)
+    assert seen(finger_of(text))
+    assert "# A finger of silicone rubber" in text  # comments stay
+    assert (
+        {one["key"]: one["value"] for one in form_of(text)}[key] == pytest.approx(value)
+        if isinstance(value, float)
+        else True
+    )
+    back = edited(text, "sensors.layout", "row") if key == "sensors.layout" else text
+    assert finger_of(back).finger.locate(np.zeros(len(finger_of(back).finger.array))).status == ss.Status.NO_CONTACT
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("sensors.depth", -1.0),
+        ("sensors.depth", "deep"),
+        ("sensors.count", 10**6),
+        ("skin.kind", "wood"),
+        ("skin.plane", "stress"),
+    ],
+)
+def test_a_number_that_cannot_be_is_refused(key, value):
+    with pytest.raises(SubskinError):
+        edited(EXAMPLE, key, value)
+
+
+def test_a_sensor_beneath_the_skin_is_said(view):
+    with pytest.raises(SubskinError, match="thick"):
+        view.look(FingerState(text=LAYER), edits=[("sensors.depth", 9e-3)])
+
+
+def test_the_program_finds_what_the_page_shows(view, tmp_path, monkeypatch, capsys):
+    state = FingerState(text=EXAMPLE, find="fit", seed=5, show="stress.xx")
+    said, _ = view.look(state, moving=True)
+    program = script_of(state)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(program, "program", "exec"), {})
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"Estimate({said['found']['status']}")
+    for row in said["found"]["rows"]:
+        assert row["text"].split(" ±")[0].replace("−", "-") in printed
+    assert (tmp_path / "finger.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_a_picture_is_a_file(running):
+    headers = {"cookie": f"{running.keys.name}={running.keys.cookie}", "origin": running.url}
+    for text, kind, start in ((EXAMPLE, "svg", b"<?xml"), (AREA, "png", b"\x89PNG")):
+        state = FingerState(
+            text=text,
+            touch=first_touch(finger_of(text).finger).model_copy(
+                update={"family": "point" if text is AREA else "line"}
+            ),
+        )
+        made = httpx.post(f"{running.url}/picture.{kind}", headers=headers, content=state.model_dump_json(), timeout=60)
+        assert made.status_code == 200
+        assert made.content.startswith(start)
+    assert httpx.post(f"{running.url}/picture.exe", headers=headers, content="{}").status_code == 400
+    assert httpx.post(f"{running.url}/picture.svg", headers=headers, content="{}").status_code == 400
+
+
+FIGURES = tuple(look(MemoState())["figures"])
+
+
+@pytest.mark.parametrize("figure", FIGURES)
+def test_each_figure_of_the_memo_moves(figure):
+    first = look(MemoState(figure=figure))
+    assert [one["number"] for one in first["equations"]] == [
+        one.equation for one in ERRATA if one.equation in {e["number"] for e in first["equations"]}
+    ]
+    for number in first["numbers"]:
+        step = 0.37 * (number["most"] - number["value"]) or 0.37 * (number["least"] - number["value"])
+        step = step if abs(step) >= number["step"] else np.copysign(number["step"], step)
+        moved = look(MemoState(figure=figure, values={number["key"]: number["value"] + step}))
+        assert plain(moved["panels"]) != plain(first["panels"]) or moved["told"] != first["told"]
+        assert all(np.isfinite(np.asarray(c["y"], float)).any() for p in moved["panels"] for c in p["curves"])
+
+
+def test_the_memo_as_printed_stands_beside_the_corrected():
+    panels = look(MemoState(figure="11"))["panels"]
+    right, printed = (np.asarray(curve["y"]) for curve in panels[0]["curves"])
+    assert printed.max() == pytest.approx(0.5 * right.max(), rel=1e-3)  # errata, eq. (17)
+    slopes = {c["kind"]: np.asarray(c["y"]) for c in look(MemoState(figure="13"))["panels"][1]["curves"]}
+    assert slopes["right"][0] == pytest.approx(
+        3 * np.sin(np.deg2rad(30.0)) / np.pi, rel=1e-3
+    )  # eq. (22) corrected, dragged to +y
+    assert slopes["printed"][0] * slopes["right"][0] < 0
+
+
+def test_a_roller_that_is_dragged_has_the_strain_of_the_library():
+    panel = look(MemoState(figure="13", values={"alpha": 25.0, "depth": 0.7}))["panels"][0]
+    y, strain = (np.asarray(panel["curves"][0][axis]) for axis in "xy")
+    true = ss.HalfPlane(ss.Material(1.0)).strain(ss.Hertz(1.0, np.deg2rad(25.0), half_width=1.0), x=0.7, y=y).xx
+    np.testing.assert_allclose(strain, true, atol=1e-5)
+
+
+def test_ridges_read_as_the_library_reads_them():
+    panels = look(MemoState(figure="16", values={"pitch": 5.0, "half_width": 7.0}))["panels"]
+    y, ridged = (np.asarray(panels[1]["curves"][1][axis])[::24] for axis in "xy")
+    row = ss.Finger(ss.HalfPlane(ss.Material(1.0)), ss.SensorArray(y=y, depth=1.0))
+    true = read_ridged(row, ss.Hertz(0.5 * np.pi * 7.0, half_width=7.0), ss.design.Ridges(5.0))
+    np.testing.assert_allclose(ridged, true, atol=2e-5)
+
+
+def test_every_formula_of_the_errata_is_a_tree():
+    def leaves(tree):
+        return [tree] if isinstance(tree[1], str | float) else [leaf for part in tree[1:] for leaf in leaves(part)]
+
+    for one in ERRATA:
+        for formula in (one.published, one.corrected):
+            assert "\\" not in str(leaves(tree_of(formula))) if formula else tree_of(formula) == ["row"]
+        assert all("$" not in str(line) for line in words_of(one.finding))
+    assert tree_of(r"\frac{a_2 - a_1}{2}")[1][:1] == ["frac"]
+
+
+def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    monkeypatch.chdir(tmp_path)
+
+    def news(socket, until, seconds=30.0):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            said, _ = asked.heard(socket)
+            if said.get("news"):
+                asked.sent(socket, "page", "drawn")
+                if until(said):
+                    return said
+        raise AssertionError("it was not told")
+
+    def sent(socket, view, do, **given):
+        import json
+
+        socket.send(json.dumps({"id": 0, "view": view, "do": do, **given}))
+
+    asked.sent = sent
+    with running.connect() as socket, running.connect() as other:
+        assert asked(socket, "live", "begin")[0]["first"] == "demo"
+        for one in (socket, other):
+            sent(one, "page", "watch", of="live")
+        sent(socket, "live", "start", start={"port": "demo?rate=200", "slip": "0.4..0.8"})
+        news(socket, lambda said: said["run"] == "running")
+        sent(socket, "live", "record", on=True)
+        news(socket, lambda said: said.get("recording"))
+        sent(socket, "live", "mark", text="here")
+        told = news(socket, lambda said: (said.get("found") or {}).get("status") == "OK" and said["steps"])
+        assert [event["text"] for event in told["events"] if event["kind"] == "mark"] == ["here"]
+        assert told["slip"]["words"]
+        assert told["lost"] == 0
+        assert len(told["readings"]) == 8
+        assert news(other, lambda said: said["run"] == "running")["name"] == "demo?rate=200"  # both pages see it
+        sent(socket, "live", "record", on=False)
+        told = news(socket, lambda said: said.get("recorded"))
+        kept = told["recorded"]
+        sent(socket, "live", "stop")
+        news(socket, lambda said: said["run"] == "ended")
+        sent(socket, "live", "start", start={"port": kept, "speed": 50})
+        played = news(socket, lambda said: said["kind"] == "recording" and said["run"] == "ended")
+        assert played["whole"] > 0.3
+        assert played["at"] == pytest.approx(played["whole"], abs=1e-6)
+        sent(socket, "live", "start", start={"port": "/dev/nowhere"})
+        assert "nowhere" in news(socket, lambda said: said["run"] == "failed")["fault"]
+        refused = asked(socket, "live", "zero")[0]
+        assert "error" in refused or refused.get("news") or refused["done"]
+    running.studio.answer("live", "stop", {})
+
+
+GOALS = """\
+touch = {force = "20 N/m", span = "8 mm"}
+accuracy = {position = "0.5 mm"}
+room = {count = [3, 4], depth = ["2 mm", "3 mm"], least_pitch = "2 mm", longest_row = "9 mm"}
+sensor = [{name = "gauge", kind = "normal_strain", noise = 1e-4}]
+skin = [{name = "soft", young = "0.4 MPa"}]
+tolerances = {none = true}
+search = {depths = 2, pitches = 3}
+"""
+
+
+def test_a_search_is_followed_mapped_held_and_stopped():
+    view = DesignView(lambda: None)
+    try:
+        keys = {field["key"] for field in view.answer("begin", {})["form"]}
+        assert keys >= {"touch.force", "room.count", "search.depths"}
+        form = view.answer("edit", {"text": GOALS, "key": "search.depths", "value": "3"})
+        assert "depths = 3" in form["text"]
+        with pytest.raises(SubskinError):
+            view.answer("edit", {"text": GOALS, "key": "room.depth", "value": "3 mm .. 2 mm"})
+        view.answer("start", {"text": GOALS})
+        end = time.monotonic() + 60
+        while "map" not in view.told() and time.monotonic() < end:
+            time.sleep(0.05)
+        seen = view.answer("map", {"skin": 0, "sensor": 0, "count": 4})
+        excess = np.asarray(seen["excess"])
+        assert excess.shape == (2, 3)
+        held = {"skin": 0, "sensor": 0, "count": 4, "depth": seen["depths"][0], "pitch": seen["pitches"][0]}
+        array = finger_of(view.answer("hold", held)["text"]).finger.array
+        assert float(array.depth[0]) == pytest.approx(2e-3)
+        assert len(array) == 4
+        began = time.monotonic()
+        view.answer("stop", {})
+        assert time.monotonic() - began < 5
+        assert view.told()["run"] == "stopped"
+        assert view._rows  # what was finished is kept
+    finally:
+        view.close()
+
+
+def test_round_ends_of_bars():
+    for value in (3.0e-7, 0.9, 1.0, 1.01, 7.3, 1.2e5):
+        assert value <= nice(value) * 1.002
+        assert nice(value) <= 1.7 * value
