@@ -155,7 +155,7 @@ def awkward(repeats: int) -> list[list[str]]:
         "rounded box": on.Box(1e-3, 0.6e-3, edge_radius=0.5e-3),
         "edge of a box": on.BoxEdge(0.2, 1e-3, edge_radius=0.1e-3),
         "corner of a box": on.BoxCorner(0.3),
-        "ridges on a sphere": on.Ridged(BALL, 0.25e-3, 6e-6, azimuth=0.3),
+        "ridges on a sphere": on.RidgedBody(BALL, 0.25e-3, 6e-6, azimuth=0.3),
         "two spheres": on.Together([BALL, on.Sphere(3e-3)], [(-2e-3, 0), (2e-3, 5e-4)], [0, 1e-5]),
         "two far apart": on.Together([BALL, BALL], [(-9e-3, 0), (9e-3, 0)]),
         "rough": on.HeightMap(side, side, waves / waves.std() * 8e-6),

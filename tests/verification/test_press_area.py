@@ -170,7 +170,7 @@ def pillow(y, z):
 FACE = np.linspace(-1e-3, 1e-3, 65)
 AWKWARD = {
     "rough": (rough(), {}),
-    "ridged": (on.Ridged(BALL, 0.25e-3, 6e-6, azimuth=0.3), {}),
+    "ridged": (on.RidgedBody(BALL, 0.25e-3, 6e-6, azimuth=0.3), {}),
     "two bodies": (on.Together([BALL, on.Sphere(3e-3)], [(-2e-3, 0), (2e-3, 5e-4)], [0, 1e-5]), {}),
     "far apart": (on.Together([BALL, BALL], [(-9e-3, 0), (9e-3, 0)]), {}),
     "full contact": (on.HeightMap.from_function(pillow, FACE, FACE), {"force": 1.0}),

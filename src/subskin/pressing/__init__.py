@@ -6,7 +6,7 @@ from .certificate import Certificate
 from .height_map import HeightMap
 from .indenter import Cylinder, Edge, Flat, Indenter, ParticleOnFlat, Profile, RoundedFlat, RoundedWedge, SineRidges
 from .press import press
-from .shapes import Box, BoxCorner, BoxEdge, Pin, Ridged, Together
+from .shapes import Box, BoxCorner, BoxEdge, Pin, RidgedBody, Together
 from .solution import ContactSolution, PressStatus
 
 __all__ = [
@@ -28,7 +28,7 @@ __all__ = [
     "Pin",
     "PressStatus",
     "Profile",
-    "Ridged",
+    "RidgedBody",
     "Roller",
     "RoundedFlat",
     "RoundedWedge",

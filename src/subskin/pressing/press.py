@@ -76,7 +76,7 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
     indenter : Indenter or LocalIndenter
         A long shape of the catalogue (`Cylinder`, `RoundedFlat`, `RoundedWedge`, `SineRidges`, `ParticleOnFlat`,
         `Flat`, `Edge`) or a `Profile`; or one that presses on an area (`Sphere`, `Ellipsoid`, `Roller`, `ConeTip`,
-        `Pin`, `Box`, `BoxEdge`, `BoxCorner`, `Ridged`, `Together`) or a `HeightMap`.
+        `Pin`, `Box`, `BoxEdge`, `BoxCorner`, `RidgedBody`, `Together`) or a `HeightMap`.
     force, depth : float, optional
         Normal force [N/m; N on an area] or how far the indenter goes in from first touching the tangent plane at y = 0
         [m], > 0: one of the two.

@@ -13,7 +13,7 @@ from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
 from .body import ANYWHERE, Ends, LocalIndenter, beyond, points, turned
 
-__all__ = ["Box", "BoxCorner", "BoxEdge", "Pin", "Ridged", "Together"]
+__all__ = ["Box", "BoxCorner", "BoxEdge", "Pin", "RidgedBody", "Together"]
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ class BoxCorner(LocalIndenter):
 
 
 @dataclass(frozen=True)
-class Ridged(LocalIndenter):
+class RidgedBody(LocalIndenter):
     """A body with ridges on it: its height and amplitude (1 - cos(2 pi t / pitch)), t across the ridges.
 
     Parameters
@@ -184,7 +184,7 @@ class Ridged(LocalIndenter):
     Examples
     --------
     >>> from subskin.pressing import Sphere
-    >>> Ridged(Sphere(8e-3), pitch=0.5e-3, amplitude=10e-6).height([0.0, 0.25e-3], 0.0).round(9).tolist()
+    >>> RidgedBody(Sphere(8e-3), pitch=0.5e-3, amplitude=10e-6).height([0.0, 0.25e-3], 0.0).round(9).tolist()
     [0.0, 2.3906e-05]
     """
 

@@ -17,7 +17,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
-from .tiles import Columns, Response, boxes_beyond, nodes_beyond, tiles_of
+from .tiles import SomeSensors, Response, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
 
@@ -184,7 +184,7 @@ class AreaLocator(Framewise):
         array, box = self.array.select(pattern), np.array(self.search)
         scale = 1 / np.asarray(array.noise)
         responses: list[Response] = [
-            whole().select(pattern) if pattern is self._all else Columns(whole, pattern, self._fields, name)
+            whole().select(pattern) if pattern is self._all else SomeSensors(whole, pattern, self._fields, name)
             for name, whole in enumerate(wholes)
         ]
         beyond = [responses[i] for i in far]

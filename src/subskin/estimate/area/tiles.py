@@ -18,7 +18,7 @@ from ..._check import FloatArray
 from ...prepared import Prepared
 from ...radial import RadialResponse
 
-__all__ = ["Columns", "Response", "Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
+__all__ = ["SomeSensors", "Response", "Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
 
 _STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
 _RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)
@@ -85,7 +85,7 @@ def _orthonormal(fields: FloatArray) -> tuple[FloatArray, FloatArray]:
     return basis, np.stack(rows)
 
 
-class Columns:
+class SomeSensors:
     """Readings of some of an array's sensors under unit forces, at nodes: columns of those of all, which are kept.
 
     Parameters
@@ -112,7 +112,7 @@ class Columns:
         return np.compress(self._pattern, self._kept.get(key, lambda: self._whole()(nodes)), axis=-2)
 
 
-Response: TypeAlias = RadialResponse | Columns
+Response: TypeAlias = RadialResponse | SomeSensors
 
 
 class _Builder:
