@@ -15,7 +15,6 @@ from ._check import FloatArray
 from ._frozen import Frozen
 from .contact import LineLoad
 from .contact.families import Family
-from .contact.spread import SpreadContact
 from .errors import ConvergenceError, GeometryError, InvalidValueError
 from .finger import Finger
 from .prepared import prepared
@@ -34,7 +33,6 @@ _MOST_CELLS = 1 << 12
 _MOST_HALVINGS = 5
 _WIDTHS = 14
 """Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
-_POINTS = 40
 _MOST_WIDE = 4.0
 """Depths up to which the nodes, and the scans that start from them, are close enough."""
 _FARTHEST = 100.0
@@ -234,7 +232,7 @@ class Response(Frozen):
         positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
         line = tabulate(finger, (low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
-        t, weights = _points(family)
+        t, weights = family.as_line_loads()
         values = np.stack([line._summed(positions, widest * np.sqrt(q) * t, weights) for q in shares])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
@@ -407,19 +405,3 @@ def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float,
         rule = f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which sensors read nothing"
         raise InvalidValueError(f"search = {search!r} m", rule, "search in metres, such as (-5e-3, 5e-3)")
     return low, high
-
-
-def _points(family: type[SpreadContact]) -> tuple[FloatArray, FloatArray]:
-    """Positions in half widths and weights of line loads that make the contact of unit force.
-
-    t = sin(psi), whose slope takes up a root at the ends, and psi crowded towards 0, where a wedge has its tip.
-    """
-    v, weight = np.polynomial.legendre.leggauss(_POINTS)
-    v, weight = 0.5 * (1 + v), 0.5 * weight
-    psi = 0.5 * np.pi * v**3
-    t = np.sin(psi)
-    inside = np.minimum(t, np.nextafter(1.0, 0.0))
-    pressure = family(force=1.0, half_width=1.0).pressure(inside)
-    weights = pressure * np.cos(psi) * 1.5 * np.pi * v**2 * weight
-    both = np.concatenate([-t[::-1], t]), np.concatenate([weights[::-1], weights])
-    return both[0], both[1] / both[1].sum()

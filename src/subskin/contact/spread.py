@@ -17,6 +17,8 @@ from .quadrature import cauchy
 
 __all__ = ["SpreadContact"]
 
+_POINTS = 40
+
 
 @dataclass(frozen=True, eq=False)
 class SpreadContact(ProportionalContact):
@@ -90,6 +92,22 @@ class SpreadContact(ProportionalContact):
     def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102
         centre = np.asarray(self.position, dtype=np.float64)
         return np.broadcast_to(centre - self._a, self.shape), np.broadcast_to(centre + self._a, self.shape)
+
+    @classmethod
+    def as_line_loads(cls) -> tuple[FloatArray, FloatArray]:
+        """Positions in half widths and weights of line loads that make the contact of unit force.
+
+        t = sin(psi), whose slope takes up a root at the ends, and psi crowded towards 0, where a wedge has its tip.
+        """
+        v, weight = np.polynomial.legendre.leggauss(_POINTS)
+        v, weight = 0.5 * (1 + v), 0.5 * weight
+        psi = 0.5 * np.pi * v**3
+        t = np.sin(psi)
+        inside = np.minimum(t, np.nextafter(1.0, 0.0))
+        pressure = cls(force=1.0, half_width=1.0).pressure(inside)
+        weights = pressure * np.cos(psi) * 1.5 * np.pi * v**2 * weight
+        both = np.concatenate([-t[::-1], t]), np.concatenate([weights[::-1], weights])
+        return both[0], both[1] / both[1].sum()
 
 
 def pressing(force: npt.ArrayLike, angle: npt.ArrayLike, name: str) -> FloatArray:
