@@ -49,8 +49,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--shear",
         choices=("none", "proportional", "free"),
-        help="in proportion to the pressure; none; or free, for sensors of two kinds or depths (proportional; none "
-        "where the finger has friction = 0)",
+        help="in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths "
+        "(proportional; none where the finger has friction = 0)",
     )
     parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
     parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")

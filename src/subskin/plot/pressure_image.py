@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from os import PathLike
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -188,8 +189,12 @@ def pressure_movie(
         for i, values in enumerate(pressure):
             picture.set_array(np.transpose(values / scale))
             title.set_text(f"frame {i}: {found.normal_force[i]:.3g} N" if there[i] else f"frame {i}")
-            canvas = FigureCanvasAgg(figure)
-            canvas.draw()
-            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+            frames.append(_drawn(figure))
     with replacing(str(path)) as part:
         frames[0].save(part, format="GIF", save_all=True, append_images=frames[1:], duration=1e3 / rate, loop=0)
+
+
+def _drawn(figure: Figure) -> Image.Image:
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
