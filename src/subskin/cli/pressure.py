@@ -109,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
                 **_nodes(found, answers_file),
                 "pressure": found.pressure,
                 "pressure_std": found.pressure_std,
-                "shear_stress": found.shear,
+                "shear_stress": _turned(found.shear, answers_file.turn) if mapper.array.on_area else found.shear,
                 "resolution": found.resolution,
             }
 

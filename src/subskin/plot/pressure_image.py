@@ -59,7 +59,7 @@ def pressure_image_figure(
     >>> pad = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     >>> tip = ss.RoundHertz(force=2.0, half_width=2e-3)
     >>> figure = pressure_image_figure(ss.pressure_map(pad, pad.read(tip), shear="none"), truth=tip)
-    >>> [axes.get_title() for axes in figure.axes[:2]]
+    >>> [axes.get_title(loc="left") for axes in figure.axes[:2]]
     ['found', 'truth']
     """
     if found.shape != ():
