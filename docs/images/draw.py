@@ -25,6 +25,7 @@ from subskin.plot import (
     placement_study_figure,
     pressed_ridges_figure,
     pressure_figure,
+    pressure_image_figure,
     probability_strip,
     ridge_figure,
     side_angle_figure,
@@ -264,6 +265,15 @@ def pressure() -> Figure:
     return pressure_figure(made["found"], truth=made["two"])
 
 
+def pressure_area() -> Figure:
+    """What the block on an area of docs/pressure.md finds, beside what pressed."""
+    text = (HERE.parent / "pressure.md").read_text(encoding="utf-8")
+    program = text.split("## On an area")[1].split("```python\n")[1].split("```")[0]
+    made: dict[str, Any] = {"ss": ss, "np": np}
+    exec(program, made)
+    return pressure_image_figure(made["image"], truth=made["touch"])
+
+
 def response() -> Figure:
     """The memo's Fig. 15, as `subskin figures` draws it."""
     return memo_figure(15)
@@ -337,6 +347,7 @@ def main() -> None:
             (side_angle, "svg"),
             (drift, "png"),
             (pressure, "png"),
+            (pressure_area, "png"),
             (widths, "png"),
             (kinds, "png"),
             (tolerances, "svg"),

@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import subskin as ss
 
@@ -110,3 +111,70 @@ def test_a_finger_without_noise_is_named(tip, folder, subskin):
     done = subskin("pressure", "mute.toml", "readings.csv")
     assert done.code == 2
     assert "mute.toml" in done.err
+
+
+PAD = """\
+[skin]
+kind = "half_space"
+young = "0.4 MPa"
+
+[sensors]
+layout = "grid"
+shape = [5, 5]
+pitch = "1.5 mm"
+depth = "2 mm"
+kind = "mean_pressure"
+noise = 20
+
+[calibration]
+turn = "90 deg"
+"""
+
+
+@pytest.fixture
+def pad(folder):
+    """A finger that lies turned by a quarter, an untouched frame and a frame dragged along its own y."""
+    (folder / "pad.toml").write_text(PAD)
+    array = ss.SensorArray.grid(shape=(5, 5), pitch=1.5e-3, depth=2e-3, transducer=ss.MeanPressure(), noise=20.0)
+    finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+    rng = np.random.default_rng(0)
+    touch = ss.RoundHertz(force=2.0, angle=0.4, position=(1e-3, 0.5e-3), half_width=1.5e-3)
+    frames = np.stack([20.0 * rng.standard_normal(25), finger.read(touch, rng)])
+    with (folder / "pad.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([[f"s{i}" for i in range(25)], *frames])
+    return finger, frames
+
+
+def test_on_an_area_it_writes_images_on_the_axes_of_the_tables_and_a_movie(pad, folder, subskin):
+    finger, frames = pad
+    outputs = ("-o", "map.csv", "--totals", "forces.csv", "--figure", "map.png", "--movie", "press.gif")
+    done = subskin("pressure", "pad.toml", "pad.csv", *outputs)
+    assert done.code == 0, done.err
+    found = ss.pressure_map(finger, frames)[1]
+    mapped, totals = table(folder / "map.csv"), table(folder / "forces.csv")
+    y, z, along, across = (np.array(mapped[name], float) for name in ("y", "z", "shear_y", "shear_z"))
+    own = np.stack(np.meshgrid(found.y, found.z, indexing="ij"), axis=-1).reshape(-1, 2)
+    np.testing.assert_allclose((y, z), (-own[:, 1], own[:, 0]), atol=1e-12)  # own y lies along the tables' z
+    np.testing.assert_allclose(np.array(mapped["pressure"], float), found.pressure.reshape(-1), rtol=1e-9)
+    drag = found.shear.reshape(-1, 2)
+    np.testing.assert_allclose((along, across), (-drag[:, 1], drag[:, 0]), atol=1e-6 * drag.max())
+    assert totals["status"] == ["no_contact", "ok"]
+    assert float(totals["tangential_z"][1]) == pytest.approx(found.tangential_force[0], rel=1e-9)
+    assert (float(totals["centre_y"][1]), float(totals["centre_z"][1])) == pytest.approx((-0.5e-3, 1e-3), abs=2e-4)
+    assert (folder / "map.png").stat().st_size > 10_000
+    with Image.open(folder / "press.gif") as movie:
+        assert movie.n_frames == 2
+        shades = []
+        for i in range(2):
+            movie.seek(i)
+            image = np.asarray(movie.convert("RGB"), float)
+            shades.append(image[image.shape[0] // 3 : image.shape[0] // 2, image.shape[1] // 3 : -image.shape[1] // 3])
+    assert shades[0].max(axis=(0, 1))[1] < shades[1].max(axis=(0, 1))[1]  # no pressure is dark
+    said = json.loads(subskin("pressure", "pad.toml", "pad.csv", "--json").out)
+    np.testing.assert_allclose(np.reshape(said["shear_stress"][1], (-1, 2)).T, (along, across), atol=1e-6 * drag.max())
+
+
+def test_a_free_drag_on_an_area_is_refused(pad, folder, subskin):
+    done = subskin("pressure", "pad.toml", "pad.csv", "--shear", "free", "-o", "map.csv")
+    assert (done.code, (folder / "map.csv").exists()) == (2, False)
+    assert 'shear="proportional"' in done.err

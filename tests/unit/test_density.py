@@ -448,7 +448,7 @@ class TestLattices:
     def test_the_error_is_that_of_samples_joined_again(self):
         """A touch sampled on a square lattice in all its shifts, by fast Fourier transforms over a wide area."""
         pad = ss.Finger(SPACE, ss.SensorArray(y=[0.0], depth=D, transducer=ss.MeanPressure()))
-        touch, finer, count = ss.RoundHertz(force=1.0, angle=0.3, azimuth=0.5, half_width=1e-3), 6, 32
+        touch, finer, count = ss.RoundHertz(force=1.0, angle=0.3, azimuth=0.5, half_width=1e-3), 4, 16
         pitch = 1.3 * D
         at = pitch / finer * (np.arange(finer * count) - finer * count / 2)
         true = ss.MeanPressure().measure(SPACE.map(touch, D, at, at))

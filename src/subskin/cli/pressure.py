@@ -49,8 +49,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--shear",
         choices=("none", "proportional", "free"),
-        help="in proportion to the pressure; none; or free, for sensors of two kinds or depths (proportional; none "
-        "where the finger has friction = 0)",
+        help="in proportion to the pressure; none; or free, in a row of sensors of two kinds or depths "
+        "(proportional; none where the finger has friction = 0)",
     )
     parser.add_argument("--totals", metavar="FILE", help="table of forces, a row for each frame")
     parser.add_argument("--movie", metavar="FILE", help="of sensors on an area, the images of up to 500 frames; .gif")
@@ -109,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
                 **_nodes(found, answers_file),
                 "pressure": found.pressure,
                 "pressure_std": found.pressure_std,
-                "shear_stress": found.shear,
+                "shear_stress": _turned(found.shear, answers_file.turn) if mapper.array.on_area else found.shear,
                 "resolution": found.resolution,
             }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from os import PathLike
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ __all__ = ["pressure_image_figure", "pressure_movie"]
 _SCALES = ((1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
 _MOST = 500  # frames
 _DPI = 100
+_FINER = 4  # the truth is drawn, than the nodes
 _FAINT = 0.1  # of the largest drag: shorter arrows are left out
 
 
@@ -58,7 +60,7 @@ def pressure_image_figure(
     >>> pad = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     >>> tip = ss.RoundHertz(force=2.0, half_width=2e-3)
     >>> figure = pressure_image_figure(ss.pressure_map(pad, pad.read(tip), shear="none"), truth=tip)
-    >>> [axes.get_title() for axes in figure.axes[:2]]
+    >>> [axes.get_title(loc="left") for axes in figure.axes[:2]]
     ['found', 'truth']
     """
     if found.shape != ():
@@ -72,14 +74,21 @@ def pressure_image_figure(
         )
     at = np.asarray(origin, dtype=np.float64)
     y, z = np.meshgrid(found.y, found.z, indexing="ij")
-    beside = 1.959964 * found.pressure_std if truth is None else truth.pressure(y, z)
-    largest = float(max(found.pressure.max(), 0.0 if truth is None else np.where(np.isfinite(beside), beside, 0).max()))
+    axes_beside: tuple[npt.NDArray[np.float64], ...] = found.y, found.z
+    if truth is None:
+        beside = 1.959964 * found.pressure_std
+        largest = float(found.pressure.max())
+    else:
+        axes_beside = tuple(np.linspace(one[0], one[-1], _FINER * (one.size - 1) + 1) for one in axes_beside)
+        beside = truth.pressure(*np.meshgrid(*axes_beside, indexing="ij"))
+        largest = float(max(found.pressure.max(), np.where(np.isfinite(beside), beside, 0.0).max()))
     scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
     figure = new_figure(DOUBLE, min(22.0 + 66.0 * float(np.ptp(found.z) / np.ptp(found.y)), 160.0))
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     titles = "found", "half of the 95 % band" if truth is None else "truth"
-    for axes, values, title in ((left, found.pressure, titles[0]), (right, beside, titles[1])):
-        picture = _image(axes, found, at, values / scale, largest / scale)
+    shown = (left, (found.y, found.z), found.pressure, titles[0]), (right, axes_beside, beside, titles[1])
+    for axes, nodes, values, title in shown:
+        picture = _image(axes, nodes, at, values / scale, largest / scale)
         axes.set_title(title)
         axes.set_xlabel("position $y$ [mm]")
     left.set_ylabel("position $z$ [mm]")
@@ -98,10 +107,14 @@ def pressure_image_figure(
 
 
 def _image(
-    axes: Axes, found: PressureImage, at: npt.NDArray[np.float64], values: npt.NDArray[np.float64], largest: float
+    axes: Axes,
+    nodes: tuple[npt.NDArray[np.float64], ...],
+    at: npt.NDArray[np.float64],
+    values: npt.NDArray[np.float64],
+    largest: float,
 ) -> QuadMesh:
     picture = axes.pcolormesh(
-        MM * (found.y + at[0]), MM * (found.z + at[1]), values.T, shading="gouraud",
+        MM * (nodes[0] + at[0]), MM * (nodes[1] + at[1]), values.T, shading="gouraud",
         cmap="viridis", vmin=0.0, vmax=largest, rasterized=True,
     )  # fmt: skip
     axes.set_aspect("equal")
@@ -176,11 +189,11 @@ def pressure_movie(
     with house_style():
         figure = new_figure(100.0, min(25.0 + 75.0 * float(np.ptp(found.z) / np.ptp(found.y)), 120.0))
         axes = figure.subplots()
-        picture = _image(axes, found, at, pressure[0] / scale, largest / scale)
+        picture = _image(axes, (found.y, found.z), at, pressure[0] / scale, largest / scale)
         axes.set(xlabel="position $y$ [mm]", ylabel="position $z$ [mm]")
         points = MM * (found.mapper.array.points + at)
         axes.plot(*points.T, "o", markersize=1.2, color=GREY)
-        figure.colorbar(picture, ax=axes, label=f"pressure [{unit}]")
+        figure.colorbar(picture, ax=axes, label=f"pressure [{unit}]", shrink=0.8)
         title = axes.set_title(" ")
         settled(figure)
         figure.set_dpi(_DPI)
@@ -188,8 +201,12 @@ def pressure_movie(
         for i, values in enumerate(pressure):
             picture.set_array(np.transpose(values / scale))
             title.set_text(f"frame {i}: {found.normal_force[i]:.3g} N" if there[i] else f"frame {i}")
-            canvas = FigureCanvasAgg(figure)
-            canvas.draw()
-            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+            frames.append(_drawn(figure))
     with replacing(str(path)) as part:
         frames[0].save(part, format="GIF", save_all=True, append_images=frames[1:], duration=1e3 / rate, loop=0)
+
+
+def _drawn(figure: Figure) -> Image.Image:
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())

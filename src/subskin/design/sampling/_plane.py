@@ -91,7 +91,9 @@ class EndlessLattice:
         # what is even in l goes with p and leads q by a quarter of a wave, what is odd the other way about
         zero = np.zeros_like(k)
         turned = 0.5j / soft * k * across[1]  # stress lt, i G k u_t
-        for load, (p, ql, qt) in enumerate(((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c))):
+        loads: list[tuple[float, float | FloatArray, float | FloatArray]]
+        loads = [(1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)]
+        for load, (p, ql, qt) in enumerate(loads):
             parts = []
             for tensor, share in ((wave.stress, 1.0), (wave.strain, soft)):
                 even = [p * one[:, 0, 0] + 1j * ql * one[:, 0, 1] for one in (tensor.xx, tensor.yy, tensor.zz)]
@@ -111,7 +113,8 @@ class EndlessLattice:
                 felt = Displacements(*(part(one) + zero for one in moved))
                 read.append(kind.measure(State(Stress(*stress), Strain(*strain), displacement=felt)))
             out[..., load] = gain * (read[0] + 1j * read[1])
-        return out * np.sinc(k * c * width / (2 * np.pi))[..., None]
+        out *= np.sinc(k * c * width / (2 * np.pi))[..., None]
+        return out
 
     def sizes(self, k: FloatArray) -> FloatArray:
         """Largest reading per Pa of waves k in any direction, shape (m, 3)."""
@@ -152,6 +155,6 @@ class EndlessLattice:
             read = self.filters(k.reshape(-1), turns.reshape(-1))
             if contact is not None:
                 spectrum = contact.spectrum(*((k * one(turns)).reshape(-1) for one in (np.cos, np.sin)))
-                read = sum(part * read[:, i] for i, part in enumerate(spectrum))[:, None]
+                read = np.sum([part * read[:, i] for i, part in enumerate(spectrum)], axis=0)[:, None]
             out.append((np.abs(read) ** 2 * area.reshape(-1)[:, None]).sum(axis=0))
         return np.stack(out)

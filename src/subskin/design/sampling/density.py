@@ -191,8 +191,7 @@ def sensor_density(
         errors = row.beyond(k, own) / scales[load]
         nyquist[1, :, load] = [_fallen(row, k, errors, 1 / ratio) for ratio in ratios]
     pitches = (np.pi / nyquist).reshape(2, *wanted.shape, 2)
-    arrays = [_check.read_only(a) for a in (*pitches, peak, largest)]
-    return SensorDensity(row.finger, contact, wanted, *arrays)
+    return _density(row.finger, contact, wanted, pitches, peak, largest, "row")
 
 
 def _on_area(sensors: EndlessLattice, wanted: FloatArray, lattice: str) -> SensorDensity:
@@ -229,8 +228,20 @@ def _on_area(sensors: EndlessLattice, wanted: FloatArray, lattice: str) -> Senso
                 )  # fmt: skip
             nyquist[1, i, load] = _reached(k, errors, 1 / ratio)
     pitches = (np.pi * _SPARSER[lattice] / nyquist).reshape(2, *wanted.shape, 3)
-    arrays = [_check.read_only(a) for a in (*pitches, peak, largest)]
-    return SensorDensity(sensors.finger, None, wanted, *arrays, lattice)
+    return _density(sensors.finger, None, wanted, pitches, peak, largest, lattice)
+
+
+def _density(
+    finger: Finger,
+    contact: Contact | None,
+    wanted: FloatArray,
+    pitches: FloatArray,
+    peak: FloatArray,
+    largest: FloatArray,
+    lattice: str,
+) -> SensorDensity:
+    by_size, by_error, peak, largest = (_check.read_only(a) for a in (*pitches, peak, largest))
+    return SensorDensity(finger, contact, wanted, by_size, by_error, peak, largest, lattice)
 
 
 def _size(row: EndlessRow, k: float, load: int) -> float:

@@ -156,8 +156,7 @@ def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
     sizes, scales = level[3], level[6]
     _, x, slope, _, lower, index, scratch, _ = work
     leaning = level[0].shape[0] > 1
-    nz, m, blocks = sizes[1], sizes[0] * sizes[1], sizes[2]
-    area, friction, rim = scales[1], scales[2], sizes[3]
+    nz, rim, area = sizes[1], sizes[2], scales[1]
     total = x.size
     sums = np.zeros((7, total))
     force, moment, reach, worst, edge = np.zeros(3), np.zeros(2), 0.0, 0.0, 0.0
@@ -166,10 +165,9 @@ def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
         worst = max(worst, abs(slope[j]) if x[j] > 0.0 else -slope[j])
         if x[j] == 0.0:
             continue
-        block, at_y, at_z = j // m, (j % m) // nz, j % nz
+        at_y, at_z = j // nz, j % nz
         sums[0, j] = area
-        sums[1, j] = area * (friction * (1.0 - 2.0 * (block // 2)) if blocks > 1 else t[0])
-        sums[2, j] = area * (friction * (1.0 - 2.0 * (block % 2)) if blocks > 1 else t[1])
+        sums[1, j], sums[2, j] = area * t[0], area * t[1]
         for i in range(3):
             force[i] += sums[i, j] * x[j]
         moment[0] += area * x[j] * y[at_y]
@@ -182,7 +180,7 @@ def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
     ey, ez = (leans[0] / tangent, leans[1] / tangent) if tangent > 0.0 else (1.0, 0.0)
     for k in range(count):
         j = index[k]
-        sums[3, j] = area * (y[(j % m) // nz] - centre[0]) / normal
+        sums[3, j] = area * (y[j // nz] - centre[0]) / normal
         sums[4, j] = area * (z[j % nz] - centre[1]) / normal
         by_y, by_z = (sums[1, j] - leans[0] * area) / normal, (sums[2, j] - leans[1] * area) / normal
         sums[5, j], sums[6, j] = ey * by_y + ez * by_z, ey * by_z - ez * by_y

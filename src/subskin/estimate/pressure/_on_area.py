@@ -1,8 +1,8 @@
 """Hessian and gradient of the pressure on an area, compiled: thousands of elements, of which a touch needs some dozens.
 
 A level holds: columns of pressure and drags (1 or 3, N, n); their products by 1, ty, tz, ty^2, ty tz, tz^2 (1 or 6, N,
-N), or none where they are too many; the stencil of K (2, 2); the numbers of elements (ny, nz, blocks, rim); cost (N,);
-the columns in single precision; the largest column, the area of an element and the friction.
+N), or none where they are too many; the stencil of K (2, 2); the numbers of elements (ny, nz, rim); cost (N,);
+the columns in single precision; the largest column and the area of an element.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _SINGLE = 1e-5  # error of a slope in single precision, of the largest column ti
 def assemble(level, t, w, index, i, row):
     """Row i of the Hessian of the elements `index`, up to its diagonal."""
     parts, grams, stencil, sizes = level[0], level[1], level[2], level[3]
-    nz, m, a = sizes[1], sizes[0] * sizes[1], index[i]
+    nz, a = sizes[1], index[i]
     if grams.shape[0] == 0:
         for j in range(i + 1):
             c, s = index[j], 0.0
@@ -44,7 +44,7 @@ def assemble(level, t, w, index, i, row):
     # index ascends: neighbours before a are a itself, the one on its left, and three in the line before
     row[i] += w * stencil[0, 0]
     at_z = a % nz
-    first = (a - a % m) + max(a % m - nz - 1, 0)
+    first = max(a - nz - 1, 0)
     j = i - 1
     while j >= 0 and index[j] >= first:
         c = index[j]
@@ -64,7 +64,7 @@ def steepest(level, slope, j):
     else have to be let go again.
     """
     ny, nz = level[3][0], level[3][1]
-    y, z = (j % (ny * nz)) // nz, j % nz
+    y, z = j // nz, j % nz
     for dy in range(-1, 2):
         for dz in range(-1, 2):
             if 0 <= y + dy < ny and 0 <= z + dz < nz and slope[j + dy * nz + dz] < slope[j]:
@@ -98,15 +98,14 @@ def slopes(level, t, w, b, work):
     parts, stencil, sizes, cost, single, scales = level[0], level[2], level[3], level[4], level[5], level[6]
     _, x, slope, r, _, index, _, _ = work
     ny, nz = sizes[0], sizes[1]
-    m, total = ny * nz, x.size
-    count = 0
+    total, count = x.size, 0
     slope[:] = cost
     for j in range(total):
         if x[j] == 0.0:
             continue
         index[count] = j
         count += 1
-        y, z = (j % m) // nz, j % nz
+        y, z = j // nz, j % nz
         for dy in range(-1, 2):
             for dz in range(-1, 2):
                 if 0 <= y + dy < ny and 0 <= z + dz < nz:

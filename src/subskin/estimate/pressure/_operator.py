@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -112,7 +111,7 @@ class Factors(Frozen):
 
     @classmethod
     def of(cls, parts: list[FloatArray], prior: Prior) -> Factors:
-        """Of independent tractions, one to three, each with columns of shape (m, n)."""
+        """Of independent tractions, one or two, each with columns of shape (m, n)."""
         spread = [prior.applied(part) for part in parts]
         gram = sum(part.T @ wide for part, wide in zip(parts, spread, strict=True))
         squares, vectors = np.linalg.eigh(gram)
@@ -124,11 +123,10 @@ class Factors(Frozen):
         """Columns of the resolution matrix: what a pressure at each node of `which` alone looks like, (count, k)."""
         return (self.shapes[:count] / (self.squares + weight)) @ (self.basis @ self.columns[:count][which].T)
 
-    def std(self, weight: FloatArray, count: int, block: int = 0) -> FloatArray:
-        """Standard deviation at each of `count` nodes of the `block`-th traction [Pa], shape (..., count)."""
-        rows = slice(block * count, (block + 1) * count)
-        known = (1.0 / (self.squares + weight[..., None])) @ (self.shapes[rows] ** 2).T
-        return np.asarray(np.sqrt(np.maximum(self.spread[rows] - known, 0.0) / weight[..., None]))
+    def std(self, weight: FloatArray, count: int) -> FloatArray:
+        """Standard deviation of the pressure at each of `count` nodes [Pa], shape (..., count)."""
+        known = (1.0 / (self.squares + weight[..., None])) @ (self.shapes[:count] ** 2).T
+        return np.asarray(np.sqrt(np.maximum(self.spread[:count] - known, 0.0) / weight[..., None]))
 
     def seen(self, weight: FloatArray, count: int) -> FloatArray:
         """What is left at each of `count` nodes of an even pressure of 1, shape (..., count)."""
@@ -154,26 +152,23 @@ class Factors(Frozen):
         return self._widths[k]
 
 
-def shear_seen(pressure: FloatArray, drags: Sequence[FloatArray], prior: Prior) -> float:
-    """Share of a drag's components that the sensors still see where the pressure, and the other drag, are unknown too.
+def shear_seen(pressure: FloatArray, shear: FloatArray, prior: Prior) -> float:
+    """Share of the shear's components that the sensors still see where the pressure is unknown too.
 
     Degrees of freedom at a thousandth of the largest singular value, which is what a contact with readings a thousand
-    times the noise shows: (those of all - those of all but this drag) / those of this drag; of two drags the less.
+    times the noise shows: (those of both - those of the pressure) / those of the shear.
 
-    Sensors of one kind in one depth read one function of the position. At each wavelength that is one equation for two
-    unknowns, and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to
-    0.5. On an area three are needed: normal strain, normal stress and pressure read nothing of a drag across a wave.
+    Sensors of one kind in one depth read one function of y. At each wavelength that is one equation for two unknowns,
+    and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to 0.5.
     """
-    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, *drags)) or 1.0  # only ratios count
-    grams = [part.T @ prior.applied(part) for part in (field / largest for field in (pressure, *drags))]
-    every = np.sum(grams, axis=0)
-    level = _RANGE**2 * float(np.linalg.eigvalsh(every).max())
+    largest = max(float(np.abs(field).max(initial=0.0)) for field in (pressure, shear)) or 1.0  # only ratios count
+    one, two = (part.T @ prior.applied(part) for part in (pressure / largest, shear / largest))
+    if not np.trace(two) > 0:
+        return 0.0
+    level = _RANGE**2 * float(np.linalg.eigvalsh(one + two).max())
 
     def freedom(gram: FloatArray) -> float:
         squares = np.maximum(np.linalg.eigvalsh(gram), 0.0)
         return float((squares / (squares + level)).sum())
 
-    if not all(np.trace(gram) > 0 for gram in grams[1:]):
-        return 0.0
-    whole = freedom(every)
-    return min((whole - freedom(every - gram)) / freedom(gram) for gram in grams[1:])
+    return (freedom(one + two) - freedom(one)) / freedom(two)

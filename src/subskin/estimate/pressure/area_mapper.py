@@ -18,7 +18,7 @@ from . import columns as column
 from ._operator import Factors
 from .area_surface import COARSE, AreaSurface
 from .image import PressureImage
-from .mapping import RULES, SurfaceMapper, known
+from .mapping import RULES, SHEARS, SurfaceMapper, known
 from .prior import Membrane
 
 __all__ = ["ImageMapper"]
@@ -53,7 +53,7 @@ class _Prepared(NamedTuple):
     drags: FloatArray  # (leans, 2)
     basis: FloatArray  # U^T of each, (leans, n, n)
     squares: FloatArray  # S^2, (leans, n)
-    spread: FloatArray  # C A^T of each traction at the coarse nodes, (blocks, coarse m, n)
+    spread: FloatArray  # C A^T of each traction at the coarse nodes, (1 or 3, coarse m, n)
 
 
 class _Leans(Sequence[Factors]):
@@ -96,9 +96,8 @@ class ImageMapper(SurfaceMapper):
     step : float, optional
         Largest distance of the nodes [m]; if left out about a third of the shallowest sensor's depth, such that the
         sensors' distances are multiples of it.
-    shear : {"proportional", "none", "free"}, optional
-        Drag q = p tan(angle) in one unknown direction; none; or any drag with |q_y| and |q_z| <= friction * p, which
-        asks for sensors of three kinds or depths, one of them a shear.
+    shear : {"proportional", "none"}, optional
+        Drag q = p tan(angle) in one unknown direction, or none.
     friction : float, optional
         Bound of |q| / p [-]; of no account without shear.
     rule, least_force, false_alarm
@@ -108,14 +107,12 @@ class ImageMapper(SurfaceMapper):
     ----------
     y, z : ndarray
         The nodes along y and along z [m], (ny,) and (nz,).
-    shear_seen : float
-        Share of the drags' components that are seen beside an unknown pressure; "free" needs 0.3.
 
     Raises
     ------
     InvalidValueError
-        An option out of range; shear "free" where the array cannot separate it from pressure; a sensor without noise;
-        a finger that goes by a response measured in place.
+        An option out of range; shear "free", as of a row; a sensor without noise; a finger that goes by a response
+        measured in place.
     GeometryError
         More elements than can be solved for.
     NotLinearError
@@ -142,7 +139,10 @@ class ImageMapper(SurfaceMapper):
         least_force: float = 0.3,
         false_alarm: float = 1e-6,
     ) -> None:
-        known(shear, rule)
+        if shear == "free":
+            seen, said = 'shear = "free" for sensors on an area', "a free drag came out wrong by its own size, and sure"
+            raise InvalidValueError(seen, said, 'shear="proportional", a drag in one direction')
+        known(shear, rule, SHEARS[:2])
         if finger.measured is not None:
             seen, rule = (
                 "a finger with a response measured in place",
@@ -151,11 +151,10 @@ class ImageMapper(SurfaceMapper):
             raise InvalidValueError(seen, rule, "dataclasses.replace(finger, measured=None), if that field will do")
         self._surface = AreaSurface.of(finger, search, step)
         self.y, self.z = self._surface.y, self._surface.z
-        blocks = 4 if shear == "free" else 1
         prior = self._surface.prior
         super().__init__(
-            finger, self._surface.reading, prior, blocks=blocks, shear=shear, friction=friction, rule=rule,
-            columns=column.AREA_WIDTH + blocks * prior.shape[0] * prior.shape[1], least_force=least_force,
+            finger, self._surface.reading, prior, shear=shear, friction=friction, rule=rule,
+            columns=column.AREA_WIDTH + prior.shape[0] * prior.shape[1], least_force=least_force,
             false_alarm=false_alarm,
         )  # fmt: skip
         self.allow_for(finger, self.friction)
@@ -185,8 +184,6 @@ class ImageMapper(SurfaceMapper):
 
         def make(lean: int) -> Factors:
             normal, along, across = self._columns_of(used)
-            if self.shear == "free":
-                return Factors.of([normal, self.friction * along, self.friction * across], self._prior)
             ty, tz = self.drags[lean]
             return Factors.of([normal + ty * along + tz * across], self._prior)
 
@@ -211,40 +208,23 @@ class ImageMapper(SurfaceMapper):
         tractions = self._columns_of(pattern)
         if self.shear == "none":
             tractions = tractions[:1]
-        elif self.shear == "free":
-            tractions = tractions * np.array([1.0, self.friction, self.friction])[:, None, None]
         (ny, nz), (hy, hz) = prior.shape, prior.steps
         wide = Membrane((ny // COARSE, nz // COARSE), (COARSE * hy, COARSE * hz))
         coarse = np.stack([_coarsened(part, prior.shape) for part in tractions])
         spread = np.stack([prior.applied(part) for part in tractions])
         grams = np.einsum("amn,bmk->abnk", tractions, spread, optimize=True)
-        if self.shear == "free":
-            mixed = [grams[0, 0] + grams[1, 1] + grams[2, 2]]
-        else:
-            shares = np.concatenate([np.ones((len(self.drags), 1)), self.drags], axis=1)[:, : len(tractions)]
-            mixed = [np.einsum("a,b,abnk->nk", t, t, grams, optimize=True) for t in shares]
+        shares = np.concatenate([np.ones((len(self.drags), 1)), self.drags], axis=1)[:, : len(tractions)]
+        mixed = [np.einsum("a,b,abnk->nk", t, t, grams, optimize=True) for t in shares]
         squares, vectors = np.linalg.eigh(np.stack([0.5 * (gram + gram.T) for gram in mixed]))
         pull = self.least_force * float(np.linalg.norm(tractions[0], axis=1).max())
         at = (np.arange(ny // COARSE)[:, None] * COARSE + 1) * nz + np.arange(nz // COARSE) * COARSE + 1
         ready = _Prepared(
-            self._level(tractions, prior, pull, COARSE), self._level(coarse, wide, COARSE**2 * pull, 1), self.drags,
+            _level(tractions, prior, pull, COARSE, self.friction),
+            _level(coarse, wide, COARSE**2 * pull, 1, self.friction), self.drags,
             np.ascontiguousarray(np.swapaxes(vectors, 1, 2)), np.maximum(squares, 0.0),
             np.ascontiguousarray(spread[:, at.reshape(-1)]),
         )  # fmt: skip
         return sensor_rows(self.finger.array.select(pattern)), ready
-
-    def _level(self, tractions: FloatArray, prior: Membrane, pull: float, rim: int) -> _Level:
-        """Elements as unknowns: where the shear is free four each, of which the drags are sums and differences."""
-        area = prior.steps[0] * prior.steps[1]
-        if self.shear == "free":
-            p, qy, qz = tractions
-            tractions = np.concatenate([p + sy * qy + sz * qz for sy in (1, -1) for sz in (1, -1)])[None]
-        parts = np.ascontiguousarray(tractions)
-        sizes = np.array([*prior.shape, self._blocks, rim], dtype=np.int64)
-        largest = float(np.linalg.norm(parts, axis=-1).sum(axis=0).max()) * max(1.0, self.friction)
-        cost = np.full(parts.shape[1], pull)
-        scales = np.array([largest, area, self.friction])
-        return _Level(parts, _grams(parts), self._blocks * prior.stencil, sizes, cost, parts.astype(np.float32), scales)
 
     def _map_frames(self, readings: FloatArray, sensors: FloatArray, ready: _Prepared, out: FloatArray) -> None:
         """Fill `out`, a row for each frame, as the compiled loop of a row of sensors does."""
@@ -276,7 +256,7 @@ class ImageMapper(SurfaceMapper):
         from ._area_kernel import settle_frames
 
         seeks = len(ready.drags) > 1
-        drags = np.zeros((len(frames), 2))  # from there the search always arrived, from the best patch it did not
+        drags = np.zeros((len(frames), 2))  # of 390 touches none had a lesser J where the search began at the true drag
         nodes = self.y[1:-1], self.z[1:-1]
         lean, weights, guess = self._smoothest(frames, drags, ready)
         near = np.array([self.friction, _NEAR, np.inf, 0.0, np.inf])
@@ -285,7 +265,7 @@ class ImageMapper(SurfaceMapper):
         if seeks:
             lean, weights, _ = self._smoothest(frames, drags, ready)
         along = _along(frames, ready.fine)
-        fine = _finer(guess, ready.coarse.sizes[:2], ready.fine.sizes[:2], self._blocks)
+        fine = _finer(guess, ready.coarse.sizes[:2], ready.fine.sizes[:2])
         for k in np.unique(lean):
             rows = np.flatnonzero(lean == k)
             top = ready.squares[k, -1]
@@ -313,15 +293,20 @@ class ImageMapper(SurfaceMapper):
             weights[rows] = [np.exp(weigh(one, squares, kind)) for one in seen**2]
             inner = (seen / (squares + weights[rows, None])) @ ready.basis[k]
             every = np.stack([inner @ part.T for part in ready.spread])  # (tractions, frames, coarse m)
-            if self.shear == "free":
-                p, qy, qz = every
-                heights[rows] = np.concatenate([p + sy * qy + sz * qz for sy in (1, -1) for sz in (1, -1)], axis=-1)
-            else:
-                heights[rows] = every[0]
-                for part, t in zip(every[1:], drags[rows].T, strict=False):
-                    heights[rows] += t[:, None] * part
+            heights[rows] = every[0]
+            for part, t in zip(every[1:], drags[rows].T, strict=False):
+                heights[rows] += t[:, None] * part
         bright = heights > _BRIGHT * heights.max(axis=1, keepdims=True)
         return lean, weights, np.where(bright, heights, 0.0)
+
+
+def _level(parts: FloatArray, prior: Membrane, pull: float, rim: int, friction: float) -> _Level:
+    """Elements whose traction is p + ty q_y + tz q_z, of columns by part (1 or 3, N, n)."""
+    sizes = np.array([*prior.shape, rim], dtype=np.int64)
+    largest = float(np.linalg.norm(parts, axis=-1).sum(axis=0).max()) * max(1.0, friction)
+    scales = np.array([largest, prior.steps[0] * prior.steps[1]])
+    cost = np.full(parts.shape[1], pull)
+    return _Level(parts, _grams(parts), prior.stencil, sizes, cost, parts.astype(np.float32), scales)
 
 
 def _along(frames: FloatArray, level: _Level) -> FloatArray:
@@ -346,24 +331,23 @@ def _grams(parts: FloatArray) -> FloatArray:
 def _coarsened(part: FloatArray, shape: tuple[int, int]) -> FloatArray:
     """Columns of the coarse elements: a wide hat is a sum of narrow ones."""
     ny, nz = shape
-    field, out = part.reshape(ny, nz, -1), 0.0
+    field = part.reshape(ny, nz, -1)
+    out = np.zeros((ny // COARSE, nz // COARSE, part.shape[-1]))
     for dy in range(1 - COARSE, COARSE):
         for dz in range(1 - COARSE, COARSE):
             share = (1 - abs(dy) / COARSE) * (1 - abs(dz) / COARSE)
-            out = (
-                out
-                + share * field[COARSE - 1 + dy :: COARSE, COARSE - 1 + dz :: COARSE][: ny // COARSE, : nz // COARSE]
-            )
-    return np.ascontiguousarray(np.reshape(out, (-1, part.shape[-1])))
+            near = field[COARSE - 1 + dy :: COARSE, COARSE - 1 + dz :: COARSE]
+            out += share * near[: ny // COARSE, : nz // COARSE]
+    return out.reshape(-1, part.shape[-1])
 
 
-def _finer(coarse: FloatArray, few: npt.NDArray[np.int64], many: npt.NDArray[np.int64], blocks: int) -> FloatArray:
+def _finer(coarse: FloatArray, few: npt.NDArray[np.int64], many: npt.NDArray[np.int64]) -> FloatArray:
     """Which fine elements lie at coarse ones that are > 0, or half way to one, as heights 1 and 0."""
-    on = (coarse > 0).reshape(len(coarse), blocks, *few)
-    out = np.zeros((len(coarse), blocks, *many))
+    on = (coarse > 0).reshape(len(coarse), *few)
+    out = np.zeros((len(coarse), *many))
     for dy in range(1 - COARSE, COARSE):
         for dz in range(1 - COARSE, COARSE):
             y, z = COARSE - 1 + dy, COARSE - 1 + dz
             share = (1 - abs(dy) / COARSE) * (1 - abs(dz) / COARSE)
-            out[..., y : y + COARSE * few[0] : COARSE, z : z + COARSE * few[1] : COARSE] += share * on
+            out[:, y : y + COARSE * few[0] : COARSE, z : z + COARSE * few[1] : COARSE] += share * on
     return (out >= 0.5).reshape(len(coarse), -1).astype(np.float64)

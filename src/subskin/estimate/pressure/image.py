@@ -24,7 +24,6 @@ class _AreaMapper(_Mapper, Protocol):
     """What an image asks of the `ImageMapper` that made it."""
 
     z: FloatArray
-    friction: float
 
 
 def _pair(first: int, second: int, text: str) -> property:
@@ -108,15 +107,9 @@ class PressureImage(SurfaceMap):
         return read_only(out)
 
     @property
-    def _heights(self) -> FloatArray:
-        """Unknowns of each block, shape (..., blocks, m)."""
-        m = self._inner[0] * self._inner[1]
-        return self.table[..., column.AREA_WIDTH :].reshape(*self.shape, -1, m)
-
-    @property
     def pressure(self) -> FloatArray:
         """Pressure at each node [Pa], >= 0, shape (..., ny, nz)."""
-        return self._bordered(self._heights.sum(axis=-2))
+        return self._bordered(self.table[..., column.AREA_WIDTH :])
 
     @property
     def pressure_std(self) -> FloatArray:
@@ -132,19 +125,12 @@ class PressureImage(SurfaceMap):
     @property
     def shear(self) -> FloatArray:
         """Drag (q_y, q_z) at each node [Pa], shape (..., ny, nz, 2)."""
-        if self.mapper.shear == "free":
-            one, two, three, four = np.moveaxis(self._heights, -2, 0)
-            drags = one + two - three - four, one - two + three - four
-            return read_only(np.stack([self.mapper.friction * self._bordered(q) for q in drags], axis=-1))
         tangents = self.tangential_force / self.normal_force[..., None]
         return read_only(tangents[..., None, None, :] * self.pressure[..., None])
 
     @property
     def shear_std(self) -> FloatArray:
         """Standard deviations of the drag [Pa], shape (..., ny, nz, 2); 0 where none was allowed."""
-        if self.mapper.shear == "free":
-            parts = [self._on_area(lambda f, w, m, k=k: Factors.std(f, w, m, k)) for k in (1, 2)]
-            return read_only(np.stack([self.mapper.friction * self._bordered(s) for s in parts], axis=-1))
         tangents = (self.tangential_force / self.normal_force[..., None])[..., None, None, :]
         doubt = (self.tangential_std / self.normal_force[..., None])[..., None, None, :]
         return read_only(np.hypot(tangents * self.pressure_std[..., None], doubt * self.pressure[..., None]))

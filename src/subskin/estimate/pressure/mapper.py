@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
+from ...errors import InvalidValueError
 from ...finger import Finger
 from ..frames import sensor_rows
-from ._operator import COARSE, Factors, Surface
+from ._operator import COARSE, Factors, Surface, shear_seen
 from .columns import WIDTH
 from .map import PressureMap
 from .mapping import RULES, SurfaceMapper, known
@@ -20,6 +21,7 @@ __all__ = ["PressureMapper"]
 
 _LEANS = 17
 _STRIPS = (0.75, 1.5, 3.0)
+_LEAST_SEEN = 0.2
 
 
 class PressureMapper(SurfaceMapper):
@@ -97,12 +99,20 @@ class PressureMapper(SurfaceMapper):
         known(shear, rule)
         self._surface = Surface.of(finger, search, step)
         self.y = self._surface.y
-        blocks, count = 2 if shear == "free" else 1, len(self.y)
+        self._blocks, count = 2 if shear == "free" else 1, len(self.y)
         super().__init__(
-            finger, self._surface.reading, Bridge(count - 2, self._surface.step), blocks=blocks,
-            columns=WIDTH + 2 * blocks * count, shear=shear, friction=friction, rule=rule, least_force=least_force,
-            false_alarm=false_alarm,
+            finger, self._surface.reading, Bridge(count - 2, self._surface.step),
+            columns=WIDTH + 2 * self._blocks * count, shear=shear, friction=friction, rule=rule,
+            least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
+        normal, tangential = self._columns_of(finger.array.live)
+        self.shear_seen = shear_seen(normal, tangential, self._prior)
+        if shear == "free" and not self.shear_seen >= _LEAST_SEEN:
+            raise InvalidValueError(
+                f'shear = "free" for sensors that see {self.shear_seen:.2f} of the shear beside an unknown pressure',
+                f"at least {_LEAST_SEEN} is needed: sensors of one kind and depth read one function of y, not two",
+                'shear="proportional", or sensors of another kind or depth as well',
+            )
         self.allow_for(finger, self.friction)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureMap:

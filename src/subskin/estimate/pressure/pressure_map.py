@@ -73,6 +73,7 @@ def pressure_map(
     ((25, 25), 2.0, [1.0, 0.5])
     """
     _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
+    ends: Any
     if finger.array.on_area:
         ends = None if search is None else tuple(map(tuple, _check.real("search", search, unit="m").tolist()))
     else:
