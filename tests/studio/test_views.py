@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import threading
 import time
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from types import SimpleNamespace
 
 import httpx
 import numpy as np
 import pytest
 
 import subskin as ss
+from subskin.design import search_grid
 from subskin.design.ridges import read_ridged
 from subskin.errors import SubskinError
+from subskin.io.goals_file import parse_goals
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
 from subskin.studio.views.design import DesignView
@@ -350,13 +357,18 @@ def test_a_search_is_followed_mapped_held_and_stopped():
         end = time.monotonic() + 60
         while "map" not in view.told() and time.monotonic() < end:
             time.sleep(0.05)
-        seen = view.answer("map", {"skin": 0, "sensor": 0, "count": 4})
+        assert view.told()["map"]["layouts"] == ["3 sensors", "4 sensors"]
+        seen = view.answer("map", {"skin": 0, "sensor": 0, "layout": 1})
         excess = np.asarray(seen["excess"])
         assert excess.shape == (2, 3)
-        held = {"skin": 0, "sensor": 0, "count": 4, "depth": seen["depths"][0], "pitch": seen["pitches"][0]}
+        held = {"skin": 0, "sensor": 0, "layout": 1, "depth": 0, "pitch": 1}
         array = finger_of(view.answer("hold", held)["text"]).finger.array
         assert float(array.depth[0]) == pytest.approx(2e-3)
+        assert np.ptp(array.points[:, 0]) == pytest.approx(3 * seen["pitches"][1], rel=1e-3)
         assert len(array) == 4
+        for wrong in ({"layout": 2}, {"pitch": -1}, {"skin": 0.5}):
+            with pytest.raises(SubskinError, match="counted from 0"):
+                view.answer("hold", held | wrong)
         began = time.monotonic()
         view.answer("stop", {})
         assert time.monotonic() - began < 5
@@ -364,6 +376,77 @@ def test_a_search_is_followed_mapped_held_and_stopped():
         assert view._rows  # what was finished is kept
     finally:
         view.close()
+
+
+PAD = """\
+touch = {force = "1 N", area = ["8 mm", "6 mm"]}
+accuracy = {position = "0.3 mm"}
+room = {count = [4, 5], depth = "3 mm", least_pitch = "2.5 mm", layouts = ["grid", "hexagonal"]}
+skin = [{name = "silicone", kind = "half_space", young = "1 MPa"}]
+search = {depths = 1, pitches = 2, touches = 100, keep = 2}
+[[sensor]]
+name = "barometer"
+kind = "mean_pressure"
+noise = "20 Pa"
+"""
+MIXED = (
+    PAD
+    + """\
+[[sensor]]
+name = "gauge"
+kind = {name = "shear_strain", plane = "xy"}
+noise = 3e-4
+[[mix]]
+name = "both"
+kinds = ["barometer", "gauge"]
+together = false
+"""
+)
+
+
+class Beside(threading.Thread):
+    """The search in a thread: a process costs seconds to start."""
+
+    def __init__(self, target, args, daemon):
+        pipe, *more = args
+        super().__init__(target=target, args=(Connection(os.dup(pipe.fileno())), *more), daemon=daemon)
+
+    def terminate(self):
+        self.join(60)
+
+
+def test_goals_on_an_area_are_searched_and_each_design_is_held(monkeypatch):
+    context = SimpleNamespace(Pipe=Pipe, Process=Beside)
+    monkeypatch.setattr("subskin.studio.views.design.get_context", lambda _: context)
+    view = DesignView(lambda: None)
+    assert {f["key"]: f["value"] for f in view.answer("check", {"text": PAD})["form"]}["touch.area"] == "8 mm .. 6 mm"
+    view.answer("start", {"text": PAD})
+    end = time.monotonic() + 60
+    while view.told()["run"] in ("searching", "ranking") and time.monotonic() < end:
+        time.sleep(0.02)
+    told = view.told()
+    view.close()
+    assert (told["run"], told["fault"]) == ("done", "")
+    assert "layout" in told["study"]["columns"]
+    for i, one in enumerate(view._study.fingers):
+        array = finger_of(view.answer("hold", {"finger": i})["text"]).finger.array
+        assert len(array) == one.row.count
+        where = told["study"]["fingers"][i]
+        assert (where["skin"], where["sensor"], where["layout"]) == one.row.which(view._grid.goals)
+    view._file = parse_goals(MIXED)
+    view._grid = grid = search_grid(view._file.goals, workers=1)
+    seen = view.told()["map"]
+    assert seen["sensors"] == ["barometer", "gauge", "both"]
+    assert seen["layouts"][0].startswith("4 sensors, ")
+    assert len(set(seen["layouts"])) == len(seen["layouts"]) == len(grid.goals.layouts)
+    for n, layout in enumerate(grid.goals.layouts):
+        file = finger_of(view.answer("hold", {"skin": 0, "sensor": 2, "layout": n, "depth": 0, "pitch": 1})["text"])
+        points = layout.points(float(grid.pitches[1]), grid.goals.middle)
+        off = np.linalg.norm(file.finger.array.points[:, None] - points, axis=-1).min(axis=1)
+        assert len(file.finger.array) == len(points)
+        assert off.max() < 1e-6
+        assert len(set(file.finger.array.transducers)) == 2
+        assert np.shape(view.answer("map", {"skin": 0, "sensor": 2, "layout": n})["excess"]) == (1, 2)
 
 
 def test_round_ends_of_bars():

@@ -58,7 +58,7 @@ export class DesignMap {
     const { depths, pitches, excess } = this.map;
     this.at = [clip(depth, 0, depths.length - 1), clip(pitch, 0, pitches.length - 1)];
     const [d, s] = this.at;
-    this.chosen({ depth: depths[d], pitch: pitches[s], ratio: excess[d][s] });
+    this.chosen({ at: this.at, depth: depths[d], pitch: pitches[s], ratio: excess[d][s] });
     requestAnimationFrame(() => this.place());
   }
 
