@@ -46,6 +46,12 @@ class Running:
     def stop(self) -> None:
         self.server.should_exit = True
         self.thread.join(10)
+        self.studio.close()
+
+    def again(self) -> None:
+        """As after the command is given once more: nothing is left of the studio that was."""
+        new = started(self.keys.port)
+        self.studio, self.server, self.thread = new.studio, new.server, new.thread
 
 
 def started(port: int = 0) -> Running:
@@ -64,12 +70,6 @@ def running() -> Iterator[Running]:
     one = started()
     yield one
     one.stop()
-    one.studio.close()
-
-
-@pytest.fixture
-def start_again() -> Any:
-    return started
 
 
 def heard(socket: ClientConnection, timeout: float = 30.0) -> tuple[dict[str, Any], bytes]:
