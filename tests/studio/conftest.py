@@ -19,6 +19,9 @@ from subskin.studio.guard import Keys
 from subskin.studio.opening import bound, served
 from subskin.studio.studio import Studio
 
+DEVICE = "robot?seed=3"
+"""A stage that touches a finger; the views Live and Calibrate offer it."""
+
 
 @dataclass
 class Running:
@@ -56,7 +59,7 @@ class Running:
 
 def started(port: int = 0) -> Running:
     place = bound(port)
-    studio, keys = Studio(), Keys(place.getsockname()[1], "the secret of the tests")
+    studio, keys = Studio(device=DEVICE), Keys(place.getsockname()[1], "the secret of the tests")
     server = served(studio, keys)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [place]}, daemon=True)
     thread.start()

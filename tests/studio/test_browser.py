@@ -15,7 +15,7 @@ CHROMIUM = next(
 )
 AXE = (Path(__file__).parent / "axe.min.js").read_text("utf-8")
 WAIT = 20_000
-VIEWS = ("finger", "live", "design", "memo")
+VIEWS = ("finger", "live", "calibrate", "design", "memo")
 
 
 @pytest.fixture(scope="module")
@@ -215,6 +215,35 @@ def test_a_simulated_device_is_seen_live(opened):
     page.locator(".status", has_text="running").wait_for()
     page.get_by_role("button", name="Stop").click()
     page.locator(".status", has_text="it has ended").wait_for()
+
+
+def test_a_stage_is_calibrated(opened, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = opened.page
+    opened.view("calibrate")
+    page.get_by_label("where touches can be made").fill("-6 mm:6 mm:2 mm")
+    for label, text in (
+        ("that is wanted", "1 um"),
+        ("time at rest", "0.2 s"),
+        ("is held", "0.1 s"),
+        ("force", "40 N/m"),
+    ):
+        page.get_by_label(label).fill(text)
+    page.get_by_role("button", name="Begin").click()
+    page.locator(".events", has_text="touch 1 at").wait_for()
+    page.get_by_role("img", name="Next touch at").wait_for()
+    page.reload()  # what runs goes on
+    page.locator(".events", has_text="touch 2 at").wait_for()
+    page.get_by_text("R² 0.9").wait_for()
+    page.get_by_role("button", name="End").click()
+    page.locator(".status", has_text="accept it, or go back").wait_for()
+    page.get_by_role("rowheader", name="gain of").first.wait_for()
+    page.get_by_label("name of the file").fill("felt.toml")
+    page.get_by_role("button", name="Accept").click()
+    page.locator(".note", has_text="felt.toml").wait_for()
+    assert "[calibration]" in (tmp_path / "felt.toml").read_text("utf-8")
+    page.get_by_role("button", name="Go back").click()
+    page.locator(".status", has_text="No session").wait_for()
 
 
 def test_goals_are_a_form(opened):

@@ -18,8 +18,10 @@ from subskin.design import search_grid
 from subskin.design.ridges import read_ridged
 from subskin.errors import SubskinError
 from subskin.io.goals_file import parse_goals
+from subskin.live.ports import Robot
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
+from subskin.studio.views.calibrate import CalibrateView
 from subskin.studio.views.design import DesignView
 from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
 from subskin.studio.views.form import edited, finger_of, form_of
@@ -303,7 +305,7 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
 
     asked.sent = sent
     with running.connect() as socket, running.connect() as other:
-        assert asked(socket, "live", "begin")[0]["first"] == "demo"
+        assert asked(socket, "live", "begin")[0]["first"] == "robot?seed=3"
         for one in (socket, other):
             sent(one, "page", "watch", of="live")
         sent(socket, "live", "start", start={"port": "demo?rate=200", "slip": "0.4..0.8"})
@@ -331,6 +333,68 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
         refused = asked(socket, "live", "zero")[0]
         assert "error" in refused or refused.get("news") or refused["done"]
     running.studio.answer("live", "stop", {})
+
+
+def test_a_finger_is_calibrated_touch_by_touch(running, asked, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def until(test, seconds=60.0):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if test(told := running.studio.news("calibrate")[0]):
+                return told
+            time.sleep(0.01)
+        raise AssertionError(f"{told['run']}, {told.get('phase')}: {told.get('said')}")
+
+    with running.connect() as socket:
+
+        def ask(do, **given):
+            return asked(socket, "calibrate", do, **given)[0]
+
+        begun = ask("begin")
+        assert begun["port"] == "robot?seed=3"
+        assert len(begun["depths"]) == 8
+        for given in ({"accuracy": "much"}, {"rest": "-1 s"}, {"positions": "3 mm:1 mm:1 mm"}):
+            assert "error" in ask("start", start=given)
+        assert "no session runs" in ask("skip")["error"]
+        ask("start", start={"force": "40 N/m", "accuracy": "0.05 mm", "rest": "0.2 s", "hold": "0.1 s"})
+
+        def made_where_the_person_says(told):
+            if told.get("phase") == "touch" and told["asked"] != -1.2e-3:
+                ask("at", position="-1.2 mm")
+            return -1.2e-3 in np.asarray(told["touches"])
+
+        until(made_where_the_person_says)
+        until(lambda told: told["r2"] is not None)
+        ask("again")
+        told = until(lambda told: told["run"] == "ended")
+        assert told["phase"] == "done"
+        assert "reached" in told["said"][-1]
+        assert any("taken back" in line or "once more" in line for line in told["said"])
+        assert told["error"] <= told["wanted"] == 5e-5
+        assert set(told["health"]) == {"ok"}
+        for name in ("../out.toml", "out.txt", ""):
+            assert "without a folder" in ask("accept", name=name)["error"]
+        kept = ask("accept", name="out.toml")
+        assert "such a file already" in ask("accept", name="out.toml")["error"]
+    drawn, found = finger_of(EXAMPLE), ss.load(tmp_path / "out.toml")
+    robot = Robot(drawn, seed="3")
+    true = np.asarray(robot.finger.array.gain)
+    assert np.asarray(found.finger.array.gain) == pytest.approx(true, rel=0.05)
+    assert found.differences
+    assert kept["text"] == (tmp_path / "out.toml").read_text("utf-8")
+    gains = [float(now) for what, _, now in told["changes"] if what.startswith("gain")]
+    assert gains == pytest.approx(np.asarray(found.finger.array.gain), rel=1e-3)
+    assert running.studio.answer("calibrate", "back", {})[0] == {"done": True}
+    assert running.studio.news("calibrate")[0] == {"run": "idle"}
+
+
+@pytest.mark.parametrize("port", [None, "demo?rate=200", "touch.parquet"])
+def test_where_no_one_can_touch_nothing_is_calibrated(port):
+    view = CalibrateView(lambda: None, port)
+    assert view.answer("begin", {}, finger_of(EXAMPLE))["port"] == ""
+    with pytest.raises(SubskinError, match="no session"):
+        view.answer("start", {"start": {}}, finger_of(EXAMPLE))
 
 
 GOALS = """\
