@@ -44,7 +44,7 @@ class Running:
         )
 
     def get(self, path: str = "/", **headers: str) -> httpx.Response:
-        return httpx.get(self.url + path, headers=headers, timeout=20)
+        return httpx.get(self.url + path, headers=headers, timeout=20, verify=False)
 
     def stop(self) -> None:
         self.server.should_exit = True

@@ -29,7 +29,7 @@ def test_the_command_serves_until_it_is_stopped(tmp_path, monkeypatch, capsys):
             time.sleep(0.05)
         for _ in range(100):
             try:
-                pages.append(httpx.get(address[0], follow_redirects=True).text)
+                pages.append(httpx.get(address[0], follow_redirects=True, verify=False).text)
                 break
             except httpx.ConnectError:
                 time.sleep(0.1)

@@ -44,15 +44,19 @@ export class CalibrateView {
   }
 
   #lay() {
-    const table = h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "What changed" }, h("table", {}, h("thead", {}, h("tr", {}, ["what", "in the file", "found"].map((name) => h("th", { scope: "col" }, name)))), this.changes));
+    const table = h("div", { class: "scroll wrap", tabindex: "0", role: "group", "aria-label": "What changed" }, h("table", {}, h("thead", {}, h("tr", {}, ["what", "in the file", "found"].map((name) => h("th", { scope: "col" }, name)))), this.changes));
     this.changesCard = card("What changed", table);
     this.keepCard = card("Keep", this.name.row, h("div", { class: "buttons" }, this.accept, this.back, this.hold), this.written);
     this.guideCard = card("This touch", this.at.row, h("div", { class: "buttons" }, this.words));
     this.saidCard = card("Said", h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "What was said" }, this.said));
     this.beginCard = card("Session", h("p", { class: "note" }, "Touch by a thin straight edge across the row, on an area by a small tip, always with the same force."), h("div", { class: "fields" }, this.force.row, this.accuracy.row, this.positions.row, this.rest.row, this.holding.row), h("div", { class: "buttons" }, this.start));
-    this.element = h("div", { class: "view" },
-      h("div", { class: "stage" }, card("Where to touch", this.run, this.map.sheet.box, this.fault), card("The fit so far", this.numbers, this.doubts), this.changesCard),
-      h("div", { class: "side" }, this.beginCard, this.guideCard, this.keepCard, this.saidCard));
+    const where = card("Where to touch", this.run, this.map.sheet.box, this.fault);
+    const side = h("div", { class: "side" }, this.beginCard, this.keepCard, this.saidCard);
+    const narrow = matchMedia("(max-width: 64rem)"); // there what is to be done comes first
+    const settle = () => (narrow.matches ? where.after(this.beginCard, this.guideCard, this.keepCard) : side.prepend(this.beginCard, this.guideCard, this.keepCard));
+    this.element = h("div", { class: "view" }, h("div", { class: "stage" }, where, card("The fit so far", this.numbers, this.doubts), this.changesCard), side);
+    narrow.addEventListener("change", settle);
+    settle();
     this.hold.hidden = true;
     this.hear({ run: "idle" });
   }

@@ -261,8 +261,10 @@ def _changes(file: FingerFile, finger: Any, origin: Any, relative: bool) -> list
     rows = []
     gains = [np.broadcast_to(np.asarray(one.gain, float), (len(new),)) for one in (old, new)]
     depths = [1e3 * float(np.mean(np.asarray(one.depth))) for one in (old, new)]
+    if relative:  # the force of the touches is not known, and nor is the gain of all sensors together
+        gains = [gain / gain.mean() for gain in gains]
     for name, before, after in zip(file.names, *gains, strict=True):
-        rows.append([f"gain of {name}{', relative' if relative else ''}", f"{before:.4g}", f"{after:.4g}"])
+        rows.append([f"gain of {name}{', of the mean' if relative else ''}", f"{before:.4g}", f"{after:.4g}"])
     rows.append(["depth of the sensors, mean", f"{depths[0]:.3f} mm", f"{depths[1]:.3f} mm"])
     for axis, (before, after) in zip("yz", np.broadcast(*map(np.atleast_1d, (file.origin, origin))), strict=False):
         rows.append([f"origin {axis}", f"{1e3 * before:.3f} mm", f"{1e3 * after:.3f} mm"])
