@@ -92,7 +92,7 @@ def test_dragging_moves_the_touch_and_the_answer_follows(opened):
         page.mouse.move(x - 15 * step, y, steps=2)
     page.mouse.up()
     seen = [opened.until("position", lambda value: value < before - 1)]
-    after = opened.until("position", lambda value: seen.append(value) or len(seen) > 6 and len(set(seen[-6:])) == 1)
+    after = opened.until("position", lambda value: seen.append(value) or (len(seen) > 6 and len(set(seen[-6:])) == 1))
     row = page.locator("tr", has_text="position").first
     row.locator("td", has_text=f"{after:.4g}".replace("-", "−")[:4]).first.wait_for()
     opened.saved()

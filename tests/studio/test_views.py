@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from types import SimpleNamespace
@@ -18,10 +19,11 @@ from subskin.design import search_grid
 from subskin.design.ridges import read_ridged
 from subskin.errors import SubskinError
 from subskin.io.goals_file import parse_goals
+from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
-from subskin.studio.views.calibrate import CalibrateView
+from subskin.studio.views.calibrate import BenchFeed, CalibrateView
 from subskin.studio.views.design import DesignView
 from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
 from subskin.studio.views.form import edited, finger_of, form_of
@@ -389,6 +391,22 @@ def test_a_finger_is_calibrated_touch_by_touch(running, asked, tmp_path, monkeyp
     assert gains == pytest.approx(np.asarray(found.finger.array.gain), rel=1e-3)
     assert running.studio.answer("calibrate", "back", {})[0] == {"done": True}
     assert running.studio.news("calibrate")[0] == {"run": "idle"}
+
+
+def test_the_weak_and_the_dead_sensor_are_told():
+    file, positions = finger_of(EXAMPLE), np.linspace(-5e-3, 5e-3, 15)
+    readings = file.finger.read(ss.LineLoad(np.full(15, 40.0), position=positions), np.random.default_rng(1))
+    readings[:, 2] *= 0.0
+    readings[:, 5] *= 0.3
+    feed = BenchFeed(Bench(file, positions, force=40.0), "robot", lambda: None)
+    assert feed.told()["health"] == 8 * ["ok"]
+    feed.bench_state = replace(feed.bench_state, found=ss.calibrate(file.finger, readings, positions, force=40.0))
+    told = feed.told()
+    assert told["health"] == ["ok", "ok", "dead", "ok", "ok", "weak", "ok", "ok"]
+    assert told["doubts"]
+    found = {what: float(now) for what, _, now in told["changes"] if what.startswith("gain")}
+    assert found["gain of s2"] == 0.0
+    assert found["gain of s5"] == pytest.approx(0.3, rel=0.1)
 
 
 @pytest.mark.parametrize("port", [None, "demo?rate=200", "touch.parquet"])

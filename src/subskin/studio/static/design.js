@@ -116,7 +116,7 @@ export class DesignView {
 
   #cell(cell) {
     this.cell = cell;
-    const ratio = cell.ratio === null ? "there is no room for it" : cell.ratio <= 1 ? "it meets the goals of the map" : `its worst value is ${plain(cell.ratio, 2)} times what was wanted`;
+    const ratio = cell.ratio === null ? "there is no room for it" : cell.ratio <= 1 ? "it meets the goals of the map" : `its worst value is ${plain(cell.ratio, 2)} times what was wanted${cell.ratio < 30 ? "" : ", or more"}`;
     this.said.textContent = `${plain(1e3 * cell.depth)} mm deep, ${plain(1e3 * cell.pitch)} mm apart: ${ratio}.`;
     this.hold.disabled = cell.ratio === null;
   }

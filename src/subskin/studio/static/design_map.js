@@ -66,7 +66,7 @@ export class DesignMap {
     if (!this.map || !this.sheet.width) return;
     const [d, s] = this.at;
     const ratio = this.map.excess[d][s];
-    this.handle.place(...this.#place(), d * 1000 + s, `depth ${plain(1e3 * this.map.depths[d])} mm, pitch ${plain(1e3 * this.map.pitches[s])} mm, ${ratio === null ? "no room" : ratio <= 1 ? "meets the goals" : `${plain(ratio, 2)} times what was wanted`}`);
+    this.handle.place(...this.#place(), d * 1000 + s, `depth ${plain(1e3 * this.map.depths[d])} mm, pitch ${plain(1e3 * this.map.pitches[s])} mm, ${ratio === null ? "no room" : ratio <= 1 ? "meets the goals" : `${plain(ratio, 2)} times what was wanted${ratio < 30 ? "" : ", or more"}`}`);
   }
 
   get box() {
