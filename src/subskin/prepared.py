@@ -28,6 +28,10 @@ class Prepared:
         self._most = most
         self._changing = Lock()
 
+    def __reduce__(self) -> tuple[type[Prepared], tuple[int]]:
+        """Travel empty: what is kept is made again where it is wanted."""
+        return Prepared, (self._most,)
+
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
         """What `make` returned when `key` was first asked for.
 

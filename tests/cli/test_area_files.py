@@ -237,7 +237,6 @@ def test_a_table_mounted_elsewhere_needs_three_touches(folder, subskin, table):
     ("command", "says"),
     [
         (("calibrate", "drawn.toml", "touches.csv", "--position-column", "position_y"), "two columns, y and z"),
-        (("calibrate", "drawn.toml", "touches.csv", "--choose"), "compared on a row"),
         (("calibrate", "drawn.toml", "touches.csv", "--response", "table", "--fit", "gain"), "--response table"),
         (("calibrate", "free.toml", "touches.csv", "--response", "table"), "friction is not 0"),
         (("calibrate", "magnets.toml", "lattice.csv", "--response", "table", "-o", "-"), "a file beside the finger"),

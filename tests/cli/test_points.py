@@ -97,8 +97,6 @@ def test_touches_on_an_area_are_simulated(tables, subskin):
         (("locate", "row.toml", "row.csv", "--truth", "y,z"), "one column"),
         (("locate", "area.toml", "area.csv", "--load", "line"), "solved in a plane"),
         (("locate", "area.toml", "area.csv", "--beside", "1 mm"), "sensors in a row"),
-        (("decide", "area.toml", "area.csv"), "sensors on an area"),
-        (("pressure", "area.toml", "area.csv"), "sensors on an area"),
         (("check", "area.toml"), "sensors on an area"),
         (("calibrate", "area.toml", "area.csv", "--blind", "-o", "x.toml"), "sensors on an area"),
         (("tolerances", "area.toml", "--force", "10"), "sensors on an area"),

@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...array import SensorArray
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
@@ -133,7 +134,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Goals:
+class Goals(Frozen):
     """All that a search needs to know; `rank_fingers` has an example.
 
     Parameters

@@ -17,7 +17,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
-from .tiles import SomeSensors, Response, boxes_beyond, nodes_beyond, tiles_of
+from .tiles import Response, SomeSensors, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
 

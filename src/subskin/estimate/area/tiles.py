@@ -18,7 +18,7 @@ from ..._check import FloatArray
 from ...prepared import Prepared
 from ...radial import RadialResponse
 
-__all__ = ["SomeSensors", "Response", "Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
+__all__ = ["Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
 
 _STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
 _RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)

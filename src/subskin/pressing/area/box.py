@@ -9,6 +9,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
+from ..._frozen import Frozen
 from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
 from ..body import LocalIndenter
@@ -37,7 +38,7 @@ Ends = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
-class AreaGrid:
+class AreaGrid(Frozen):
     """What was asked of the grid: nodes along the longer side, sides along y and z [m]; None where nothing was."""
 
     nodes: int

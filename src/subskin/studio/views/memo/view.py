@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -57,7 +57,7 @@ def look(given: MemoState) -> dict[str, Any]:
     }
 
 
-@cache
+@lru_cache(maxsize=64)
 def _equations(key: str) -> list[dict[str, Any]]:
     """What is known of the figure's equations; the numbers in the findings are computed."""
     figure: Figure = _ALL[key]
