@@ -19,6 +19,9 @@ from subskin.studio.guard import Keys
 from subskin.studio.opening import bound, served
 from subskin.studio.studio import Studio
 
+DEVICE = "robot?seed=3"
+"""A stage that touches a finger; the views Live and Calibrate offer it."""
+
 
 @dataclass
 class Running:
@@ -41,16 +44,22 @@ class Running:
         )
 
     def get(self, path: str = "/", **headers: str) -> httpx.Response:
-        return httpx.get(self.url + path, headers=headers, timeout=20)
+        return httpx.get(self.url + path, headers=headers, timeout=20, verify=False)
 
     def stop(self) -> None:
         self.server.should_exit = True
         self.thread.join(10)
+        self.studio.close()
+
+    def again(self) -> None:
+        """As after the command is given once more: nothing is left of the studio that was."""
+        new = started(self.keys.port)
+        self.studio, self.server, self.thread = new.studio, new.server, new.thread
 
 
 def started(port: int = 0) -> Running:
     place = bound(port)
-    studio, keys = Studio(), Keys(place.getsockname()[1], "the secret of the tests")
+    studio, keys = Studio(device=DEVICE), Keys(place.getsockname()[1], "the secret of the tests")
     server = served(studio, keys)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [place]}, daemon=True)
     thread.start()
@@ -64,12 +73,6 @@ def running() -> Iterator[Running]:
     one = started()
     yield one
     one.stop()
-    one.studio.close()
-
-
-@pytest.fixture
-def start_again() -> Any:
-    return started
 
 
 def heard(socket: ClientConnection, timeout: float = 30.0) -> tuple[dict[str, Any], bytes]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
-import sys
+import threading
 import time
 
 import httpx
@@ -17,22 +16,30 @@ from subskin.studio.opening import bound
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
-def test_the_command_serves_until_it_is_stopped(tmp_path):
-    env = {**os.environ, "XDG_STATE_HOME": str(tmp_path)}
-    command = [sys.executable, "-m", "subskin", "studio", "--no-browser", "--host-port", "0"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=env) as running:
-        assert running.stderr is not None
-        address = re.search(r"http://127\.0\.0\.1:\d+/\?token=\w+", running.stderr.readline())
-        assert address is not None
+def test_the_command_serves_until_it_is_stopped(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    heard, pages = [], []
+
+    def visit():
+        """What a browser does, and then Ctrl-C."""
+        for _ in range(600):
+            heard.append(capsys.readouterr().err)
+            if address := re.search(r"http://127\.0\.0\.1:\d+/\?token=\w+", "".join(heard)):
+                break
+            time.sleep(0.05)
         for _ in range(100):
             try:
-                page = httpx.get(address[0], follow_redirects=True)
+                pages.append(httpx.get(address[0], follow_redirects=True, verify=False).text)
                 break
             except httpx.ConnectError:
                 time.sleep(0.1)
-        assert "subskin <b>studio</b>" in page.text
-        running.send_signal(signal.SIGINT)
-        assert running.wait(30) == 0
+        signal.raise_signal(signal.SIGINT)
+
+    visitor = threading.Thread(target=visit, daemon=True)
+    visitor.start()
+    assert main(["studio", "--no-browser", "--host-port", "0"]) == 0
+    visitor.join(10)
+    assert "subskin <b>studio</b>" in pages[0]
 
 
 def test_what_cannot_be_opened_is_said(capsys):

@@ -9,12 +9,10 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import io
-from ..errors import InvalidValueError
 from .common import describe, listed, said_of
 
 if TYPE_CHECKING:
@@ -68,11 +66,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    import numpy as np
-
     from ..io.units import quantity
     from ..live.bare import BareChain
     from ..live.bench import Bench
+    from ..live.bench_file import calibrated, candidates_of
     from ..live.run import Live, connected
 
     file = io.load(options.finger)
@@ -80,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
     seconds = {name: quantity(getattr(options, name), "s", f"--{name}") for name in ("rest", "hold")}
     bench = Bench(
         file,
-        _candidates(options.positions, file.finger.array.points, float(np.asarray(file.finger.array.depth).mean())),
+        candidates_of(file, options.positions, "--positions"),
         force=None if options.force is None else quantity(options.force, unit, "--force"),
         fit=listed(options.fit), accuracy=quantity(options.accuracy, "m", "--accuracy"), most=options.most, **seconds,
     )  # fmt: skip
@@ -93,11 +90,8 @@ def run(options: argparse.Namespace) -> int:
             session.stopped()
             raise
     found = bench.result(session.state, accept_misfit=options.accept_misfit)
-    facts: dict[str, Any] = {"source": "bench", "fit": list(bench.fit), "touches": found.score.touches}
-    facts["r2"] = float(found.r2)
-    differences = replace(file, differences=True)
     with said_of(options.out):
-        io.save_finger(differences.with_finger(found.finger, found.origin, facts, turn=found.turn), options.out)
+        io.save_finger(calibrated(bench, found), options.out)
     if options.json:
         session.line({"said": "written", "file": options.out, "r2": found.r2, "error": session.state.error})
     else:
@@ -228,27 +222,3 @@ class _Session:
         bars = "".join(_BARS[int(min(8 * one, 8))] for one in np.nan_to_num(level))
         print(f"\r\x1b[K  [{bars}] {state.phase}", end="", flush=True)
         self._drawn = now
-
-
-def _candidates(text: str | None, points: npt.NDArray[np.float64], depth: float) -> npt.NDArray[np.float64]:
-    """Where touches can be made: what --positions says, on an area for both axes; or all over the sensors."""
-    import numpy as np
-
-    from ..io.units import quantity
-
-    area = points.ndim == 2 and points.shape[1] == 2 and bool(np.ptp(points[:, 1]))
-    axes = []
-    for axis in range(2 if area else 1):
-        along = points[:, axis] if points.ndim == 2 else points
-        if text is None:
-            axes.append(np.arange(along.min() - depth, along.max() + 1.001 * depth, 0.25 * depth * (1 + area)))
-        elif ":" in text:
-            parts = [quantity(part, "m", "--positions") for part in text.split(":")]
-            if len(parts) != 3 or not parts[2] > 0 or not parts[1] > parts[0]:
-                fix = '--positions "-6 mm:6 mm:1 mm"'
-                raise InvalidValueError(f'--positions "{text}"', "first:last:step is needed, rising", fix)
-            axes.append(np.arange(parts[0], parts[1] + 1e-9, parts[2]))
-        else:
-            axes.append(np.array([quantity(part, "m", "--positions") for part in listed(text)]))
-    axes = [np.round(along, 5) + 0.0 for along in axes]  # to what a person reads, and no -0
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2) if area else axes[0]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.finger_file import FingerFile, load, parse_finger
+from .views.calibrate import CalibrateView
 from .views.design import DesignView
 from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
 from .views.form import finger_of
@@ -36,7 +37,7 @@ class Studio:
     file : path-like, optional
         The finger.toml that is shown at the beginning; an example if left out.
     device : str, optional
-        A device or a recording that the live view begins with.
+        A device or a recording that the live view begins with; a device is calibrated too.
 
     Raises
     ------
@@ -44,7 +45,7 @@ class Studio:
         The file cannot be read, or holds something wrong.
     """
 
-    DOES: ClassVar[frozenset[str]] = LiveView.DOES | DesignView.DOES
+    DOES: ClassVar[frozenset[str]] = LiveView.DOES | DesignView.DOES | CalibrateView.DOES
     """What changes something, and is therefore done each time that it is asked."""
 
     def __init__(self, file: str | Path | None = None, device: str | None = None) -> None:
@@ -56,6 +57,12 @@ class Studio:
         self._finger = FingerView(self.file)
         self._live = LiveView(self.wake, device)
         self._design = DesignView(self.wake)
+        self._calibrate = CalibrateView(self.wake, device)
+        self._told: dict[str, LiveView | DesignView | CalibrateView] = {
+            "live": self._live,
+            "design": self._design,
+            "calibrate": self._calibrate,
+        }
         self.hand("finger").submit(
             self._finger.look, FingerState(text=self.text)
         )  # loops are compiled while the browser opens
@@ -82,9 +89,15 @@ class Studio:
 
             return look(MemoState.model_validate(given.get("state", {}))), []
         if view == "live":
+            if do == "start":
+                self._calibrate.close()  # one of the two has the device
             return self._live.answer(do, given, self._file(given.get("finger"))), []
         if view == "design":
             return self._design.answer(do, given), []
+        if view == "calibrate":
+            if do == "start":
+                self._live.close()
+            return self._calibrate.answer(do, given, self._file(given.get("finger"))), []
         raise _unknown(view, do)
 
     def _file(self, text: object) -> FingerFile:
@@ -114,19 +127,19 @@ class Studio:
 
     def close(self) -> None:
         """Stop what runs."""
-        self._live.close()
-        self._design.close()
+        for view in self._told.values():
+            view.close()
         for hand in self._hands.values():
             hand.shutdown(wait=False, cancel_futures=True)
 
     def number_of(self, view: str) -> int:
         """How often what `view` tells of itself has changed; -1 of a view that tells nothing."""
-        return self._live.number if view == "live" else self._design.number if view == "design" else -1
+        return self._told[view].number if view in self._told else -1
 
     def news(self, view: str) -> Answer:
         """What `view` tells of itself now."""
-        if view in ("live", "design"):
-            return (self._live.told() if view == "live" else self._design.told()), []
+        if view in self._told:
+            return self._told[view].told(), []
         raise _unknown(view, "news")
 
 

@@ -1,4 +1,5 @@
 // The page: its views, the tools that all of them have, and the theme.
+import { CalibrateView } from "./calibrate.js";
 import { DesignView } from "./design.js";
 import { h, icon } from "./dom.js";
 import { FingerView } from "./finger.js";
@@ -7,14 +8,15 @@ import { MemoView } from "./memo.js";
 import { copied } from "./save.js";
 import { where } from "./store.js";
 import { switchTheme } from "./theme.js";
-import { begin } from "./wire.js";
+import { ask, begin, whenOpen } from "./wire.js";
 
-const VIEWS = { finger: ["Finger", FingerView], live: ["Live", LiveView], design: ["Design", DesignView], memo: ["Memo", MemoView] };
+const VIEWS = { finger: ["Finger", FingerView], live: ["Live", LiveView], calibrate: ["Calibrate", CalibrateView], design: ["Design", DesignView], memo: ["Memo", MemoView] };
+let device = false; // without one there is nothing to calibrate
 const made = {}; // views by name, and how one shows another
 
 function current() {
   const { view } = where();
-  return view in VIEWS ? view : "finger";
+  return view in VIEWS && (view !== "calibrate" || device) ? view : "finger";
 }
 
 function open() {
@@ -44,7 +46,7 @@ made.show = (name, state) => {
 
 const tabs = document.getElementById("tabs");
 tabs.append(...Object.entries(VIEWS).map(([name, [label]]) => {
-  const link = h("a", { href: `#${name}`, "data-view": name }, label);
+  const link = h("a", { href: `#${name}`, "data-view": name, hidden: name === "calibrate" }, label);
   link.addEventListener("click", (event) => {
     if (event.ctrlKey || event.metaKey || event.shiftKey) return;
     event.preventDefault();
@@ -53,6 +55,12 @@ tabs.append(...Object.entries(VIEWS).map(([name, [label]]) => {
     made[name].store?.address();
   });
   return link;
+}));
+
+whenOpen(() => ask({ view: "calibrate", do: "begin" }, (said) => {
+  device = Boolean(said.port);
+  tabs.querySelector("[data-view=calibrate]").hidden = !device;
+  if (where().view === "calibrate" && made.shown !== "calibrate") open();
 }));
 
 const tool = (label, paths, act) => h("button", { class: "icon", type: "button", "aria-label": label, title: label, onclick: act }, icon(...paths));
@@ -81,5 +89,5 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   event.preventDefault();
   document.getElementById("main").focus();
 });
-open();
+if (where().view !== "calibrate") open(); // for that one the server is asked whether there is a device
 begin();

@@ -13,7 +13,7 @@ export class DesignView {
     this.views = views;
     this.told = {};
     this.text = "";
-    this.which = { skin: 0, sensor: 0, count: 0 };
+    this.which = { skin: 0, sensor: 0, layout: 0 };
     this.fields = h("div", { class: "fields" });
     const id = fresh("goals");
     this.goals = h("textarea", { id, rows: "16", spellcheck: "false", class: "code" });
@@ -24,9 +24,9 @@ export class DesignView {
     this.start = h("button", { class: "button primary", type: "button", onclick: () => this.#act("start", { text: this.text }) }, "Start");
     this.stop = h("button", { class: "button", type: "button", onclick: () => this.#act("stop") }, "Stop");
     this.map = new DesignMap((cell) => this.#cell(cell));
-    this.pick = Object.fromEntries([["skin", "Skin"], ["sensor", "Kind of sensor"], ["count", "Count of sensors"]].map(([key, label]) => [key, h("select", { "aria-label": label, onchange: () => this.#look({ [key]: Number(this.pick[key].value) }) })]));
+    this.pick = Object.fromEntries([["skin", "Skin"], ["sensor", "Kind of sensor"], ["layout", "Count of sensors"]].map(([key, label]) => [key, h("select", { "aria-label": label, onchange: () => this.#look({ [key]: Number(this.pick[key].value) }) })]));
     this.said = h("p", {});
-    this.hold = h("button", { class: "button primary", type: "button", onclick: () => this.#hold({ ...this.which, ...this.cell }) }, "Hold in Finger");
+    this.hold = h("button", { class: "button primary", type: "button", onclick: () => this.#hold({ ...this.which, depth: this.cell.at[0], pitch: this.cell.at[1] }) }, "Hold in Finger");
     this.mapCard = card("Map of designs", h("div", { class: "picks" }, Object.values(this.pick)), this.map.sheet.box, h("div", { class: "held" }, this.said, this.hold));
     this.fingers = h("div", { class: "stage" });
     const details = h("details", {}, h("summary", {}, "All goals, as a file"), h("label", { class: "hidden", for: id }, "goals.toml"), this.goals,
@@ -98,16 +98,16 @@ export class DesignView {
     const fill = (select, names) => select.replaceChildren(...names.map(([value, text]) => h("option", { value: String(value) }, text)));
     fill(this.pick.skin, map.skins.map((name, i) => [i, name]));
     fill(this.pick.sensor, map.sensors.map((name, i) => [i, name]));
-    fill(this.pick.count, map.counts.map((count) => [count, `${count} sensors`]));
+    fill(this.pick.layout, map.layouts.map((name, i) => [i, name]));
     const best = study?.fingers[0];
-    this.#look(best ? { skin: best.skin, sensor: best.sensor, count: best.count } : { skin: 0, sensor: 0, count: map.counts.at(-1) }, true);
+    this.#look(best ? { skin: best.skin, sensor: best.sensor, layout: best.layout } : { skin: 0, sensor: 0, layout: map.layouts.length - 1 }, true);
   }
 
   #look(change, anew = false) {
     this.which = { ...this.which, ...change };
     ask({ view: "design", do: "map", ...this.which }, (said) => {
       if (this.#wrong(said.error)) return;
-      this.which = { skin: said.skin, sensor: said.sensor, count: said.count };
+      this.which = { skin: said.skin, sensor: said.sensor, layout: said.layout };
       for (const key of Object.keys(this.pick)) this.pick[key].value = String(said[key]);
       if (anew) this.map.map = null;
       this.map.show(said);
@@ -116,20 +116,20 @@ export class DesignView {
 
   #cell(cell) {
     this.cell = cell;
-    const ratio = cell.ratio === null ? "there is no room for it" : cell.ratio <= 1 ? "it meets the goals of the map" : `its worst value is ${plain(cell.ratio, 2)} times what was wanted`;
+    const ratio = cell.ratio === null ? "there is no room for it" : cell.ratio <= 1 ? "it meets the goals of the map" : `its worst value is ${plain(cell.ratio, 2)} times what was wanted${cell.ratio < 30 ? "" : ", or more"}`;
     this.said.textContent = `${plain(1e3 * cell.depth)} mm deep, ${plain(1e3 * cell.pitch)} mm apart: ${ratio}.`;
     this.hold.disabled = cell.ratio === null;
   }
 
-  #hold({ skin, sensor, count, depth, pitch }) {
-    ask({ view: "design", do: "hold", skin, sensor, count, depth, pitch }, (said) => {
+  #hold(design) {
+    ask({ view: "design", do: "hold", ...design }, (said) => {
       if (!this.#wrong(said.error)) this.views.show("finger", { text: said.text });
     });
   }
 
   #found(study) {
     const rows = study.rows.map((row, i) => h("tr", {}, row.map((cell, k) => (k ? h("td", {}, cell) : h("th", { scope: "row" }, cell))),
-      h("td", {}, h("button", { class: "button", type: "button", "aria-label": `Hold finger ${i + 1}`, onclick: () => this.#hold(study.fingers[i]) }, "Hold"))));
+      h("td", {}, h("button", { class: "button", type: "button", "aria-label": `Hold finger ${i + 1}`, onclick: () => this.#hold({ finger: i }) }, "Hold"))));
     const table = h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Fingers, ranked" }, h("table", {}, h("thead", {}, h("tr", {}, study.columns.map((name) => h("th", { scope: "col" }, name || "#")), h("th", { scope: "col" }, "keep"))), h("tbody", {}, rows)));
     const report = h("button", { class: "button", type: "button", onclick: () => {
       report.disabled = true;

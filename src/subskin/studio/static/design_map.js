@@ -58,7 +58,7 @@ export class DesignMap {
     const { depths, pitches, excess } = this.map;
     this.at = [clip(depth, 0, depths.length - 1), clip(pitch, 0, pitches.length - 1)];
     const [d, s] = this.at;
-    this.chosen({ depth: depths[d], pitch: pitches[s], ratio: excess[d][s] });
+    this.chosen({ at: this.at, depth: depths[d], pitch: pitches[s], ratio: excess[d][s] });
     requestAnimationFrame(() => this.place());
   }
 
@@ -66,7 +66,7 @@ export class DesignMap {
     if (!this.map || !this.sheet.width) return;
     const [d, s] = this.at;
     const ratio = this.map.excess[d][s];
-    this.handle.place(...this.#place(), d * 1000 + s, `depth ${plain(1e3 * this.map.depths[d])} mm, pitch ${plain(1e3 * this.map.pitches[s])} mm, ${ratio === null ? "no room" : ratio <= 1 ? "meets the goals" : `${plain(ratio, 2)} times what was wanted`}`);
+    this.handle.place(...this.#place(), d * 1000 + s, `depth ${plain(1e3 * this.map.depths[d])} mm, pitch ${plain(1e3 * this.map.pitches[s])} mm, ${ratio === null ? "no room" : ratio <= 1 ? "meets the goals" : `${plain(ratio, 2)} times what was wanted${ratio < 30 ? "" : ", or more"}`}`);
   }
 
   get box() {

@@ -15,8 +15,7 @@ import numpy as np
 
 from ..._check import FloatArray
 from ...design import rank_fingers, search_grid
-from ...design.search import DesignGrid, DesignStudy
-from ...design.search.goals import Row
+from ...design.search import DesignedFinger, DesignGrid, DesignStudy
 from ...design.words import finger_table, legend_of, reasons_of, remedies_of, verdict_of
 from ...errors import InvalidValueError, SubskinError
 from ...io.goals_file import GoalsFile, finger_text, parse_goals
@@ -27,10 +26,14 @@ _FIELDS = (
     ("touch", "force", "forces, weakest and strongest"),
     ("touch", "friction", "friction"),
     ("touch", "span", "length that is touched"),
+    ("touch", "area", "sides of the area that is touched"),
+    ("touch", "edge", "length of an edge"),
     ("touch", "feature", "two edges told apart from"),
     ("touch", "largest_strain", "largest strain"),
     ("accuracy", "position", "error of the position"),
     ("accuracy", "angle", "error of the angle"),
+    ("accuracy", "force", "error of the force, as a share"),
+    ("accuracy", "edge", "error of an edge's direction"),
     ("accuracy", "unsure", "share that may be unsure"),
     ("room", "count", "count, least and most"),
     ("room", "depth", "depth, least and most"),
@@ -143,8 +146,11 @@ class DesignView:
             goals = grid.goals
             out["map"] = {
                 "skins": [skin.name for skin in goals.skins],
-                "sensors": [kind.name for kind in goals.sensors],
-                "counts": grid.counts,
+                "sensors": [kind.name for kind in goals.choices],
+                "layouts": [
+                    f"{layout.count} sensors, {layout.text}" if goals.on_area else f"{layout.count} sensors"
+                    for layout in goals.layouts
+                ],
                 "rows": int(np.isfinite(grid.excess).sum()),
             }
         if study is not None:
@@ -157,7 +163,7 @@ class DesignView:
                 "rows": rows,
                 "left": left,
                 "fingers": [
-                    {**_row(one.row), "meets": one.meets, "reasons": reasons_of(study, one.row)}
+                    {**_where(study, one), "meets": one.meets, "reasons": reasons_of(study, one.row)}
                     for one in study.fingers
                 ],
             }
@@ -186,7 +192,7 @@ class DesignView:
         file = parse_goals(text)
         self.close()
         self.text, self._file, self._grid, self._study, self._fault = text, file, None, None, ""
-        looks = len(file.goals.skins) * len(file.goals.sensors)
+        looks = len(file.goals.skins) * len(file.goals.choices)
         self._run, self._done, self._total = "searching", 0, looks * file.goals.effort.depths
         spawn = get_context("spawn")
         here, there = spawn.Pipe(duplex=False)
@@ -219,40 +225,41 @@ class DesignView:
         self._tell()
 
     def _map(self, given: dict[str, Any]) -> dict[str, Any]:
-        """The designs of one skin, kind and count, and the best of each count."""
-        grid, k, m, n = self._which(given)
-        excess = np.where(np.isfinite(grid.excess), np.minimum(grid.excess, _MOST), np.nan)
-        best = np.where(np.isfinite(excess[k, m]), excess[k, m], np.inf).min(axis=(0, 1))
+        """The designs of one skin, kind and count, or layout on an area."""
+        grid = self._known()
+        k, m, n = (_index(given, *of) for of in zip(("skin", "sensor", "layout"), _lengths(grid), strict=True))
+        excess = grid.excess[k, m, :, :, n]
         return {
             "skin": k,
             "sensor": m,
-            "count": int(grid.counts[n]),
-            "counts": grid.counts,
+            "layout": n,
             "depths": grid.depths[k],
             "pitches": grid.pitches,
-            "excess": excess[k, m, :, :, n],
-            "best": np.where(np.isfinite(best), best, np.nan),
+            "excess": np.where(np.isfinite(excess), np.minimum(excess, _MOST), np.nan),
         }
 
-    def _which(self, given: dict[str, Any]) -> tuple[DesignGrid, int, int, int]:
-        grid = self._grid
-        if grid is None:
-            raise InvalidValueError("no map", "nothing has been searched yet", "start the search")
-        skin, sensor, count = (int(given.get(key, 0)) for key in ("skin", "sensor", "count"))
-        k, m = int(np.clip(skin, 0, len(grid.goals.skins) - 1)), int(np.clip(sensor, 0, len(grid.goals.sensors) - 1))
-        return grid, k, m, int(np.abs(grid.counts - count).argmin())
+    def _known(self) -> DesignGrid:
+        if self._grid is None:
+            raise InvalidValueError("no design", "nothing has been searched yet", "start the search")
+        return self._grid
 
     def _held(self, given: dict[str, Any]) -> str:
-        """A design as a finger.toml."""
-        file = self._file
-        if file is None:
-            raise InvalidValueError("no design", "nothing has been searched yet", "start the search")
-        row = Row(
-            *(int(given[key]) for key in ("skin", "sensor", "count")),
-            *(float(given[key]) for key in ("depth", "pitch")),
-        )
-        ends = file.goals.touches.span or (-0.5 * row.length, 0.5 * row.length)
-        return finger_text(file, row, ends, [f"{file.goals.title}: held in the studio"])
+        """A finger that was found, or a design of the map, as a finger.toml."""
+        grid, file = self._known(), self._file
+        assert file is not None
+        search: Any
+        if "finger" in given:
+            found = () if self._study is None else self._study.fingers
+            if not found:
+                raise InvalidValueError("no fingers", "no search has ended yet", "start the search")
+            one = found[_index(given, "finger", len(found))]
+            row, search = one.row, one.quality.search
+        else:
+            k, m, n = (_index(given, *of) for of in zip(("skin", "sensor", "layout"), _lengths(grid), strict=True))
+            d, s = _index(given, "depth", grid.depths.shape[1]), _index(given, "pitch", len(grid.pitches))
+            row, touches = grid.row(k, m, d, s, n), file.goals.touches
+            search = touches.area or touches.span or (-0.5 * row.length, 0.5 * row.length)
+        return finger_text(file, row, search, [f"{file.goals.title}: held in the studio"])
 
     def _report(self) -> str:
         from ...report import as_html, design_report
@@ -266,8 +273,22 @@ class DesignView:
         self._wake()
 
 
-def _row(row: Row) -> dict[str, Any]:
-    return {name: getattr(row, name) for name in ("skin", "sensor", "count", "depth", "pitch")}
+def _lengths(grid: DesignGrid) -> tuple[int, int, int]:
+    """How many skins, kinds and layouts a grid has."""
+    return len(grid.goals.skins), len(grid.goals.choices), len(grid.goals.layouts)
+
+
+def _index(given: Mapping[str, Any], name: str, count: int) -> int:
+    """Which of `count` things a page means."""
+    which = given.get(name, 0)
+    if type(which) is not int or not 0 <= which < count:
+        raise InvalidValueError(f"{name} {which}", f"there are {count}, counted from 0", "choose on the page")
+    return which
+
+
+def _where(study: DesignStudy, one: DesignedFinger) -> dict[str, int]:
+    """The map on which a finger lies."""
+    return dict(zip(("skin", "sensor", "layout"), one.row.which(study.goals), strict=True))
 
 
 def _plain(value: Any) -> str:
