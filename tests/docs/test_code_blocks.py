@@ -39,7 +39,7 @@ RUN, SHOWN = {"python", "pycon", "console", "toml"}, {"text", "bibtex", "json", 
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 FENCE = re.compile(r"^(?P<indent> *)(?P<ticks>`{3,})(?P<language>[^`\n]*)$")
 MARK = re.compile(r"^<!-- (?P<kind>file|not run): (?P<value>.+) -->$")
-MOST_NOT_RUN = 4
+MOST_NOT_RUN = 5
 WIDEST = 90  # columns that a page shows without a scroll bar
 
 

@@ -21,7 +21,7 @@ def rooms(package: ModuleType) -> dict[str, ModuleType]:
     """The rooms without a page of their own, by their way from the top; design has rooms within."""
     folder = Path(package.__file__).parent
     names = {path.stem for path in folder.iterdir() if path.suffix == ".py" or (path / "__init__.py").is_file()}
-    hidden = {name for name in names if name.startswith("_")} | {"cli"}
+    hidden = {name for name in names if name.startswith("_")} | {"cli", "studio"}  # commands and a page
     found = {name: importlib.import_module(f"{package.__name__}.{name}") for name in names - hidden}
     found = {name: room for name, room in found.items() if room.__name__ not in PAGES}
     if package is subskin:

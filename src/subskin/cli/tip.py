@@ -34,15 +34,7 @@ def people(out: TextIO, found: TipError) -> None:
         f"{100 * found.reading:.1f}", number(1e3 * found.position, 2), f"{100 * found.force:.1f}",
         number(math.degrees(found.angle), 2),
     ]  # fmt: skip
-    columns = [
-        "radius [mm]",
-        "thickness [mm]",
-        "depth [mm]",
-        "reading [%]",
-        "position [mm]",
-        "force [%]",
-        "angle [deg]",
-    ]
+    columns = ["tip [mm]", "skin [mm]", "depth [mm]", "reading [%]", "position [mm]", "force [%]", "angle [deg]"]
     show(out, f"flat layers on a {name}: worst errors", columns, [row])
     sensors = " or ".join(_PEOPLE[kind] for kind in found.kinds)
     loads = "touches" if found.shape == "sphere" else "long contacts"
