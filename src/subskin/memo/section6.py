@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -114,4 +115,4 @@ def eq26_corrected(attenuation: ArrayLike = 1e3) -> FloatArray:
         raise InvalidValueError(
             f"attenuation = {float(ratio.min()):.6g}", "has to be >= 1, the value at the peak", "attenuation=1000"
         )
-    return np.asarray(-lambertw(-1 / (np.e * ratio), k=-1).real)
+    return np.asarray(-lambertw(-1 / (math.e * ratio), k=-1).real)

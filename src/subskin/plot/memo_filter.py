@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -155,7 +156,7 @@ def figure_15() -> Figure:
     zero_line(amplitude)
     for axes in (amplitude, phase):
         axes.axvline(peak, color=GREY, lw=0.6, ls=(0, (2, 2)), zorder=0.6)
-    amplitude.plot([peak, peak], [-1.5 / np.e, 0], "o", ms=4, mfc="white", mec=BLACK, zorder=3)
+    amplitude.plot([peak, peak], [-1.5 / math.e, 0], "o", ms=4, mfc="white", mec=BLACK, zorder=3)
     amplitude.text(peak + 0.015, -0.66, "pressure: $-3/2e$, at $\\lambda = 2\\pi d$", va="top", fontsize=7)
     amplitude.text(peak + 0.015, -0.06, "shear: 0", va="top", fontsize=7)
     amplitude.set(ylabel="amplitude $E\\,H$, signed", ylim=(-1.65, 0.3), xlim=(0, 0.7))
