@@ -22,6 +22,7 @@ from . import response as response
 from . import skin as skin
 from . import spread as spread
 from . import stream as stream
+from . import studio as studio
 from . import synthetic as synthetic
 from . import tensor as tensor
 from . import transducer as transducer

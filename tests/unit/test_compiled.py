@@ -26,6 +26,7 @@ def imported(path):
         if isinstance(node, ast.ImportFrom) and node.level:
             folder = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             found |= {folder.with_suffix(".py")} & COMPILED
+            found |= {folder / f"{alias.name}.py" for alias in node.names} & COMPILED
     return sorted(module.stem for module in found)
 
 
@@ -35,7 +36,7 @@ def named(path):
     aliases = {
         alias.asname or alias.name: alias.name
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.module in (None, "estimate")
+        if isinstance(node, ast.ImportFrom) and node.level
         for alias in node.names
     }
     names = {

@@ -88,7 +88,7 @@ class PressedSurface(ABC):
         >>> import subskin as ss
         >>> skin = ss.HalfSpace(ss.Material(young=1e6, poisson=0.5))
         >>> (1e12 * skin.area_influence(step=1e-4, shape=(2, 2))).round(3).tolist()
-        [[[70.954, 26.079], [26.079, 17.613]]]
+        [[[70.98, 26.55], [26.55, 17.88]]]
         """
         rule = "an area is pressed, and this skin is solved in a plane"
         raise InvalidValueError(f"a {type(self).__name__}", rule, "HalfSpace or Layered, or a long body as Cylinder")
