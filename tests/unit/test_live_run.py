@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -255,7 +256,10 @@ def test_what_cannot_be_opened_is_said_and_the_exit_code_is_2(piped, capsys, arg
 def test_ctrl_c_ends_it_cleanly_with_a_summary():
     env = {**os.environ, "PYTHONPATH": str(Path(ss.__file__).parents[1])}
     command = [sys.executable, "-m", "subskin", "live", "--port", "demo"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env) as process:
+    # what a shell starts in the background has learned to be deaf to it
+    listen = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": env, "preexec_fn": listen}
+    with subprocess.Popen(command, **options) as process:
         watch = threading.Timer(4 * PATIENCE, process.kill)
         watch.start()
         first = process.stdout.readline()  # compiled, and the first line is there
