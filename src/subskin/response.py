@@ -13,6 +13,7 @@ import numpy.typing as npt
 from . import _check
 from ._check import FloatArray
 from ._frozen import Frozen
+from ._search import ends_of, from_crest_to_crest
 from .contact import LineLoad
 from .contact.families import Family
 from .errors import ConvergenceError, GeometryError, InvalidValueError
@@ -35,7 +36,6 @@ _WIDTHS = 14
 """Chebyshev nodes in the square of the width: 1e-7 of the largest reading where the widest is 1.5 depths."""
 _MOST_WIDE = 4.0
 """Depths up to which the nodes, and the scans that start from them, are close enough."""
-_FARTHEST = 100.0
 _MOST_SHARES = 1 << 20
 """Of coefficients in sums, held at a time: 8 MB."""
 _LIMITS: dict[str, dict[str, Any]] = {
@@ -341,23 +341,14 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
 
     def make() -> Response:
-        low, high = _ends_of(finger, ends)
+        low, high = ends_of(finger, ends)
         cells = 2 * _cells(high - low, float(np.asarray(finger.array.depth).min()) / 16)  # half as many never do
         step = (high - low) / cells
         if finger.skin.ridges is not None:
-            low, high, step = _from_crest_to_crest(low, high, step, *finger.skin.ridges, finger.skin.period)
+            low, high, step = from_crest_to_crest(low, high, step, *finger.skin.ridges, finger.skin.period)
         return Response.from_function(finger.receptive_field, low, high, step=step)
 
     return prepared(finger).get(("table", ends), make)
-
-
-def _from_crest_to_crest(
-    low: float, high: float, step: float, crest: float, pitch: float, period: float
-) -> tuple[float, float, float]:
-    """Ends on crests, and a step of which a pitch is a whole number: what ridges bear is smooth from crest to crest."""
-    first, last = np.floor((low - crest) / pitch + 1e-9), np.ceil((high - crest) / pitch - 1e-9)
-    last = min(last, first + np.round(period / pitch)) if np.isfinite(period) else last
-    return float(crest + pitch * first), float(crest + pitch * last), pitch / np.ceil(pitch / step)
 
 
 def _within(steps: FloatArray, cells: int) -> tuple[npt.NDArray[np.intp], FloatArray]:
@@ -385,23 +376,3 @@ def _cells(length: float, step: float) -> int:
         seen, rule = f"{length:.3g} m in steps of {step:.3g} m", f"at most {_MOST_STEPS:.0e} cells are tabulated"
         raise GeometryError(seen, rule, "deeper sensors, a shorter row, or a narrower search")
     return max(int(np.ceil(length / step * (1 - 1e-12))), 1)
-
-
-def _ends_of(finger: Finger, search: tuple[float, float] | None) -> tuple[float, float]:
-    """The ends of a search, checked."""
-    y, deepest, period = np.asarray(finger.array.y), float(np.max(finger.array.depth)), finger.skin.period
-    if search is None:
-        whole = (y.min() - 1.5 * deepest, y.max() + 1.5 * deepest)
-        middle = 0.5 * (whole[0] + whole[1])
-        half = min(0.5 * (whole[1] - whole[0]), 0.5 * period)
-        return float(middle - half), float(middle + half)
-    low, high = _check.real("search", search, unit="m").tolist()
-    if not low < high:
-        raise InvalidValueError(f"search = {search!r}", "two ascending positions are needed", "search=(-5e-3, 5e-3)")
-    if high - low > period * (1 + 1e-12):
-        rule = f"the finger is {period:.6g} m about, and positions repeat after that"
-        raise InvalidValueError(f"search = {search!r}", rule, "a narrower search")
-    if high - low > np.ptp(y) + _FARTHEST * deepest:
-        rule = f"it is wider than the row by more than {_FARTHEST:g} depths, beyond which sensors read nothing"
-        raise InvalidValueError(f"search = {search!r} m", rule, "search in metres, such as (-5e-3, 5e-3)")
-    return low, high

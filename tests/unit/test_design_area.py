@@ -75,7 +75,7 @@ def test_bounds_are_those_of_differences_of_the_readings(quality):
         touch = ss.PointLoad(components=quality.load[d], position=(quality.y[j], quality.z[k]))
         expected = np.linalg.inv(fisher(quality.finger, touch))
         scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-        np.testing.assert_allclose(quality.covariance[j, k, d] / scale, expected / scale, atol=2e-5)
+        np.testing.assert_allclose(quality.covariance[j, k, d] / scale, expected / scale, atol=2e-5, equal_nan=False)
         across = np.eye(3) - np.outer(*2 * [quality.load[d] / 1.0])
         angle = np.sqrt(np.linalg.eigvalsh(across @ expected[2:, 2:] @ across)[-1])
         assert quality.std["angle"][j, k, d] == pytest.approx(angle, rel=1e-4)
@@ -91,7 +91,7 @@ def test_the_radius_of_a_round_touch_is_an_unknown_more():
     touch = ss.RoundHertz(components=found.load[4], position=where, half_width=1.5e-3)
     expected = np.linalg.inv(fisher(found.finger, touch))
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    np.testing.assert_allclose(found.covariance[0, 1, 4] / scale, expected / scale, atol=1e-3)
+    np.testing.assert_allclose(found.covariance[0, 1, 4] / scale, expected / scale, atol=1e-3, equal_nan=False)
     assert found.std["radius"][0, 1, 4] == pytest.approx(np.sqrt(expected[2, 2]), rel=1e-3)
     channel, array = [Channel(ss.NormalStrain(), 1e-3)], [Arrangement("grid", (4,) * 4)]
     row = study_area(SKIN, channel, 2.5e-3, [2.5e-3], array, touches, grid=(3, 3), samples=20)
@@ -255,7 +255,7 @@ def test_fingers_are_ranked_and_go_into_files(study, tmp_path):
         path = tmp_path / f"finger_{k}.toml"
         path.write_text(finger_text(file, row, best.quality.search, ["tried"]))
         back = load(path).finger
-        np.testing.assert_allclose(back.array.points, GOALS.finger(row).array.points, atol=1e-7)
+        np.testing.assert_allclose(back.array.points, GOALS.finger(row).array.points, atol=1e-7, equal_nan=False)
         assert back.array.transducers == GOALS.finger(row).array.transducers
 
 
@@ -270,7 +270,7 @@ def test_mixes_go_into_files(tmp_path):
         path = tmp_path / f"finger_{m}.toml"
         path.write_text(finger_text(GoalsFile(goals, (raw,), ""), row, BOX, []))
         back, own = load(path).finger.array, goals.finger(row).array
-        np.testing.assert_allclose(back.points, own.points, atol=1e-9)
+        np.testing.assert_allclose(back.points, own.points, atol=1e-9, equal_nan=False)
         assert back.transducers == own.transducers
         for name in ("noise", "low", "high"):
             np.testing.assert_array_equal(getattr(back, name), getattr(own, name))

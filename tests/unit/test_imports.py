@@ -36,6 +36,7 @@ ORDER = (
     "measured",
     "finger",
     "prepared",
+    "_search",
     "response",
     "radial",
     "radial_round",
