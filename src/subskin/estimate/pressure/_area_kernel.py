@@ -12,7 +12,7 @@ import numpy as np
 from ..._compiled import compiled
 from . import _on_area, _solver
 from . import columns as column
-from ._solver import forward, minimise
+from ._solver import forward, minimise, variance_of
 
 _OK, _AMBIGUOUS, _UNEXPLAINED = 0.0, 1.0, 3.0
 _EDGE = 0.02  # of the force
@@ -139,18 +139,6 @@ def _settle(level, t, most, w, b, along, on, near, work, scratch):
 
 
 @compiled()
-def _variance(lower, count, index, weights, z):
-    """The variance of a sum of unknowns; leaves L^-1 of its weights in z."""
-    for k in range(count):
-        z[k] = weights[index[k]]
-    forward(lower, count, z)
-    s = 0.0
-    for k in range(count):
-        s += z[k] * z[k]
-    return s
-
-
-@compiled()
 def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
     """Forces, direction and centre with their standard deviations, how well the minimum is met, and the status."""
     sizes, scales = level[3], level[6]
@@ -188,7 +176,7 @@ def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
     a, c, d = turned[2], turned[3], turned[4]
     known = a > 0.0 and a * d - c * c > 0.0
     for i in range(7):
-        variance = _variance(lower, count, index, sums[i], scratch)
+        variance = variance_of(lower, count, index, sums[i], scratch)
         if leaning:
             # by t itself, and by what follows from t
             py = normal if i == 1 else ey if i == 5 else -ez if i == 6 else 0.0

@@ -15,7 +15,7 @@ from .. import scan as _scan
 from ..scan import MOST_CHI2
 from . import _solver, _weight
 from . import columns as column
-from ._solver import forward, settle, turn
+from ._solver import settle, turn, variance_of
 from ._weight import HIGHEST, LOWEST, weigh
 
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
@@ -55,18 +55,6 @@ def _finer(coarse, blocks, ratio, fine):
             if rest > 0 and left < mc:
                 here |= coarse[block * mc + left] > 0.0
             fine[block * m + j] = here
-
-
-@compiled(built_on=(_solver,))
-def _spread(lower, count, index, weights, z):
-    """L^-1 e for a sum e of the unknowns; returns its square, the variance of that sum."""
-    for k in range(count):
-        z[k] = weights[index[k]]
-    forward(lower, count, z)
-    s = 0.0
-    for k in range(count):
-        s += z[k] * z[k]
-    return s
 
 
 @compiled()
@@ -143,7 +131,7 @@ def _totals(row, level, work, count, t, b, surface, sums, along):
     if parts.shape[0] > 1:
         curve = turn(parts, work, count, along)[1]
     for k in range(4):
-        variance = _spread(lower, count, index, sums[k], z)
+        variance = variance_of(lower, count, index, sums[k], z)
         if parts.shape[0] > 1:
             pull = normal if k == 1 else 1.0 if k == 3 else 0.0  # by t itself, and by what follows from t
             for i in range(count):

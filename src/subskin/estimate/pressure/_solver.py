@@ -86,6 +86,18 @@ def forward(lower, count, z):
 
 
 @compiled()
+def variance_of(lower, count, index, weights, z):
+    """The variance of a sum of unknowns with these weights; leaves L^-1 of the weights in z."""
+    for k in range(count):
+        z[k] = weights[index[k]]
+    forward(lower, count, z)
+    s = 0.0
+    for k in range(count):
+        s += z[k] * z[k]
+    return s
+
+
+@compiled()
 def _solve(level, t, w, on, downhill, lower, index, z):
     """The heights that are `on`, whatever their signs, into z: how many, or -1 where they are not determined."""
     count = 0
