@@ -464,6 +464,14 @@ class TestLattices:
         found = aliasing_error(pad, touch, pitch, lattice="square")
         assert found.rms == pytest.approx(np.sqrt(off / (true**2).mean()), rel=0.03)
 
+    def test_the_error_made_is_an_integral_over_the_waves_beyond(self):
+        """Of pressure, exp(-k d): (1/pi) times the integral of k exp(-k d) from K, over 1 / (2 pi d^2) at a point."""
+        pad = ss.Finger(SPACE, ss.SensorArray.grid((3, 3), D, depth=D, transducer=ss.MeanPressure()))
+        found = sensor_density(pad, [10.0, 100.0], lattice="square").error_pitch[:, 0]
+        for pitch, ratio in zip(found, (10.0, 100.0), strict=True):
+            kd = brentq(lambda x, ratio=ratio: 2 * (x + 1) * np.exp(-x) - 1 / ratio, 0.1, 40.0)
+            assert pitch == pytest.approx(np.pi * D / kd, rel=1e-3)
+
     def test_the_finger_s_own_lattice_is_meant(self):
         grid = ss.Finger(SPACE, ss.SensorArray.grid(shape=(3, 3), pitch=D, depth=D))
         comb = ss.Finger(SPACE, ss.SensorArray.hexagonal(shape=(3, 3), pitch=D, depth=D))

@@ -137,6 +137,20 @@ def test_band_of_a_gaussian_pressure(tip, dense):
     assert found.resolution[at[0] + 1, at[1] + 1] == pytest.approx(np.sqrt(np.prod(widths)), rel=0.01)
 
 
+def test_standard_deviations_of_the_totals(tip, dense):
+    """Those of force and centre, with the elements that press: s^T (A^T A + w K)^-1 s with dense matrices."""
+    found = ss.pressure_map(tip, tip.read(TWO, np.random.default_rng(4)), shear="none")
+    on = (found.pressure[1:-1, 1:-1] > 0).reshape(-1)
+    a = dense.parts[0].T[:, on]
+    inverse = np.linalg.inv(a.T @ a + float(found.weight) * dense.k[np.ix_(on, on)])
+    y, z = (grid.reshape(-1)[on] for grid in np.meshgrid(found.y[1:-1], found.z[1:-1], indexing="ij"))
+    sums = dense.area * np.stack(
+        [np.ones(y.size), *((at - c) / found.normal_force for at, c in zip((y, z), found.centre))]
+    )
+    expected = np.sqrt(np.diagonal(sums @ inverse @ sums.T))
+    np.testing.assert_allclose([found.normal_std, *found.centre_std], expected, rtol=1e-4, equal_nan=False)
+
+
 @pytest.mark.parametrize(
     ("touch", "most", "inside"),
     [
