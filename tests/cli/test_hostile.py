@@ -160,8 +160,10 @@ class TestStreams:
 
     @staticmethod
     def run(command):
+        """In a shell, as by default: what is written waits in a buffer."""
         text = f"{sys.executable} -m subskin {command}"
-        return subprocess.run(["bash", "-c", text], check=False, capture_output=True, text=True, timeout=120)
+        usual = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+        return subprocess.run(["bash", "-c", text], check=False, capture_output=True, text=True, timeout=120, env=usual)
 
     def test_closed_and_full(self, readings):
         for command, code, said in (
@@ -170,6 +172,7 @@ class TestStreams:
             ("simulate finger.toml --json --count 3 >&-", 2, "standard output: it is closed"),
             ("simulate finger.toml -o - --count 3 > /dev/full", 2, "standard output: it cannot be written"),
             ("simulate finger.toml --count 3 > /dev/full", 2, "standard output: it cannot be written"),
+            ("--help > /dev/full", 2, "standard output: it cannot be written"),
             ("locate finger.toml - <&-", 2, "standard input: it"),
         ):
             ran = self.run(command)

@@ -119,7 +119,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         with _ended_by(signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)), _open_streams():
-            code = _run(argv)
+            try:
+                code = _run(argv)
+            except SystemExit:
+                sys.stdout.flush()  # of help
+                raise
             sys.stdout.flush()
             return code
     except (ConvergenceError, WorkersError) as error:
@@ -131,10 +135,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _said("stopped", 130)
     except BrokenPipeError:
-        _leave_output()
         return 141  # whoever read the output has what it wanted
     except OSError as error:
-        _leave_output()
         return _fail(f"{error.filename or 'standard output'}: it cannot be written ({error.strerror or error}).", 2)
     except MemoryError:
         return _fail("not enough memory for this table. Fix: cut it into several files.", 2)
@@ -142,6 +144,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if not _of_interrupt(error):
             raise
         return _said("stopped", 130)
+    finally:
+        _leave_output()
 
 
 def _of_interrupt(error: BaseException | None) -> bool:
@@ -207,9 +211,12 @@ def _open_streams() -> Iterator[None]:
 
 
 def _leave_output() -> None:
-    """Python must not find standard output closed or full again when it exits."""
-    with suppress(AttributeError, OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Python must not find standard output closed or full again when it exits, and change the exit code."""
+    with suppress(AttributeError, ValueError):
+        try:
+            sys.stdout.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str, code: int) -> int:

@@ -8,14 +8,13 @@ them. docs/locating.md.
 from __future__ import annotations
 
 from .._compiled import compiled
-from . import climb as _climb
 from .climb import climb_between, climb_wide, project_between
 
 SINGLE = 1e-4
 """Share of S by which the scan, in single precision, may be wrong at most."""
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def outside(w, tables, options, single, least, scratch, fit):
     """Whether S reaches `least` at a position beyond the search.
 
@@ -37,7 +36,7 @@ def outside(w, tables, options, single, least, scratch, fit):
     return False
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def at_end(w, table, options, s, least, scratch, fit):
     """Whether S reaches `least` at an end of the search; s (m,): the scan."""
     for side in range(2):
@@ -49,7 +48,7 @@ def at_end(w, table, options, s, least, scratch, fit):
     return False
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def at_end_wide(w, table, options, s, squares, least, c, a, fit):
     """The same with a contact of any half width; s (widths, m), squares (widths,): the scan."""
     held = options[11:15].copy()

@@ -13,9 +13,6 @@ import math
 import numpy as np
 
 from .._compiled import compiled
-from . import climb as _climb
-from . import ends as _ends
-from . import scan as _scan
 from .climb import climb, climb_between, climb_wide, project_wide
 from .ends import SINGLE, at_end, at_end_wide, outside
 from .layout import LINE, WIDE
@@ -61,7 +58,7 @@ def _left(w, table, start, step, y, normal, tangential):
     return chi2
 
 
-@compiled(built_on=(_climb, _scan, _ends))
+@compiled()
 def project_frames(readings, sensors, basis, edges, shapes, squares, far, table, options, out):
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 
@@ -225,7 +222,7 @@ def project_frames(readings, sensors, basis, edges, shapes, squares, far, table,
         row[_STATUS[wide]] = status
 
 
-@compiled(built_on=(_climb, _scan))
+@compiled()
 def _climbed(w, s, squares, table, options, total, score, at, fits, c, a):
     """Best and second-best contact over position and width, as rows of `at` and `fits`; -1 where there is none."""
     start, step, scan_start, scan_step, mu = options[0], options[1], options[2], options[3], options[4]
@@ -339,7 +336,7 @@ def _widen(s, scan_start, scan_step, y, explained, row):
         row[c + 5] += extra * c2 * c2
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def _uncertainty(a, options, at, fit, row):
     """Covariance of (position, N, T, half width), and the 95 % interval of the half width; a as in `project_wide`."""
     n = a.shape[1] // 2

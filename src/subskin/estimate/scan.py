@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 
 from .._compiled import compiled
-from . import climb as _climb
 from .climb import eliminate_between
 
 FEW = 4
@@ -57,7 +56,7 @@ def scan(w, basis, edges, c, s):
         s[k] = c1 * c1 + c2 * c2 if inside > 0 else along * along
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def between(c, shapes, mu, low, high, s):
     """The same where the normal force is to lie in low <= N <= high, from what `scan` left in c; into s (m,).
 

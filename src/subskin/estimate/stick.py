@@ -12,8 +12,6 @@ import math
 import numpy as np
 
 from .._compiled import compiled
-from . import project as _project
-from . import stick_model as _stick_model
 from .layout import WIDE
 from .project import _uncertainty, project_frames
 from .stick_model import modelled
@@ -28,7 +26,7 @@ _HALF_WIDTH, _RESIDUAL, _STATUS = WIDE.half_width, WIDE.residual, WIDE.status
 _INTERVAL, _COVARIANCE, _RIVAL, _RIVAL_CHI2 = WIDE.interval, WIDE.covariance, WIDE.rival, WIDE.rival_chi2
 
 
-@compiled(built_on=(_stick_model,))
+@compiled()
 def _climb(w, table, grid, nodes, weights, cone, low, high, guess, prior, p, h, sums, v, rho, columns):
     """Levenberg and Marquardt from p = (y, N, T, q, mu) between `low` and `high` (5,) and |T| <= cone N.
 
@@ -149,7 +147,7 @@ def _derivatives(columns, prior, guessed, a):
         a[1, i], a[0, i], a[0, n + i], a[2, i] = columns[0, i], columns[1, i], columns[2, i], columns[3, i]
 
 
-@compiled(built_on=(_project, _stick_model))
+@compiled()
 def stick_frames(
     readings, sensors, basis, edges, shapes, squares, far, searched, search,
     table, nodes, weights, shares, mus, low, high, options, out,

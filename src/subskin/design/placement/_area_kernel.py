@@ -12,9 +12,6 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate.area import climb as _climb
-from ...estimate.area import cone as _cone
-from ...estimate.area import field as _field
 from ...estimate.area.climb import FIT, climb, drops
 from ...estimate.area.cone import eliminate
 from ...estimate.area.field import ROWS
@@ -33,7 +30,7 @@ def _normal(z):
     return 0.5 * math.erfc(-0.7071067811865476 * z)
 
 
-@compiled(built_on=(_climb, _cone, _field))
+@compiled()
 def survey(readings, truth, spread, sensors, first, table, terms, fields, forms, grid, mu, box, limits, out):
     """Fill `out` (touches, 3): probability that `locate` calls it AMBIGUOUS, that a rival wins, that it is not noticed.
 

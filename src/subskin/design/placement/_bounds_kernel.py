@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate import climb as _climb
 from ...estimate.climb import field_at
 
 _SINGULAR = 1e-24
@@ -92,7 +91,7 @@ def _bounds(grams, c, s, mu, farthest):
     return uu, uf, ua, ff, fa, aa, det, v_y, v_f, v_a
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def climb(table, start, step, mu, force, which, touch, size, ends):
     """Largest standard deviation of position, force or angle (`which` 0, 1, 2) uphill from a touch.
 

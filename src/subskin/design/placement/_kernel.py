@@ -19,9 +19,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ...estimate import climb as _climb
 from ...estimate.climb import climb, field_at
-from . import _bounds_kernel
 from ._bounds_kernel import _SINGULAR, _bounds, _grams
 
 # Rows of the output.
@@ -34,7 +32,7 @@ _PARABOLA = 30.0  # a parabola has risen by 36 at six standard deviations
 _FAR = 120.0  # and this is too much for noise to make up
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
     """Orthonormal columns of A at each position of the scan, (n, 2, m), and unit edges of the cone in them, (4, m)."""
     n, _, m = basis.shape
@@ -65,7 +63,7 @@ def _scan_basis(table, start, step, scan_start, scan_step, mu, a, basis, edges):
             edges[2 * side, j], edges[2 * side + 1, j] = e1 * over, e2 * over
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _half_turns(basis, edges, turns):
     """Sines of half the largest angle by which the plane of A, and it or an edge of the cone, turn to the next.
 
@@ -95,7 +93,7 @@ def _half_turns(basis, edges, turns):
             turns[0, k], turns[1, k] = max(turns[0, k], plane), max(turns[1, k], most)
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _project(basis, a, b):
     """B (4, m): normal and tangential field at a position, in the basis of each position of the scan."""
     n, _, m = basis.shape
@@ -111,7 +109,7 @@ def _project(basis, a, b):
             b[3, j] += q2 * at
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _possible(b, k11, k12, k22, cone, least, turns, possible):
     """Mark the positions of the scan beside which a load may leave a root of L of less than `least` per force."""
     m = b.shape[1]
@@ -145,7 +143,7 @@ def _left(b1, b2, m1, m2, p1, p2, total):
     return total - (b1 * b1 + b2 * b2 if inside > 0.0 else along * along)
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _minima(near, asked, count, c, s, total, left, minimum):
     """L at the first `count` columns of near (8, m), into left[1:], and a 1 in `minimum` at each asked for minimum."""
     for q in range(count):
@@ -158,20 +156,20 @@ def _minima(near, asked, count, c, s, total, left, minimum):
         minimum[q] = 0
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _normal(z):
     """Standard normal distribution function."""
     return 0.5 * math.erfc(-0.7071067811865476 * z)
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _rise(b, edges, j, c, s, total):
     """Chi-square at the j-th position of the scan."""
     b1, b2 = b[0, j] * c + b[1, j] * s, b[2, j] * c + b[3, j] * s
     return _left(b1, b2, edges[0, j], edges[1, j], edges[2, j], edges[3, j], total)
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _widened(b, edges, scan, c, s, f, total, variance):
     """The variance of the position, widened to where chi-square has risen by 1.96^2 on either side."""
     start, step, m = scan[0], scan[1], int(scan[2])
@@ -193,7 +191,7 @@ def _widened(b, edges, scan, c, s, f, total, variance):
     return max((0.5 * width / 1.96) ** 2, variance)
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     """Probability that chi-square is found too low at six standard deviations, on either side.
 
@@ -241,7 +239,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
     return 1.0 - clear
 
 
-@compiled(built_on=(_climb, _bounds_kernel))
+@compiled()
 def survey(table, start, step, scan, mu, cone, force, limits, positions, directions, bounds, out):
     """Fill `out` (7, p, k): what each touch is told to, and how probably it is mistaken; rows are named above.
 

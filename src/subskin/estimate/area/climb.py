@@ -11,8 +11,6 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from . import cone as _cone
-from . import field as _field
 from .cone import eliminate
 from .field import field_at
 
@@ -145,7 +143,7 @@ def _step(y, z, gy, gz, yy, yz, zz, box):
     return to_y, to_z
 
 
-@compiled(borrows=True, built_on=(_cone, _field))
+@compiled(borrows=True)
 def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, straight, needed, a, whole, fit, trial):
     """Climb from (y, z) within box = (y low, y high, z low, z high); the top is in fit.
 
@@ -184,7 +182,7 @@ def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, s
             return
 
 
-@compiled(borrows=True, built_on=(_cone, _field))
+@compiled(borrows=True)
 def drops(w, sensors, first, table, terms, mu, box, fit, base, root, reach, a, whole, trial, best, out):
     """How much lower S is than `base` round the top in fit, at `reach` standard deviations; into out.
 

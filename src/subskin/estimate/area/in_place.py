@@ -8,9 +8,6 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..layout import AREA
-from . import climb as _climb
-from . import cone as _cone
-from . import judge as _judge
 from .climb import FIT, _curvature
 from .cone import eliminate
 from .judge import covariance, widest_variance
@@ -21,7 +18,7 @@ _FORCES, _RESIDUAL, _RIVAL = AREA.components, AREA.residual, AREA.rival
 _RIVAL_CHI2, _STATUS = AREA.rival_chi2, AREA.status
 
 
-@compiled(built_on=(_cone,))
+@compiled()
 def _eliminated(g, b, mu, low, high, fit):
     """The best admissible components into fit; S of these. `low` and `high` bound N of a load that has no drag."""
     eliminate(g[0], g[1], g[2], g[3], g[4], g[5], b[0], b[1], b[2], mu, fit)
@@ -39,7 +36,7 @@ def _doubt(variance, i, load):
     return v
 
 
-@compiled(built_on=(_cone,))
+@compiled()
 def _cost(r, values, variance, load, mu, low, high, g, b, fit):
     """Chi-square left of a frame r (n,) at a node; the components into fit."""
     for k in range(6):
@@ -110,7 +107,7 @@ def _between(table, p, q, out):
                     out[2, i, c] += w * x
 
 
-@compiled(built_on=(_climb, _cone))
+@compiled()
 def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, doubt):
     """From node (p, q) to the best position, where it ends in fit[29], fit[30], in nodes; fit is that of `climb.py`.
 
@@ -174,7 +171,7 @@ def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, dou
     return last
 
 
-@compiled(built_on=(_climb, _cone, _judge))
+@compiled()
 def in_place_frames(readings, rows, mix, y, z, values, variance, typical, options, out):
     """Fill `out`, one row a frame; those that lack a sensor are left with status -1.
 

@@ -10,9 +10,6 @@ import math
 
 from ..._compiled import compiled
 from ..layout import AREA
-from . import climb as _climb
-from . import cone as _cone
-from . import scan as _scan
 from .climb import ROUND, climb, drops
 from .cone import eliminate
 from .scan import scan
@@ -87,7 +84,7 @@ def unsure(fit, row, largest, options):
     return not (c00 + c11 + c22) * force2 - along < force2 * force2
 
 
-@compiled(borrows=True, built_on=(_cone,))
+@compiled(borrows=True)
 def is_broad(w, tiles, fit, row, largest, options, trial):
     """Whether a load near the best, but further than six standard deviations, explains a frame about as well.
 
@@ -135,7 +132,7 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
     return False
 
 
-@compiled(borrows=True, built_on=(_climb,))
+@compiled(borrows=True)
 def beside(w, sensors, first, table, terms, options, best, second, row, scratch, whole, fits):
     """Best and second-best top, where another may stand too near the best one for the scan to tell them apart.
 
@@ -161,7 +158,7 @@ def beside(w, sensors, first, table, terms, options, best, second, row, scratch,
     return best, second
 
 
-@compiled(borrows=True, built_on=(_climb,))
+@compiled(borrows=True)
 def look_round(w, sensors, first, table, terms, options, fit, row, scratch, whole, trials, fall, ratio, more):
     """How S falls round the top: 0 about as a parabola, 1 less so, 2 so little that there is no one answer.
 
@@ -208,7 +205,7 @@ def look_round(w, sensors, first, table, terms, options, fit, row, scratch, whol
     return shape
 
 
-@compiled(borrows=True, built_on=(_climb, _scan))
+@compiled(borrows=True)
 def outside(
     w, single, sensors, first, table, terms, tiles, nodes, t, least, options, boxes, scratch, whole, c, s, fits
 ):  # fmt: skip

@@ -14,10 +14,6 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..layout import AREA
-from . import climb as _climb
-from . import field as _field
-from . import judge as _judge
-from . import scan as _scan
 from .climb import FIT, climb
 from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
@@ -34,7 +30,7 @@ _FORCES, _RESIDUAL = AREA.components, AREA.residual
 _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
 
 
-@compiled(borrows=True, built_on=(_climb, _scan))
+@compiled(borrows=True)
 def search(
     w, single, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options, scratch, whole,
     c, heights, lead, words, peak, score, at, fits, part,
@@ -124,7 +120,7 @@ def strongest(single, n):
     return hot, top
 
 
-@compiled(borrows=True, built_on=(_climb, _field, _judge, _scan))
+@compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, options, out,
     c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, fall, ratio, more,
@@ -222,7 +218,7 @@ def _each(
         row[_STATUS] = status
 
 
-@compiled(built_on=(_climb, _field, _judge, _scan))
+@compiled()
 def project_frames(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, sizes, options,
     out,

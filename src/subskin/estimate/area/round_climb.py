@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
-from . import cone as _cone
 from .cone import eliminate
 
 COLUMNS = 24
@@ -88,7 +87,7 @@ def round_field(sensors, first, sums, terms, shares, y, z, part, b):
             b[9 + row, i] += scale * part[e, 2] * shape
 
 
-@compiled(borrows=True, built_on=(_cone,))
+@compiled(borrows=True)
 def round_project(w, model, mu, y, z, q, room, fit):
     """The best admissible forces, and moment, at (y, z) and the width of q, and how S changes there; all of fit."""
     sensors, first, sums, terms, most, turns, turned = model
@@ -223,7 +222,7 @@ def _bounded_step(fit, h, more, box, m):
             return
 
 
-@compiled(borrows=True, built_on=(_cone,))
+@compiled(borrows=True)
 def round_climb(w, model, mu, box, y, z, q, tolerance, room, fit, trial):
     """Climb from (y, z, q) within box (6,), low and high of each; the top is in fit, its information in room.
 

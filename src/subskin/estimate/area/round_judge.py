@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
-from . import judge as _judge
-from . import round_climb as _round_climb
-from . import scan as _scan
 from .judge import FINE
 from .round_climb import round_climb, round_curvature
 from .scan import scan
@@ -31,7 +28,7 @@ def _one(first, other, h, apart):
     return far < 1.0 or (abs(dy) + abs(dz) < apart and wider < apart)
 
 
-@compiled(borrows=True, built_on=(_round_climb,))
+@compiled(borrows=True)
 def ranked(tops, count, h, apart):
     """Best and second-best of the first `count` tops, -1 where there is none; the best one's information into h."""
     best = second = -1
@@ -47,7 +44,7 @@ def ranked(tops, count, h, apart):
     return best, second
 
 
-@compiled(borrows=True, built_on=(_round_climb,))
+@compiled(borrows=True)
 def further_tops(w, model, mu, box, away, best, count, room, tops, trial):
     """Climb again from four sides of the best top, and from the least and the largest width; how many tops there are.
 
@@ -64,7 +61,7 @@ def further_tops(w, model, mu, box, away, best, count, room, tops, trial):
     return count
 
 
-@compiled(borrows=True, built_on=(_round_climb,))
+@compiled(borrows=True)
 def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
     """The 95 % interval of q into sides[:2, 6], and how far the others move with a standard deviation of it, sides[2].
 
@@ -115,7 +112,7 @@ def width_profile(w, model, mu, box, best, h, only, room, trials, sides):
     return True
 
 
-@compiled(borrows=True, built_on=(_judge, _round_climb, _scan))
+@compiled(borrows=True)
 def contact_outside(
     w, single, model, mu, tiles, nodes, t, widths, least, seen, boxes, box, only, picked, room, c, s, trials
 ):  # fmt: skip

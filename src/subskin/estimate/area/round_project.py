@@ -15,12 +15,6 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..layout import AREA, ROUND, TWIST, Layout
-from . import climb as _climb
-from . import field as _field
-from . import judge as _judge
-from . import project as _project
-from . import round_climb as _round_climb
-from . import round_judge as _round_judge
 from .climb import FIT, climb
 from .field import ROWS
 from .judge import FINE, MOST, covariance, is_broad, look_round, unsure, widest_variance
@@ -45,7 +39,7 @@ _PLAIN, _TWISTED = _where(ROUND), _where(TWIST)
 """Columns: covariance, interval, residual, the rival and how much worse it is, status."""
 
 
-@compiled(borrows=True, built_on=(_project,))
+@compiled(borrows=True)
 def _starts(
     w, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, tile, most, share, options,
     scratch, whole, c, heights, lead, words, peak, score, at, fits, part, starts, levels,
@@ -76,7 +70,7 @@ def _starts(
     return count
 
 
-@compiled(borrows=True, built_on=(_round_climb,))
+@compiled(borrows=True)
 def _climbed(w, model, mu, box, starts, count, near, room, tops, found, trial):
     """Tops over position and width from the starts that are not near a higher one, behind those `found`: how many."""
     highest = 0.0
@@ -94,7 +88,7 @@ def _climbed(w, model, mu, box, starts, count, near, room, tops, found, trial):
     return found
 
 
-@compiled(borrows=True, built_on=(_round_climb,))
+@compiled(borrows=True)
 def _untwisted(w, model, mu, top, room, fit, v):
     """What the moment of a top leaves of the readings into v."""
     round_project(w, model, mu, top[36], top[37], top[38], room, fit)
@@ -123,7 +117,7 @@ def _spread_of_moment(top, fit, point, moves, row, at):
     row[at + 27] = own + moves[5] * moves[5]
 
 
-@compiled(borrows=True, built_on=(_climb, _field, _judge, _project, _round_climb, _round_judge))
+@compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
     outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part,
@@ -305,7 +299,7 @@ def _each(
         row[at_status] = status
 
 
-@compiled(built_on=(_climb, _field, _judge, _project, _round_climb, _round_judge))
+@compiled()
 def project_round(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
     outer, nodes, boxes, sizes, widths, far, limits, options, out,

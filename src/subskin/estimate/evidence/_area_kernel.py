@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from ..area import round_climb as _round_climb
 from ..area.round_climb import COLUMNS, SIZE, round_climb, round_curvature
 
 _FINE = 0.003
@@ -21,7 +20,7 @@ _DEEP = 24.0
 _LOG_2PI = math.log(2 * math.pi)
 
 
-@compiled(borrows=True, built_on=(_round_climb,))
+@compiled(borrows=True)
 def _log_integral(fit, h, mu):
     """Log of the integral of exp(S / 2) over position and forces at one width; forces alike on a logarithmic scale."""
     yy, yz, zz = h[0, 0], h[0, 1], h[1, 1]
@@ -38,7 +37,7 @@ def _log_integral(fit, h, mu):
     return 0.5 * (fit[3] + free * _LOG_2PI - math.log(det) - 3.0 * math.log(force2))
 
 
-@compiled(built_on=(_round_climb,))
+@compiled()
 def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
     """Fill out (f, 8): log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width.
 

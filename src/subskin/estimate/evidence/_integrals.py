@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
-from .. import climb as _climb
 from ..climb import project_wide, slopes
 
 _REACH = 5.0
@@ -115,7 +114,7 @@ def _interval(gradient, curvature, q, low, high):
     return max(q - down, low), min(q + up, high)
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
     """Whether position and width are known no closer than the survey's grid tells, at the peak `at`.
 

@@ -14,11 +14,8 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from .. import climb as _climb
-from .. import scan as _scan
 from ..climb import climb_wide, project_wide, slopes
 from ..scan import MOST_CHI2, highest, scan
-from . import _integrals, _pair
 from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey
 from ._pair import weigh_pairs
 from .columns import CHI2, EACH, HALF_WIDTH, KIND, LOG_EVIDENCE, NORMAL, POSITION, STATUS, TANGENTIAL
@@ -51,7 +48,7 @@ def _keep(y, q, fit, kept, apart, at, fits):
     return min(kept + 1, _PEAKS)
 
 
-@compiled(built_on=(_climb, _scan, _integrals))
+@compiled()
 def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, at, fits, fit):
     """The highest positions of S over y and q, refined, the best first and each once: their number.
 
@@ -75,7 +72,7 @@ def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, 
     return kept
 
 
-@compiled(built_on=(_climb, _scan, _integrals))
+@compiled()
 def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c, a, fit, hold, info, mean):
     """Log of the evidence from the peaks `at`, without what all kinds have in common."""
     low, high = ends[2], ends[3]
@@ -170,7 +167,7 @@ def _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes):
     )
 
 
-@compiled(built_on=(_climb, _scan, _integrals, _pair))
+@compiled()
 def weigh_frames(
     readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, starts, shapes, geometry, options,
     slots, weights, spare, pairs, basis_pairs, tri, back, line, ends_pair, out,

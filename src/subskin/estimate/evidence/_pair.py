@@ -13,9 +13,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from .. import climb as _climb
 from ..climb import field_at
-from . import _integrals
 from ._integrals import _LOG_2PI, _add, _log_below
 
 _STARTS = 3
@@ -51,7 +49,7 @@ def scan_pairs(w, basis, tri, back, mu, c, s):
         s[p] = c0 * c0 + c1 * c1 + c2 * c2 + c3 * c3 - (e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def _model(w, table, g, x, a, rho, jac):
     """Chi-square of x = (midpoint, half distance, P1, angle 1, P2, angle 2); residuals rho (n,), columns jac (6, n)."""
     n = w.size
@@ -107,7 +105,7 @@ def _clamp(x, ends, lean):
         x[k + 1] = min(max(x[k + 1], -lean), lean)
 
 
-@compiled(built_on=(_climb,))
+@compiled()
 def _climb_pair(w, table, g, ends, lean, x, y, a, rho, jac, info, step):
     """Least chi-square from x, which is moved there. rho (2, n), jac (12, n): of x, then of what is tried."""
     chi2, damping = _model(w, table, g, x, a, rho[0], jac), 1e-3
@@ -153,7 +151,7 @@ def _climb_pair(w, table, g, ends, lean, x, y, a, rho, jac, info, step):
     return chi2
 
 
-@compiled(built_on=(_climb, _integrals))
+@compiled()
 def _weigh_pair(w, table, g, ends, mu, lean, x, a, rho, jac, info, cov, mean, step):
     """Log of the integral over midpoint, half distance and forces about x, where chi-square is least."""
     n = w.size
@@ -251,7 +249,7 @@ def _cut(cov, mean, edge, offset, v):
     return share
 
 
-@compiled(built_on=(_climb, _integrals))
+@compiled()
 def weigh_pairs(w, w_single, pairs, basis, tri, back, table, g, ends, mu, best):
     """Log of the evidence of two touches, as `_evidence` counts it but for chi-square; `best`: x, then its chi-square.
 

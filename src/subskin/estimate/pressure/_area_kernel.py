@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from . import _on_area, _solver
 from . import columns as column
 from ._solver import forward, minimise, variance_of
 
@@ -19,7 +18,7 @@ _EDGE = 0.02  # of the force
 _TURNS = 40
 
 
-@compiled(built_on=(_on_area, _solver))
+@compiled()
 def _least(level, t, w, b, along, on, downhill, work):
     """The p >= 0 of least J at the drag t: how many elements are > 0, and J, less a constant.
 
@@ -102,7 +101,7 @@ def _next(t, turned, most, new):
     return math.sqrt(max(a * dy * dy + 2.0 * c * dy * dz + d * dz * dz, 0.0))
 
 
-@compiled(built_on=(_on_area, _solver))
+@compiled()
 def _settle(level, t, most, w, b, along, on, near, work, scratch):
     """The least of J over p >= 0 and over the drag within the cone, from guesses: how many elements are > 0.
 
@@ -198,7 +197,7 @@ def _totals(row, level, work, count, t, turned, crossed, downhill, y, z):
     row[column.STATUS] = _OK if sure else _AMBIGUOUS
 
 
-@compiled(built_on=(_on_area, _solver))
+@compiled()
 def settle_frames(frames, along, weights, drags, guess, level, options, y, z, out):
     """The least of J in each frame; with rows in `out` also what is told of it.
 

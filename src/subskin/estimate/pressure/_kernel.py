@@ -11,9 +11,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from .. import scan as _scan
 from ..scan import MOST_CHI2
-from . import _solver, _weight
 from . import columns as column
 from ._solver import settle, turn, variance_of
 from ._weight import HIGHEST, LOWEST, weigh
@@ -96,7 +94,7 @@ def _nearest(tangents, t):
     return best
 
 
-@compiled(built_on=(_solver,))
+@compiled()
 def _totals(row, level, work, count, t, b, surface, sums, along):
     """Forces, angle and centre with their standard deviations, how well the minimum is met, and the status."""
     parts, cost = level[0], level[4]
@@ -165,7 +163,7 @@ def _curves(row, x, shares, squares, prior, w, surface):
         at += 2 * (m + 2)
 
 
-@compiled(built_on=(_scan, _solver, _weight))
+@compiled()
 def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
     """Fill `out`, a row of `WIDTH` columns and the nodes' values for each frame of `readings` (frames, n).
 

@@ -24,7 +24,7 @@ _CLOSE = 1e-9  # of two tangents
 _TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
 
 
-@compiled(built_on=(on_area,))
+@compiled()
 def _factor(level, t, w, index, count, lower):
     """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
     for i in range(count):
@@ -116,7 +116,7 @@ def _solve(level, t, w, on, downhill, lower, index, z):
     return count
 
 
-@compiled(built_on=(on_area,))
+@compiled()
 def _slope(level, t, w, b, work):
     """Residual A x - b into r and the gradient of J into `slope`."""
     if len(level) == 5:
