@@ -114,7 +114,7 @@ def test_a_file_is_calibrated_as_python_does(folder, subskin):
     np.testing.assert_allclose(file.origin, ORIGIN, atol=0.1e-3)
     assert file.turn == pytest.approx(found.turn, rel=1e-8) == pytest.approx(TURN, abs=0.02)
     mine, theirs = file.locate(readings), found.finger.locate(readings, friction=0)
-    np.testing.assert_allclose(mine.position, theirs.position, atol=1e-10)
+    np.testing.assert_allclose(mine.position, theirs.position, atol=1e-7)  # a digit of the file may change the climb
     np.testing.assert_array_equal(mine.status, theirs.status)
     rest = ("--every", 2, "--skip-used", "--truth", "position_y,position_z", "-o", "located.csv")
     assert subskin("locate", "calibrated.toml", "touches.csv", *rest, "--figure", "truth.svg").code == 0

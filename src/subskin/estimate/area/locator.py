@@ -17,6 +17,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
+from .far import INNER, far_from
 from .tiles import Response, SomeSensors, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
@@ -139,11 +140,25 @@ class AreaLocator(Framewise):
         if response.pair is not None:
             table = np.stack([sign * table[:, :, function] for function, sign in response.pair], axis=2)
         terms = response.terms if response.pair is None else response.terms[:0]
-        sensors, first, *rest = self._looked_at(response, [lambda: self.response], [0], pattern, cells)
+        inner, outer = self._over_the_sensors()
+        parts: tuple[Any, ...] = self._looked_at(response, [lambda: self.response], [0], pattern, cells, inner)
+        sensors, first, *rest = parts
+        scale = 1 / np.asarray(array.noise)
+        far = far_from(self._read_by(lambda: self.response, pattern), scale, inner, outer, self._depth, self.friction)
         return (
             sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
-            np.ascontiguousarray(terms).astype(np.int64), *rest, self._options(array, response, error),
+            np.ascontiguousarray(terms).astype(np.int64), *rest, tuple(far), self._options(array, response, error),
         )  # fmt: skip
+
+    def _over_the_sensors(self) -> tuple[FloatArray, FloatArray]:
+        """The part of the search where most touches stand, and how far loads are thought of."""
+        points, box = self.array.points, np.array(self.search)
+        away = INNER * self._depth
+        inner = np.stack([points.min(axis=0) - away, points.max(axis=0) + away], axis=-1)
+        inner = np.stack([np.maximum(inner[:, 0], box[:, 0]), np.minimum(inner[:, 1], box[:, 1])], axis=-1)
+        if (inner[:, 0] >= inner[:, 1]).any():  # a search beside the sensors
+            inner = box
+        return inner, box + self._beyond * np.array([-1.0, 1.0])
 
     def _options(self, array: SensorArray, response: RadialResponse, error: float) -> FloatArray:
         """The numbers that the compiled loop goes by; `error` is that of its table."""
@@ -167,6 +182,10 @@ class AreaLocator(Framewise):
             ]
         )
 
+    def _read_by(self, whole: Callable[[], RadialResponse], pattern: npt.NDArray[np.bool_], name: int = 0) -> Response:
+        """What the sensors of `pattern` read, of what all read."""
+        return whole().select(pattern) if pattern is self._all else SomeSensors(whole, pattern, self._fields, name)
+
     def _looked_at(
         self,
         response: RadialResponse,
@@ -174,22 +193,21 @@ class AreaLocator(Framewise):
         far: Sequence[int],
         pattern: npt.NDArray[np.bool_],
         cells: int,
+        inner: FloatArray | None = None,
     ) -> tuple[Any, ...]:
         """Sensors and rows of tables, of all and of those near each tile; where the scans look, and those beyond.
 
         `response` is that of the sensors of `pattern`, in tables of so many `cells`; `wholes` give those of all sensors
-        that are scanned, and `far` which of them beyond the search. Where a sensor is missing, what is read at the
-        nodes is a part of what all of them read, which is kept: a stream waits for half as long.
+        that are scanned, and `far` which of them beyond the search; `inner` is the part that is looked at first. Where
+        a sensor is missing, what is read at the nodes is a part of what all of them read, which is kept: a stream waits
+        for half as long.
         """
         array, box = self.array.select(pattern), np.array(self.search)
         scale = 1 / np.asarray(array.noise)
-        responses: list[Response] = [
-            whole().select(pattern) if pattern is self._all else SomeSensors(whole, pattern, self._fields, name)
-            for name, whole in enumerate(wholes)
-        ]
+        responses = [self._read_by(whole, pattern, name) for name, whole in enumerate(wholes)]
         beyond = [responses[i] for i in far]
         finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
-        tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction)
+        tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction, inner)
         boxes = boxes_beyond(box, self._beyond)
         outer, nodes = nodes_beyond(beyond, scale, boxes, self._depth, self.friction)
         sensors = np.ascontiguousarray(np.stack([*response.points.T, response.depth**-2.0, response.gain * scale]))

@@ -1,8 +1,9 @@
 """The compiled heart of `locate` on an area: variable projection, one frame at a time.
 
 Scan S over the tile of the strongest sensor (`scan.py`), climb from its highest nodes (`climb.py`); where what is left
-is more than noise, over the whole grid, then over a finer one. Judge, look round the top, at the sides of the search
-and beyond, and write a row. Only arrays and numbers go in and out: `locator.py` prepares them, `estimate/layout.py`
+is more than noise, over the whole grid, then over a finer one. Where no load further out could explain the readings
+(`reach.py`), a tile over the sensors is enough. Judge, look round the top, at the sides of the search and beyond, and
+write a row. Only arrays and numbers go in and out: `locator.py` prepares them, `estimate/layout.py`
 names the columns.
 """
 
@@ -17,6 +18,7 @@ from ..layout import AREA
 from .climb import FIT, climb
 from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
+from .reach import may_reach
 from .scan import NOUGHT, peaks, scan
 
 FEW, _AGAIN = 4, 3
@@ -122,13 +124,16 @@ def strongest(single, n):
 
 @compiled(borrows=True)
 def _each(
-    readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, options, out,
-    c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, fall, ratio, more,
+    readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
+    out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, fall, ratio,
+    more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch."""
     frames, n = readings.shape
     w = full[:n]
     detection, largest, ambiguity, strong = options[1], options[2], options[3], options[6]
+    regions, left_out, directions = far
+    base = tiles[0].shape[0] - n - 2  # tiles that are looked at first, where there are any
     for f in range(frames):
         row = out[f]
         total = whitened(readings[f], rows, full, single)
@@ -140,19 +145,24 @@ def _each(
             continue
         hot, top = strongest(single, n)
         tile = hot if top >= strong * strong else n
+        least = total - largest - ambiguity
+        over = tile < n and base > 0 and not may_reach(single, total, least, regions, left_out, directions)
         best = second = -1
-        for attempt in range(2):
-            tile, most, share = (tile, FEW, 0.25) if attempt == 0 else (n + 1, MOST, 0.05)
+        left = bound = largest
+        for attempt in range(0 if over else 1, 3):
+            t, most, share = (base + n + 1, MOST, 0.05) if attempt == 2 else (base * attempt + tile, FEW, 0.25)
             best, second = search(
-                w, single, sensors, first, table, terms, tiles, near_sensors, near_first, tile, most, share, options,
+                w, single, sensors, first, table, terms, tiles, near_sensors, near_first, t, most, share, options,
                 scratch, whole, c, heights, lead, words, peak, score, at, fits, part,
             )  # fmt: skip
             left, bound = total, largest
             if best >= 0:
                 left = fits[best, 17]
-                bound += options[13] * (fits[best, 0] ** 2 + fits[best, 1] ** 2 + fits[best, 2] ** 2)
+                if attempt > 0:
+                    bound += options[13] * (fits[best, 0] ** 2 + fits[best, 1] ** 2 + fits[best, 2] ** 2)
             if left <= bound:
                 break
+            over = False
         row[_RESIDUAL] = left
         if left > bound:
             row[_STATUS] = _UNEXPLAINED
@@ -161,6 +171,15 @@ def _each(
         if explained < detection:
             row[_STATUS] = _NO_CONTACT
             continue
+        if second >= 0 and explained - fits[second, 3] < ambiguity:  # it was climbed roughly, maybe to the same top
+            climb(
+                w, sensors, first, table, terms, options[0], options[9:13], fits[second, 29], fits[second, 30], FINE,
+                options[8], 0.0, -math.inf, scratch, whole, fits[second], trials[0],
+            )  # fmt: skip
+            if fits[second, 3] > explained:
+                best, second = second, best
+            if abs(fits[second, 29] - fits[best, 29]) + abs(fits[second, 30] - fits[best, 30]) < options[4]:
+                second = -1
         more[0] = more[1] = more[2] = 0.0
         if n <= _TINY:
             covariance(fits[best], options[0], more, row)
@@ -189,7 +208,6 @@ def _each(
         explained, row[_RESIDUAL] = fit[3], fit[17]
         row[0], row[1] = fit[29], fit[30]
         row[_FORCES], row[_FORCES + 1], row[_FORCES + 2] = fit[0], fit[1], fit[2]
-        tile = min(tile, n)
         if second >= 0:
             row[_RIVAL], row[_RIVAL + 1] = fits[second, 29], fits[second, 30]
             row[_RIVAL + 2], row[_RIVAL + 3], row[_RIVAL + 4] = fits[second, 0], fits[second, 1], fits[second, 2]
@@ -210,7 +228,7 @@ def _each(
             and is_broad(w, tiles, fit, row, spread, options, trials[0])
         ):
             status = _AMBIGUOUS
-        if status == _OK and outside(
+        if status == _OK and not over and outside(
             w, single, sensors, first, table, terms, outer, nodes, tile, explained - ambiguity, options, boxes, scratch,
             whole, c, s, trials,
         ):  # fmt: skip
@@ -220,16 +238,17 @@ def _each(
 
 @compiled()
 def project_frames(
-    readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, sizes, options,
-    out,
+    readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, sizes, far,
+    options, out,
 ):  # fmt: skip
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; sensors, first, table, terms:
     as of `field.field_at`, then those of the sensors near each tile; tiles, outer: `Tiles` of the search and of what is
-    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; options: mu,
-    the thresholds of detection and of chi-square, ambiguity, apart, broad, the reading from which the strongest names a
-    tile, the deviation from which S need be no parabola, the smallest step, the search, the table's error.
+    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far`,
+    of all positions but those over the sensors; options: mu, the thresholds of detection and of chi-square, ambiguity,
+    apart, broad, the reading from which the strongest names a tile, the deviation from which S need be no parabola, the
+    smallest step, the search, the table's error.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
@@ -244,7 +263,7 @@ def project_frames(
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
     fall, ratio, more = np.empty(8), np.empty(8), np.zeros(3)
     _each(
-        readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, options,
-        out, c, s, heights, lead, words, peak, full, single, part, scratch, scratch.view(np.int64), score, at, fits,
-        trials, fall, ratio, more,
+        readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
+        options, out, c, s, heights, lead, words, peak, full, single, part, scratch, scratch.view(np.int64), score, at,
+        fits, trials, fall, ratio, more,
     )  # fmt: skip

@@ -18,7 +18,7 @@ from ..._check import FloatArray
 from ...prepared import Prepared
 from ...radial import RadialResponse
 
-__all__ = ["Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "tiles_of"]
+__all__ = ["Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "tiles_of"]
 
 _STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
 _RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)
@@ -66,7 +66,7 @@ def _strength(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArr
     return np.sqrt(hot), share
 
 
-def _orthonormal(fields: FloatArray) -> tuple[FloatArray, FloatArray]:
+def orthonormal(fields: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Columns of A (nodes, n, 3) in an orthonormal basis: the basis, and the shapes (9, nodes) of `scan.scan`."""
     basis, parts = np.zeros_like(fields), np.zeros((3, 3, len(fields)))
     for j in range(3):
@@ -132,7 +132,7 @@ class _Builder:
         origin: tuple[float, float, float, float],
     ) -> None:
         """A tile of nodes that have `fields` (nodes, n, 3), of which the sensors `near` count."""
-        basis, shapes = _orthonormal(fields[:, near])
+        basis, shapes = orthonormal(fields[:, near])
         (rows, columns), n = shape, fields.shape[1]
         stride = columns + (rows > 1)
         nodes, k = rows * stride + -(rows * stride) % 16, near.size + near.size % 2
@@ -172,13 +172,22 @@ def _fields(response: Response, scale: FloatArray, y: FloatArray, z: FloatArray)
 
 
 def tiles_of(
-    responses: Sequence[Response], scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
+    responses: Sequence[Response],
+    scale: FloatArray,
+    box: FloatArray,
+    step: float,
+    finer: float,
+    friction: float,
+    inner: FloatArray | None = None,
 ) -> Tiles:
     """Of each response a tile for each sensor, one of the whole in steps of `step`, one in steps of `finer`.
 
-    box ((y low, y high), (z low, z high)); scale (n,): 1 / noise.
+    box ((y low, y high), (z low, z high)); scale (n,): 1 / noise. Where `inner` is a smaller box, tiles of
+    it for each sensor come before all others.
     """
     build = _Builder()
+    if inner is not None and (inner != box).any():
+        _add_sensors(build, responses[0], scale, inner, step, friction)
     for response in responses:
         _add_tiles(build, response, scale, box, step, finer, friction)
     return build.done()
@@ -188,6 +197,19 @@ def _add_tiles(
     build: _Builder, response: Response, scale: FloatArray, box: FloatArray, step: float, finer: float, friction: float
 ) -> None:
     """The tiles of one response."""
+    fields, y, z = _add_sensors(build, response, scale, box, step, friction)
+    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
+    every = np.arange(response.sensors)
+    build.add(fields, every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
+    y, z = _grid(box, finer)
+    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
+    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
+
+
+def _add_sensors(
+    build: _Builder, response: Response, scale: FloatArray, box: FloatArray, step: float, friction: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A tile of one response for each sensor; the readings under unit forces at all nodes, and these."""
     y, z = _grid(box, step)
     steps = (float(y[1] - y[0]), float(z[1] - z[0]))
     fields = _fields(response, scale, y, z)
@@ -201,11 +223,7 @@ def _add_tiles(
         k0, k1 = max(k.min() - 1, 0), min(k.max() + 2, columns)
         at = (np.arange(j0, j1)[:, None] * columns + np.arange(k0, k1)).reshape(-1)
         build.add(fields[at], _near(share[at]), (j1 - j0, k1 - k0), (float(y[j0]), float(z[k0]), *steps))
-    every = np.arange(response.sensors)
-    build.add(fields, every, (y.size, columns), (float(y[0]), float(z[0]), *steps))
-    y, z = _grid(box, finer)
-    steps = (float(y[1] - y[0]), float(z[1] - z[0]))
-    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
+    return fields, y, z
 
 
 def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
@@ -268,7 +286,7 @@ def _shares(
     least = np.ones(len(nodes))
     for b, (y0, y1, z0, z1) in enumerate(boxes):
         own = np.flatnonzero(which == b)
-        basis, _ = _orthonormal(fields[own])
+        basis, _ = orthonormal(fields[own])
         at = np.stack([rng.uniform(y0, y1, 2 * _SAMPLES), rng.uniform(z0, z1, 2 * _SAMPLES)], axis=-1)
         # as many again near the search, where the nodes are close and the share is large
         span, far = 2.0 * depth, y1 - y0 if b < 2 else z1 - z0
