@@ -60,7 +60,7 @@ def far_from(
     if not len(at) or n <= _FEW:
         return Far(np.empty((0, 4), dtype=np.int64), np.empty((0, 2)), np.empty((0, n), dtype=np.float32))
     basis = orthonormal(response(at) * scale[:, None])[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
-    beside = KDTree(at).query(at, _BESIDE)[1]
+    beside = np.asarray(KDTree(at).query(at, _BESIDE)[1])
     rows: list[list[float]] = []
     found: list[FloatArray] = []
     _divide(np.arange(len(at)), at, beside, basis, rows, found)
