@@ -221,6 +221,30 @@ class Response(Frozen):
         """
         if issubclass(family, LineLoad):
             return tabulate(finger, search)
+        return cls.of_lines(finger, *family.as_line_loads(), search, widest)
+
+    @classmethod
+    def of_lines(
+        cls, finger: Finger, lines: FloatArray, weights: FloatArray, search: tuple[float, float], widest: float
+    ) -> Response:
+        """The response to contacts that are sums of line loads.
+
+        Parameters
+        ----------
+        finger : Finger
+            The forward model.
+        lines : ndarray, shape (m,)
+            Positions of the line loads from the contact's [half widths].
+        weights : ndarray, shape (m,) or (m, 2)
+            Their shares of the contact's force; of the normal and of the tangential one, where these differ.
+        search, widest
+            As in `of`.
+
+        Raises
+        ------
+        InvalidValueError
+            Half widths that are too large for the sensors' depths.
+        """
         low, high = search
         depth = float(np.asarray(finger.array.depth).min())
         if widest > _MOST_WIDE * depth * (1 + 1e-12):
@@ -232,14 +256,15 @@ class Response(Frozen):
         positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
         line = tabulate(finger, (low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))
-        t, weights = family.as_line_loads()
-        values = np.stack([line._summed(positions, widest * np.sqrt(q) * t, weights) for q in shares])
+        values = np.stack([line._summed(positions, widest * np.sqrt(q) * lines, weights) for q in shares])
         matrix = np.polynomial.chebyshev.chebvander(2 * shares - 1, _WIDTHS - 1)
         sums = np.linalg.solve(matrix, values.reshape(_WIDTHS, -1)).reshape(values.shape)
         return cls(low, step, np.einsum("kj,wcjnl->wcknl", _TO_POWERS, sums), line.error, widest)
 
     def _summed(self, positions: FloatArray, shifts: FloatArray, weights: FloatArray) -> FloatArray:
-        """Sum of the values at `positions` + `shifts` (m,), of line loads, times `weights` (m,); positions + (n, 2)."""
+        """Sum of the values at `positions` + `shifts` (m,), of line loads, times `weights`; positions + (n, 2)."""
+        if weights.ndim == 2:
+            return np.stack([self._summed(positions, shifts, weights[:, i])[..., i] for i in range(2)], axis=-1)
         cells = len(self.coefficients)
         table = self.coefficients.reshape(cells, DEGREE + 1, -1)
         total = np.zeros((positions.size, table.shape[2]))

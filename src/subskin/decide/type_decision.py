@@ -15,7 +15,7 @@ from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status
-from ..estimate.evidence import AreaEvidence, Evidence, Kind, columns
+from ..estimate.evidence import EDGE, END, AreaEvidence, Evidence, Kind, columns
 from ..estimate.shown import Shown
 from ..finger import Finger
 from ..loads import Load
@@ -26,28 +26,28 @@ __all__ = ["UNDECIDED", "TypeDecision", "contact_type", "usual_kinds"]
 UNDECIDED = -1
 """In place of a kind's number where no kind is probable enough."""
 
-_EDGE, _END = 0.2, 1.2
-"""Where a vertex ends and the sides begin, and where these end: root of the pressure's second moment, in depths."""
 _WEDGE, _PUNCH, _HERTZ = 6**0.5, 2**0.5, 4**0.5
 """Half width over that root: the second moment is a^2/6, a^2/2, a^2/4 (docs/deciding.md)."""
 _KINDS = (
     ("line", "line", (0.0, 0.0), 1.0),
-    ("vertex", "wedge", (0.1, _WEDGE * _EDGE), 1.0),
-    ("flat side", "punch", (_PUNCH * _EDGE, _PUNCH * _END), 1.0),
-    ("round side", "hertz", (_HERTZ * _EDGE, _HERTZ * _END), 1.0),
-    ("two touches", "pair", (0.25, 1.5), 0.1),
-    ("none of these", "none", (0.0, 0.0), 0.2),
+    ("vertex", "wedge", (0.1, _WEDGE * EDGE), 1.0),
+    ("flat side", "punch", (_PUNCH * EDGE, _PUNCH * END), 1.0),
+    ("round side", "hertz", (_HERTZ * EDGE, _HERTZ * END), 1.0),
+    ("two touches", "pair", (0.25, 1.5), 0.2),
+    ("none of these", "none", (0.0, 0.0), 0.8),
 )
 """Name, family, half widths in depths, and prior, of the usual kinds."""
+_STICK = 0.3
+"""Share of rollers that stick in their middle."""
 _CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
 """On an area, half width over the root of the second moment along one direction: a^2/6, a^2/3, a^2/5."""
 _LAST = 0.6
 """Where the sides end there."""
 _LOCAL_KINDS = (
     ("point", "point", (0.0, 0.0), 1.0),
-    ("vertex", "cone", (0.1, _CONE * _EDGE), 1.0),
-    ("flat side", "round_punch", (_DISC * _EDGE, _DISC * _LAST), 1.0),
-    ("round side", "round_hertz", (_BALL * _EDGE, _BALL * _LAST), 1.0),
+    ("vertex", "cone", (0.1, _CONE * EDGE), 1.0),
+    ("flat side", "round_punch", (_DISC * EDGE, _DISC * _LAST), 1.0),
+    ("round side", "round_hertz", (_BALL * EDGE, _BALL * _LAST), 1.0),
     ("none of these", "none", (0.0, 0.0), 0.2),
 )
 
@@ -74,7 +74,10 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     """
     depth = float(np.asarray(finger.array.depth).min())
     kinds = _LOCAL_KINDS if finger.array.on_area else _KINDS
-    return tuple(Kind(name, family, (a * depth, b * depth), prior) for name, family, (a, b), prior in kinds)
+    return tuple(
+        Kind(name, family, (a * depth, b * depth), prior, stick=_STICK if family == "hertz" else 0.0)
+        for name, family, (a, b), prior in kinds
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

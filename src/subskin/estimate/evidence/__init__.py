@@ -4,5 +4,6 @@ from . import columns
 from .area import AreaEvidence
 from .evidence import Evidence
 from .kind import Kind
+from .shapes import EDGE, END
 
-__all__ = ["AreaEvidence", "Evidence", "Kind", "columns"]
+__all__ = ["EDGE", "END", "AreaEvidence", "Evidence", "Kind", "columns"]

@@ -4,7 +4,7 @@ The evidence of a kind is the integral of likelihood times prior over position y
 the readings fix position and width but roughly, it is a sum over a grid of both, the forces being integrated at each.
 Where they fix them closely it is Gaussian in position and forces about the best position at each width, and a sum, or
 a Gaussian, over widths. Best positions are found as in `project.py`. Two touches: `_pair.py`. None of these: the kinds
-again, with an error of the model beside the noise.
+again, with an error of the model beside the noise, and other shapes, which are climbed to from what fits of the kinds.
 """
 
 from __future__ import annotations
@@ -70,6 +70,40 @@ def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, 
         y, q = climb_wide(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, fit)
         kept = _keep(y, q, fit, kept, apart, at, fits)
     return kept
+
+
+@compiled()
+def _climbed(w, table, g, mu, ends, seeds, count, moment, c, a, at, fits, fit):
+    """The peaks that are reached from `seeds`, positions and second moments of the pressure: their number.
+
+    moment: the second moment of a pressure of unit half width.
+    """
+    apart = (0.05 * g[1], 1e-3 * g[2])
+    kept = 0
+    for p in range(count):
+        q = min(max(seeds[p, 1] / moment, ends[2]), ends[3])
+        y, q = climb_wide(w, table, g[0], g[1], g[2], mu, seeds[p, 0], q, ends, c, a, fit)
+        kept = _keep(y, q, fit, kept, apart, at, fits)
+    return kept
+
+
+@compiled()
+def _seeds(total, counts, at, fits, moments, far, seeds):
+    """Where other shapes are climbed to from: the best of the kinds, and the best that is `far` from it: their number.
+
+    The second only where it fits about as well.
+    """
+    found, least = 0, math.inf
+    for _ in range(2):
+        best = -1
+        for k in range(counts.size):
+            if counts[k] > 0 and (found == 0 or abs(at[k, 0, 0] - seeds[0, 0]) > far):
+                best = k if best < 0 or fits[k, 0, 2] > fits[best, 0, 2] else best
+        if best < 0 or total - fits[best, 0, 2] > 4.0 * least + _NEGLIGIBLE:
+            break
+        seeds[found, 0], seeds[found, 1] = at[best, 0, 0], moments[best] * at[best, 0, 1]
+        found, least = found + 1, total - fits[best, 0, 2]
+    return found
 
 
 @compiled()
@@ -167,10 +201,17 @@ def _of_kind(k, n, m, bases, edges, squares, tables, starts, shapes):
     )
 
 
+@compiled(inline=True)
+def _table(k, n, tables, starts, shapes):
+    """The table alone, of what has no scan."""
+    cells, wides, t = shapes[k, 1], shapes[k, 2], starts[k, 3]
+    return tables[t : t + cells * wides * 10 * n].reshape(cells, wides, 10 * n)
+
+
 @compiled()
 def weigh_frames(
     readings, sensors, bases, edges, positions, squares, tables, fines, nodes, rows, starts, shapes, geometry, options,
-    slots, weights, spare, pairs, basis_pairs, tri, back, line, ends_pair, out,
+    slots, weights, spare, more, moments, pairs, basis_pairs, tri, back, line, ends_pair, out,
 ):  # fmt: skip
     """Fill `out`, one row a frame; the columns are named in `columns.py`.
 
@@ -178,12 +219,18 @@ def weigh_frames(
     the other, so that any number of kinds is one compilation. starts (kinds, 7): where each kind's begin; shapes
     (kinds, 4): number of squares, of the table's cells and widths, of the survey's widths. geometry (kinds + 1, 7):
     start and step of the table, the square of its widest, and the ends of y and q, the last for pairs. options: mu, the
-    thresholds, the survey's steps to one of the scan's. slots (kinds + 2,): the kinds' numbers, the last but one that
-    of two touches, the last that of none of these, -1 where it is not asked for. weights, spare (kinds + 1,): log of
-    the share in what is none of these, and readings beyond the unknowns. Then as in `weigh_pairs`.
+    thresholds, the survey's steps to one of the scan's, the log of the share of model errors in none of these. slots
+    (kinds + 2,): the kinds' numbers, the last but one that of two touches, the last that of none of these, -1 where it
+    is not asked for. weights, spare (kinds + 1,): log of the share in what is none of these, and readings beyond the
+    unknowns. more (others, 3): of what is climbed to without a scan, behind the kinds in all the above, first what is
+    part of a kind, then of none of these: which kind or -1, log of its share, log of what is left to the kind.
+    moments (kinds + others,): second moments of pressures of unit half width. Then as in `weigh_pairs`.
     """
     frames, n = readings.shape
-    kinds = geometry.shape[0] - 1
+    kinds, others = slots.size - 2, more.shape[0]
+    parts = kinds
+    for e in range(others):
+        parts += more[e, 0] >= 0.0
     mu, detection, largest, largest_pair = options[0], options[1], options[2], options[3]
     fines_per_cell = int(options[4])
     two, none = slots[kinds], slots[kinds + 1]
@@ -191,11 +238,12 @@ def weigh_frames(
     w = np.empty(n)
     w_single = np.empty(n, dtype=np.float32)
     a, c = np.empty((2, 6, 2 * n)), np.empty((3, 10 * n + shapes[:, 2].max() + 3))
-    fits, fit = np.empty((kinds, _PEAKS, 6)), np.empty(6)
-    at, score = np.empty((kinds, _PEAKS, 2)), np.empty(_PEAKS)
+    fits, fit = np.empty((kinds + others, _PEAKS, 6)), np.empty(6)
+    at, score = np.empty((kinds + others, _PEAKS, 2)), np.empty(_PEAKS)
+    seeds = np.empty((_PEAKS, 2))
     spans, hold = np.empty((_PEAKS, 2)), np.empty((3, max(_PEAKS, 4)))
     info, mean = np.empty((3, 3)), np.empty(3)
-    counts = np.empty(kinds, dtype=np.int64)
+    counts = np.empty(kinds + others, dtype=np.int64)
     most, m = shapes[:, 0].max(), positions.size
     fine = fines_per_cell * (m - 1) + 1
     step = (positions[-1] - positions[0]) / (fine - 1)
@@ -230,16 +278,27 @@ def weigh_frames(
                 )
                 if counts[k] > 0:
                     explained = max(explained, fits[k, 0, 2])
+            for k in range(kinds, parts):
+                whole = int(more[k - kinds, 0])
+                seeds[:, 0], seeds[:, 1] = at[whole, :, 0], moments[whole] * at[whole, :, 1]
+                table = _table(k, n, tables, starts, shapes)
+                counts[k] = _climbed(
+                    w, table, geometry[k, :3], mu, geometry[k, 3:], seeds, counts[whole], moments[k], c, a, at[k],
+                    fits[k], fit,
+                )  # fmt: skip
+                if counts[k] > 0:
+                    explained = max(explained, fits[k, 0, 2])
         row[STATUS] = _OK
         part = row[KIND + two * EACH : KIND + (two + 1) * EACH]
+        chi2_pair = total
         explains = total - explained <= largest
         if two >= 0:
             part[LOG_EVIDENCE], part[CHI2] = -math.inf, total
         if two >= 0 and total - explained > _ALONE and total >= detection:
             weight = weigh_pairs(
-                w, w_single, pairs, basis_pairs, tri, back, line, geometry[kinds, :3], ends_pair, mu, best
+                w, w_single, pairs, basis_pairs, tri, back, line, geometry[kinds + others, :3], ends_pair, mu, best
             )  # fmt: skip
-            part[CHI2] = best[6]
+            part[CHI2] = chi2_pair = best[6]
             explains |= best[6] <= largest_pair
             if weight > -math.inf:
                 part[LOG_EVIDENCE] = weight + 0.5 * (total - explained)
@@ -278,5 +337,37 @@ def weigh_frames(
                     w, table, g[0], g[1], g[2], mu, ends, count, at[k], fits[k], spans, c, a, fit, hold, info, mean
                 )
             part[LOG_EVIDENCE] -= 0.5 * explained
+        known = max(explained, total - chi2_pair)
+        shaped, found = -math.inf, 0
+        if parts < kinds + others:
+            far = 4.0 * geometry[0, 1]
+            found = _seeds(total, counts[:parts], at, fits, moments, far, seeds)
+        for k in range(kinds, kinds + others):
+            g, ends = geometry[k, :3], geometry[k, 3:]
+            table = _table(k, n, tables, starts, shapes)
+            if k >= parts:
+                counts[k] = _climbed(
+                    w, table, g, mu, ends, seeds, found, moments[k], c, a, at[k], fits[k], fit
+                )  # fmt: skip
+            count = 0
+            while count < counts[k] and fits[k, count, 2] > known - 2.0 * _NEGLIGIBLE:
+                count += 1
+            here = -math.inf
+            if count > 0:
+                here = more[k - kinds, 1] - 0.5 * explained + _evidence(
+                    w, table, g[0], g[1], g[2], mu, ends, count, at[k], fits[k], spans, c, a, fit, hold, info, mean
+                )  # fmt: skip
+            if k >= parts:
+                shaped = _add(shaped, here)
+                continue
+            slot = slots[int(more[k - kinds, 0])]
+            part = row[KIND + slot * EACH : KIND + (slot + 1) * EACH]
+            before = part[LOG_EVIDENCE] + more[k - kinds, 2]
+            part[LOG_EVIDENCE] = _add(before, here)
+            if here > before:
+                part[CHI2] = max(total - fits[k, 0, 2], 0.0)
+                part[POSITION], part[NORMAL], part[TANGENTIAL] = at[k, 0, 0], fits[k, 0, 0], fits[k, 0, 1]
+                part[HALF_WIDTH] = math.sqrt(at[k, 0, 1])
         if none >= 0:
-            row[KIND + none * EACH] = _none(row, slots[: kinds + (two >= 0)], weights, spare, total, n)
+            off = _none(row, slots[: kinds + (two >= 0)], weights, spare, total, n)
+            row[KIND + none * EACH] = _add(off + options[5], shaped)

@@ -17,6 +17,7 @@ from ...response import Response, tabulate
 from ..frames import Framewise, packed, scan_geometry, sensor_rows
 from .columns import EACH, KIND, STATUS
 from .kind import NONE, PAIR, Kind
+from .shapes import root_moment, shapes, sticking
 
 __all__ = ["Evidence"]
 
@@ -28,6 +29,8 @@ _FINE = 4
 """Steps of the survey's positions to one of the scan's."""
 _FINE_WIDTH = 0.04
 """Largest step of the survey in the half width, in least depths."""
+_OFF = 0.25
+"""Share of model errors in what is none of the kinds; the rest are contacts of other shapes."""
 _PAIRS = 0.125
 """Step of the grid of two touches, in least depths."""
 
@@ -108,10 +111,28 @@ class Evidence(Framewise):
             Response.of(finger, family_of(family), self._ends, k.half_width[1])
             for family, k in zip(families, single, strict=True)
         )
+        self._more, self._parts, self._moments = self._others(finger, single, none)
         self._line = table
         count = max(int(np.ceil((table.stop - table.start) / (self._shallowest / 16) - 1e-9)) + 1, 3)
         self._positions = np.linspace(*self._ends, count)
         self._squares = tuple(_squares(k, self._shallowest) for k in single)
+
+    def _others(
+        self, finger: Finger, single: list[Kind], none: list[int]
+    ) -> tuple[tuple[tuple[Response, tuple[float, float]], ...], FloatArray, FloatArray]:
+        """What is weighed beside the single kinds: responses and half widths, whose part they are, second moments."""
+        parts, found = [], []
+        moments = [root_moment(*family_of(k.family).as_line_loads()) ** 2 if k.half_width[1] else 1.0 for k in single]  # type: ignore[arg-type,union-attr]
+        for i, kind in enumerate(single):
+            if kind.stick > 0:
+                found.append((*sticking(), kind.half_width))
+                parts.append([i, np.log(kind.stick), np.log1p(-kind.stick)])
+        for shape in shapes(single, self._shallowest) if none else ():
+            found.append(shape[:3])
+            parts.append([-1.0, np.log((1 - _OFF) * shape.share), 0.0])
+        moments += [root_moment(lines, weights) ** 2 for lines, weights, _ in found]
+        made = [(Response.of_lines(finger, t, weights, self._ends, ends[1]), ends) for t, weights, ends in found]
+        return tuple(made), np.array(parts).reshape(-1, 3), np.array(moments)
 
     def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n).
@@ -151,22 +172,29 @@ class Evidence(Framewise):
             rows.append(np.stack([widths, widths**2, weights]))
             ends = (*self._ends, *np.square(kind.half_width))
             geometry.append([field.start, field.step, field.widest**2 or 1.0, *ends])
+        for field, half_width in self._more:
+            tables.append(packed(field.select(pattern), scale))
+            geometry.append([field.start, field.step, field.widest**2, *self._ends, *np.square(half_width)])
         geometry.append([self._line.start, self._line.step, self._shallowest, *4 * [0.0]])
         spare = np.array([float(len(array) - k.unknowns(self.friction)) for k in single])
         alone = len(array) - (3 if self.friction > 0 else 2)
         both = len(array) - (6 if self.friction > 0 else 4)
         largest, most = (float(chdtri(max(k, 1), self._false_alarm)) for k in (alone, both))
-        options = np.array([self.friction, 2 * np.log(1 / self._false_alarm), largest, most, _FINE])
+        options = np.array([self.friction, 2 * np.log(1 / self._false_alarm), largest, most, _FINE, np.log(_OFF)])
         two = self._places[len(single)]
         priors = np.array([k.prior for k in single])
         # what is near to none of the single ones is near to two touches
         shares = np.log(np.append(priors / priors.sum() * (0.5 if two >= 0 else 1.0), 0.5))
+        scans = [*self._squares, *len(self._more) * [np.empty(0)]]
         parts: list[Any] = [bases, edges, self._squares, tables, fines, nodes, rows]
-        starts = np.array([np.cumsum([0, *(p.size for p in part[:-1])]) for part in parts]).T.copy()
-        shapes = [[q.size, *t.shape[:2], r.shape[1]] for q, t, r in zip(self._squares, tables, rows, strict=True)]
+        starts = np.zeros((len(tables), len(parts)), dtype=np.int64)
+        for column, part in zip(starts.T, parts, strict=True):
+            column[1 : len(part)] = np.cumsum([p.size for p in part[:-1]])
+        surveyed = [*(r.shape[1] for r in rows), *len(self._more) * [0]]
+        sizes = [[q.size, *t.shape[:2], r] for q, t, r in zip(scans, tables, surveyed, strict=True)]
         flat = [np.concatenate([np.ravel(p) for p in part]) for part in parts]
-        layout = (*flat[:2], self._positions, *flat[2:], starts, np.array(shapes))
-        odds = (self._places, shares, np.maximum(np.append(spare, both), 0.0))
+        layout = (*flat[:2], self._positions, *flat[2:], starts, np.array(sizes))
+        odds = (self._places, shares, np.maximum(np.append(spare, both), 0.0), self._parts, self._moments)
         return sensor_rows(array), *layout, np.array(geometry), options, *odds, *self._pairs(pattern, scale)
 
     def _pairs(self, pattern: npt.NDArray[np.bool_], scale: FloatArray) -> tuple[npt.NDArray[Any], ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ... import _check
-from ...contact import LineLoad, LocalContact, PointLoad
+from ...contact import Hertz, LineLoad, LocalContact, PointLoad
 from ...contact.families import Family, LocalFamily, family_of, local_families, local_family_of
 from ...errors import InvalidValueError
 from ..estimate import Status
@@ -29,16 +29,19 @@ class Kind:
     family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
         Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of
         RoundContact. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
-        other kinds, but off by a model error of 1 to 30 % of the readings (docs/deciding.md).
+        other kinds, but off by a model error of 1 to 30 % of the readings, or of another shape (docs/deciding.md).
     half_width : (float, float)
         Least and largest half width [m], all between being as probable; both 0 for a line, left out for "none".
     prior : float
         How probable it is, relative to the other kinds.
+    stick : float
+        Share of such contacts that stick in their middle, in [0, 1): of "hertz" alone.
 
     Raises
     ------
     InvalidValueError
-        An unknown family, widths out of order or of a line, a prior that is not > 0.
+        An unknown family, widths out of order or of a line, a prior that is not > 0, a share that sticks of another
+        family.
 
     Examples
     --------
@@ -51,6 +54,7 @@ class Kind:
     family: str | Family | LocalFamily
     half_width: tuple[float, float] = (0.0, 0.0)
     prior: float = 1.0
+    stick: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
@@ -72,6 +76,10 @@ class Kind:
         if not narrow and not ends[1] > 0:
             raise InvalidValueError(seen, "its largest half width has to be > 0", "half_width=(0.1e-3, 1e-3)")
         _check.scalar("prior", self.prior, above=0.0)
+        share = _check.scalar("stick", self.stick, at_least=0.0)
+        if not share < 1 or (share > 0 and (named or not issubclass(self._class(), Hertz))):
+            rule = 'a share in [0, 1), of the family "hertz" alone, can stick'
+            raise InvalidValueError(f"stick = {self.stick!r} of {self.family!r}", rule, "stick=0.0")
 
     def _class(self) -> Family | LocalFamily:
         """The family's class, of long contacts or of those on an area."""
