@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..._compiled import compiled
 from ..climb import project_wide, slopes
 
 _REACH = 5.0
 _NEGLIGIBLE = 40.0
 _LOG_2PI = math.log(2 * math.pi)
+_T, _W = np.polynomial.legendre.leggauss(10)
 
 
 @compiled()
@@ -185,6 +188,25 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
                     highest = here
                 total += weight * math.exp(here - highest)
     return math.log(step * total) + highest + 0.5 * explained if total > 0.0 else -math.inf
+
+
+@compiled()
+def _valley(w, table, g, mu, at, ends, c, a, fit, info, mean):
+    """Log of the evidence about the peak `at`, the valley along the widths being taken for the parabola at its top."""
+    y, q = at[0], at[1]
+    project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit)
+    _, gq, yy, yq, qq, _, _, _ = slopes(w, a, fit)
+    curvature = max(qq - yq * yq / max(yy, 1e-300), 1e-300)
+    slope = 0.0 if ends[2] < q < ends[3] else gq
+    low, high = _interval(slope, curvature, q, ends[2], ends[3])
+    one, two = math.sqrt(low), math.sqrt(high)
+    total = 0.0
+    for k in range(_T.size):
+        half = 0.5 * (one + two + (two - one) * _T[k])
+        move = half * half - q
+        total += 0.5 * (two - one) * _W[k] * math.exp(slope * move - 0.5 * curvature * move * move)
+    share = math.log(max(total, 1e-300) / (math.sqrt(ends[3]) - math.sqrt(ends[2])))
+    return _log_weight(w, a, fit, mu, y, ends, info, mean) + share
 
 
 @compiled()

@@ -16,7 +16,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..climb import climb_wide, project_wide, slopes
 from ..scan import MOST_CHI2, highest, scan
-from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey
+from ._integrals import _LOG_2PI, _NEGLIGIBLE, _REACH, _add, _broad, _interval, _log_weight, _survey, _valley
 from ._pair import weigh_pairs
 from .columns import CHI2, EACH, HALF_WIDTH, KIND, LOG_EVIDENCE, NORMAL, POSITION, STATUS, TANGENTIAL
 
@@ -353,10 +353,9 @@ def weigh_frames(
             while count < counts[k] and fits[k, count, 2] > known - 2.0 * _NEGLIGIBLE:
                 count += 1
             here = -math.inf
-            if count > 0:
-                here = more[k - kinds, 1] - 0.5 * explained + _evidence(
-                    w, table, g[0], g[1], g[2], mu, ends, count, at[k], fits[k], spans, c, a, fit, hold, info, mean
-                )  # fmt: skip
+            for p in range(count):
+                here = _add(here, _valley(w, table, g, mu, at[k, p], ends, c, a[0], fit, info, mean))
+            here += more[k - kinds, 1] - 0.5 * explained
             if k >= parts:
                 shaped = _add(shaped, here)
                 continue
