@@ -1,4 +1,4 @@
-"""What no named kind is: contacts of other shapes and of other widths; and rollers that stick, as sums of line loads."""
+"""What no named kind is: contacts of other shapes and widths; and rollers that stick: all as sums of line loads."""
 
 from __future__ import annotations
 
@@ -22,6 +22,14 @@ _LEAN = 0.6
 """Of a pressure that rises from one side to the other: its slope over its mean."""
 _STICK = 0.7
 """Half width of the zone that sticks, over the contact's: a drag of half of what friction holds."""
+_FAMILIES: tuple[tuple[type[SpreadContact], float], ...] = (
+    (Strip, END),
+    (Wedge, END),
+    (Hertz, _BEYOND),
+    (FlatPunch, _BEYOND),
+)
+_PRESSURES = (((1.0, 0.0, -1.0), 1.0), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5))
+"""Powers of t, and shares: a parabola, and pressures that rise to either side."""
 _NODES = 40
 
 
@@ -69,14 +77,13 @@ def shapes(kinds: Sequence[Kind], depth: float) -> tuple[Shape, ...]:
     for kind in kinds:
         if kind.family not in (PAIR, NONE):
             named.setdefault(family_of(kind.family), []).append(kind.half_width)  # type: ignore[arg-type]
-    known: list[tuple[type[SpreadContact], float]] = [(Strip, END), (Wedge, END), (Hertz, _BEYOND), (FlatPunch, _BEYOND)]
     found = []
-    for family, end in known:
+    for family, end in _FAMILIES:
         lines, weights = family.as_line_loads()
         unit = depth / root_moment(lines, weights)
         left = _without((EDGE * unit, end * unit), named.get(family, []))
         found += [Shape(lines, weights, ends, (ends[1] - ends[0]) / sum(b - a for a, b in left)) for ends in left]
-    for coefficients, share in (((1.0, 0.0, -1.0), 1.0), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5)):
+    for coefficients, share in _PRESSURES:
         lines, weights = _polynomial(*coefficients)
         unit = depth / root_moment(lines, weights)
         found.append(Shape(lines, weights, (EDGE * unit, END * unit), share))
