@@ -57,11 +57,12 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
 
     The edges are stated in depths of the shallowest sensor of `finger`. A vertex is any contact that is narrower than
     a roller of half width 0.4, a flat bar of 0.28 or a wedge of 0.49: these have the same second moment of pressure. A
-    side is any wider contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Two
-    touches are 0.5 to 3 apart, and a tenth as likely as a line; none of these, a fifth as likely.
+    side is any wider contact, up to a roller of 2.4 or a bar of 1.7; three in ten rollers stick in their middle. A line
+    is narrower than a wedge of 0.1. Two touches are 0.5 to 3 apart, and a fifth as likely as a line; none of these,
+    four fifths as likely.
 
     Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and none of these, two
-    touches among them. A vertex is narrower than a sphere of half width 0.45, a disc of 0.35 or a cone of 0.49; a side
+    touches among them, a fifth as likely as a point. A vertex is narrower than a sphere of half width 0.45, a disc of 0.35 or a cone of 0.49; a side
     is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
 
     Examples
@@ -184,7 +185,7 @@ class TypeDecision(FrameTable):
     def spare(self) -> npt.NDArray[np.intp]:
         """Readings beyond the unknowns of the most probable kind, "none of these" aside, shape (...).
 
-        With 0 that kind could not have failed to explain them, and "none of these" is as probable as it was beforehand.
+        With 0 that kind could not have failed to explain them.
         """
         unknowns = np.array([kind.unknowns(self.friction) for kind in self.kinds])
         share = np.where(unknowns > 0, np.nan_to_num(self.probability), -1.0)
@@ -244,8 +245,8 @@ def contact_type(
     For each kind the likelihood of the readings is averaged over the unknowns: position, evenly over `search`; half
     width, evenly over the kind's range; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
     Times the kind's prior this is its probability, up to a common factor. The averages are prepared on the first call
-    and kept with the finger. "None of these" is near to one of the kinds but for a model error; it can be found where
-    readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay, Information Theory,
+    and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but for
+    a model error; it is told apart where readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay, Information Theory,
     Inference, and Learning Algorithms (2003), chapter 28.
 
     Parameters

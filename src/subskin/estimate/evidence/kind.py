@@ -29,7 +29,8 @@ class Kind:
     family : {"line", "wedge", "hertz", "strip", "punch", "pair", "none"} or subclass of SpreadContact
         Its pressure's shape; on an area "point", "cone", "round_hertz", "round_punch", or a subclass of
         RoundContact. "pair": two line loads, of which `half_width` is half the distance. "none": near to one of the
-        other kinds, but off by a model error of 1 to 30 % of the readings, or of another shape (docs/deciding.md).
+        other kinds, but off by a model error of 1 to 30 % of the readings, or in a plane of another shape
+        (docs/deciding.md).
     half_width : (float, float)
         Least and largest half width [m], all between being as probable; both 0 for a line, left out for "none".
     prior : float
