@@ -62,8 +62,8 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     four fifths as likely.
 
     Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and none of these, two
-    touches among them, a fifth as likely as a point. A vertex is narrower than a sphere of half width 0.45, a disc of 0.35 or a cone of 0.49; a side
-    is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
+    touches among them, a fifth as likely as a point. A vertex is narrower than a sphere of half width 0.45, a disc of
+    0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
 
     Examples
     --------
@@ -245,9 +245,9 @@ def contact_type(
     For each kind the likelihood of the readings is averaged over the unknowns: position, evenly over `search`; half
     width, evenly over the kind's range; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
     Times the kind's prior this is its probability, up to a common factor. The averages are prepared on the first call
-    and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but for
-    a model error; it is told apart where readings are left beyond the unknowns (`TypeDecision.spare`). Source: docs/deciding.md; MacKay, Information Theory,
-    Inference, and Learning Algorithms (2003), chapter 28.
+    and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but
+    for a model error; it is told apart where readings are left beyond the unknowns (`TypeDecision.spare`).
+    Source: docs/deciding.md; MacKay, Information Theory, Inference, and Learning Algorithms (2003), chapter 28.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ...contact.families import family_of
-from ...errors import InvalidValueError
+from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...response import Response, tabulate
 from ..frames import Framewise, packed, scan_geometry, sensor_rows
@@ -130,9 +130,17 @@ class Evidence(Framewise):
         for shape in shapes(single, self._shallowest) if none else ():
             found.append(shape[:3])
             parts.append([-1.0, np.log((1 - _OFF) * shape.share), 0.0])
-        moments += [root_moment(lines, weights) ** 2 for lines, weights, _ in found]
-        made = [(Response.of_lines(finger, t, weights, self._ends, ends[1]), ends) for t, weights, ends in found]
-        return tuple(made), np.array(parts).reshape(-1, 3), np.array(moments)
+        made, kept = [], []
+        for part, (lines, weights, ends) in zip(parts, found, strict=True):
+            try:
+                made.append((Response.of_lines(finger, lines, weights, self._ends, ends[1]), ends))
+            except (InvalidValueError, GeometryError):  # no room on this skin for shapes so wide: it has none
+                if part[0] >= 0:
+                    raise
+                continue
+            kept.append(part)
+            moments.append(root_moment(lines, weights) ** 2)
+        return tuple(made), np.array(kept).reshape(-1, 3), np.array(moments)
 
     def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Packed results, shape (..., 1 + 6 kinds), and the sensors used, shape (..., n).

@@ -12,7 +12,7 @@ from ...contact import FlatPunch, Hertz, SpreadContact, Strip, Wedge
 from ...contact.families import family_of
 from .kind import NONE, PAIR, Kind
 
-__all__ = ["EDGE", "END", "Shape", "root_moment", "shapes", "sticking"]
+__all__ = ["EDGE", "END", "OtherShape", "root_moment", "shapes", "sticking"]
 
 EDGE, END = 0.2, 1.2
 """Where a vertex ends and the sides begin, and where these end: root of the pressure's second moment, in depths."""
@@ -33,7 +33,7 @@ _PRESSURES = (((1.0, 0.0, -1.0), 1.0), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5)
 _NODES = 40
 
 
-class Shape(NamedTuple):
+class OtherShape(NamedTuple):
     """Contacts of one shape: line loads and their weights as of `Response.of_lines`, half widths [m], and a share."""
 
     lines: FloatArray
@@ -67,7 +67,7 @@ def sticking() -> tuple[FloatArray, FloatArray]:
     return np.concatenate([t, _STICK * t]), np.stack([np.concatenate([weights, none]), drag], axis=-1)
 
 
-def shapes(kinds: Sequence[Kind], depth: float) -> tuple[Shape, ...]:
+def shapes(kinds: Sequence[Kind], depth: float) -> tuple[OtherShape, ...]:
     """Contacts that none of the `kinds` is, with their shares, for sensors at `depth` [m] or deeper.
 
     An even pressure, one that rises evenly to either side, a parabola's, wedges, rollers and flat bars: each family
@@ -82,11 +82,11 @@ def shapes(kinds: Sequence[Kind], depth: float) -> tuple[Shape, ...]:
         lines, weights = family.as_line_loads()
         unit = depth / root_moment(lines, weights)
         left = _without((EDGE * unit, end * unit), named.get(family, []))
-        found += [Shape(lines, weights, ends, (ends[1] - ends[0]) / sum(b - a for a, b in left)) for ends in left]
+        found += [OtherShape(lines, weights, ends, (ends[1] - ends[0]) / sum(b - a for a, b in left)) for ends in left]
     for coefficients, share in _PRESSURES:
         lines, weights = _polynomial(*coefficients)
         unit = depth / root_moment(lines, weights)
-        found.append(Shape(lines, weights, (EDGE * unit, END * unit), share))
+        found.append(OtherShape(lines, weights, (EDGE * unit, END * unit), share))
     total = sum(shape.share for shape in found)
     return tuple(shape._replace(share=shape.share / total) for shape in found)
 
