@@ -21,25 +21,32 @@ from . import _on_area as on_area
 
 _ROUNDS = 300
 _CLOSE = 1e-9  # of two tangents
-_TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
+TOLERANCE = 1e-11  # of a slope, of the largest that there is at x = 0
 
 
 @compiled()
-def _factor(level, t, w, index, count, lower):
+def _factor(level, t, w, count, work):
     """Cholesky factor of the Hessian's rows and columns `index`, into `lower`; False where it has none."""
+    lower, index = work[4], work[5]
+    if len(level) > 5:
+        return on_area.hessian(level, t, w, work, count) and factored(lower, count)
+    for i in range(count):
+        _along(level, t, w, index, i, lower[i])
+    return factored(lower, count)
+
+
+@compiled(borrows=True)
+def factored(lower, count):
+    """Put its Cholesky factor in the place of a matrix; False where it has none. The diagonal is kept inverted."""
     for i in range(count):
         row = lower[i]
-        if len(level) == 5:
-            _along(level, t, w, index, i, row)
-        else:
-            on_area.assemble(level, t, w, index, i, row)
         for j in range(0, i - 1, 2):  # two at once: each number of the row is fetched half as often
             other, after = lower[j], lower[j + 1]
             s = u = 0.0
             for k in range(j):
                 s += row[k] * other[k]
                 u += row[k] * after[k]
-            row[j] = (row[j] - s) * other[j]  # the diagonal is kept inverted
+            row[j] = (row[j] - s) * other[j]
             row[j + 1] = (row[j + 1] - u - row[j] * after[j]) * after[j + 1]
         if i % 2 == 1:
             other, s = lower[i - 1], 0.0
@@ -98,31 +105,38 @@ def variance_of(lower, count, index, weights, z):
 
 
 @compiled()
-def _solve(level, t, w, on, downhill, lower, index, z):
+def backward(lower, count, z):
+    """Solve L^T z = z in place."""
+    for i in range(count - 1, -1, -1):
+        z[i] *= lower[i, i]
+        for k in range(i):
+            z[k] -= lower[i, k] * z[i]
+
+
+@compiled()
+def _solve(level, t, w, on, downhill, work):
     """The heights that are `on`, whatever their signs, into z: how many, or -1 where they are not determined."""
+    lower, index, z = work[4], work[5], work[6]
     count = 0
     for j in range(on.size):
         if on[j]:
             index[count] = j
             z[count] = downhill[j]
             count += 1
-    if not _factor(level, t, w, index, count, lower):
+    if not _factor(level, t, w, count, work):
         return -1
     forward(lower, count, z)
-    for i in range(count - 1, -1, -1):
-        z[i] *= lower[i, i]
-        for k in range(i):
-            z[k] -= lower[i, k] * z[i]
+    backward(lower, count, z)
     return count
 
 
 @compiled()
-def _slope(level, t, w, b, work):
+def _slope(level, w, b, work):
     """Residual A x - b into r and the gradient of J into `slope`."""
     if len(level) == 5:
         _slope_along(level, w, b, work)
     else:
-        on_area.slopes(level, t, w, b, work)
+        on_area.slopes(level, w, b, work)
 
 
 @compiled()
@@ -155,13 +169,13 @@ def minimise(level, t, w, b, downhill, on, work):
     downhill (N,) is minus the gradient at 0. Leaves the factor of the Hessian on what is > 0 in `lower`, the numbers of
     these in `index`, and the gradient in `slope`.
     """
-    _, x, slope, _, lower, index, z, _ = work
+    x, slope, index, z = work[1], work[2], work[5], work[6]
     total = x.size
-    tolerance = _TOLERANCE * np.abs(downhill).max()
+    tolerance = TOLERANCE * np.abs(downhill).max()
     patience = most = 3 if len(level) == 5 else 20  # on an area elements come one in a neighbourhood, over more rounds
     fewest = total + 1
     for _ in range(_ROUNDS):
-        count = _solve(level, t, w, on, downhill, lower, index, z)
+        count = _solve(level, t, w, on, downhill, work)
         if count < 0:
             return -1
         x[:] = 0.0
@@ -169,7 +183,7 @@ def minimise(level, t, w, b, downhill, on, work):
         for k in range(count):
             x[index[k]] = z[k]
             wrong += z[k] < 0.0
-        _slope(level, t, w, b, work)
+        _slope(level, w, b, work)
         for j in range(total):
             wrong += not on[j] and slope[j] < -tolerance
         if wrong == 0:
@@ -193,13 +207,13 @@ def minimise(level, t, w, b, downhill, on, work):
 @compiled()
 def _descend(level, t, w, b, on, work, downhill, tolerance):
     """The same from x, by Lawson and Hanson's way: downhill all along, one height more > 0 at a time."""
-    _, x, slope, _, lower, index, z, _ = work
+    x, slope, index, z = work[1], work[2], work[5], work[6]
     total = x.size
     for j in range(total):
         on[j] = x[j] > 0.0
         x[j] = max(x[j], 0.0)
     for _ in range(_ROUNDS):
-        count = _solve(level, t, w, on, downhill, lower, index, z)
+        count = _solve(level, t, w, on, downhill, work)
         if count < 0:
             return -1
         share, first = 1.0, -1
@@ -215,7 +229,7 @@ def _descend(level, t, w, b, on, work, downhill, tolerance):
             continue
         for k in range(count):
             x[index[k]] = z[k]
-        _slope(level, t, w, b, work)
+        _slope(level, w, b, work)
         steepest = -1
         for j in range(total):
             if not on[j] and slope[j] < -tolerance and (steepest < 0 or slope[j] < slope[steepest]):

@@ -11,49 +11,50 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
-from ..estimate import Status
 from ..frames import sensor_rows
-from ..scan import MOST_CHI2
 from . import columns as column
 from ._operator import Factors
-from .area_surface import COARSE, AreaSurface
+from .area_surface import AreaSurface
+from .hats import COARSE, TOGETHER, Hats
 from .image import PressureImage
 from .mapping import RULES, SHEARS, SurfaceMapper, known
 from .prior import Membrane
 
 __all__ = ["ImageMapper"]
 
-_AT_ONCE = 1 << 21
-"""Numbers that frames handled at once may take in one array."""
-_MOST_PRODUCTS = 1 << 25
-"""Products of columns that are kept, a quarter of a gigabyte; of more elements they are worked out when needed."""
-_SETTLED, _NEAR = 0.01, 0.03
-"""Where the search for the drag ends on fine and on coarse elements, in its standard deviations."""
-_BRIGHT = 0.05
-"""Share of the largest height from which a coarse element is thought to be pressed."""
+_ROOM = 256
+"""Elements > 0 for which there is room at first."""
+
+
+_Work = tuple[npt.NDArray[Any], ...]
 
 
 class _Level(NamedTuple):
     """Elements of one size, as the compiled loop wants them (`_on_area.py`)."""
 
     parts: FloatArray
-    grams: FloatArray
+    start: npt.NDArray[np.int64]
+    length: npt.NDArray[np.int64]
+    gain: FloatArray
     stencil: FloatArray
     sizes: npt.NDArray[np.int64]
     cost: FloatArray
-    single: npt.NDArray[np.float32]
-    scales: FloatArray
+    area: float
+    largest: float
 
 
 class _Prepared(NamedTuple):
     """All that is worked out once for the sensors that can be used."""
 
-    fine: _Level
-    coarse: _Level
+    sensors: FloatArray
+    limits: FloatArray
     drags: FloatArray  # (leans, 2)
-    basis: FloatArray  # U^T of each, (leans, n, n)
+    basis: npt.NDArray[np.float32]  # U^T of each, (leans, n, n)
     squares: FloatArray  # S^2, (leans, n)
-    spread: FloatArray  # C A^T of each traction at the coarse nodes, (1 or 3, coarse m, n)
+    spread: npt.NDArray[np.float32]  # C A^T of the pressure at the coarse nodes, (coarse m, n)
+    coarse: _Level
+    fine: _Level
+    idle: list[tuple[_Work, _Work]]  # kept from call to call; each thread takes its own
 
 
 class _Leans(Sequence[Factors]):
@@ -153,7 +154,7 @@ class ImageMapper(SurfaceMapper):
         self.y, self.z = self._surface.y, self._surface.z
         prior = self._surface.prior
         super().__init__(
-            finger, self._surface.reading, prior, shear=shear, friction=friction, rule=rule,
+            finger, prior, drags=2, shear=shear, friction=friction, rule=rule,
             columns=column.AREA_WIDTH + prior.shape[0] * prior.shape[1], least_force=least_force,
             false_alarm=false_alarm,
         )  # fmt: skip
@@ -183,9 +184,8 @@ class ImageMapper(SurfaceMapper):
         """The factors for the sensors `used` (n,), one for each of `drags`, made when asked for."""
 
         def make(lean: int) -> Factors:
-            normal, along, across = self._columns_of(used)
-            ty, tz = self.drags[lean]
-            return Factors.of([normal + ty * along + tz * across], self._prior)
+            hats, t = self._hats(used), (1.0, *self.drags[lean])
+            return Factors.of([sum(share * hats.columns(i) for i, share in enumerate(t) if share)], self._prior)
 
         return self._factors.get(used.tobytes(), lambda: _Leans(make, len(self.drags)))
 
@@ -201,153 +201,78 @@ class ImageMapper(SurfaceMapper):
     def _kernel(self) -> Any:
         return self._map_frames
 
+    def _hats(self, used: npt.NDArray[np.bool_]) -> Hats:
+        """Whitened readings per Pa of the used sensors."""
+        return self._surface.hats.select(used, 1 / np.asarray(self.finger.array.noise))
+
     def _prepare(self, pattern: npt.NDArray[np.bool_]) -> tuple[Any, ...]:
         """What is worked out once for the sensors of `pattern`."""
-        prior = self._prior
-        assert isinstance(prior, Membrane)
-        tractions = self._columns_of(pattern)
-        if self.shear == "none":
-            tractions = tractions[:1]
-        (ny, nz), (hy, hz) = prior.shape, prior.steps
-        wide = Membrane((ny // COARSE, nz // COARSE), (COARSE * hy, COARSE * hz))
-        coarse = np.stack([_coarsened(part, prior.shape) for part in tractions])
-        spread = np.stack([prior.applied(part) for part in tractions])
-        grams = np.einsum("amn,bmk->abnk", tractions, spread, optimize=True)
-        shares = np.concatenate([np.ones((len(self.drags), 1)), self.drags], axis=1)[:, : len(tractions)]
-        mixed = [np.einsum("a,b,abnk->nk", t, t, grams, optimize=True) for t in shares]
-        squares, vectors = np.linalg.eigh(np.stack([0.5 * (gram + gram.T) for gram in mixed]))
-        pull = self.least_force * float(np.linalg.norm(tractions[0], axis=1).max())
-        at = (np.arange(ny // COARSE)[:, None] * COARSE + 1) * nz + np.arange(nz // COARSE) * COARSE + 1
-        ready = _Prepared(
-            _level(tractions, prior, pull, COARSE, self.friction),
-            _level(coarse, wide, COARSE**2 * pull, 1, self.friction), self.drags,
-            np.ascontiguousarray(np.swapaxes(vectors, 1, 2)), np.maximum(squares, 0.0),
-            np.ascontiguousarray(spread[:, at.reshape(-1)]),
-        )  # fmt: skip
-        return sensor_rows(self.finger.array.select(pattern)), ready
-
-    def _map_frames(self, readings: FloatArray, sensors: FloatArray, ready: _Prepared, out: FloatArray) -> None:
-        """Fill `out`, a row for each frame, as the compiled loop of a row of sensors does."""
-        out[:] = np.nan
-        offset, scale, low, high = sensors
-        usable = ((low < readings) & (readings < high)).all(axis=1)
-        with np.errstate(invalid="ignore", over="ignore"):
-            frames = (readings - offset) * scale
-            power = np.einsum("fn,fn->f", frames, frames)
-        usable &= power < MOST_CHI2
-        out[:, column.STATUS] = np.where(usable, Status.NO_CONTACT, -1)
-        out[usable, column.RESIDUAL] = power[usable]
-        most = self._most(frames.shape[1])
-        touched = np.flatnonzero(usable & (power > most))
-        size = max(1, _AT_ONCE // ready.fine.parts[..., 0].size)
-        for first in range(0, len(touched), size):
-            rows = touched[first : first + size]
-            part = out[rows]
-            self._touched(np.ascontiguousarray(frames[rows]), ready, most, part)
-            out[rows] = part
-
-    def _most(self, sensors: int) -> float:
         from scipy.special import chdtri
 
-        return float(chdtri(sensors, self._false_alarm))
+        prior, hats, count = self._surface.prior, self._hats(pattern), 1 if self.shear == "none" else 3
+        (ny, nz), (hy, hz) = prior.shape, prior.steps
+        columns = [hats.columns(i) for i in range(count)]
+        at = (np.arange(ny // COARSE)[:, None] * COARSE + 1) * nz + np.arange(nz // COARSE) * COARSE + 1
+        grams = np.empty((count, count, hats.kind.size, hats.kind.size))
+        for k, column_ in enumerate(columns):
+            spread = prior.applied(column_)
+            if k == 0:
+                first = spread[at.reshape(-1)].astype(np.float32)
+            for i, other in enumerate(columns):
+                grams[i, k] = other.T @ spread
+        shares = np.concatenate([np.ones((len(self.drags), 1)), self.drags], axis=1)[:, :count]
+        basis = np.empty((len(shares), *grams.shape[2:]), dtype=np.float32)
+        squares = np.empty(basis.shape[:2])
+        for k, t in enumerate(shares):
+            gram = np.einsum("a,b,abnk->nk", t, t, grams)
+            found, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+            squares[k], basis[k] = np.maximum(found, 0.0), vectors.T
+        sensors = sensor_rows(self.finger.array.select(pattern))
+        limits = np.array([chdtri(hats.kind.size, self._false_alarm), self.friction, RULES.index(self.rule)])
+        pull = self.least_force * float(np.linalg.norm(columns[0], axis=1).max())
+        wide = Membrane((ny // COARSE, nz // COARSE), (COARSE * hy, COARSE * hz))
+        ready = _Prepared(
+            sensors, limits, self.drags, basis, squares, first,
+            _level(hats.coarse(), count, wide, COARSE**2 * pull, 1), _level(hats, count, prior, pull, COARSE), [],
+        )  # fmt: skip
+        return (ready,)
 
-    def _touched(self, frames: FloatArray, ready: _Prepared, most: float, out: FloatArray) -> None:
-        """The least of J in frames with a contact: on coarse elements first, from the smoothest solution."""
-        from ._area_kernel import settle_frames
+    def _map_frames(self, readings: FloatArray, ready: _Prepared, out: FloatArray) -> None:
+        """Fill `out`, a row for each frame, as the compiled loop of a row of sensors does."""
+        from ._area_kernel import map_frames
 
-        seeks = len(ready.drags) > 1
-        drags = np.zeros((len(frames), 2))  # of 390 touches none had a lesser J where the search began at the true drag
-        nodes = self.y[1:-1], self.z[1:-1]
-        lean, weights, guess = self._smoothest(frames, drags, ready)
-        near = np.array([self.friction, _NEAR, np.inf, 0.0, np.inf])
-        along = _along(frames, ready.coarse)
-        settle_frames(frames, along, weights, drags, guess, tuple(ready.coarse), near, *nodes, out[:0])
-        if seeks:
-            lean, weights, _ = self._smoothest(frames, drags, ready)
-        along = _along(frames, ready.fine)
-        fine = _finer(guess, ready.coarse.sizes[:2], ready.fine.sizes[:2])
-        for k in np.unique(lean):
-            rows = np.flatnonzero(lean == k)
-            top = ready.squares[k, -1]
-            options = np.array([self.friction, _SETTLED, most, np.exp(-28.0) * top, np.exp(6.0) * top])
-            part, level = out[rows], tuple(ready.fine)
-            settle_frames(
-                frames[rows], along[rows], weights[rows], drags[rows], fine[rows], level, options, *nodes, part
-            )
-            out[rows] = part
-        out[:, column.LEAN] = lean
-
-    def _smoothest(
-        self, frames: FloatArray, drags: FloatArray, ready: _Prepared
-    ) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray]:
-        """Nearest drag with factors, weight by the rule, and heights of coarse elements of any sign, of each frame."""
-        from ._weight import weigh
-
-        lean = np.square(drags[:, None] - ready.drags).sum(axis=-1).argmin(axis=1)
-        weights, heights = np.empty(len(frames)), np.empty((len(frames), ready.coarse.parts.shape[1]))
-        kind = RULES.index(self.rule)
-        for k in np.unique(lean):
-            rows = np.flatnonzero(lean == k)
-            seen = frames[rows] @ ready.basis[k].T
-            squares = ready.squares[k]
-            weights[rows] = [np.exp(weigh(one, squares, kind)) for one in seen**2]
-            inner = (seen / (squares + weights[rows, None])) @ ready.basis[k]
-            every = np.stack([inner @ part.T for part in ready.spread])  # (tractions, frames, coarse m)
-            heights[rows] = every[0]
-            for part, t in zip(every[1:], drags[rows].T, strict=False):
-                heights[rows] += t[:, None] * part
-        bright = heights > _BRIGHT * heights.max(axis=1, keepdims=True)
-        return lean, weights, np.where(bright, heights, 0.0)
+        *numbers, coarse, fine, idle = ready
+        levels, nodes = (tuple(coarse), tuple(fine)), (self.y[1:-1], self.z[1:-1])
+        try:
+            works = idle.pop()
+        except IndexError:
+            works = _works(ready, _ROOM)
+        done = 0
+        while (done := map_frames(done, readings, *numbers, *levels, *nodes, *works, out)) < len(readings):
+            works = _works(ready, 2 * len(works[1][9]))
+        idle.append(works)
 
 
-def _level(parts: FloatArray, prior: Membrane, pull: float, rim: int, friction: float) -> _Level:
-    """Elements whose traction is p + ty q_y + tz q_z, of columns by part (1 or 3, N, n)."""
-    sizes = np.array([*prior.shape, rim], dtype=np.int64)
-    largest = float(np.linalg.norm(parts, axis=-1).sum(axis=0).max()) * max(1.0, friction)
-    scales = np.array([largest, prior.steps[0] * prior.steps[1]])
-    cost = np.full(parts.shape[1], pull)
-    return _Level(parts, _grams(parts), prior.stencil, sizes, cost, parts.astype(np.float32), scales)
+def _level(hats: Hats, components: int, prior: Membrane, pull: float, rim: int) -> _Level:
+    """Elements whose traction is p + ty q_y + tz q_z, of 1 or 3 components."""
+    parts, start, length = hats.flat(components)
+    more = -start.size % TOGETHER
+    start, length, gain = (np.pad(each, (0, more)) for each in (start, length, hats.gain))
+    sizes, cost = np.array([*prior.shape, rim], dtype=np.int64), np.full(prior.shape[0] * prior.shape[1], pull)
+    largest = max(float(np.linalg.norm(hats.columns(i), axis=1).max()) for i in range(components))
+    return _Level(parts, start, length, gain, prior.stencil, sizes, cost, prior.steps[0] * prior.steps[1], largest)
 
 
-def _along(frames: FloatArray, level: _Level) -> FloatArray:
-    """Columns of pressure and drags times the readings, shape (f, 1 or 3, N)."""
-    return np.ascontiguousarray(np.stack([frames @ part.T for part in level.parts], axis=1))
+def _works(ready: _Prepared, room: int) -> tuple[_Work, _Work]:
+    """Arrays that the compiled loop fills (`_on_area.py`), with room for so many elements > 0."""
+    return _work(ready.coarse, ready.squares.shape[1], room), _work(ready.fine, ready.squares.shape[1], room)
 
 
-def _grams(parts: FloatArray) -> FloatArray:
-    """Products of the columns of p + ty q_y + tz q_z, by 1, ty, tz, ty^2, ty tz, tz^2; none where they are too many."""
-    count = len(parts)
-    terms = 1 if count == 1 else 6
-    if terms * parts.shape[1] ** 2 > _MOST_PRODUCTS:
-        return np.empty((0, 1, 1))
-    pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)][:terms]
-    out = np.stack([parts[i] @ parts[k].T for i, k in pairs])
-    for j, (i, k) in enumerate(pairs):
-        if i != k:
-            out[j] += out[j].T.copy()
-    return out
-
-
-def _coarsened(part: FloatArray, shape: tuple[int, int]) -> FloatArray:
-    """Columns of the coarse elements: a wide hat is a sum of narrow ones."""
-    ny, nz = shape
-    field = part.reshape(ny, nz, -1)
-    out = np.zeros((ny // COARSE, nz // COARSE, part.shape[-1]))
-    for dy in range(1 - COARSE, COARSE):
-        for dz in range(1 - COARSE, COARSE):
-            share = (1 - abs(dy) / COARSE) * (1 - abs(dz) / COARSE)
-            near = field[COARSE - 1 + dy :: COARSE, COARSE - 1 + dz :: COARSE]
-            out += share * near[: ny // COARSE, : nz // COARSE]
-    return out.reshape(-1, part.shape[-1])
-
-
-def _finer(coarse: FloatArray, few: npt.NDArray[np.int64], many: npt.NDArray[np.int64]) -> FloatArray:
-    """Which fine elements lie at coarse ones that are > 0, or half way to one, as heights 1 and 0."""
-    on = (coarse > 0).reshape(len(coarse), *few)
-    out = np.zeros((len(coarse), *many))
-    for dy in range(1 - COARSE, COARSE):
-        for dz in range(1 - COARSE, COARSE):
-            y, z = COARSE - 1 + dy, COARSE - 1 + dz
-            share = (1 - abs(dy) / COARSE) * (1 - abs(dz) / COARSE)
-            out[:, y : y + COARSE * few[0] : COARSE, z : z + COARSE * few[1] : COARSE] += share * on
-    return (out >= 0.5).reshape(len(coarse), -1).astype(np.float64)
+def _work(level: _Level, sensors: int, room: int) -> _Work:
+    total, room = level.cost.size, min(room, level.cost.size)
+    return (
+        np.empty(level.parts.shape[1]), np.empty(total), np.empty(total), np.empty(sensors), np.empty((room, room)),
+        np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
+        np.empty((len(level.parts), room, sensors)), np.empty((room, sensors)), np.empty((room, room)),
+        np.empty(total + 1, dtype=np.int64), np.empty(total + 1, dtype=np.int64), np.empty(level.gain.size),
+    )  # fmt: skip

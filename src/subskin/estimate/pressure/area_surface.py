@@ -15,12 +15,10 @@ from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from ...radial import RadialResponse, tabulate_radial
 from ..area.locator import search_of
+from .hats import COARSE, Hats
 from .prior import Membrane
 
-__all__ = ["COARSE", "AreaSurface"]
-
-COARSE = 2
-"""Elements of the surface along one side of a coarse one, from which each search starts."""
+__all__ = ["AreaSurface"]
 
 _FINEST, _WIDEST = 3.0, 2.0
 _MOST_NODES = 16_384
@@ -36,13 +34,13 @@ class AreaSurface(Frozen):
     ----------
     y, z : ndarray, shape (ny + 2,), (nz + 2,)
         Nodes along y and along z, each of equal distance [m].
-    reading : ndarray, shape (ny nz, n, 3)
+    hats : Hats
         Reading per Pa of pressure and of drag along y and along z at each inner node.
     """
 
     y: FloatArray
     z: FloatArray
-    reading: FloatArray
+    hats: Hats
 
     @property
     def prior(self) -> Membrane:
@@ -74,7 +72,7 @@ class AreaSurface(Frozen):
             raise GeometryError(f"{count} elements of about {size:.3g} m", rule, fix)
         y, z = (_check.read_only(axis) for axis in axes)
         table = tabulate_radial(finger, float(np.hypot(*(np.ptp(axis) for axis in axes))))
-        return cls(y, z, _check.read_only(_hats(table, y, z)))
+        return cls(y, z, _hats(table, y, z))
 
 
 def _step(nodes: FloatArray) -> float:
@@ -97,30 +95,30 @@ def _fitting(at: FloatArray, size: float, at_most: bool) -> float:
     return float(gaps.min() / max(np.ceil(pieces - 1e-9) if at_most else np.round(pieces), 1))
 
 
-def _hats(table: RadialResponse, y: FloatArray, z: FloatArray) -> FloatArray:
+def _hats(response: RadialResponse, y: FloatArray, z: FloatArray) -> Hats:
     """Readings per Pa of the hats at the inner nodes, by quadrature of the point loads' table."""
     hy, hz = _step(y), _step(z)
     ny, nz = len(y) - 2, len(z) - 2
-    out = np.empty((ny, nz, table.sensors, 3))
     # sensors that stand alike to the nodes share their readings, moved by whole steps
-    where = (table.points - (y[1], z[1])) / (hy, hz)
-    whole = np.floor(where + 1e-6).astype(int)
-    alike: dict[tuple[int, ...], list[int]] = {}
-    for i, rest in enumerate(np.round((where - whole) / _SAME).astype(int).tolist()):
-        alike.setdefault((int(table.kind[i]), *rest), []).append(i)
-    for members in alike.values():
-        first = members[0]
-        steps = whole[members]
-        (ay, az), (by, bz) = -steps.max(axis=0), (ny - 1, nz - 1) - steps.min(axis=0)
+    where = (response.points - (y[1], z[1])) / (hy, hz)
+    whole = np.floor(where + 1e-6).astype(np.int64)
+    rest = np.round((where - whole) / _SAME).astype(np.int64)
+    _, first, kind = np.unique(
+        np.column_stack([response.kind, rest]), axis=0, return_index=True, return_inverse=True
+    )  # fmt: skip
+    kind = kind.reshape(-1)
+    tables, corner = [], np.empty_like(whole)
+    for k, sensor in enumerate(first.tolist()):
+        steps = whole[kind == k]
+        least, most = -steps.max(axis=0), -steps.min(axis=0)
+        corner[kind == k] = -least - steps
         # nodes so many steps from the sensors' own
-        along, across = (np.arange(ay - 1, by + 1), np.arange(az - 1, bz + 1))
-        rest = (where - whole)[first] * (hy, hz)
-        one = replace(table.select([first]), gain=np.ones(1))
-        corners = _cells(one, one.points[0] - rest, along * hy, across * hz, hy, hz)
+        along, across = (np.arange(a - 1, b + n) for a, b, n in zip(least, most, (ny, nz), strict=True))
+        one = replace(response.select([sensor]), gain=np.ones(1))
+        corners = _cells(one, one.points[0] - (where - whole)[sensor] * (hy, hz), along * hy, across * hz, hy, hz)
         hat = corners[0, 0][1:, 1:] + corners[1, 0][:-1, 1:] + corners[0, 1][1:, :-1] + corners[1, 1][:-1, :-1]
-        for i, (sy, sz) in zip(members, steps.tolist(), strict=True):
-            out[:, :, i] = table.gain[i] * hat[-sy - ay : -sy - ay + ny, -sz - az : -sz - az + nz]
-    return out.reshape(ny * nz, table.sensors, 3)
+        tables.append(_check.read_only(np.moveaxis(hat, -1, 0)))
+    return Hats((ny, nz), tuple(tables), kind, corner, np.asarray(response.gain))
 
 
 def _cells(

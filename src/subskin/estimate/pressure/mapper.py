@@ -101,7 +101,7 @@ class PressureMapper(SurfaceMapper):
         self.y = self._surface.y
         self._blocks, count = 2 if shear == "free" else 1, len(self.y)
         super().__init__(
-            finger, self._surface.reading, Bridge(count - 2, self._surface.step),
+            finger, Bridge(count - 2, self._surface.step), drags=1,
             columns=WIDTH + 2 * self._blocks * count, shear=shear, friction=friction, rule=rule,
             least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
@@ -145,6 +145,11 @@ class PressureMapper(SurfaceMapper):
             return [Factors.of([normal + t * tangential], self._prior) for t in self.tangents]
 
         return self._factors.get(used.tobytes(), make)
+
+    def _columns_of(self, used: npt.NDArray[np.bool_]) -> FloatArray:
+        """Whitened readings per Pa of the used sensors, of the pressure and of the drag, (2, m, n)."""
+        part = self._surface.reading[:, used] / np.asarray(self.finger.array.noise)[used, None]
+        return np.ascontiguousarray(np.moveaxis(part, -1, 0))
 
     @property
     def tangents(self) -> FloatArray:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _check
-from ..._check import FloatArray
 from ...errors import InvalidValueError
 from ...finger import Finger
 from ...prepared import Prepared
@@ -28,16 +27,16 @@ SHEARS = ("none", "proportional", "free")
 
 
 class SurfaceMapper(Framewise):
-    """A mapper of the pressure: its options, and what the sensors read of each element of the surface.
+    """A mapper of the pressure: its options.
 
     Parameters
     ----------
     finger : Finger
         The skin and the sensors in it.
-    reading : ndarray, shape (m, n, d + 1)
-        Reading per Pa of the pressure and of each of the d drags, of each element.
     prior : Prior
-        The smoothness of a traction of these elements.
+        The smoothness of a traction of the elements.
+    drags : int
+        Directions of a drag: 1 along a row, 2 on an area.
     columns : int
         Of a row of the table of results.
     shear, friction, rule, least_force, false_alarm
@@ -47,9 +46,9 @@ class SurfaceMapper(Framewise):
     def __init__(
         self,
         finger: Finger,
-        reading: FloatArray,
         prior: Prior,
         *,
+        drags: int,
         columns: int,
         shear: str,
         friction: float,
@@ -61,19 +60,13 @@ class SurfaceMapper(Framewise):
         self.friction = _check.scalar("friction", friction, above=0.0)
         self.least_force = _check.scalar("least_force", least_force, at_least=0.0)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
-        self._reading, self._prior = reading, prior
-        d = reading.shape[-1] - 1
-        super().__init__(finger.array, needed=3 + d * (shear != "none"), columns=columns, status=STATUS)
+        self._prior = prior
+        super().__init__(finger.array, needed=3 + drags * (shear != "none"), columns=columns, status=STATUS)
         self._factors = Prepared(64)
 
     @abstractmethod
     def factors(self, used: npt.NDArray[np.bool_]) -> Sequence[Factors]:
         """The factors for the sensors `used` (n,), one for each drag at which they are known."""
-
-    def _columns_of(self, used: npt.NDArray[np.bool_]) -> FloatArray:
-        """Whitened readings per Pa of the used sensors, of the pressure and of each drag, (d + 1, m, n)."""
-        part = self._reading[:, used] / np.asarray(self.finger.array.noise)[used, None]
-        return np.ascontiguousarray(np.moveaxis(part, -1, 0))
 
 
 def known(shear: str, rule: str, shears: Sequence[str] = SHEARS) -> None:

@@ -1,0 +1,196 @@
+"""The pressure >= 0 on an area, and the drag along y and z with which it fits best, compiled: exact, for one frame.
+
+At a drag the pressure is that of `_solver`. Which elements are > 0 and the drag are sought together, each by the
+other's last value: both settle in about as many rounds as the first would need at a known drag. Where they do not, the
+pressure is found at each drag in turn.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiled import compiled
+from . import _on_area as on_area
+from ._solver import TOLERANCE, backward, factored, forward, minimise
+
+_TURNS, _ROUNDS = 60, 50
+_STRIDE = 0.3
+"""Longest step of a drag's tangent."""
+_SWAPPED = 0.1
+"""Share of the elements that may still be wrong where the drag moves on fine elements."""
+_ROUGHLY = 0.01
+"""A step of the tangent after which coarse elements have said enough."""
+
+
+@compiled()
+def _turn(level, work, count, along, crossed, turned):
+    """Slope (2) and curvature (3) of the minimum over x in the drag, `turned`; L^-1 d2J/dx dt into `crossed` (2, N)."""
+    x, r, lower, index, own, columns, rows, place = (
+        work[1], work[3], work[4], work[5], work[8], work[9], work[11], work[12],
+    )  # fmt: skip
+    n = r.size
+    along[:] = 0.0
+    turned[:] = 0.0
+    for k in range(count):
+        j = index[k]
+        row, one = rows[j], x[j]
+        for i in range(n):
+            along[0, i] += one * own[1, row, i]
+            along[1, i] += one * own[2, row, i]
+    for i in range(n):
+        turned[0] += along[0, i] * r[i]
+        turned[1] += along[1, i] * r[i]
+        turned[2] += along[0, i] * along[0, i]
+        turned[3] += along[0, i] * along[1, i]
+        turned[4] += along[1, i] * along[1, i]
+    for k in range(count):
+        row, at = rows[index[k]], place[index[k]]
+        s = u = 0.0
+        for i in range(n):
+            s += columns[at, i] * along[0, i] + own[1, row, i] * r[i]
+            u += columns[at, i] * along[1, i] + own[2, row, i] * r[i]
+        crossed[0, k], crossed[1, k] = s, u
+    for part in range(2):
+        forward(lower, count, crossed[part])
+    for k in range(count):
+        turned[2] -= crossed[0, k] * crossed[0, k]
+        turned[3] -= crossed[0, k] * crossed[1, k]
+        turned[4] -= crossed[1, k] * crossed[1, k]
+
+
+@compiled()
+def _next(t, turned, most, new):
+    """The drag that Newton's method tries next, within the cone; how far that is, in standard deviations."""
+    a, c, d = turned[2], turned[3], turned[4]
+    lean = math.hypot(t[0], t[1])
+    if lean >= most * (1.0 - 1e-9) and turned[0] * t[0] + turned[1] * t[1] < 0.0:
+        # on the cone, and pressed against it: along it
+        ey, ez = -t[1] / lean, t[0] / lean
+        slope = turned[0] * ey + turned[1] * ez
+        curve = a * ey * ey + 2.0 * c * ey * ez + d * ez * ez - (turned[0] * t[0] + turned[1] * t[1]) / lean / lean
+        step = -slope / curve if curve > 0.0 else math.copysign(0.25 * most, -slope)
+        step = min(max(step, -0.5 * most), 0.5 * most)
+        new[0], new[1] = t[0] + step * ey, t[1] + step * ez
+        size = most / math.hypot(new[0], new[1])
+        new[0], new[1] = size * new[0], size * new[1]
+    else:
+        # where J curves the wrong way, as much is added to its curvature as makes it right
+        middle, half = 0.5 * (a + d), math.hypot(0.5 * (a - d), c)
+        more = max(0.0, 1e-3 * (abs(middle) + half) - (middle - half))
+        a, d = a + more, d + more
+        det = a * d - c * c
+        new[0] = t[0] - (d * turned[0] - c * turned[1]) / det
+        new[1] = t[1] - (a * turned[1] - c * turned[0]) / det
+        share = _STRIDE / max(math.hypot(new[0] - t[0], new[1] - t[1]), _STRIDE)
+        new[0], new[1] = t[0] + share * (new[0] - t[0]), t[1] + share * (new[1] - t[1])
+        size = math.hypot(new[0], new[1])
+        if size > most:
+            new[0], new[1] = new[0] * most / size, new[1] * most / size
+    dy, dz = new[0] - t[0], new[1] - t[1]
+    return math.sqrt(max(a * dy * dy + 2.0 * c * dy * dz + d * dz * dz, 0.0))
+
+
+@compiled()
+def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
+    """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
+
+    t (2,) and `on` are put right; scratch: what `_turn` leaves. On coarse elements near is enough.
+    """
+    x, slope, lower, index, z, columns, place = work[1], work[2], work[4], work[5], work[6], work[9], work[12]
+    along, crossed, turned, new = scratch
+    leans = level[0].shape[0] > 1
+    tolerance = TOLERANCE * reach
+    on_area.lean(level, t, work)
+    for _ in range(_ROUNDS):
+        count = 0
+        for j in range(on.size):
+            if on[j]:
+                index[count] = j
+                count += 1
+        if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
+            return -1
+        for k in range(count):
+            column, s = columns[place[index[k]]], -level[6][index[k]]
+            for i in range(b.size):
+                s += column[i] * b[i]
+            z[k] = s
+        forward(lower, count, z)
+        backward(lower, count, z)
+        x[:] = 0.0
+        wrong = 0
+        for k in range(count):
+            x[index[k]] = z[k]
+            wrong += z[k] < 0.0
+        on_area.slopes(level, w, b, work)
+        for j in range(on.size):
+            wrong += not on[j] and slope[j] < -tolerance
+        moves = leans and (coarse or wrong <= max(2, int(_SWAPPED * count)))
+        if moves:
+            _turn(level, work, count, along, crossed, turned)
+            far = _next(t, turned, most, new)
+            step = math.hypot(new[0] - t[0], new[1] - t[1])
+            moves = far >= near
+            if coarse and wrong <= 2 and step < _ROUGHLY:
+                t[:] = new
+                return count
+        if wrong == 0 and not moves:
+            return count
+        for j in range(on.size):
+            if on[j]:
+                on[j] = x[j] >= 0.0
+            else:
+                on[j] = slope[j] < -tolerance and on_area.steepest(level, slope, j)
+        if moves:
+            t[:] = new
+            on_area.lean(level, t, work)
+    return -1
+
+
+@compiled()
+def _least(level, t, w, b, on, downhill, work):
+    """The p >= 0 of least J at the drag t: how many elements are > 0, and J, less a constant."""
+    cost, x = level[6], work[1]
+    on_area.lean(level, t, work)
+    for j in range(x.size):
+        downhill[j] = -cost[j]
+    on_area.seen(level, work, b, 1.0, downhill)
+    count = minimise(level, t, w, b, downhill, on, work)
+    value = 0.0
+    for k in range(count):
+        j = work[5][k]
+        value -= 0.5 * downhill[j] * x[j]
+    return count, value
+
+
+@compiled()
+def in_turn(level, t, most, w, b, on, near, work, scratch):
+    """As `together`, from the same guesses: the pressure of each drag before the next drag."""
+    along, crossed, turned, new = scratch
+    downhill, trial = work[7], np.empty(2)
+    count, value = _least(level, t, w, b, on, downhill, work)
+    if level[0].shape[0] == 1 or count < 0:
+        return count
+    for _ in range(_TURNS):
+        _turn(level, work, count, along, crossed, turned)
+        if _next(t, turned, most, new) < near:
+            break
+        share, found = 1.0, math.inf
+        while share > 1e-3:
+            for i in range(2):
+                trial[i] = t[i] + share * (new[i] - t[i])
+            count, found = _least(level, trial, w, b, on, downhill, work)
+            if count < 0 or found <= value + 1e-12 * abs(value):
+                break
+            share *= 0.5
+        if count >= 0 and not found <= value + 1e-12 * abs(value):
+            count, value = _least(level, t, w, b, on, downhill, work)
+            if count >= 0:
+                _turn(level, work, count, along, crossed, turned)
+            break
+        t[:] = trial
+        if count < 0:
+            break
+        value = found
+    return count

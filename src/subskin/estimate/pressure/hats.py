@@ -1,0 +1,91 @@
+"""What sensors read of hats on a lattice, kept once for all sensors that stand alike to the lattice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._check import FloatArray
+from ..._frozen import Frozen
+
+__all__ = ["COARSE", "TOGETHER", "Hats"]
+
+COARSE = 2
+"""Elements of the surface along one side of a coarse one, from which each search starts."""
+
+TOGETHER = 8
+"""Sensors that the compiled loop goes through at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hats(Frozen):
+    """Readings of sensors per Pa of the hats of a lattice.
+
+    Sensors that stand alike to the lattice read one table, each from a corner of its own. A grid of sensors so needs
+    one table of twice the lattice's sides, and not a number for each hat and sensor.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Hats along y and along z.
+    tables : tuple of ndarray, shape (3, rows, columns) each
+        Readings per Pa of pressure and of drag along y and along z.
+    kind : ndarray of int, shape (n,)
+        Which table a sensor reads.
+    corner : ndarray of int, shape (n, 2)
+        Row and column of its table at which the first hat is.
+    gain : ndarray, shape (n,)
+        What the table is multiplied by.
+    """
+
+    shape: tuple[int, int]
+    tables: tuple[FloatArray, ...]
+    kind: npt.NDArray[np.int64]
+    corner: npt.NDArray[np.int64]
+    gain: FloatArray
+
+    def select(self, sensors: npt.NDArray[np.bool_], scale: FloatArray) -> Hats:
+        """Those of some sensors (n,), each reading times its `scale` (n,)."""
+        return Hats(
+            self.shape, self.tables, self.kind[sensors], self.corner[sensors], (self.gain * scale)[sensors]
+        )  # fmt: skip
+
+    def columns(self, component: int) -> FloatArray:
+        """All readings of a component, 0 the pressure, 1 and 2 the drags, shape (ny nz, n)."""
+        ny, nz = self.shape
+        out = np.empty((ny, nz, self.kind.size))
+        for i, (kind, (y, z)) in enumerate(zip(self.kind.tolist(), self.corner.tolist(), strict=True)):
+            out[..., i] = self.gain[i] * self.tables[kind][component, y : y + ny, z : z + nz]
+        return out.reshape(ny * nz, -1)
+
+    def coarse(self) -> Hats:
+        """Those of hats `COARSE` times as wide: a wide hat is a sum of narrow ones."""
+        wide = [_widened(table) for table in self.tables]
+        steps, rest = np.divmod(self.corner, COARSE)
+        which, kind = np.unique(np.column_stack([self.kind, rest]), axis=0, return_inverse=True)
+        tables = tuple(np.ascontiguousarray(wide[k][:, y::COARSE, z::COARSE]) for k, y, z in which.tolist())
+        shape = (self.shape[0] // COARSE, self.shape[1] // COARSE)
+        return Hats(shape, tables, kind.reshape(-1), steps, self.gain)
+
+    def flat(self, components: int) -> tuple[FloatArray, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """The first components of all tables in one row (components, L), where each sensor's begins and its rows' length.
+
+        Sensor i reads gain_i row[start_i + y length_i + z] of the hat (y, z).
+        """
+        begin = np.cumsum([0, *(table[0].size for table in self.tables)])
+        length = np.array([table.shape[2] for table in self.tables])[self.kind]
+        row = np.concatenate([table[:components].reshape(components, -1) for table in self.tables], axis=1)
+        return row, begin[self.kind] + self.corner[:, 0] * length + self.corner[:, 1], length
+
+
+def _widened(table: FloatArray) -> FloatArray:
+    """Readings of hats `COARSE` times as wide, from the first row and column on which there is a whole one."""
+    rows, columns = (size - 2 * (COARSE - 1) for size in table.shape[1:])
+    out = np.zeros((len(table), rows, columns))
+    for dy in range(2 * COARSE - 1):
+        for dz in range(2 * COARSE - 1):
+            share = (1 - abs(dy - COARSE + 1) / COARSE) * (1 - abs(dz - COARSE + 1) / COARSE)
+            out += share * table[:, dy : dy + rows, dz : dz + columns]
+    return out
