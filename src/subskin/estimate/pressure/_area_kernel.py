@@ -142,7 +142,7 @@ def _settle(level, t, most, w, b, on, work, scratch):
     on_area.lean(level, t, work)
     for j in range(on.size):
         downhill[j] = -level[6][j]
-    on_area.seen(level, work, b, 1.0, downhill)
+    on_area.roughly(level, work, b, downhill)
     for j in range(on.size):
         reach = max(reach, abs(downhill[j]))
     first, lean = on.copy(), t.copy()

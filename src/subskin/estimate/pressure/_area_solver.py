@@ -154,8 +154,7 @@ def _least(level, t, w, b, on, downhill, work):
     cost, x = level[6], work[1]
     on_area.lean(level, t, work)
     for j in range(x.size):
-        downhill[j] = -cost[j]
-    on_area.seen(level, work, b, 1.0, downhill)
+        downhill[j] = on_area.seen(level, work, b, j) - cost[j]
     count = minimise(level, t, w, b, downhill, on, work)
     value = 0.0
     for k in range(count):
@@ -168,7 +167,7 @@ def _least(level, t, w, b, on, downhill, work):
 def in_turn(level, t, most, w, b, on, near, work, scratch):
     """As `together`, from the same guesses: the pressure of each drag before the next drag."""
     along, crossed, turned, new = scratch
-    downhill, trial = work[7], np.empty(2)
+    downhill, trial = np.empty(on.size), np.empty(2)
     count, value = _least(level, t, w, b, on, downhill, work)
     if level[0].shape[0] == 1 or count < 0:
         return count

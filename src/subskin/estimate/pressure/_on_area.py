@@ -1,31 +1,40 @@
 """Hessian and gradient of the pressure on an area, compiled: thousands of elements, of which a touch needs some dozens.
 
-A level holds: tables of pressure and drags one behind another (1 or 3, L); where a sensor's begins in them, the length
-of its rows and its gain, each up to a multiple of eight sensors (`hats.Hats.flat`); the stencil of K (2, 2); the
-numbers of elements (ny, nz, rim); cost (N,); the area of an element and the largest column.
+A level holds: tables of pressure and drags in a line (1 or 3, L), where a sensor's begins in it and its gain, both up
+to a multiple of eight sensors, and the length of a row (`hats.Hats.flat`); the stencil of K (2, 2); the numbers of
+elements (ny, nz, rim); cost (N,); the area of an element and the largest column.
 
-The work of an area: the tables at the drag (L,); x, gradient (N,); residual (n,); factor (C, C); numbers and values of
+The work of an area: the line at the drag (L,); x, gradient (N,); residual (n,); factor (C, C); numbers and values of
 what is > 0 (N,) twice, and scratch (N,); columns of elements by part (1 or 3, C, n), at the drag (C, n), and their
 products (C, C); in which row of the first an element is (N + 1,), in which of the second (N + 1,), -1 for none, behind
-them how many rows are taken; and the residual times the gains, up to a multiple of eight.
+them how many rows are taken; and in single precision the line at the drag, the residual times the gains, and all
+columns times this (ny rows).
 """
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from ..._compiled import compiled
 from .hats import TOGETHER
+
+_SINGLE = 2e-5  # error of a slope in single precision, of the largest column times the residual
 
 
 @compiled(borrows=True)
 def lean(level, t, work):
     """Go to the drag t: columns at another one, and their products, no longer hold."""
-    parts, table, place = level[0], work[0], work[12]
+    parts, line, place, single = level[0], work[0], work[12], work[13]
     if parts.shape[0] == 1:
-        for i in range(table.size):
-            table[i] = parts[0, i]
+        for i in range(line.size):
+            line[i] = parts[0, i]
     else:
-        for i in range(table.size):
-            table[i] = parts[0, i] + t[0] * parts[1, i] + t[1] * parts[2, i]
+        for i in range(line.size):
+            line[i] = parts[0, i] + t[0] * parts[1, i] + t[1] * parts[2, i]
+    for i in range(line.size):
+        single[i] = line[i]
     for j in range(place.size - 1):
         place[j] = -1
     place[place.size - 1] = 0
@@ -50,17 +59,17 @@ def crowded(work):
 @compiled(borrows=True)
 def _column(level, work, j):
     """The row in which the columns of the element j are by part, or -1 where there is no room."""
-    parts, start, length, gain, nz = level[0], level[1], level[2], level[3], level[5][1]
+    parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
     own, rows = work[8], work[11]
     if rows[j] < 0:
         row = rows[rows.size - 1]
         if row == own.shape[1]:
             return -1
         rows[j], rows[rows.size - 1] = row, row + 1
-        y, z = j // nz, j % nz
+        at = j // nz * length + j % nz
         for part in range(parts.shape[0]):
             for i in range(own.shape[2]):
-                own[part, row, i] = gain[i] * parts[part, start[i] + y * length[i] + z]
+                own[part, row, i] = gain[i] * parts[part, start[i] + at]
     return rows[j]
 
 
@@ -155,37 +164,59 @@ def steepest(level, slope, j):
 
 
 @compiled(borrows=True)
-def seen(level, work, r, sign, out):
-    """Add to `out` (N,) every column at the drag times `sign` r (n,)."""
-    start, length, gain, sizes = level[1], level[2], level[3], level[5]
-    table, pull = work[0], work[13]
-    nz = sizes[1]
+def seen(level, work, r, j):
+    """The column of the element j at the drag times r (n,)."""
+    start, gain, line, nz = level[1], level[2], work[0], level[5][1]
+    at, s = j // nz * level[3] + j % nz, 0.0
+    for i in range(r.size):
+        s += gain[i] * r[i] * line[start[i] + at]
+    return s
+
+
+@compiled(borrows=True)
+def roughly(level, work, r, out):
+    """Add to `out` (N,) every column at the drag times r (n,), in single precision; how far that may be off."""
+    start, gain, length, sizes, largest = level[1], level[2], level[3], level[5], level[8]
+    line, pull, field = work[13], work[14], work[15]
+    size = 0.0
+    for i in range(r.size):
+        size += r[i] * r[i]
+    size = math.sqrt(size)
+    if size == 0.0:
+        return 0.0
     for i in range(pull.size):
-        pull[i] = sign * gain[i] * r[i] if i < r.size else 0.0
+        pull[i] = gain[i] * r[i] / size if i < r.size else 0.0
+    for k in range(field.size):
+        field[k] = 0.0
+    for g in range(0, pull.size, TOGETHER):
+        a, b, c, d = pull[g], pull[g + 1], pull[g + 2], pull[g + 3]
+        e, f, h, i = pull[g + 4], pull[g + 5], pull[g + 6], pull[g + 7]
+        one, two = line[start[g] :], line[start[g + 1] :]
+        three, four = line[start[g + 2] :], line[start[g + 3] :]
+        five, six = line[start[g + 4] :], line[start[g + 5] :]
+        seven, eight = line[start[g + 6] :], line[start[g + 7] :]
+        for k in range(field.size):
+            first = a * one[k] + b * two[k] + c * three[k] + d * four[k]
+            field[k] += first + (e * five[k] + f * six[k] + h * seven[k] + i * eight[k])
     for y in range(sizes[0]):
-        for g in range(0, pull.size, TOGETHER):
-            a, b, c, d = pull[g], pull[g + 1], pull[g + 2], pull[g + 3]
-            e, f, h, k = pull[g + 4], pull[g + 5], pull[g + 6], pull[g + 7]
-            i, j = start[g] + y * length[g], start[g + 1] + y * length[g + 1]
-            m, n = start[g + 2] + y * length[g + 2], start[g + 3] + y * length[g + 3]
-            p, q = start[g + 4] + y * length[g + 4], start[g + 5] + y * length[g + 5]
-            u, v = start[g + 6] + y * length[g + 6], start[g + 7] + y * length[g + 7]
-            for z in range(nz):
-                one = a * table[i + z] + b * table[j + z] + c * table[m + z] + d * table[n + z]
-                two = e * table[p + z] + f * table[q + z] + h * table[u + z] + k * table[v + z]
-                out[y * nz + z] += one + two
+        for z in range(sizes[1]):
+            out[y * sizes[1] + z] += size * np.float64(field[y * length + z])
+    return _SINGLE * size * largest
 
 
 @compiled(borrows=True)
 def slopes(level, w, b, work):
-    """Residual A x - b into r and the gradient of J into `slope`; every element that is > 0 is in the Hessian."""
+    """Residual A x - b into r and the gradient of J into `slope`; every element that is > 0 is in the Hessian.
+
+    Where an element is not > 0 and its slope far uphill, single precision is enough; where not, it is found once more.
+    """
     stencil, sizes, cost = level[4], level[5], level[6]
-    x, slope, r, columns, place = work[1], work[2], work[3], work[9], work[12]
+    x, slope, r, spread, columns, place = work[1], work[2], work[3], work[7], work[9], work[12]
     ny, nz = sizes[0], sizes[1]
     for i in range(r.size):
         r[i] = -b[i]
     for j in range(x.size):
-        slope[j] = cost[j]
+        spread[j] = cost[j]
     for j in range(x.size):
         if x[j] == 0.0:
             continue
@@ -193,8 +224,18 @@ def slopes(level, w, b, work):
         for dy in range(-1, 2):
             for dz in range(-1, 2):
                 if 0 <= y + dy < ny and 0 <= z + dz < nz:
-                    slope[j + dy * nz + dz] += w * stencil[abs(dy), abs(dz)] * one
+                    spread[j + dy * nz + dz] += w * stencil[abs(dy), abs(dz)] * one
         column = columns[place[j]]
         for i in range(r.size):
             r[i] += one * column[i]
-    seen(level, work, r, 1.0, slope)
+    for j in range(x.size):
+        slope[j] = spread[j]
+    doubt = roughly(level, work, r, slope)
+    for j in range(x.size):
+        if x[j] != 0.0:
+            column, s = columns[place[j]], spread[j]
+            for i in range(r.size):
+                s += column[i] * r[i]
+            slope[j] = s
+        elif not slope[j] > doubt:
+            slope[j] = spread[j] + seen(level, work, r, j)

@@ -34,8 +34,8 @@ class _Level(NamedTuple):
 
     parts: FloatArray
     start: npt.NDArray[np.int64]
-    length: npt.NDArray[np.int64]
     gain: FloatArray
+    length: int
     stencil: FloatArray
     sizes: npt.NDArray[np.int64]
     cost: FloatArray
@@ -233,7 +233,8 @@ class ImageMapper(SurfaceMapper):
         wide = Membrane((ny // COARSE, nz // COARSE), (COARSE * hy, COARSE * hz))
         ready = _Prepared(
             sensors, limits, self.drags, basis, squares, first,
-            _level(hats.coarse(), count, wide, COARSE**2 * pull, 1), _level(hats, count, prior, pull, COARSE), [],
+            _level(hats.coarse(), count, wide, COARSE**2 * pull, 1, self.friction),
+            _level(hats, count, prior, pull, COARSE, self.friction), [],
         )  # fmt: skip
         return (ready,)
 
@@ -253,14 +254,15 @@ class ImageMapper(SurfaceMapper):
         idle.append(works)
 
 
-def _level(hats: Hats, components: int, prior: Membrane, pull: float, rim: int) -> _Level:
+def _level(hats: Hats, components: int, prior: Membrane, pull: float, rim: int, friction: float) -> _Level:
     """Elements whose traction is p + ty q_y + tz q_z, of 1 or 3 components."""
     parts, start, length = hats.flat(components)
     more = -start.size % TOGETHER
-    start, length, gain = (np.pad(each, (0, more)) for each in (start, length, hats.gain))
+    start, gain = np.pad(start, (0, more)), np.pad(hats.gain, (0, more))
     sizes, cost = np.array([*prior.shape, rim], dtype=np.int64), np.full(prior.shape[0] * prior.shape[1], pull)
-    largest = max(float(np.linalg.norm(hats.columns(i), axis=1).max()) for i in range(components))
-    return _Level(parts, start, length, gain, prior.stencil, sizes, cost, prior.steps[0] * prior.steps[1], largest)
+    norms = sum(np.linalg.norm(hats.columns(i), axis=1) for i in range(components))
+    largest = float(np.max(norms)) * max(1.0, friction)
+    return _Level(parts, start, gain, length, prior.stencil, sizes, cost, prior.steps[0] * prior.steps[1], largest)
 
 
 def _works(ready: _Prepared, room: int) -> tuple[_Work, _Work]:
@@ -274,5 +276,7 @@ def _work(level: _Level, sensors: int, room: int) -> _Work:
         np.empty(level.parts.shape[1]), np.empty(total), np.empty(total), np.empty(sensors), np.empty((room, room)),
         np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
         np.empty((len(level.parts), room, sensors)), np.empty((room, sensors)), np.empty((room, room)),
-        np.empty(total + 1, dtype=np.int64), np.empty(total + 1, dtype=np.int64), np.empty(level.gain.size),
+        np.empty(total + 1, dtype=np.int64), np.empty(total + 1, dtype=np.int64),
+        np.empty(level.parts.shape[1], dtype=np.float32), np.empty(level.gain.size, dtype=np.float32),
+        np.empty(level.sizes[0] * level.length, dtype=np.float32),
     )  # fmt: skip

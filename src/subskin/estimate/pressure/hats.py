@@ -69,15 +69,19 @@ class Hats(Frozen):
         shape = (self.shape[0] // COARSE, self.shape[1] // COARSE)
         return Hats(shape, tables, kind.reshape(-1), steps, self.gain)
 
-    def flat(self, components: int) -> tuple[FloatArray, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """The first components of all tables in one row (components, L), where each sensor's begins and its rows' length.
+    def flat(self, components: int) -> tuple[FloatArray, npt.NDArray[np.int64], int]:
+        """The first components of all tables in a line (components, L), where each sensor's begins, and rows' length.
 
-        Sensor i reads gain_i row[start_i + y length_i + z] of the hat (y, z).
+        Sensor i reads gain_i line[start_i + y length + z] of the hat (y, z).
         """
-        begin = np.cumsum([0, *(table[0].size for table in self.tables)])
-        length = np.array([table.shape[2] for table in self.tables])[self.kind]
-        row = np.concatenate([table[:components].reshape(components, -1) for table in self.tables], axis=1)
-        return row, begin[self.kind] + self.corner[:, 0] * length + self.corner[:, 1], length
+        length = max(table.shape[2] for table in self.tables)
+        rows = [np.pad(table[:components], ((0, 0), (0, 0), (0, length - table.shape[2]))) for table in self.tables]
+        begin = length * np.cumsum([0, *(table.shape[1] for table in rows)])
+        # whole rows are read from where the first hat is
+        line = np.concatenate(
+            [*(table.reshape(components, -1) for table in rows), np.zeros((components, length))], axis=1
+        )
+        return line, begin[self.kind] + self.corner[:, 0] * length + self.corner[:, 1], length
 
 
 def _widened(table: FloatArray) -> FloatArray:
