@@ -21,7 +21,8 @@ from .hats import COARSE
 
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _EDGE = 0.02  # of the force
-_SETTLED, _NEAR = 0.01, 0.03  # of the drag's standard deviation, on fine and on coarse elements
+_NEAR = 0.03
+"""Where the search for the drag ends, in its standard deviations."""
 _BRIGHT = 0.05
 """Share of the largest height from which a coarse element is thought to be pressed."""
 
@@ -146,11 +147,11 @@ def _settle(level, t, most, w, b, on, work, scratch):
     for j in range(on.size):
         reach = max(reach, abs(downhill[j]))
     first, lean = on.copy(), t.copy()
-    count = together(level, t, most, w, b, on, _SETTLED, False, reach, work, scratch)
+    count = together(level, t, most, w, b, on, _NEAR, False, reach, work, scratch)
     if count < 0 and not on_area.crowded(work):
         on[:] = first
         t[:] = lean
-        count = in_turn(level, t, most, w, b, on, _SETTLED, work, scratch)
+        count = in_turn(level, t, most, w, b, on, _NEAR, work, scratch)
     return count, reach
 
 

@@ -93,36 +93,51 @@ def _next(t, turned, most, new):
 
 
 @compiled()
+def _heights(level, t, w, b, on, work):
+    """The heights that are `on`, into z: how many, -1 where they are not determined, and how many are < 0."""
+    lower, index, z, columns, place = work[4], work[5], work[6], work[9], work[12]
+    count = below = 0
+    for j in range(on.size):
+        if on[j]:
+            index[count] = j
+            count += 1
+    if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
+        return -1, 0
+    for k in range(count):
+        column, s = columns[place[index[k]]], -level[6][index[k]]
+        for i in range(b.size):
+            s += column[i] * b[i]
+        z[k] = s
+    forward(lower, count, z)
+    backward(lower, count, z)
+    for k in range(count):
+        below += z[k] < 0.0
+    return count, below
+
+
+@compiled()
 def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
     """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
 
     t (2,) and `on` are put right; scratch: what `_turn` leaves. On coarse elements near is enough.
     """
-    x, slope, lower, index, z, columns, place = work[1], work[2], work[4], work[5], work[6], work[9], work[12]
+    x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
     leans = level[0].shape[0] > 1
     tolerance = TOLERANCE * reach
     on_area.lean(level, t, work)
     for _ in range(_ROUNDS):
-        count = 0
-        for j in range(on.size):
-            if on[j]:
-                index[count] = j
-                count += 1
-        if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
+        count, below = _heights(level, t, w, b, on, work)
+        if below > 0 and count**3 < on.size * b.size:  # less work than the slopes: once more without what came out < 0
+            for k in range(count):
+                on[index[k]] = z[k] >= 0.0
+            count, below = _heights(level, t, w, b, on, work)
+        if count < 0:
             return -1
-        for k in range(count):
-            column, s = columns[place[index[k]]], -level[6][index[k]]
-            for i in range(b.size):
-                s += column[i] * b[i]
-            z[k] = s
-        forward(lower, count, z)
-        backward(lower, count, z)
         x[:] = 0.0
-        wrong = 0
         for k in range(count):
             x[index[k]] = z[k]
-            wrong += z[k] < 0.0
+        wrong = below
         on_area.slopes(level, w, b, work)
         for j in range(on.size):
             wrong += not on[j] and slope[j] < -tolerance
