@@ -36,37 +36,39 @@ def _factor(level, t, w, count, work):
 
 
 @compiled(borrows=True)
-def factored(matrix, count):
-    """Put its Cholesky factor in the place of a matrix; False where it has none. The diagonal is kept inverted.
-
-    Only what is on and below the diagonal counts. By four columns at a time, which then stand above it as rows.
-    """
-    for first in range(0, count, 4):
-        last = min(first + 4, count)
-        for c in range(first, last):
-            top, s = matrix[c], 0.0
-            for k in range(c):
-                s += top[k] * top[k]
-            pivot = top[c]
-            for k in range(first, c):
-                pivot -= top[k] * top[k]
-            if not pivot > 1e-15 * (pivot + s):
+def factored(lower, count):
+    """Put its Cholesky factor in the place of a matrix; False where it has none. The diagonal is kept inverted."""
+    for i in range(0, count, 2):  # two rows and two columns at once: each number is fetched half as often
+        h = min(i + 1, count - 1)
+        one, two = lower[i], lower[h]
+        for j in range(0, i, 2):
+            p, q = lower[j], lower[j + 1]
+            a = b = c = d = 0.0
+            for k in range(j):
+                a += one[k] * p[k]
+                b += one[k] * q[k]
+                c += two[k] * p[k]
+                d += two[k] * q[k]
+            one[j] = (one[j] - a) * p[j]
+            one[j + 1] = (one[j + 1] - b - one[j] * q[j]) * q[j + 1]
+            if h > i:
+                two[j] = (two[j] - c) * p[j]
+                two[j + 1] = (two[j + 1] - d - two[j] * q[j]) * q[j + 1]
+        a = b = c = 0.0
+        for k in range(i):
+            a += one[k] * one[k]
+            b += one[k] * two[k]
+            c += two[k] * two[k]
+        pivot = one[i] - a
+        if not pivot > 1e-15 * one[i]:
+            return False
+        one[i] = 1.0 / math.sqrt(pivot)
+        if h > i:
+            two[i] = (two[i] - b) * one[i]
+            pivot = two[h] - c - two[i] * two[i]
+            if not pivot > 1e-15 * two[h]:
                 return False
-            top[c] = 1.0 / math.sqrt(pivot)
-            for i in range(c + 1, count):
-                s = matrix[i, c]
-                for k in range(first, c):
-                    s -= matrix[i, k] * top[k]
-                matrix[i, c] = s * top[c]
-                top[i] = matrix[i, c]
-        if last == count:
-            return True
-        one, two, three, four = matrix[first], matrix[first + 1], matrix[first + 2], matrix[first + 3]
-        for i in range(last, count):
-            row = matrix[i]
-            a, b, c, d = row[first], row[first + 1], row[first + 2], row[first + 3]
-            for k in range(last, i + 1):
-                row[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k]
+            two[h] = 1.0 / math.sqrt(pivot)
     return True
 
 
