@@ -21,7 +21,7 @@ from .hats import COARSE
 
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _EDGE = 0.02  # of the force
-_NEAR = 0.03
+_NEAR = 0.05
 """Where the search for the drag ends, in its standard deviations."""
 _BRIGHT = 0.05
 """Share of the largest height from which a coarse element is thought to be pressed."""
