@@ -126,13 +126,14 @@ def run(options: argparse.Namespace) -> int:
         def drawn(plot: Any) -> Any:
             if first is None:
                 raise FileError(options.readings, "no frame has a contact to draw", "leave out --figure")
-            draw = plot.pressure_image_figure if mapper.array.on_area else plot.pressure_figure
-            return draw(first, origin=origin)
+            if mapper.array.on_area:
+                return plot.pressure_image_figure(first, origin=origin, turn=answers_file.turn)
+            return plot.pressure_figure(first, origin=origin)
 
         if options.movie is not None:
             from ..plot import pressure_movie
 
-            pressure_movie(join(maps), options.movie, origin=origin)
+            pressure_movie(join(maps), options.movie, origin=origin, turn=answers_file.turn)
         done: dict[str | None, Any] = dict.fromkeys((options.out, options.totals), lambda _: outputs.close())
         done[options.movie] = lambda _: None  # written above; named with the others
         return give(options, data, people, done, drawn)

@@ -26,11 +26,12 @@ _MOST = 500  # frames
 _DPI = 100
 _FINER = 4  # the truth is drawn, than the nodes
 _FAINT = 0.1  # of the largest drag: shorter arrows are left out
+_Floats = npt.NDArray[np.float64]
 
 
 @finished
 def pressure_image_figure(
-    found: PressureImage, *, truth: LocalContact | None = None, origin: npt.ArrayLike = (0.0, 0.0)
+    found: PressureImage, *, truth: LocalContact | None = None, origin: npt.ArrayLike = (0.0, 0.0), turn: float = 0.0
 ) -> Figure:
     """The image of one frame with its drag, and beside it the half of its 95 % band, or the truth.
 
@@ -45,6 +46,8 @@ def pressure_image_figure(
         What pressed, drawn instead of the band.
     origin : (float, float), optional
         The finger's (0, 0) on the axes of the figure [m].
+    turn : float, optional
+        Angle from the axes of the figure to the finger's, from +y towards +z [rad].
 
     Raises
     ------
@@ -72,7 +75,7 @@ def pressure_image_figure(
         raise InvalidValueError(
             f"a frame of status {status}", "there is no pressure in it to draw", "a frame with status OK"
         )
-    at = np.asarray(origin, dtype=np.float64)
+    at = _Axes(origin, turn)
     y, z = np.meshgrid(found.y, found.z, indexing="ij")
     axes_beside: tuple[npt.NDArray[np.float64], ...] = found.y, found.z
     if truth is None:
@@ -83,7 +86,8 @@ def pressure_image_figure(
         beside = truth.pressure(*np.meshgrid(*axes_beside, indexing="ij"))
         largest = float(max(found.pressure.max(), np.where(np.isfinite(beside), beside, 0.0).max()))
     scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
-    figure = new_figure(DOUBLE, min(22.0 + 66.0 * float(np.ptp(found.z) / np.ptp(found.y)), 160.0))
+    wide, high = at.size(found)
+    figure = new_figure(DOUBLE, min(22.0 + 66.0 * high / wide, 160.0))
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     titles = "found", "half of the 95 % band" if truth is None else "truth"
     shown = (left, (found.y, found.z), found.pressure, titles[0]), (right, axes_beside, beside, titles[1])
@@ -97,55 +101,81 @@ def pressure_image_figure(
     cell = np.unravel_index(
         np.hypot(y - found.centre[0], z - found.centre[1]).argmin(), y.shape
     )  # where the centre of pressure is
-    wide = float(found.resolution[cell])
-    low = found.y[0] + at[0] + 0.05 * np.ptp(found.y), found.z[0] + at[1] + 0.05 * np.ptp(found.z)
-    left.plot(MM * np.array([low[0], low[0] + wide]), [MM * low[1]] * 2, color="white", linewidth=2.0)
-    said, at_bar = f"resolution {MM * wide:.2g} mm", (MM * low[0], MM * low[1])
-    left.annotate(said, at_bar, (0, 3), textcoords="offset points", fontsize=6.5, color="white")
+    seen = float(found.resolution[cell])
+    low = found.y[0] + 0.05 * np.ptp(found.y), found.z[0] + 0.05 * np.ptp(found.z)
+    bar = at.of(np.array([low[0], low[0] + seen]), np.full(2, low[1]))
+    left.plot(*bar, color="white", linewidth=2.0)
+    said, at_bar = f"resolution {MM * seen:.2g} mm", (bar[0][0], bar[1][0])
+    left.annotate(
+        said, at_bar, (0, 3), textcoords="offset points", fontsize=6.5, color="white",
+        rotation=np.rad2deg(turn), rotation_mode="anchor",
+    )  # fmt: skip
     figure.colorbar(picture, ax=[left, right], label=f"pressure [{unit}]", shrink=0.8)
     return figure
 
 
+class _Axes:
+    """The axes of a figure, on which the finger lies moved and turned, in mm."""
+
+    def __init__(self, origin: npt.ArrayLike, turn: float) -> None:
+        self.origin, self.cos, self.sin = np.asarray(origin, dtype=np.float64), np.cos(turn), np.sin(turn)
+
+    def turned(self, y: _Floats, z: _Floats) -> tuple[_Floats, _Floats]:
+        """A direction on the finger."""
+        return self.cos * y - self.sin * z, self.sin * y + self.cos * z
+
+    def of(self, y: _Floats, z: _Floats) -> tuple[_Floats, _Floats]:
+        """Positions on the finger [m]."""
+        y, z = self.turned(y, z)
+        return MM * (y + self.origin[0]), MM * (z + self.origin[1])
+
+    def size(self, found: PressureImage) -> tuple[float, float]:
+        """Width and height of an image."""
+        y, z = self.of(*np.meshgrid(found.y[[0, -1]], found.z[[0, -1]]))
+        return float(np.ptp(y)), float(np.ptp(z))
+
+
 def _image(
-    axes: Axes,
-    nodes: tuple[npt.NDArray[np.float64], ...],
-    at: npt.NDArray[np.float64],
-    values: npt.NDArray[np.float64],
-    largest: float,
+    axes: Axes, nodes: tuple[_Floats, ...], at: _Axes, values: npt.NDArray[np.float64], largest: float
 ) -> QuadMesh:
     picture = axes.pcolormesh(
-        MM * (nodes[0] + at[0]), MM * (nodes[1] + at[1]), values.T, shading="gouraud",
+        *at.of(*np.meshgrid(*nodes)), values.T, shading="gouraud",
         cmap="viridis", vmin=0.0, vmax=largest, rasterized=True,
     )  # fmt: skip
     axes.set_aspect("equal")
     return picture
 
 
-def _sensors(axes: Axes, found: PressureImage, at: npt.NDArray[np.float64]) -> None:
-    points = MM * (found.mapper.array.points + at)
+def _sensors(axes: Axes, found: PressureImage, at: _Axes) -> None:
+    points = found.mapper.array.points
     for used, face in ((True, "white"), (False, "none")):
         axes.plot(
-            *points[found.used == used].T, "o", markersize=1.6, markerfacecolor=face, markeredgecolor="white",
+            *at.of(*points[found.used == used].T), "o", markersize=1.6, markerfacecolor=face, markeredgecolor="white",
             markeredgewidth=0.4, alpha=0.6,
         )  # fmt: skip
 
 
-def _drag(axes: Axes, found: PressureImage, at: npt.NDArray[np.float64]) -> None:
+def _drag(axes: Axes, found: PressureImage, at: _Axes) -> None:
     drag = found.shear
     size = np.hypot(drag[..., 0], drag[..., 1])
     every = max(1, len(found.y) // 16)
     shown = np.zeros_like(size, dtype=bool)
     shown[::every, ::every] = size[::every, ::every] > _FAINT * size.max()
     if size.max() > 0 and shown.any():
-        y, z = np.meshgrid(MM * (found.y + at[0]), MM * (found.z + at[1]), indexing="ij")
+        y, z = np.meshgrid(found.y, found.z, indexing="ij")
         axes.quiver(
-            y[shown], z[shown], drag[shown][:, 0], drag[shown][:, 1], color="white", width=0.005, pivot="mid",
+            *at.of(y[shown], z[shown]), *at.turned(*drag[shown].T), color="white", width=0.005, pivot="mid",
             angles="xy", scale_units="xy", scale=size.max() / (1.5 * every * MM * (found.y[1] - found.y[0])),
         )  # fmt: skip
 
 
 def pressure_movie(
-    found: PressureImage, path: str | PathLike[str], *, rate: float = 10.0, origin: npt.ArrayLike = (0.0, 0.0)
+    found: PressureImage,
+    path: str | PathLike[str],
+    *,
+    rate: float = 10.0,
+    origin: npt.ArrayLike = (0.0, 0.0),
+    turn: float = 0.0,
 ) -> None:
     """Write the images of frames as an animated GIF, all on one scale; frames without a contact are dark.
 
@@ -159,6 +189,8 @@ def pressure_movie(
         Frames per second [Hz].
     origin : (float, float), optional
         The finger's (0, 0) on the axes of the figure [m].
+    turn : float, optional
+        Angle from the axes of the figure to the finger's, from +y towards +z [rad].
 
     Raises
     ------
@@ -182,17 +214,17 @@ def pressure_movie(
     if len(found.shape) != 1 or not 0 < found.shape[0] <= _MOST or not there.any():
         seen = f"images of shape {found.shape}, {int(there.sum())} with a contact"
         raise GeometryError(seen, f"a movie has 1 to {_MOST} frames, some with a contact", "found[::10]")
-    at = np.asarray(origin, dtype=np.float64)
+    at = _Axes(origin, turn)
     pressure = np.where(there[:, None, None], found.pressure, 0.0)
     largest = float(pressure.max())
     scale, unit = next((s, u) for s, u in _SCALES if largest >= s or s == 1.0)
     with house_style():
-        figure = new_figure(100.0, min(25.0 + 75.0 * float(np.ptp(found.z) / np.ptp(found.y)), 120.0))
+        wide, high = at.size(found)
+        figure = new_figure(100.0, min(25.0 + 75.0 * high / wide, 120.0))
         axes = figure.subplots()
         picture = _image(axes, (found.y, found.z), at, pressure[0] / scale, largest / scale)
         axes.set(xlabel="position $y$ [mm]", ylabel="position $z$ [mm]")
-        points = MM * (found.mapper.array.points + at)
-        axes.plot(*points.T, "o", markersize=1.2, color=GREY)
+        axes.plot(*at.of(*found.mapper.array.points.T), "o", markersize=1.2, color=GREY)
         figure.colorbar(picture, ax=axes, label=f"pressure [{unit}]", shrink=0.8)
         title = axes.set_title(" ")
         settled(figure)
