@@ -13,6 +13,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from PIL import Image
 
+from .._axes import on_touches, turned
 from ..contact import LocalContact
 from ..errors import GeometryError, InvalidValueError
 from ..estimate import PressureImage, Status
@@ -118,16 +119,15 @@ class _Axes:
     """The axes of a figure, on which the finger lies moved and turned, in mm."""
 
     def __init__(self, origin: npt.ArrayLike, turn: float) -> None:
-        self.origin, self.cos, self.sin = np.asarray(origin, dtype=np.float64), np.cos(turn), np.sin(turn)
+        self._origin, self._turn = origin, turn
 
-    def turned(self, y: _Floats, z: _Floats) -> tuple[_Floats, _Floats]:
-        """A direction on the finger."""
-        return self.cos * y - self.sin * z, self.sin * y + self.cos * z
+    def turned(self, vectors: _Floats) -> _Floats:
+        """Vectors on the finger, of shape (..., 2), as (2, ...)."""
+        return np.moveaxis(vectors @ turned(self._turn).T, -1, 0)
 
-    def of(self, y: _Floats, z: _Floats) -> tuple[_Floats, _Floats]:
-        """Positions on the finger [m]."""
-        y, z = self.turned(y, z)
-        return MM * (y + self.origin[0]), MM * (z + self.origin[1])
+    def of(self, y: _Floats, z: _Floats) -> _Floats:
+        """Positions on the finger [m], as (2, ...)."""
+        return np.moveaxis(MM * on_touches(np.stack([y, z], axis=-1), self._origin, self._turn), -1, 0)
 
     def size(self, found: PressureImage) -> tuple[float, float]:
         """Width and height of an image."""
@@ -164,7 +164,7 @@ def _drag(axes: Axes, found: PressureImage, at: _Axes) -> None:
     if size.max() > 0 and shown.any():
         y, z = np.meshgrid(found.y, found.z, indexing="ij")
         axes.quiver(
-            *at.of(y[shown], z[shown]), *at.turned(*drag[shown].T), color="white", width=0.005, pivot="mid",
+            *at.of(y[shown], z[shown]), *at.turned(drag[shown]), color="white", width=0.005, pivot="mid",
             angles="xy", scale_units="xy", scale=size.max() / (1.5 * every * MM * (found.y[1] - found.y[0])),
         )  # fmt: skip
 
