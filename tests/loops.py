@@ -76,6 +76,11 @@ def pressure() -> None:
         ss.pressure_map(tip, frames, shear=shear)
 
 
+def image() -> None:
+    tip = pad()
+    ss.pressure_map(tip, tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)))
+
+
 def pressing() -> None:
     ss.press(ss.HalfPlane(ss.Material(young=0.4e6)), ss.pressing.Cylinder(radius=10e-3), force=20.0)
 
@@ -88,7 +93,7 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-JOBS = (a_kind_of_each, round_on_area, in_place, area, line, placement, pressure, pressing, streams)  # longest first
+JOBS = (image, a_kind_of_each, round_on_area, in_place, area, line, placement, pressure, pressing, streams)  # longest first
 
 
 def run(job: Callable[[], None]) -> None:

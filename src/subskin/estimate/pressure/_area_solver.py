@@ -27,7 +27,7 @@ _ROUGHLY = 0.01
 @compiled()
 def _turn(level, work, count, along, crossed, turned):
     """Slope (2) and curvature (3) of the minimum over x in the drag, `turned`; L^-1 d2J/dx dt into `crossed` (2, N)."""
-    x, r, lower, index, own, columns, rows, place = (
+    x, r, lower, index, own, columns, rows, order = (
         work[1], work[3], work[4], work[5], work[8], work[9], work[11], work[12],
     )  # fmt: skip
     n = r.size
@@ -46,7 +46,7 @@ def _turn(level, work, count, along, crossed, turned):
         turned[3] += along[0, i] * along[1, i]
         turned[4] += along[1, i] * along[1, i]
     for k in range(count):
-        row, at = rows[index[k]], place[index[k]]
+        row, at = rows[index[k]], order[index[k]]
         s = u = 0.0
         for i in range(n):
             s += columns[at, i] * along[0, i] + own[1, row, i] * r[i]
@@ -95,7 +95,7 @@ def _next(t, turned, most, new):
 @compiled()
 def _heights(level, t, w, b, on, work):
     """The heights that are `on`, into z: how many, -1 where they are not determined, and how many are < 0."""
-    lower, index, z, columns, place = work[4], work[5], work[6], work[9], work[12]
+    lower, index, z, columns, order = work[4], work[5], work[6], work[9], work[12]
     count = below = 0
     for j in range(on.size):
         if on[j]:
@@ -104,7 +104,7 @@ def _heights(level, t, w, b, on, work):
     if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
         return -1, 0
     for k in range(count):
-        column, s = columns[place[index[k]]], -level[6][index[k]]
+        column, s = columns[order[index[k]]], -level[6][index[k]]
         for i in range(b.size):
             s += column[i] * b[i]
         z[k] = s

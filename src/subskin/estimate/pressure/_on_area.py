@@ -26,7 +26,7 @@ _SINGLE = 2e-5  # error of a slope in single precision, of the largest column ti
 @compiled(borrows=True)
 def lean(level, t, work):
     """Go to the drag t: columns at another one, and their products, no longer hold."""
-    parts, line, place, single = level[0], work[0], work[12], work[13]
+    parts, line, order, single = level[0], work[0], work[12], work[13]
     if parts.shape[0] == 1:
         for i in range(line.size):
             line[i] = parts[0, i]
@@ -35,9 +35,9 @@ def lean(level, t, work):
             line[i] = parts[0, i] + t[0] * parts[1, i] + t[1] * parts[2, i]
     for i in range(line.size):
         single[i] = line[i]
-    for j in range(place.size - 1):
-        place[j] = -1
-    place[place.size - 1] = 0
+    for j in range(order.size - 1):
+        order[j] = -1
+    order[order.size - 1] = 0
 
 
 @compiled(borrows=True)
@@ -108,31 +108,31 @@ def _products(columns, products, first, last):
 def hessian(level, t, w, work, count):
     """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room."""
     stencil, nz = level[4], level[5][1]
-    lower, index, own, columns, products, place = work[4], work[5], work[8], work[9], work[10], work[12]
+    lower, index, own, columns, products, order = work[4], work[5], work[8], work[9], work[10], work[12]
     if count > len(lower):
         work[11][work[11].size - 1] = len(lower)
         return False
-    first = place[place.size - 1]
+    first = order[order.size - 1]
     for k in range(count):
         j = index[k]
-        if place[j] >= 0:
+        if order[j] >= 0:
             continue
-        row, at = _column(level, work, j), place[place.size - 1]
+        row, at = _column(level, work, j), order[order.size - 1]
         if row < 0:
             return False
-        place[j], place[place.size - 1] = at, at + 1
+        order[j], order[order.size - 1] = at, at + 1
         if own.shape[0] == 1:
             for i in range(own.shape[2]):
                 columns[at, i] = own[0, row, i]
         else:
             for i in range(own.shape[2]):
                 columns[at, i] = own[0, row, i] + t[0] * own[1, row, i] + t[1] * own[2, row, i]
-    _products(columns, products, first, place[place.size - 1])
+    _products(columns, products, first, order[order.size - 1])
     for i in range(count):
         a, row = index[i], lower[i]
-        part = products[place[a]]
+        part = products[order[a]]
         for k in range(i + 1):
-            row[k] = part[place[index[k]]]
+            row[k] = part[order[index[k]]]
         # index ascends: neighbours before a are a itself, the one on its left, and three in the line before
         row[i] += w * stencil[0, 0]
         before = max(a - nz - 1, 0)
@@ -211,7 +211,7 @@ def slopes(level, w, b, work):
     Where an element is not > 0 and its slope far uphill, single precision is enough; where not, it is found once more.
     """
     stencil, sizes, cost = level[4], level[5], level[6]
-    x, slope, r, spread, columns, place = work[1], work[2], work[3], work[7], work[9], work[12]
+    x, slope, r, spread, columns, order = work[1], work[2], work[3], work[7], work[9], work[12]
     ny, nz = sizes[0], sizes[1]
     for i in range(r.size):
         r[i] = -b[i]
@@ -225,7 +225,7 @@ def slopes(level, w, b, work):
             for dz in range(-1, 2):
                 if 0 <= y + dy < ny and 0 <= z + dz < nz:
                     spread[j + dy * nz + dz] += w * stencil[abs(dy), abs(dz)] * one
-        column = columns[place[j]]
+        column = columns[order[j]]
         for i in range(r.size):
             r[i] += one * column[i]
     for j in range(x.size):
@@ -233,7 +233,7 @@ def slopes(level, w, b, work):
     doubt = roughly(level, work, r, slope)
     for j in range(x.size):
         if x[j] != 0.0:
-            column, s = columns[place[j]], spread[j]
+            column, s = columns[order[j]], spread[j]
             for i in range(r.size):
                 s += column[i] * r[i]
             slope[j] = s
