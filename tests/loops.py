@@ -93,7 +93,8 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-JOBS = (image, a_kind_of_each, round_on_area, in_place, area, line, placement, pressure, pressing, streams)  # longest first
+# longest first
+JOBS = (image, a_kind_of_each, round_on_area, in_place, area, line, placement, pressure, pressing, streams)
 
 
 def run(job: Callable[[], None]) -> None:
