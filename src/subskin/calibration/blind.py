@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
+from ..estimate.area.locator import search_of
 from ..estimate.frames import check_noise
 from ..finger import Finger
 from ..response import tabulate
@@ -107,8 +108,12 @@ def calibrate_blind(
     data = checked_readings(readings, len(finger.array))
     fix = "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin"
     check_noise(finger.array, "touches and drawing are weighed by the sensors' noise", fix)
-    table = tabulate(finger, search)
-    return _result(Rounds(finger, data, shares, mu, (table.start, table.stop)), finger, data)
+    if finger.array.on_area:
+        ends = search_of(finger.array, search)[0]
+    else:
+        table = tabulate(finger, search)
+        ends = np.array([[table.start, table.stop]])
+    return _result(Rounds(finger, data, shares, mu, ends), finger, data)
 
 
 def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
@@ -132,13 +137,13 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
     model, live, factor = rounds.model, np.flatnonzero(rounds.live), rounds.factor
     fitted = model.finger(settled.x)
     whole, part = finger.array, fitted.array
-    names = ("y", "depth", "gain", "offset", "noise")
+    names = ("y", "z", "depth", "gain", "offset", "noise")
     fields: dict[str, Any] = {name: np.array(getattr(whole, name)) for name in names}
     fields["gain"][:] = 0.0
     for name in names[:-1]:
         fields[name][live] = np.asarray(getattr(part, name))
     change = fields["gain"][live] / np.asarray(whole.gain)[live]
-    found = replace(finger, skin=fitted.skin, array=replace(whole, **fields))
+    found = replace(finger, skin=fitted.skin, array=replace(whole, **fields), measured=None)
     touches = rounds.locate(found, np.asarray(data))
     fields["noise"][live] *= factor
     health = [Health.DEAD] * len(whole)
