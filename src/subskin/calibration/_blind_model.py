@@ -13,6 +13,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..finger import Finger
 from ._forward import slices
+from ._blind_touch import Touch
 from ._forward_area import forward_of
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Whitened"]
@@ -76,7 +77,7 @@ class BlindModel:
     """A finger that depends on x: in each element, one standard deviation of what the drawing leaves open.
 
     Gains are exp(x gain_error) times the drawn ones, so that a factor common to all is one direction of x, exactly.
-    Touches have d = 1 coordinate on a row and 2 on an area, and so has the position of a sensor.
+    The position of a sensor has as many coordinates as that of a touch, d.
 
     Parameters
     ----------
@@ -86,13 +87,13 @@ class BlindModel:
         Any of `TERMS`.
     errors : mapping of str to array_like
         Standard deviation of each: gain (a share), offset, depth, depths, position, thickness [m], poisson.
-    loads : int
-        d + 1 for a normal force and drags, 1 for a normal one.
+    touch : Touch
+        What touches are.
     """
 
-    def __init__(self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], loads: int) -> None:
-        self.drawn, self.loads = finger, loads
-        self.forward, self.dim = forward_of(finger, names), 2 if finger.array.on_area else 1
+    def __init__(self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], touch: Touch) -> None:
+        self.drawn, self.touch, self.dim = finger, touch, touch.dim
+        self.forward = forward_of(finger, names)
         n = len(finger.array)
         counts = {"gain": n, "offset": n, "depths": n, "position": self.dim * n}
         self.slices = slices({name: counts.get(name, 1) for name in TERMS if name in names})
@@ -187,9 +188,7 @@ class BlindModel:
         return np.asarray(self.drawn.array.noise)
 
     def _field(self, x: FloatArray, positions: FloatArray) -> FloatArray:
-        at = positions[:, 0] if self.dim == 1 else positions
-        field = self.finger(x).receptive_field(at, "line" if self.dim == 1 else "point")
-        return field[..., : self.loads] / self._noise[:, None]
+        return self.touch.fields(self.finger(x), positions) / self._noise[:, None]
 
     def _lift(self, x: FloatArray) -> FloatArray | float:
         """What the found offsets add to the whitened readings."""

@@ -18,6 +18,7 @@ from ..finger import Finger
 from ..response import tabulate
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
+from ._blind_touch import Touch
 from ._forward import checked_names
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
@@ -38,7 +39,8 @@ def calibrate_blind(
     thickness_error: float | None = None,
     offset_error: npt.ArrayLike | None = None,
     friction: float = 1.0,
-    search: tuple[float, float] | None = None,
+    half_width: float = 0.0,
+    search: tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None = None,
 ) -> BlindCalibration:
     """Fit a finger to touches of which only the readings are known.
 
@@ -113,7 +115,8 @@ def calibrate_blind(
     else:
         table = tabulate(finger, search)
         ends = np.array([[table.start, table.stop]])
-    return _result(Rounds(finger, data, shares, mu, ends), finger, data)
+    width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
+    return _result(Rounds(finger, data, shares, Touch(len(ends), mu, width), ends), finger, data)
 
 
 def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
