@@ -26,6 +26,8 @@ from .calibration import WEAK_SHARE, Health, checked_readings
 
 __all__ = ["calibrate_blind"]
 
+_TORSION = "a moment of a touch about the normal: there is taken to be none"
+
 
 def calibrate_blind(
     finger: Finger,
@@ -44,30 +46,33 @@ def calibrate_blind(
 ) -> BlindCalibration:
     """Fit a finger to touches of which only the readings are known.
 
-    Each touch is a line load of its own position, normal and tangential force. With one sensor more than unknowns,
-    every touch also says something about the finger. All touches and the finger are estimated at once (maximum a
-    posteriori, Gaussian priors about the finger as drawn). After each round touches are located again, over the whole
-    of `search`, and touches that are not OK are left out.
+    Each touch is a line load of its own position, normal and tangential force; on an area a load on a point (y, z) with
+    its (N, Ty, Tz). With one sensor more than unknowns, every touch also says something about the finger. All touches
+    and the finger are estimated at once (maximum a posteriori, Gaussian priors about the finger as drawn). After each
+    round touches are located again, over the whole of `search`, and touches that are not OK are left out.
 
     Parameters
     ----------
     finger : Finger
-        As drawn; its sensors' noise has to be known. What is not fitted is kept.
+        As drawn; its sensors' noise has to be known. What is not fitted is kept, but for a response measured in place.
     readings : array_like, shape (m, n)
         One touch a row, tared; NaN where a sensor gave none.
     fit : sequence of str, optional
         Any of "gain" (each sensor's), "depth" (one shift of all), "depths" (each sensor's), "position" (each sensor's
-        along the row), "poisson" (of a skin of one material), "thickness" (of a skin of one layer), "offset" (each
-        sensor's).
+        along the row, on an area along y and z), "poisson" (of a skin of one material), "thickness" (of a skin of one
+        layer), "offset" (each sensor's).
     gain_error, depth_error, position_error, poisson_error, thickness_error, offset_error : float, optional
         Standard deviation of what is as drawn. Gains: a share of each. Depth and position: shares of the mean depth.
         Thickness: a share of what lies beneath the deepest sensor. Poisson's ratio: itself. Offset: in readings. The
         last three have no default. A number of each sensor may be given for each sensor.
     friction : float, optional
         Touches lean at most by atan(friction). 0: they press straight down, and have one unknown less.
-    search : (float, float), optional
-        Where touches are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors. Touches at its
-        ends are left out: the row itself leaves out those beyond it.
+    half_width : float, optional
+        Half width of every touch [m]: a Hertz contact, long or round; 0 for a line or a point. A wrong one bends depths
+        and lengths and may pass without a misfit.
+    search : (float, float) or ((float, float), (float, float)), optional
+        Where touches are looked for, y [m], on an area y and z; the default reaches 1.5 depths beyond the outermost
+        sensors. Touches at its ends are left out: the array itself leaves out those beyond it.
 
     Returns
     -------
@@ -76,7 +81,8 @@ def calibrate_blind(
     Raises
     ------
     InvalidValueError, GeometryError
-        Unknown names in `fit`, an error that is missing or not > 0, a sensor without noise, shapes that do not match.
+        Unknown names in `fit`, an error that is missing or not > 0, a sensor without noise, shapes that do not match;
+        on an area, live sensors on one straight line.
     NotLinearError
         A transducer that is not linear.
     ConvergenceError
@@ -94,6 +100,12 @@ def calibrate_blind(
     >>> ratio = np.asarray(found.finger.array.gain) / np.asarray(real.array.gain)
     >>> bool(np.ptp(ratio) < 0.01), found.unknown[0]
     (True, 'the common scale of the gains: forces are found up to a factor')
+    >>> plate = {"shape": (3, 3), "pitch": 3e-3, "depth": 3e-3, "transducer": ss.MeanPressure(), "noise": 20.0}
+    >>> tip = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), ss.SensorArray.grid(**plate))
+    >>> points = ss.PointLoad(force=rng.uniform(0.5, 2, 40), position=rng.uniform(-3e-3, 3e-3, (40, 2)))
+    >>> found = ss.calibrate_blind(tip, tip.read(points, rng), friction=0)
+    >>> found.rank, len(found.parameters), found.touches.position.shape
+    (23, 28, (40, 2))
     """
     names = checked_names(fit, TERMS, "leave it out: without known positions there is none")
     given = {
@@ -175,6 +187,6 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
         health=tuple(health),
         misfit=factor,
         steady=rounds.steady,
-        unknown=learning.unknown([p.called for p in parameters]),
+        unknown=learning.unknown([p.called for p in parameters]) + (_TORSION,) * (model.dim == 2),
         _learning=learning,
     )
