@@ -198,17 +198,17 @@ class TestTruth:
         assert "moment of a touch" in found.unknown[-1]
         assert abs(np.mean(squares) - 28) < 4 * np.sqrt(2 * 28 / 2)
         ratio = np.asarray(found.finger.array.gain) / np.asarray(real.array.gain)
-        assert np.ptp(np.log(ratio)) < 0.02 < np.ptp(np.log(np.asarray(real.array.gain)))
+        assert np.ptp(np.log(ratio)) < 0.03 < 0.1 < np.ptp(np.log(np.asarray(real.array.gain)))
         now, more = found.error_ratio(), found.error_ratio(400 * found.used.sum())
         assert 1 < more.angle < now.angle < 1.5
         assert 1 < more.position < now.position < 1.5
 
     def test_round_touches_of_a_known_half_width(self):
         tip = drawn(shape=(2, 3))
-        real = made(tip, 5)
-        real = replace(real, array=replace(real.array, depth=tip.array.depth))
-        readings = real.read(loads(tip, 40, lean=0.0, half_width=1.2e-3), np.random.default_rng(0))
-        found = ss.calibrate_blind(tip, readings, fit=("gain", "position"), half_width=1.2e-3, friction=0)
+        real = replace(tip, array=replace(tip.array, gain=made(tip, 5).array.gain))
+        readings = real.read(loads(tip, 30, lean=0.0, half_width=1.2e-3), np.random.default_rng(0))
+        near = ((-2e-3, 2e-3), (-3.5e-3, 3.5e-3))
+        found = ss.calibrate_blind(tip, readings, fit="gain", half_width=1.2e-3, friction=0, search=near)
         error = off(found, real)
         assert error @ np.linalg.solve(found.covariance, error) < 2 * error.size
         assert found.misfit < 1.3
