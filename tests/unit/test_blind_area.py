@@ -196,6 +196,9 @@ class TestTruth:
         assert found.touches.position.shape == (40, 2)
         assert 28 - 5 == found.rank
         assert "moment of a touch" in found.unknown[-1]
+        assert found._learning.spare == 9 - 5
+        (z,) = (p.value for p in found.parameters if p.called == "z of sensor 4")
+        assert found.finger.array.z[4] == z != 0
         assert abs(np.mean(squares) - 28) < 4 * np.sqrt(2 * 28 / 2)
         ratio = np.asarray(found.finger.array.gain) / np.asarray(real.array.gain)
         assert np.ptp(np.log(ratio)) < 0.03 < 0.1 < np.ptp(np.log(np.asarray(real.array.gain)))
