@@ -15,12 +15,12 @@ wrong where it is OK, more than 2 mm off, and by more than three of its own stan
 counts the 95 % intervals, along y and along z, of OK answers inside.
 
 The same boards are calibrated blind: of 100 touches drawn within the rectangle of the sensors the positions are hidden
-(`calibrate_blind`, straight loads; gains alike to 20 %, depth to 20 %, positions to 2 % of it). Positions of all touches
-within are found up to a shift and a turn, which are taken out, and on a half space up to a scale, which is told:
-"scale" is the spread of the touches over that of the positions found. Beside it `calibrate` with the same 100 touches
-at their positions, by the field alone, its positions treated alike. "held" is as above, with the scale left in and taken
-out; "gains" is the rms difference of the blind gains to the known ones, each over its own mean; "force" the spread of
-the forces found over their mean, which with one load is an error. Medians over draws.
+(`calibrate_blind`, straight loads; gains alike to 20 %, depth to 20 %, positions to 2 % of it). Positions of all
+touches within are found up to a shift and a turn, which are taken out, and on a half space up to a scale, which is
+told: "scale" is the spread of the touches over that of the positions found. Beside it `calibrate` with the same 100
+touches at their positions, by the field alone, its positions treated alike. "held" is as above, with the scale left in
+and taken out; "gains" is the rms difference of the blind gains to the known ones, each over its own mean; "force" the
+spread of the forces found over their mean, which with one load is an error. Medians over draws.
 
 eflesh/spatial_20250317/: five magnetometers of three axes beneath magnets in a printed lattice, 480 positions, five
 touches each. The table is made of every second position, and each touch at the others is located by itself; then the
@@ -226,13 +226,14 @@ def blind(name: str, at: np.ndarray, readings: np.ndarray, fit: tuple[str, ...],
 def blind_rows(data: Path, draws: int) -> list[list[str]]:
     """Rows of the table of blind calibrations."""
     rows = []
-    form = "{:.0f} {:.1f} {:.2f} {:.3f} {:.3f} {:.0f} {:.2f} {:.2f} {:.0f} {:.0f} {:.3f} {:.1f}".split()
+    digits = (0, 1, 2, 3, 3, 0, 2, 2, 0, 0, 3, 1)
     for name in BOARDS:
         at, readings, _ = board(data, name)
         for fit in (("gain", "depth"), ("gain", "depth", "position")):
             each = np.median([blind(name, at, readings, fit, seed) for seed in range(draws)], axis=0)
             for label, numbers in zip(("blind: " + ", ".join(fit), "positions known"), each, strict=True):
-                rows.append([name, label, *("" if x != x else f.format(x) for f, x in zip(form, numbers, strict=True))])
+                told = ("" if np.isnan(x) else f"{x:.{k}f}" for k, x in zip(digits, numbers, strict=True))
+                rows.append([name, label, *told])
     return rows
 
 

@@ -11,10 +11,11 @@ ratio from the Fisher information at the real finger, by differences of the forw
 finger in twenty: on average over fingers no method that knows no more does better.
 
 On an area touches are loads on a point anywhere over a grid of pressure sensors one depth apart, leaning within 34
-degrees in any direction, or straight; fingers differ from the drawing by as much. Noise is 0.1 % of what a load of 1.25,
-their mean, reads straight above a sensor. "held" counts the 95 % intervals of all numbers of all fingers, and chi2 is
-the Mahalanobis distance of the truth over the number of numbers: 95 and 1 where errors are stated well. Positions of
-fresh touches are taken up to a shift, a turn and a scale, `told` is the ratio that the calibration itself states.
+degrees in any direction, or straight; fingers differ from the drawing by as much. Noise is 0.1 % of what a load of
+1.25, their mean, reads straight above a sensor. "held" counts the 95 % intervals of all numbers of all fingers, and
+chi2 is the Mahalanobis distance of the truth over the number of numbers: 95 and 1 where errors are stated well.
+Positions of fresh touches are taken up to a shift, a turn and a scale, `told` is the ratio that the calibration itself
+states.
 """
 
 from __future__ import annotations
@@ -188,7 +189,11 @@ def area_rows(fingers: int) -> list[list[str]]:
     skins = {"half space": ss.HalfSpace(ss.Material(1.0)), "layer of 2 d": SKINS["layer of 2 d"]}
     cases = [("half space", (4, 4), count, 1.0) for count in (50, 100, 500)] + [("half space", (4, 4), 100, 0.0)]
     cases += [("half space", (3, 3), 100, 1.0), ("half space", (2, 4), 100, 0.0)]
-    cases += [("layer of 2 d", (4, 4), 100, 1.0), ("layer of 2 d", (4, 4), 500, 1.0), ("layer of 2 d", (2, 4), 100, 0.0)]
+    cases += [
+        ("layer of 2 d", (4, 4), 100, 1.0),
+        ("layer of 2 d", (4, 4), 500, 1.0),
+        ("layer of 2 d", (2, 4), 100, 0.0),
+    ]
     rows = []
     for name, shape, count, friction in cases:
         seen = np.array([one_area(skins[name], shape, count, friction, seed) for seed in range(fingers)])

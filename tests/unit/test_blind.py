@@ -104,7 +104,9 @@ class TestDerivatives:
         model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, Touch(1, 1.0))
         touch = loads(drawn(count=4), 3)
         data = drawn(count=4).read(touch) / 5e-5
-        near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position)[:, None])
+        near = model.linearise(
+            Whitened(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position)[:, None]
+        )
         below = ss.Finger(ss.HalfPlane(ss.Material(0.4e6, 0.5 - 1e-6)), drawn(count=4).array).read(touch) / 5e-5
         slope = (data - below) / 1e-6 * 0.03
         np.testing.assert_allclose(near.by_finger[..., 0], slope, atol=1e-4 * np.abs(slope).max())
@@ -124,7 +126,9 @@ def dense(model, near):
 
 def test_elimination_is_the_schur_complement_of_the_whole_system():
     tip = drawn(count=5)
-    model = BlindModel(tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, Touch(1, 1.0))
+    model = BlindModel(
+        tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, Touch(1, 1.0)
+    )
     touch = loads(tip, 6)
     data = (tip.read(touch, np.random.default_rng(0)) + 1e-3) / 5e-5
     near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(11), np.asarray(touch.position)[:, None])

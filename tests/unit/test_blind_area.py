@@ -147,9 +147,9 @@ class TestWhatCannotBeKnown:
         assert [SCALE in t or SHIFT in t for t in learning.unknown([str(i) for i in range(model.size)])] == [True] * 2
 
     def test_pressures_of_straight_loads_hide_every_moebius_map(self):
-        """x / r^3 keeps its form under maps of the half space onto itself, each sensor's gain going as its depth's root.
+        """x / r^3 keeps its form under maps of the half space onto itself, a sensor's gain going as its depth's root.
 
-        Their two special directions have no name: b -> 2 (b.r) r - b r^2 of sensors r = (depth, y, z), for b along y, z.
+        Their two special directions have no name: 2 (b.r) r - b r^2 of sensors at r = (depth, y, z), b along y or z.
         """
         tip = made(drawn(), 2)
         model, near = linearised(tip, ("gain", "depths", "position"), loads(tip, 20, lean=0.0), Touch(2, 0.0))

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..finger import Finger
-from ._forward import slices
 from ._blind_touch import Touch
+from ._forward import slices
 from ._forward_area import forward_of
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Whitened"]

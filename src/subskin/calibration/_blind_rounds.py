@@ -61,12 +61,7 @@ class Rounds:
     """
 
     def __init__(
-        self,
-        finger: Finger,
-        data: FloatArray,
-        shares: Mapping[str, FloatArray],
-        touch: Touch,
-        ends: FloatArray,
+        self, finger: Finger, data: FloatArray, shares: Mapping[str, FloatArray], touch: Touch, ends: FloatArray
     ) -> None:
         self.touch, self.ends = touch, ends
         usable = finger.array.usable(data)
@@ -89,7 +84,7 @@ class Rounds:
         live, unknowns = int(self.live.sum()), self.touch.unknowns
         if live <= unknowns:
             rule = "only readings beyond a touch's own unknowns show the finger: one sensor more is needed"
-            fix = "more sensors" + ("" if self.touch.friction == 0 else ", or friction=0 where touches press straight down")
+            fix = "more sensors" + ", or friction=0 where touches press straight down" * (self.touch.loads > 1)
             raise ConvergenceError(f"{live} live sensors, and {unknowns} unknowns a touch", rule, fix)
         each = {name: live * (self.touch.dim if name == "position" else 1) for name in shares}
         size = sum(each[name] if share.shape else 1 for name, share in shares.items())

@@ -137,7 +137,7 @@ class BlindCalibration(Frozen):
 
     @property
     def rank(self) -> int:
-        """How many of the fitted numbers touches of this kind determine, by themselves or combined: all but `unknown`."""
+        """How many of the fitted numbers touches of this kind determine, alone or combined."""
         return len(self.parameters) - self._learning.null.shape[1]
 
     def std(self, touches: float) -> FloatArray:
