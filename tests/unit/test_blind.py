@@ -8,7 +8,7 @@ import pytest
 import subskin as ss
 from subskin.calibration import Known
 from subskin.calibration._blind_model import BlindModel, Whitened
-from subskin.calibration._blind_touch import Touch
+from subskin.calibration._blind_touch import UnknownTouch
 
 SOFT = ss.Material(0.4e6)
 SKINS = {
@@ -79,7 +79,7 @@ class TestDerivatives:
         names = ["gain", "offset", "depth", "position", "poisson"] + (["thickness"] if skin != "half plane" else [])
         errors = dict.fromkeys(names, 1e-4) | {"gain": 0.05, "poisson": 0.03, "offset": 1e-3}
         x = np.random.default_rng(0).standard_normal(9 + 2 + (skin != "half plane"))
-        model = BlindModel(tip, names, errors, Touch(1, 1.0))
+        model = BlindModel(tip, names, errors, UnknownTouch(1, 1.0))
         assert model.size == x.size
         touch = ss.LineLoad([100.0, 60.0], [0.3, -0.5], [0.4e-3, -1.1e-3])
         offset = np.asarray(tip.array.offset)
@@ -101,7 +101,7 @@ class TestDerivatives:
         np.testing.assert_allclose(near.by_position[..., 0], slope, atol=2e-6 * np.abs(slope).max(), rtol=0)
 
     def test_at_the_end_of_poissons_range(self):
-        model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, Touch(1, 1.0))
+        model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, UnknownTouch(1, 1.0))
         touch = loads(drawn(count=4), 3)
         data = drawn(count=4).read(touch) / 5e-5
         near = model.linearise(
@@ -127,7 +127,7 @@ def dense(model, near):
 def test_elimination_is_the_schur_complement_of_the_whole_system():
     tip = drawn(count=5)
     model = BlindModel(
-        tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, Touch(1, 1.0)
+        tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, UnknownTouch(1, 1.0)
     )
     touch = loads(tip, 6)
     data = (tip.read(touch, np.random.default_rng(0)) + 1e-3) / 5e-5

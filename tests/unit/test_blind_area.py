@@ -8,7 +8,7 @@ import pytest
 import subskin as ss
 from subskin.calibration._blind_fit import _Step
 from subskin.calibration._blind_model import BlindModel, Whitened
-from subskin.calibration._blind_touch import Touch
+from subskin.calibration._blind_touch import UnknownTouch
 from subskin.calibration._learning import Learning, _effects
 
 SOFT = ss.Material(0.4e6, 0.45)
@@ -64,7 +64,7 @@ def test_derivatives(skin, half_width):
     names = ["gain", "offset", "depth", "position", "poisson"] + ["thickness"] * (skin == "layer")
     x = np.random.default_rng(0).standard_normal(26 + (skin == "layer"))
     touch = loads(tip, 2, half_width=half_width)
-    model, near = linearised(tip, names, touch, Touch(2, 1.0, half_width), x)
+    model, near = linearised(tip, names, touch, UnknownTouch(2, 1.0, half_width), x)
     assert model.size == x.size
     assert np.abs(near.rest).max() < 1e-6
     np.testing.assert_allclose(near.force, np.asarray(touch.components), rtol=1e-6, atol=1e-9)
@@ -94,7 +94,7 @@ def whole(near):
 @pytest.mark.parametrize("friction", [0.0, 1.0])
 def test_elimination_is_that_of_the_whole_system(friction):
     """Information by the Schur complement, and a step by least squares of everything at once."""
-    tip, kind = drawn(shape=(3, 3)), Touch(2, friction)
+    tip, kind = drawn(shape=(3, 3)), UnknownTouch(2, friction)
     touch = loads(tip, 9, lean=0.6 * friction)
     model = BlindModel(tip, ("gain", "depth", "position"), ERRORS, kind)
     x, noise = np.zeros(model.size), np.random.default_rng(0).standard_normal((9, 9))
@@ -133,7 +133,7 @@ class TestWhatCannotBeKnown:
     def test_named_directions(self, skin, fit, friction, half_width, said, lost):
         tip = made(drawn(skin), 3)
         touch = loads(tip, 12, lean=0.6 * (friction > 0), half_width=half_width)
-        model, near = linearised(tip, fit, touch, Touch(2, friction, half_width))
+        model, near = linearised(tip, fit, touch, UnknownTouch(2, friction, half_width))
         learning = Learning(model, np.zeros(model.size), near, 1.0)
         told = learning.unknown([str(i) for i in range(model.size)])
         assert learning.null.shape[1] == lost
@@ -142,7 +142,7 @@ class TestWhatCannotBeKnown:
 
     def test_a_sensor_of_some_width_along_y_tells_the_turn(self):
         tip = drawn(width=1.5e-3)
-        model, near = linearised(tip, ("gain", "position"), loads(tip, 12), Touch(2, 1.0))
+        model, near = linearised(tip, ("gain", "position"), loads(tip, 12), UnknownTouch(2, 1.0))
         learning = Learning(model, np.zeros(model.size), near, 1.0)
         assert [SCALE in t or SHIFT in t for t in learning.unknown([str(i) for i in range(model.size)])] == [True] * 2
 
@@ -152,7 +152,7 @@ class TestWhatCannotBeKnown:
         Their two special directions have no name: 2 (b.r) r - b r^2 of sensors at r = (depth, y, z), b along y or z.
         """
         tip = made(drawn(), 2)
-        model, near = linearised(tip, ("gain", "depths", "position"), loads(tip, 20, lean=0.0), Touch(2, 0.0))
+        model, near = linearised(tip, ("gain", "depths", "position"), loads(tip, 20, lean=0.0), UnknownTouch(2, 0.0))
         learning = Learning(model, np.zeros(model.size), near, 1.0)
         assert learning.null.shape[1] == 7
         told = learning.unknown([str(i) for i in range(model.size)])
@@ -171,7 +171,7 @@ def test_variances_of_touches_are_those_of_the_locator():
     touch = loads(tip, 10)
     found = tip.locate(tip.read(touch))
     assert (found.status == ss.Status.OK).all()
-    _, near = linearised(tip, ("gain",), touch, Touch(2, 1.0))
+    _, near = linearised(tip, ("gain",), touch, UnknownTouch(2, 1.0))
     (_, position), (_, tilt) = _effects(near, 1.0)
     covariance, force = found.load.covariance, np.asarray(touch.components)
     by_position = np.diagonal(covariance, axis1=1, axis2=2)[:, :2]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..finger import Finger
-from ._blind_touch import Touch
+from ._blind_touch import UnknownTouch
 from ._forward import slices
 from ._forward_area import forward_of
 
@@ -87,11 +87,13 @@ class BlindModel:
         Any of `TERMS`.
     errors : mapping of str to array_like
         Standard deviation of each: gain (a share), offset, depth, depths, position, thickness [m], poisson.
-    touch : Touch
+    touch : UnknownTouch
         What touches are.
     """
 
-    def __init__(self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], touch: Touch) -> None:
+    def __init__(
+        self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], touch: UnknownTouch
+    ) -> None:
         self.drawn, self.touch, self.dim = finger, touch, touch.dim
         self.forward = forward_of(finger, names)
         n = len(finger.array)

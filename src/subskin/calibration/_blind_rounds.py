@@ -15,7 +15,7 @@ from ..estimate.estimate import Estimate, Status
 from ..finger import Finger
 from ._blind_fit import Settled, settle
 from ._blind_model import BlindModel, Whitened
-from ._blind_touch import Touch
+from ._blind_touch import UnknownTouch
 
 __all__ = ["Rounds"]
 
@@ -54,14 +54,14 @@ class Rounds:
         Readings, NaN where there are none.
     shares : mapping of str to ndarray
         The prior's standard deviation of each term, as `calibrate_blind` takes it.
-    touch : Touch
+    touch : UnknownTouch
         What touches are.
     ends : ndarray, shape (d, 2)
         Where touches are looked for [m].
     """
 
     def __init__(
-        self, finger: Finger, data: FloatArray, shares: Mapping[str, FloatArray], touch: Touch, ends: FloatArray
+        self, finger: Finger, data: FloatArray, shares: Mapping[str, FloatArray], touch: UnknownTouch, ends: FloatArray
     ) -> None:
         self.touch, self.ends = touch, ends
         usable = finger.array.usable(data)

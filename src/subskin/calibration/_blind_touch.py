@@ -20,10 +20,10 @@ from ..radial import tabulate_radial
 from ..radial_round import tabulate_round
 from ..response import Response
 
-__all__ = ["Touch"]
+__all__ = ["UnknownTouch"]
 
 
-class Touch(NamedTuple):
+class UnknownTouch(NamedTuple):
     """The kind of all touches.
 
     Parameters

@@ -18,7 +18,7 @@ from ..finger import Finger
 from ..response import tabulate
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
-from ._blind_touch import Touch
+from ._blind_touch import UnknownTouch
 from ._forward import checked_names
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
@@ -128,7 +128,7 @@ def calibrate_blind(
         table = tabulate(finger, search)
         ends = np.array([[table.start, table.stop]])
     width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
-    return _result(Rounds(finger, data, shares, Touch(len(ends), mu, width), ends), finger, data)
+    return _result(Rounds(finger, data, shares, UnknownTouch(len(ends), mu, width), ends), finger, data)
 
 
 def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
