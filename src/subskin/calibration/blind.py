@@ -125,7 +125,7 @@ def calibrate_blind(
     if finger.array.on_area:
         ends = search_of(finger.array, search)[0]
     else:
-        table = tabulate(finger, search)
+        table = tabulate(finger, _check.ends("search", search, "search=(-5e-3, 5e-3)"))
         ends = np.array([[table.start, table.stop]])
     width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
     return _result(Rounds(finger, data, shares, UnknownTouch(len(ends), mu, width), ends), finger, data)

@@ -138,7 +138,7 @@ class BlindCalibration(Frozen):
     @property
     def rank(self) -> int:
         """How many of the fitted numbers touches of this kind determine, alone or combined."""
-        return len(self.parameters) - self._learning.null.shape[1]
+        return len(self.parameters) - int(self._learning.null.shape[1])
 
     def std(self, touches: float) -> FloatArray:
         """Standard deviation of each parameter after `touches` of this kind in all, shape (k,)."""
