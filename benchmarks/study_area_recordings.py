@@ -14,6 +14,14 @@ eight neighbours (1 of 22 400 and 6 of 27 104: a reading lost). "inside" is the 
 wrong where it is OK, more than 2 mm off, and by more than three of its own standard errors along y or z. "held"
 counts the 95 % intervals, along y and along z, of OK answers inside.
 
+The same boards are calibrated blind: of 100 touches drawn within the rectangle of the sensors the positions are hidden
+(`calibrate_blind`, straight loads; gains alike to 20 %, depth to 20 %, positions to 2 % of it). Positions of all
+touches within are found up to a shift and a turn, which are taken out, and on a half space up to a scale, which is
+told: "scale" is the spread of the touches over that of the positions found. Beside it `calibrate` with the same 100
+touches at their positions, by the field alone, its positions treated alike. "held" is as above, with the scale left in
+and taken out; "gains" is the rms difference of the blind gains to the known ones, each over its own mean; "force" the
+spread of the forces found over their mean, which with one load is an error. Medians over draws.
+
 eflesh/spatial_20250317/: five magnetometers of three axes beneath magnets in a printed lattice, 480 positions, five
 touches each. The table is made of every second position, and each touch at the others is located by itself; then the
 mean of the five is.
@@ -23,6 +31,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +49,7 @@ BOARDS = {
 FIT = ("gain", "depth", "origin", "turn")
 NOISE, DEPTH = 20.0, 6e-3  # Pa: 0.003 PSI, the steps of the readings at rest; m, of a skin 8 mm thick
 CELLS, LOST = 4, 0.15
+BLIND = 100
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
@@ -159,6 +169,74 @@ def barometers(data: Path, draws: int) -> list[list[str]]:
     return rows
 
 
+def aligned(found: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Positions found, turned and shifted onto the truth by least squares; the scale beside it; and the turn."""
+    a, b = found - found.mean(axis=0), truth - truth.mean(axis=0)
+    left, size, right = np.linalg.svd(a.T @ b)
+    signs = np.array([1.0, np.sign(np.linalg.det(left @ right))])
+    turn = (left * signs) @ right
+    return a @ turn + truth.mean(axis=0), float((size * signs).sum() / (a**2).sum()), turn
+
+
+def blind(name: str, at: np.ndarray, readings: np.ndarray, fit: tuple[str, ...], seed: int) -> np.ndarray:
+    """Numbers of one draw, blind and with positions known, (2, 12)."""
+    pitch, middle = BOARDS[name][2], (at.min(axis=0) + at.max(axis=0)) / 2
+    inside = np.flatnonzero((np.abs(at - middle) < [0.5 * pitch, 1.5 * pitch]).all(axis=1))
+    rows = np.random.default_rng(seed).choice(inside, BLIND, replace=False)
+    finger = drawn(name)
+    felt = finger.receptive_field(finger.array.points)[..., 0].diagonal()  # of 1 N straight above
+    gain = float(np.median(readings.max(axis=0) / felt))
+    finger = ss.Finger(finger.skin, replace(finger.array, gain=gain))
+    errors = {"gain_error": 0.2, "depth_error": 0.2, "position_error": 0.02}
+    begin = time.process_time()
+    found = ss.calibrate_blind(finger, readings[rows], fit=fit, friction=0, **errors)
+    took = time.process_time() - begin
+    known = ss.calibrate(drawn(name), readings[rows], at[rows], fit=FIT)
+    out = []
+    own = np.asarray(known.finger.array.gain) / np.mean(known.finger.array.gain)
+    for made in (found, known):
+        calibrated = made.finger if made is found else replace(made.finger, measured=None)
+        located = calibrated.locate(readings[inside], friction=0)
+        ok = located.status == ss.Status.OK
+        placed, scale, turn = aligned(located.position[ok], at[inside][ok])
+        off = placed - at[inside][ok]
+        sized = scale * (placed - placed.mean(axis=0)) + placed.mean(axis=0) - at[inside][ok]
+        far = 1e3 * np.linalg.norm(off, axis=1)
+        covariance = turn.T @ located.load.covariance[ok][:, :2, :2] @ turn
+        std = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        gains = np.asarray(calibrated.array.gain) / np.mean(calibrated.array.gain)
+        force = located.force[ok]
+        out.append([
+            100 * found.used.mean() if made is found else 100.0,
+            found.misfit if made is found else np.nan,
+            1e3 * np.mean(calibrated.array.depth),
+            scale,
+            np.sqrt(np.mean((gains - own) ** 2)),
+            100 * ok.mean(),
+            np.median(far),
+            np.median(1e3 * np.linalg.norm(sized, axis=1)),
+            100 * np.mean(np.abs(off) <= 1.959964 * std),
+            100 * np.mean(np.abs(sized) <= 1.959964 * std),
+            force.std() / force.mean(),
+            took if made is found else np.nan,
+        ])  # fmt: skip
+    return np.array(out)
+
+
+def blind_rows(data: Path, draws: int) -> list[list[str]]:
+    """Rows of the table of blind calibrations."""
+    rows = []
+    digits = (0, 1, 2, 3, 3, 0, 2, 2, 0, 0, 3, 1)
+    for name in BOARDS:
+        at, readings, _ = board(data, name)
+        for fit in (("gain", "depth"), ("gain", "depth", "position")):
+            each = np.median([blind(name, at, readings, fit, seed) for seed in range(draws)], axis=0)
+            for label, numbers in zip(("blind: " + ", ".join(fit), "positions known"), each, strict=True):
+                told = ("" if np.isnan(x) else f"{x:.{k}f}" for k, x in zip(digits, numbers, strict=True))
+                rows.append([name, label, *told])
+    return rows
+
+
 def worst(each: np.ndarray) -> np.ndarray:
     """Of each number, over draws, the worse end: least of R^2, of what is OK and of what is held, else largest."""
     least = [0, 1, 4, 9]
@@ -211,6 +289,9 @@ def main() -> None:
     if (options.data / "underwater").is_dir():
         rows = barometers(options.data, options.draws)
         show("16 touches at known positions, all others located", heads, rows, options.json)
+        more = ["board", "by", "used [%]", "misfit", "depth [mm]", "scale", "gains", "OK [%]", "median [mm]"]
+        more += ["scaled: median [mm]", "held [%]", "scaled: held [%]", "force", "time [s]"]
+        show("100 touches within the sensors", more, blind_rows(options.data, options.draws), options.json)
     if (options.data / "eflesh" / "spatial_20250317").is_dir():
         more = ["the table is of", "by", "OK [%]", "median [mm]", "95 % [mm]", "held [%]", "time [s]"]
         show("Every second position, the others located", more, lattice(options.data), options.json)

@@ -104,6 +104,7 @@ def test_errors_of_the_drawing_with_and_without_units(touches, subskin):
         (("--force-column", "force"), 2, "are unknown"),
         (("--figure", "learnt.doc"), 2, ".svg, .png or .pdf"),
         (("--rows", "0-2"), 1, "at least"),
+        (("--half-width", "3 Pa"), 2, "--half-width"),
     ],
 )
 def test_bad_input_writes_nothing(touches, subskin, options, code, said):
@@ -125,3 +126,47 @@ def test_a_finger_without_noise(touches, subskin):
     ran = subskin("calibrate", "--blind", "finger.toml", "readings.csv")
     assert ran.code == 2
     assert "noise" in ran.err
+
+
+AREA = """\
+[skin]
+kind = "half_space"
+young = "0.4 MPa"
+
+[sensors]
+layout = "grid"
+shape = [2, 4]
+pitch = "3 mm"
+depth = "3 mm"
+kind = "mean_pressure"
+noise = 20
+
+[locate]
+friction = 0
+search = [["-3 mm", "3 mm"], ["-6 mm", "6 mm"]]
+
+[calibration]
+origin = ["20 mm", "10 mm"]
+turn = "10 deg"
+"""
+
+
+def test_sensors_on_an_area(folder, subskin):
+    """Readings of a grid that differs from its drawing, to a file; its frame stays, for touches say nothing of it."""
+    (folder / "area.toml").write_text(AREA)
+    gains = "gain = [1.03, 0.95, 1.04, 0.98, 1.06, 0.99, 0.93, 1.02]\n"
+    (folder / "real.toml").write_text(AREA.replace("noise = 20\n", "noise = 20\n" + gains))
+    there = ("--position", "18.5..21.5 mm", "--across", "5.5..14.5 mm", "--force", "0.5..2 N", "--seed", 1)
+    assert subskin("simulate", "real.toml", "-o", "touches.csv", "--count", 60, *there).code == 0
+    ran = subskin("calibrate", "--blind", "area.toml", "touches.csv", "-o", "new.toml", "--fit", "gain,position")
+    assert (ran.code, ran.err) == (0, "")
+    for text in ("determine 20 of 24", "common shift", "common turn", "a moment of a touch", "-> new.toml"):
+        assert text in ran.out, text
+    new = load("new.toml")
+    real = load("real.toml").finger.array
+    assert np.ptp(np.log(np.asarray(new.finger.array.gain) / np.asarray(real.gain))) < 0.02
+    assert new.origin.tolist() == [20e-3, 10e-3]
+    assert new.turn == pytest.approx(np.deg2rad(10))
+    ran = subskin("calibrate", "--blind", "area.toml", "touches.csv", "--half-width", "1 mm", "--rows", "0-4")
+    assert ran.code == 1
+    assert "at least" in ran.err

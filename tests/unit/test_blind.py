@@ -8,6 +8,7 @@ import pytest
 import subskin as ss
 from subskin.calibration import Known
 from subskin.calibration._blind_model import BlindModel, Whitened
+from subskin.calibration._blind_touch import UnknownTouch
 
 SOFT = ss.Material(0.4e6)
 SKINS = {
@@ -78,7 +79,7 @@ class TestDerivatives:
         names = ["gain", "offset", "depth", "position", "poisson"] + (["thickness"] if skin != "half plane" else [])
         errors = dict.fromkeys(names, 1e-4) | {"gain": 0.05, "poisson": 0.03, "offset": 1e-3}
         x = np.random.default_rng(0).standard_normal(9 + 2 + (skin != "half plane"))
-        model = BlindModel(tip, names, errors, 2)
+        model = BlindModel(tip, names, errors, UnknownTouch(1, 1.0))
         assert model.size == x.size
         touch = ss.LineLoad([100.0, 60.0], [0.3, -0.5], [0.4e-3, -1.1e-3])
         offset = np.asarray(tip.array.offset)
@@ -87,7 +88,7 @@ class TestDerivatives:
             return (model.finger(at).read(load) - offset) / np.asarray(tip.array.noise)
 
         seen = np.ones((2, 3), dtype=bool)
-        near = model.linearise(Whitened(readings(x, touch), seen), x, np.asarray(touch.position))
+        near = model.linearise(Whitened(readings(x, touch), seen), x, np.asarray(touch.position)[:, None])
         np.testing.assert_allclose(near.force, np.stack([touch.normal_force, touch.tangential_force], -1), rtol=1e-7)
         assert np.abs(near.rest).max() < 1e-6
         for i, step in enumerate(np.full(x.size, 1e-3) * np.eye(x.size)):
@@ -97,13 +98,15 @@ class TestDerivatives:
         h = 1e-6
         ends = [replace(touch, position=np.asarray(touch.position) + s) for s in (h, -h)]
         slope = (readings(x, ends[0]) - readings(x, ends[1])) / (2 * h)
-        np.testing.assert_allclose(near.by_position, slope, atol=2e-6 * np.abs(slope).max(), rtol=0)
+        np.testing.assert_allclose(near.by_position[..., 0], slope, atol=2e-6 * np.abs(slope).max(), rtol=0)
 
     def test_at_the_end_of_poissons_range(self):
-        model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, 2)
+        model = BlindModel(drawn(count=4), ("poisson",), {"poisson": 0.03}, UnknownTouch(1, 1.0))
         touch = loads(drawn(count=4), 3)
         data = drawn(count=4).read(touch) / 5e-5
-        near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position))
+        near = model.linearise(
+            Whitened(data, np.ones_like(data, bool)), np.zeros(1), np.asarray(touch.position)[:, None]
+        )
         below = ss.Finger(ss.HalfPlane(ss.Material(0.4e6, 0.5 - 1e-6)), drawn(count=4).array).read(touch) / 5e-5
         slope = (data - below) / 1e-6 * 0.03
         np.testing.assert_allclose(near.by_finger[..., 0], slope, atol=1e-4 * np.abs(slope).max())
@@ -112,21 +115,23 @@ class TestDerivatives:
 def dense(model, near):
     """Fisher information of (finger, all places, all forces), as one matrix."""
     m, n, k = near.by_force.shape
-    own = 1 + k
+    own = near.by_position.shape[2] + k
     whole = np.zeros((m * n, model.size + m * own))
     whole[:, : model.size] = near.by_finger.reshape(m * n, -1)
     for i in range(m):
-        block = np.concatenate([near.by_position[i, :, None], near.by_force[i]], axis=1)
+        block = np.concatenate([near.by_position[i], near.by_force[i]], axis=1)
         whole[i * n : (i + 1) * n, model.size + i * own : model.size + (i + 1) * own] = block
     return whole
 
 
 def test_elimination_is_the_schur_complement_of_the_whole_system():
     tip = drawn(count=5)
-    model = BlindModel(tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, 2)
+    model = BlindModel(
+        tip, ("gain", "depth", "position"), {"gain": 0.05, "depth": 1e-4, "position": 4e-5}, UnknownTouch(1, 1.0)
+    )
     touch = loads(tip, 6)
     data = (tip.read(touch, np.random.default_rng(0)) + 1e-3) / 5e-5
-    near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(11), np.asarray(touch.position))
+    near = model.linearise(Whitened(data, np.ones_like(data, bool)), np.zeros(11), np.asarray(touch.position)[:, None])
     whole = dense(model, near)
     size = np.linalg.norm(whole, axis=0)
     fisher = (whole / size).T @ (whole / size)
@@ -142,7 +147,7 @@ def test_settles_at_the_minimum_over_everything_at_once():
     readings = touched(real, 40)
     found = ss.calibrate_blind(tip, readings)
     learning = found._learning
-    model, x, positions = learning.model, learning.x, found.touches.position[found.used]
+    model, x, positions = learning.model, learning.x, found.touches.position[found.used][:, None]
     rows = Whitened(readings[found.used] / 5e-5, np.ones((found.used.sum(), 5), dtype=bool))
 
     def objective(at, where):
@@ -156,7 +161,7 @@ def test_settles_at_the_minimum_over_everything_at_once():
     rng = np.random.default_rng(0)
     for _ in range(20):
         elsewhere = objective(
-            x + 0.02 * rng.standard_normal(x.size), positions + 2e-7 * rng.standard_normal(positions.size)
+            x + 0.02 * rng.standard_normal(x.size), positions + 2e-7 * rng.standard_normal(positions.shape)
         )
         assert elsewhere > here - 1e-9
 

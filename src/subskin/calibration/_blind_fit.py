@@ -20,7 +20,7 @@ _LONGEST = 0.25
 
 
 class Settled(NamedTuple):
-    """The finger x, the positions of the touches (m,) [m], and the model there."""
+    """The finger x, the positions of the touches (m, d) [m], and the model there."""
 
     x: FloatArray
     positions: FloatArray
@@ -28,13 +28,13 @@ class Settled(NamedTuple):
 
 
 def settle(
-    model: BlindModel, touches: Whitened, x: FloatArray, positions: FloatArray, ends: tuple[float, float], factor: float
+    model: BlindModel, touches: Whitened, x: FloatArray, positions: FloatArray, ends: FloatArray, factor: float
 ) -> Settled:
-    """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' positions, these within `ends`.
+    """Minimise sum |rest|^2 / factor^2 + |x|^2 over the finger x and the touches' positions (m, d).
 
-    Forces are eliminated exactly at every trial (variable projection; Golub and Pereyra 1973, with the derivative of
-    Kaufman 1975), and the positions, one to a touch, from each step's linear system: a Schur complement whose blocks
-    are 1 by 1. What is left is as large as x.
+    `ends` (d, 2) bound the positions. Forces are eliminated exactly at every trial (variable projection; Golub and
+    Pereyra 1973, with the derivative of Kaufman 1975), and the positions from each step's linear system: a Schur
+    complement whose blocks, one a touch, are d by d. What is left is as large as x.
     """
     weight = 1 / factor**2
     longest = _LONGEST * float(np.asarray(model.drawn.array.depth).min())
@@ -49,7 +49,7 @@ def settle(
             if promised < _SETTLED:
                 return Settled(x, positions, near)
             trial = np.clip(x + by_finger, model.low, model.high)
-            moved = np.clip(positions + np.clip(by_position, -longest, longest), *ends)
+            moved = np.clip(positions + np.clip(by_position, -longest, longest), *ends.T)
             rest = model.fit_forces(touches, trial, moved)[3]
             following = weight * float((rest**2).sum()) + float(trial @ trial)
             if following < cost:
@@ -69,20 +69,23 @@ class _Step:
     def __init__(self, near: Linearised, x: FloatArray, weight: float) -> None:
         position, finger = near.free()
         self.x, self.weight = x, weight
-        self.own = (position**2).sum(axis=1)
-        self.mixed = np.einsum("mn,mnp->mp", position, finger)
+        across = np.swapaxes(position, 1, 2)
+        self.own, self.mixed = across @ position, across @ finger
         self.full = np.einsum("mnp,mnq->pq", finger, finger)
-        self.pull_position = (position * near.rest).sum(axis=1)
+        self.pull_position = across @ near.rest[..., None]
         self.pull_finger = np.einsum("mnp,mn->p", finger, near.rest)
 
     def solve(self, damping: float) -> tuple[FloatArray, FloatArray, float]:
         """Changes of x and of the positions, and the fall of chi-square that they promise."""
-        own = self.own * (1 + damping)
-        own[own == 0] = 1.0
-        left = self.weight * (self.full - self.mixed.T @ (self.mixed / own[:, None]))
+        own, each = self.own.copy(), np.arange(self.own.shape[1])
+        own[:, each, each] *= 1 + damping
+        own[:, each, each] += own[:, each, each] == 0
+        inverse = np.linalg.inv(own)
+        pulled, mixed = inverse @ self.pull_position, inverse @ self.mixed
+        left = self.weight * (self.full - np.einsum("mdp,mdq->pq", self.mixed, mixed))
         left[np.diag_indices_from(left)] += 1.0 + damping * self.weight * np.diag(self.full)
-        right = self.weight * (self.pull_finger - self.mixed.T @ (self.pull_position / own)) - self.x
+        right = self.weight * (self.pull_finger - np.einsum("mdp,md->p", self.mixed, pulled[..., 0])) - self.x
         by_finger = np.linalg.solve(left, right)
-        by_position = (self.pull_position - self.mixed @ by_finger) / own
-        promised = float(right @ by_finger) + self.weight * float((self.pull_position**2 / own).sum())
+        by_position = pulled[..., 0] - mixed @ by_finger
+        promised = float(right @ by_finger) + self.weight * float((self.pull_position * pulled).sum())
         return by_finger, by_position, promised

@@ -12,7 +12,9 @@ import numpy.typing as npt
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..finger import Finger
-from ._forward import Forward, slices
+from ._blind_touch import UnknownTouch
+from ._forward import slices
+from ._forward_area import forward_of
 
 __all__ = ["TERMS", "BlindModel", "Linearised", "Whitened"]
 
@@ -44,10 +46,10 @@ class Linearised(Frozen):
         What the forces leave of the readings.
     basis : ndarray, shape (m, n, k)
         Orthonormal columns that span what forces can explain.
-    by_force, by_position, by_finger : ndarray, shapes (m, n, k), (m, n), (m, n, p)
+    by_force, by_position, by_finger : ndarray, shapes (m, n, k), (m, n, d), (m, n, p)
         Derivatives of the readings.
     force : ndarray, shape (m, k)
-        The forces [N/m].
+        The forces [N/m], on an area [N].
     """
 
     rest: FloatArray
@@ -60,15 +62,14 @@ class Linearised(Frozen):
     def free(self) -> tuple[FloatArray, FloatArray]:
         """`by_position` and `by_finger` less what a change of the forces could undo."""
         across = np.swapaxes(self.basis, 1, 2)
-        position = self.by_position - (self.basis @ (across @ self.by_position[..., None]))[..., 0]
+        position = self.by_position - self.basis @ (across @ self.by_position)
         return position, self.by_finger - self.basis @ (across @ self.by_finger)
 
     def information(self) -> FloatArray:
         """Fisher information of x at unit noise, every touch's position and forces being unknown, shape (p, p)."""
         position, finger = self.free()
-        size = np.linalg.norm(position, axis=1)
-        unit = position / np.where(size > 0, size, 1.0)[:, None]
-        finger = finger - unit[..., None] * np.einsum("mn,mnp->mp", unit, finger)[:, None, :]
+        unit = np.linalg.qr(position)[0]
+        finger = finger - unit @ (np.swapaxes(unit, 1, 2) @ finger)
         return np.asarray(np.einsum("mnp,mnq->pq", finger, finger))
 
 
@@ -76,6 +77,7 @@ class BlindModel:
     """A finger that depends on x: in each element, one standard deviation of what the drawing leaves open.
 
     Gains are exp(x gain_error) times the drawn ones, so that a factor common to all is one direction of x, exactly.
+    The position of a sensor has as many coordinates as that of a touch, d.
 
     Parameters
     ----------
@@ -85,20 +87,23 @@ class BlindModel:
         Any of `TERMS`.
     errors : mapping of str to array_like
         Standard deviation of each: gain (a share), offset, depth, depths, position, thickness [m], poisson.
-    loads : int
-        2 for a normal and a tangential force, 1 for a normal one.
+    touch : UnknownTouch
+        What touches are.
     """
 
-    def __init__(self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], loads: int) -> None:
-        self.drawn, self.loads = finger, loads
-        self.forward = Forward(finger, names)
+    def __init__(
+        self, finger: Finger, names: Sequence[str], errors: Mapping[str, npt.ArrayLike], touch: UnknownTouch
+    ) -> None:
+        self.drawn, self.touch, self.dim = finger, touch, touch.dim
+        self.forward = forward_of(finger, names)
         n = len(finger.array)
-        each = ("gain", "offset", "depths", "position")
-        self.slices = slices({name: n if name in each else 1 for name in TERMS if name in names})
+        counts = {"gain": n, "offset": n, "depths": n, "position": self.dim * n}
+        self.slices = slices({name: counts.get(name, 1) for name in TERMS if name in names})
         at = self.size = sum(part.stop - part.start for part in self.slices.values())
         self.prior = np.empty(at)
         for name, part in self.slices.items():
-            self.prior[part] = errors[name]
+            error = np.asarray(errors[name])
+            self.prior[part] = np.repeat(error, self.dim) if name == "position" and error.ndim else error
         # the terms that `Forward` knows, in its own order, and their values as drawn
         terms = [s for name in self.forward.names for s in range(*self.slices[name].indices(at))]
         self._terms = np.array(terms, dtype=np.intp)
@@ -145,7 +150,7 @@ class BlindModel:
         return field, basis, force, data - (basis @ along)[..., 0]
 
     def linearise(self, touches: Whitened, x: FloatArray, positions: FloatArray) -> Linearised:
-        """The model near x and `positions` (m,) [m].
+        """The model near x and `positions` (m, d) [m].
 
         A skin is the same all along its surface: a sensor moved one way reads what a touch moved the other way makes.
         """
@@ -155,7 +160,8 @@ class BlindModel:
             return np.asarray(((high - low) @ force[..., None])[..., 0] / width * touches.seen)
 
         h = _STEP * float(np.asarray(self.drawn.array.depth).min())
-        by_position = difference(self._field(x, positions + h), self._field(x, positions - h), 2 * h)
+        ends = ((self._field(x, positions + step), self._field(x, positions - step)) for step in h * np.eye(self.dim))
+        by_position = np.stack([difference(*pair, 2 * h) for pair in ends], axis=-1)
         by_finger = np.zeros((*touches.data.shape, self.size))
         each = np.arange(touches.data.shape[1])
         for name, part in self.slices.items():
@@ -165,7 +171,9 @@ class BlindModel:
             elif name == "offset":
                 by_finger[:, each, part.start + each] = touches.seen * spread / self._noise
             elif name == "position":
-                by_finger[:, each, part.start + each] = -by_position * spread
+                for axis in range(self.dim):
+                    own = part.start + self.dim * each + axis
+                    by_finger[:, each, own] = -by_position[..., axis] * self.prior[own]
             else:  # moved together, for a sensor's reading knows no other's depth
                 high, low = x.copy(), x.copy()
                 high[part] = np.minimum(x[part] + self._steps[part], self.high[part])
@@ -182,7 +190,7 @@ class BlindModel:
         return np.asarray(self.drawn.array.noise)
 
     def _field(self, x: FloatArray, positions: FloatArray) -> FloatArray:
-        return self.finger(x).receptive_field(positions)[..., : self.loads] / self._noise[:, None]
+        return self.touch.fields(self.finger(x), positions) / self._noise[:, None]
 
     def _lift(self, x: FloatArray) -> FloatArray | float:
         """What the found offsets add to the whitened readings."""

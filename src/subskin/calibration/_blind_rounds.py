@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from ..errors import ConvergenceError
+from ..estimate.area.observable import refuse_blind
 from ..estimate.estimate import Estimate, Status
-from ..estimate.search import Locator
 from ..finger import Finger
-from ..response import tabulate
 from ._blind_fit import Settled, settle
 from ._blind_model import BlindModel, Whitened
+from ._blind_touch import UnknownTouch
 
 __all__ = ["Rounds"]
 
@@ -54,53 +54,50 @@ class Rounds:
         Readings, NaN where there are none.
     shares : mapping of str to ndarray
         The prior's standard deviation of each term, as `calibrate_blind` takes it.
-    friction : float
-        0 for touches that press straight down.
-    ends : (float, float)
+    touch : UnknownTouch
+        What touches are.
+    ends : ndarray, shape (d, 2)
         Where touches are looked for [m].
     """
 
     def __init__(
-        self,
-        finger: Finger,
-        data: FloatArray,
-        shares: Mapping[str, FloatArray],
-        friction: float,
-        ends: tuple[float, float],
+        self, finger: Finger, data: FloatArray, shares: Mapping[str, FloatArray], touch: UnknownTouch, ends: FloatArray
     ) -> None:
-        self.friction, self.ends = friction, ends
-        self.unknowns = 2 if friction == 0 else 3  # of a touch
+        self.touch, self.ends = touch, ends
         usable = finger.array.usable(data)
         clean = np.where(usable, data, np.nan)
         self.factor = _first_factor(finger, clean, shares)
         self.live = self._live(finger, clean)
         seen = usable[:, self.live]
         self.readings = clean[:, self.live]
-        self.spare = seen.sum(axis=1) - self.unknowns
+        self.spare = seen.sum(axis=1) - touch.unknowns
         self._refuse_too_few(len(data), shares)
         part = Finger(finger.skin, finger.array.select(self.live))
-        self.model = BlindModel(part, tuple(shares), _in_units(part, shares, self.live), self.unknowns - 1)
+        if touch.dim == 2:
+            refuse_blind(part)
+        self.model = BlindModel(part, tuple(shares), _in_units(part, shares, self.live), touch)
         noise, offset = np.asarray(part.array.noise), np.asarray(part.array.offset)
         self.touches = Whitened(np.where(seen, (self.readings - offset) / noise, 0.0), seen)
         self.x = np.zeros(self.model.size)
 
     def _refuse_too_few(self, touches: int, shares: Mapping[str, FloatArray]) -> None:
-        live = int(self.live.sum())
-        if live <= self.unknowns:
+        live, unknowns = int(self.live.sum()), self.touch.unknowns
+        if live <= unknowns:
             rule = "only readings beyond a touch's own unknowns show the finger: one sensor more is needed"
-            fix = "more sensors" + ("" if self.friction == 0 else ", or friction=0 where touches press straight down")
-            raise ConvergenceError(f"{live} live sensors, and {self.unknowns} unknowns a touch", rule, fix)
-        size = sum(live if share.shape else 1 for share in shares.values())
+            fix = "more sensors" + ", or friction=0 where touches press straight down" * (self.touch.loads > 1)
+            raise ConvergenceError(f"{live} live sensors, and {unknowns} unknowns a touch", rule, fix)
+        each = {name: live * (self.touch.dim if name == "position" else 1) for name in shares}
+        size = sum(each[name] if share.shape else 1 for name, share in shares.items())
         over = int(np.maximum(self.spare, 0).sum())
         if over <= size:
             seen = f"{touches} touches, which have {over} readings more than unknowns, for {size} numbers of the finger"
-            fix = f"at least {size // (live - self.unknowns) + 1} touches of all sensors, or fit less"
+            fix = f"at least {size // (live - unknowns) + 1} touches of all sensors, or fit less"
             raise ConvergenceError(seen, "more are needed", fix)
 
     def locate(self, finger: Finger, readings: FloatArray) -> Estimate:
         """Touches (m,) on `finger`, its noise taken `factor` times as large."""
         array = replace(finger.array, noise=self.factor * np.asarray(finger.array.noise))
-        return Locator(tabulate(finger, self.ends), array, friction=self.friction)(readings)
+        return self.touch.locate(finger, array, self.ends, readings)
 
     def run(self) -> tuple[Settled, npt.NDArray[np.bool_]]:
         """The finger and the touches that taught it, shape (m,)."""
@@ -118,7 +115,7 @@ class Rounds:
                 used |= (found.status == Status.AMBIGUOUS) & (self.spare > 0)
             if self.spare[used].sum() <= self.model.size:
                 raise self._too_few(found, used)
-            positions = np.asarray(found.position[used])
+            positions = found.position[used].reshape(-1, self.touch.dim)
             settled = settle(self.model, self.touches.of(used), self.x, positions, self.ends, self.factor)
             self.steady = np.array_equal(used, before) and abs(self.factor - last) < _SAME * last
             if self.steady:
@@ -172,14 +169,15 @@ class Rounds:
         for i in np.flatnonzero(live & (size <= _SILENT * np.median(size[live]) if live.any() else live)):
             others = live.copy()
             others[i] = False
-            if others.sum() < self.unknowns:
+            if others.sum() < self.touch.unknowns:
                 continue
             part = Finger(finger.skin, array.select(others))
             found = self.locate(part, data[:, others])
-            rows = np.isfinite(found.position) & np.isfinite(rise[:, i])
+            rows = np.isfinite(found.force) & np.isfinite(rise[:, i])
             alone = Finger(finger.skin, array.select([i]))
-            field = alone.receptive_field(found.position[rows])[:, 0] / np.asarray(alone.array.noise)
-            expected = (field * found.components[rows]).sum(axis=1)
+            field = self.touch.fields(alone, found.position[rows].reshape(-1, self.touch.dim))[:, 0]
+            field = field / np.asarray(alone.array.noise)
+            expected = (field * found.components[rows, : self.touch.loads]).sum(axis=1)
             power = float((expected**2).sum())
             if power > _TELLING**2 * max(rows.sum(), 1) and float(expected @ rise[rows, i]) < _DEAD * power:
                 live[i] = False

@@ -38,7 +38,7 @@ class Learning(Frozen):
     def __init__(self, model: BlindModel, x: FloatArray, near: Linearised, factor: float) -> None:
         self.model, self.x, self.count = model, x, len(near.rest)
         seen = (near.by_force[..., 0] != 0).sum(axis=1)
-        self.spare = float((seen - near.force.shape[1] - 1).mean())
+        self.spare = float((seen - near.force.shape[1] - model.dim).mean())
         self.information = near.information() / factor**2
         self.turn = model.turn(x)
         self._effects = _effects(near, factor)
@@ -110,7 +110,7 @@ class Learning(Frozen):
         said, found = [], np.zeros((len(self.x), 0))
         for text, pattern in self._patterns():
             inside = self.null @ (self.null.T @ pattern)
-            if np.linalg.norm(pattern - inside) < _IN_NULL * np.linalg.norm(pattern):
+            if (np.linalg.norm(pattern - inside, axis=0) < _IN_NULL * np.linalg.norm(pattern, axis=0)).all():
                 said.append(text)
                 found = np.column_stack([found, inside])
         basis = np.linalg.qr(found)[0]
@@ -124,26 +124,30 @@ class Learning(Frozen):
         return tuple(said)
 
     def _patterns(self) -> list[tuple[str, FloatArray]]:
-        """Directions that have a name."""
+        """Directions that have a name, as columns."""
         model, out = self.model, []
-        array, zero = model.finger(self.x).array, np.zeros(len(self.x))
-        y = np.asarray(array.y)
+        array, dim = model.finger(self.x).array, model.dim
+        arm = array.points[:, :dim] - array.points[:, :dim].mean(axis=0)
 
         def direction(**moves: FloatArray | float) -> FloatArray:
-            x = zero.copy()
+            x = np.zeros(len(self.x))
             for name, move in moves.items():
                 part = model.slices[name]
-                x[part] = move / model.prior[part]
-            return x
+                x[part] = np.asarray(move).reshape(-1) / model.prior[part]
+            return x[:, None]
 
         if "gain" in model.slices:
             out.append(("the common scale of the gains: forces are found up to a factor", direction(gain=1.0)))
         if "position" in model.slices:
-            out.append(("a common shift of all sensors: positions are found up to it", direction(position=1.0)))
+            moves = [direction(position=np.tile(unit, (len(arm), 1))) for unit in np.eye(dim)]
+            out.append(("a common shift of all sensors: positions are found up to it", np.concatenate(moves, axis=1)))
+        if "position" in model.slices and dim == 2:
+            turn = direction(position=np.stack([-arm[:, 1], arm[:, 0]], axis=-1))
+            out.append(("a common turn of all sensors: directions along the surface are found up to it", turn))
         deep = "depths" if "depths" in model.slices else "depth"
         if "position" in model.slices and deep in model.slices:
             depth = np.asarray(array.depth)
-            lengths: dict[str, FloatArray | float] = {"position": y - y.mean()}
+            lengths: dict[str, FloatArray | float] = {"position": arm}
             lengths[deep] = depth if deep == "depths" else float(depth.mean())
             said = "depths and positions"
             if "thickness" in model.slices:
@@ -154,15 +158,20 @@ class Learning(Frozen):
 
 
 def _effects(near: Linearised, factor: float) -> list[tuple[FloatArray, FloatArray]]:
-    """For position, then angle: how a change of x moves each touch's estimate (m, p), its variance by noise (m,)."""
-    own = np.concatenate([near.by_position[..., None], near.by_force], axis=-1)
+    """For position, then angle: how a change of x moves each touch's estimate (e, p), its variance by noise (e,).
+
+    Of each touch d coordinates, and as many tilts of its force.
+    """
+    own, dim = np.concatenate([near.by_position, near.by_force], axis=-1), near.by_position.shape[2]
     # positions and forces differ in size by far
     size = np.linalg.norm(own, axis=1, keepdims=True)
     q, r = np.linalg.qr(own / size)
-    back = np.linalg.inv(r) @ np.swapaxes(q, 1, 2) / np.swapaxes(size, 1, 2)  # (m, 1 + k, n)
-    rows = [back[:, 0]]
-    if near.force.shape[1] == 2:
-        normal, tangential = near.force.T
-        turned = np.stack([-tangential, normal], axis=-1) / (normal**2 + tangential**2)[:, None]
-        rows.append((turned[:, None, :] @ back[:, 1:])[:, 0])
-    return [(-np.einsum("mn,mnp->mp", row, near.by_finger), factor**2 * (row**2).sum(axis=1)) for row in rows]
+    back = np.linalg.inv(r) @ np.swapaxes(q, 1, 2) / np.swapaxes(size, 1, 2)  # (m, d + k, n)
+    rows = [back[:, :dim]]
+    if near.force.shape[1] > 1:
+        across = np.linalg.svd(near.force[:, None])[2][:, 1:]
+        rows.append(across @ back[:, dim:] / np.linalg.norm(near.force, axis=1)[:, None, None])
+    return [
+        (-(row @ near.by_finger).reshape(-1, near.by_finger.shape[2]), factor**2 * (row**2).sum(axis=2).reshape(-1))
+        for row in rows
+    ]

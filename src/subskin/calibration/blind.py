@@ -12,17 +12,21 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
+from ..estimate.area.locator import search_of
 from ..estimate.frames import check_noise
 from ..finger import Finger
 from ..response import tabulate
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
+from ._blind_touch import UnknownTouch
 from ._forward import checked_names
 from ._learning import Learning
 from .blind_calibration import BlindCalibration, BlindParameter
 from .calibration import WEAK_SHARE, Health, checked_readings
 
 __all__ = ["calibrate_blind"]
+
+_TORSION = "a moment of a touch about the normal: there is taken to be none"
 
 
 def calibrate_blind(
@@ -37,34 +41,38 @@ def calibrate_blind(
     thickness_error: float | None = None,
     offset_error: npt.ArrayLike | None = None,
     friction: float = 1.0,
-    search: tuple[float, float] | None = None,
+    half_width: float = 0.0,
+    search: tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None = None,
 ) -> BlindCalibration:
     """Fit a finger to touches of which only the readings are known.
 
-    Each touch is a line load of its own position, normal and tangential force. With one sensor more than unknowns,
-    every touch also says something about the finger. All touches and the finger are estimated at once (maximum a
-    posteriori, Gaussian priors about the finger as drawn). After each round touches are located again, over the whole
-    of `search`, and touches that are not OK are left out.
+    Each touch is a line load of its own position, normal and tangential force; on an area a load on a point (y, z) with
+    its (N, Ty, Tz). With one sensor more than unknowns, every touch also says something about the finger. All touches
+    and the finger are estimated at once (maximum a posteriori, Gaussian priors about the finger as drawn). After each
+    round touches are located again, over the whole of `search`, and touches that are not OK are left out.
 
     Parameters
     ----------
     finger : Finger
-        As drawn; its sensors' noise has to be known. What is not fitted is kept.
+        As drawn; its sensors' noise has to be known. What is not fitted is kept, but for a response measured in place.
     readings : array_like, shape (m, n)
         One touch a row, tared; NaN where a sensor gave none.
     fit : sequence of str, optional
         Any of "gain" (each sensor's), "depth" (one shift of all), "depths" (each sensor's), "position" (each sensor's
-        along the row), "poisson" (of a skin of one material), "thickness" (of a skin of one layer), "offset" (each
-        sensor's).
+        along the row, on an area along y and z), "poisson" (of a skin of one material), "thickness" (of a skin of one
+        layer), "offset" (each sensor's).
     gain_error, depth_error, position_error, poisson_error, thickness_error, offset_error : float, optional
         Standard deviation of what is as drawn. Gains: a share of each. Depth and position: shares of the mean depth.
         Thickness: a share of what lies beneath the deepest sensor. Poisson's ratio: itself. Offset: in readings. The
         last three have no default. A number of each sensor may be given for each sensor.
     friction : float, optional
         Touches lean at most by atan(friction). 0: they press straight down, and have one unknown less.
-    search : (float, float), optional
-        Where touches are looked for, y [m]; the default reaches 1.5 depths beyond the outermost sensors. Touches at its
-        ends are left out: the row itself leaves out those beyond it.
+    half_width : float, optional
+        Half width of every touch [m]: a Hertz contact, long or round; 0 for a line or a point. A wrong one bends depths
+        and lengths and may pass without a misfit.
+    search : (float, float) or ((float, float), (float, float)), optional
+        Where touches are looked for, y [m], on an area y and z; the default reaches 1.5 depths beyond the outermost
+        sensors. Touches at its ends are left out: the array itself leaves out those beyond it.
 
     Returns
     -------
@@ -73,7 +81,8 @@ def calibrate_blind(
     Raises
     ------
     InvalidValueError, GeometryError
-        Unknown names in `fit`, an error that is missing or not > 0, a sensor without noise, shapes that do not match.
+        Unknown names in `fit`, an error that is missing or not > 0, a sensor without noise, shapes that do not match;
+        on an area, live sensors on one straight line.
     NotLinearError
         A transducer that is not linear.
     ConvergenceError
@@ -91,6 +100,12 @@ def calibrate_blind(
     >>> ratio = np.asarray(found.finger.array.gain) / np.asarray(real.array.gain)
     >>> bool(np.ptp(ratio) < 0.01), found.unknown[0]
     (True, 'the common scale of the gains: forces are found up to a factor')
+    >>> plate = {"shape": (3, 3), "pitch": 3e-3, "depth": 3e-3, "transducer": ss.MeanPressure(), "noise": 20.0}
+    >>> tip = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), ss.SensorArray.grid(**plate))
+    >>> points = ss.PointLoad(force=rng.uniform(0.5, 2, 40), position=rng.uniform(-3e-3, 3e-3, (40, 2)))
+    >>> found = ss.calibrate_blind(tip, tip.read(points, rng), friction=0)
+    >>> found.rank, len(found.parameters), found.touches.position.shape
+    (23, 28, (40, 2))
     """
     names = checked_names(fit, TERMS, "leave it out: without known positions there is none")
     given = {
@@ -107,8 +122,13 @@ def calibrate_blind(
     data = checked_readings(readings, len(finger.array))
     fix = "SensorArray(..., noise=1e-4): the spread of readings of the untouched skin"
     check_noise(finger.array, "touches and drawing are weighed by the sensors' noise", fix)
-    table = tabulate(finger, search)
-    return _result(Rounds(finger, data, shares, mu, (table.start, table.stop)), finger, data)
+    if finger.array.on_area:
+        ends = search_of(finger.array, search)[0]
+    else:
+        table = tabulate(finger, _check.ends("search", search, "search=(-5e-3, 5e-3)"))
+        ends = np.array([[table.start, table.stop]])
+    width = _check.scalar("half_width", half_width, unit="m", at_least=0.0)
+    return _result(Rounds(finger, data, shares, UnknownTouch(len(ends), mu, width), ends), finger, data)
 
 
 def _share(name: str, error: npt.ArrayLike | None, n: int) -> FloatArray:
@@ -132,13 +152,13 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
     model, live, factor = rounds.model, np.flatnonzero(rounds.live), rounds.factor
     fitted = model.finger(settled.x)
     whole, part = finger.array, fitted.array
-    names = ("y", "depth", "gain", "offset", "noise")
+    names = ("y", "z", "depth", "gain", "offset", "noise")
     fields: dict[str, Any] = {name: np.array(getattr(whole, name)) for name in names}
     fields["gain"][:] = 0.0
     for name in names[:-1]:
         fields[name][live] = np.asarray(getattr(part, name))
     change = fields["gain"][live] / np.asarray(whole.gain)[live]
-    found = replace(finger, skin=fitted.skin, array=replace(whole, **fields))
+    found = replace(finger, skin=fitted.skin, array=replace(whole, **fields), measured=None)
     touches = rounds.locate(found, np.asarray(data))
     fields["noise"][live] *= factor
     health = [Health.DEAD] * len(whole)
@@ -167,6 +187,6 @@ def _result(rounds: Rounds, finger: Finger, data: FloatArray) -> BlindCalibratio
         health=tuple(health),
         misfit=factor,
         steady=rounds.steady,
-        unknown=learning.unknown([p.called for p in parameters]),
+        unknown=learning.unknown([p.called for p in parameters]) + (_TORSION,) * (model.dim == 2),
         _learning=learning,
     )

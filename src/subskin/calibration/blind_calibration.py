@@ -87,9 +87,10 @@ class ErrorRatio:
     Parameters
     ----------
     position : float
-        Ratio for positions [-], up to what no touches can determine: a common shift, on a half plane a scale.
+        Ratio for positions [-], up to what no touches can determine: a common shift, on an area a turn, on a half plane
+        or half space a scale.
     angle : float
-        Ratio for angles [-]; NaN where loads are normal.
+        Ratio for angles [-], on an area for directions of the force; NaN where loads are normal.
     """
 
     position: float
@@ -119,7 +120,8 @@ class BlindCalibration(Frozen):
     steady : bool
         Whether locating the touches and fitting the finger, in turns, came to rest.
     unknown : tuple of str
-        What no number of touches of this kind can determine: the null directions of the Fisher information.
+        What no number of touches of this kind can determine, and is held as drawn: the null directions of the Fisher
+        information. On an area a moment of the touches too, which is held at none.
     """
 
     finger: Finger
@@ -132,6 +134,11 @@ class BlindCalibration(Frozen):
     steady: bool
     unknown: tuple[str, ...]
     _learning: Learning = field(repr=False)
+
+    @property
+    def rank(self) -> int:
+        """How many of the fitted numbers touches of this kind determine, alone or combined."""
+        return len(self.parameters) - int(self._learning.null.shape[1])
 
     def std(self, touches: float) -> FloatArray:
         """Standard deviation of each parameter after `touches` of this kind in all, shape (k,)."""

@@ -38,6 +38,8 @@ def add_blind(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--blind", action="store_true", help="calibrate from the readings alone")
     for name, text in _ERRORS.items():
         group.add_argument(f"--{name}-error", metavar="X", help=f"standard deviation {text}")
+    width = "half width of every touch, a Hertz contact (0: a line, on an area a point)"
+    group.add_argument("--half-width", metavar="X", help=width)
     add_figure(group, "draw what was learnt")
 
 
@@ -49,7 +51,7 @@ def refuse_blind_options(options: argparse.Namespace) -> None:
     InvalidValueError
         Such an option.
     """
-    for name in (*(f"{error}_error" for error in _ERRORS), "figure"):
+    for name in (*(f"{error}_error" for error in _ERRORS), "half_width", "figure"):
         if getattr(options, name) is not None:
             raise InvalidValueError(f"--{name.replace('_', '-')}", "it goes with --blind", "add --blind")
 
@@ -72,27 +74,30 @@ def run_blind(options: argparse.Namespace) -> int:
     if options.out not in (None, "-"):
         check_target(options.out)
     file, table = io.load(options.finger), io.read_table(options.touches)
-    if file.finger.array.on_area:
-        rule, fix = "blind calibration takes a row of sensors", "touches at known positions, without --blind"
-        raise InvalidValueError("--blind with sensors on an area", rule, fix)
     file = file.for_touches(table)
     readings = table.readings(file.names)[chosen_rows(options, len(table))]
     fit = listed(options.fit or "gain,depth,position")
     errors = _errors(options, file, fit)
-    friction = {k: v for k, v in file.options.items() if k == "friction"}
+    touch = {k: v for k, v in file.options.items() if k == "friction"}
+    if options.half_width is not None:
+        touch["half_width"] = quantity(options.half_width, "m", "--half-width")
     silent = np.asarray(file.finger.array.noise) == 0
     if (silent & file.finger.array.live).any():
         seen = f"{options.finger}: a sensor without noise"
         raise FileError(seen, "touches are weighed by it", 'noise = "10 Pa" in [sensors]')
-    found = calibrate_blind(file.finger, readings, fit=fit, search=file.search, **errors, **friction)
+    found = calibrate_blind(file.finger, readings, fit=fit, search=file.search, **errors, **touch)
     facts: dict[str, Any] = {"source": Path(options.touches).name, "blind": True, "fit": list(fit)}
     facts |= {"touches": int(found.used.sum()), "misfit": float(found.misfit)}
     facts |= learnt(file, found)
+
+    def written() -> str:
+        return file.with_finger(found.finger, file.origin, facts, turn=file.turn).text
+
     return give(
         options,
         lambda: _as_json(file, found),
         lambda out: _show(out, file, found),
-        {options.out: lambda to: write_bytes(to, file.with_finger(found.finger, file.origin, facts).text.encode())},
+        {options.out: lambda to: write_bytes(to, written().encode())},
         lambda plot: plot.blind_figure(found, file.names),
     )
 
@@ -173,6 +178,7 @@ def _as_json(file: io.FingerFile, found: BlindCalibration) -> dict[str, Any]:
     ratio = found.error_ratio()
     return {
         "parameters": parameters,
+        "rank": found.rank,
         "unknown": list(found.unknown),
         "doubts": list(found.doubts),
         "touches": len(found.used),
@@ -207,6 +213,7 @@ def _show(out: TextIO, file: io.FingerFile, found: BlindCalibration) -> None:
     print(f"errors of positions {ratio.position:.2f}{angle} times those of a finger known exactly", file=out)
     if max(ratio.position, ratio.angle if ratio.angle == ratio.angle else 1.0) > _WANTED:
         print(f"{_WANTED} times: with {_touches(found.touches_for_ratio(_WANTED))} touches like those used", file=out)
+    print(f"touches like these determine {found.rank} of {len(found.parameters)} numbers or combinations", file=out)
     for text in found.unknown:
         print(f"no touches determine {text}", file=out)
     show_health(out, file, found, "gain below half of the drawn gain, relative to the median sensor")

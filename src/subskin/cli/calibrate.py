@@ -49,8 +49,9 @@ compares them by the positions of touches held out: how far off, how far at wors
 
 Touches that the model cannot explain end with an error, and no finger is written unless --accept-misfit is given.
 
-With --blind only the readings of the touches are known. They have to be tared. The drawing is known to within the
-errors given. The result says what touches cannot determine, and how many touches would determine the rest.
+With --blind only the readings of the touches are known, of a row or of an area. They have to be tared. The drawing is
+known to within the errors given. The result says what touches cannot determine, and how many touches would determine
+the rest.
 """
 _USUAL = "gain,offset,depth,origin"
 _REFUSED = "check the kind of sensor, the skin, the positions and the loads (--force-column); or --accept-misfit"

@@ -16,7 +16,7 @@ from ..prepared import prepared
 from ..radial import tabulate_radial
 from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
-from .area.locator import search_of
+from .area.locator import reach_of, search_of
 from .area.moment import moment_of
 from .area.observable import refuse_blind
 
@@ -51,7 +51,7 @@ def area_locator(
     box, beyond = search_of(finger.array, search)
 
     def make() -> AreaLocator:
-        reach = np.sqrt(2.0) * (max(float(np.abs(finger.array.points - corner).max()) for corner in box.T) + beyond)
+        reach = reach_of(finger.array, box, beyond)
         (y, z) = (tuple(ends) for ends in box.tolist())
         options: dict[str, Any] = {"beyond": beyond, **values}
         if round_kind is None:

@@ -222,6 +222,11 @@ class AreaLocator(Framewise):
         return sensors, first, tuple(tiles), near_sensors, near_first, tuple(outer), nodes, boxes, sizes
 
 
+def reach_of(array: SensorArray, box: FloatArray, beyond: float = 0.0) -> float:
+    """How far a response has to reach for loads in the box (2, 2), and `beyond` it [m]."""
+    return float(np.sqrt(2.0) * (max(float(np.abs(array.points - corner).max()) for corner in box.T) + beyond))
+
+
 def search_of(array: SensorArray, search: Any) -> tuple[FloatArray, float]:
     """The ends of a search ((y low, y high), (z low, z high)) and how far loads are thought of beyond it [m].
 
