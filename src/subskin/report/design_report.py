@@ -156,7 +156,7 @@ def _above(study: DesignStudy, finger: DesignedFinger) -> Picture:
     touches, lean = study.goals.touches, 0.5 * study.goals.touches.cone
     force = touches.force * np.array([np.cos(lean), np.sin(lean) * np.cos(0.6), np.sin(lean) * np.sin(0.6)])
     middle, reach = np.mean(np.asarray(touches.area), axis=1), np.ptp(np.asarray(touches.area), axis=1)
-    touch = touches.local(force, middle + np.array([0.17, -0.11]) * reach)
+    touch = touches.contact(force, middle + np.array([0.17, -0.11]) * reach)
     readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
     family = "line" if touches.half_width is None else "round_hertz"
     found = finger.finger.fit(readings, family, search=finger.quality.search, friction=touches.friction)
