@@ -228,7 +228,7 @@ def _edge(scene: Scene) -> Drawn:
 
 def _points(scene: Scene, load: FloatArray, at: FloatArray, share: FloatArray, positions: FloatArray) -> Drawn:
     """Touches that press as points at (k, m, 2) do, of which each carries its share (k, m)."""
-    parts = [PointLoad(components=part[:, None] * load, position=points) for part, points in zip(share, at, strict=True)]
+    parts = [PointLoad(components=s[:, None] * load, position=points) for s, points in zip(share, at, strict=True)]
     return scene.read(sum(parts[1:], parts[0]), also=positions)
 
 

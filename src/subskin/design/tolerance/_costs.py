@@ -61,9 +61,7 @@ class Costs:
     def _beside(self, name: str, amount: float) -> Located:
         return joined(self.study.locate(self.study.readings(made)) for made in self.sides(name, amount))
 
-    def _drawn(
-        self, amounts: Mapping[str, float], rng: np.random.Generator, draws: int | None = None
-    ) -> FloatArray:
+    def _drawn(self, amounts: Mapping[str, float], rng: np.random.Generator, draws: int | None = None) -> FloatArray:
         """Readings of fingers and frames drawn at random, shape (draws, p, a, n); (1, p, a, n) if all are the same."""
         readings, count = self.drawn_readings[None], self.draws if draws is None else draws
         if any(SOURCES[name].spread != "reading" for name in amounts):

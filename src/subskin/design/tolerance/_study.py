@@ -47,13 +47,7 @@ class Study:
     """
 
     def __init__(
-        self,
-        finger: Finger,
-        touches: Touches,
-        position: FloatArray,
-        load: FloatArray,
-        friction: float,
-        search: Any,
+        self, finger: Finger, touches: Touches, position: FloatArray, load: FloatArray, friction: float, search: Any
     ) -> None:
         self.finger, self.touches, self.position, self.load = finger, touches, position, load
         self.friction, self.search = friction, search
