@@ -108,6 +108,9 @@ _AFTER = {
 }
 
 
+_ROW = " By sensors in a row locate takes touches for lines across it."
+
+
 def _after(outcome: Outcome) -> str:
     return _AFTER[outcome.method].format(outcome.presses)
 
@@ -121,7 +124,8 @@ def verdict_of(study: DesignStudy) -> str:
     if best.outcome is None:
         if best.meets:
             return "It meets every goal. Only the noise of the sensors is counted, no tolerance of the making."
-        return f"It misses: {_missed(best.checks)}."
+        why = "" if best.row.layout is None or best.finger.array.on_area else _ROW
+        return f"It misses: {_missed(best.checks)}.{why}"
     after = _after(best.outcome)
     if best.meets and _met(best.as_made):
         return f"It meets every goal as it is made{f', and {after}' if _met(best.calibrated) else ''}."
