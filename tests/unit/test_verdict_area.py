@@ -305,7 +305,7 @@ def test_a_row_that_would_tell_the_touch_meets_nothing():
     axes = tuple(SensorKind(axis, ss.transducer.Displacement(axis), 1e-6) for axis in "xyz")
     room = replace(GOALS.room, layouts=("row",))
     goals = replace(GOALS, sensors=axes, mixes=(Mix("magnets", axes),), room=room, accuracy=Accuracy(position=1e-3))
-    finger = looked_at(search_grid(goals), (0, 3, 1))
+    finger = looked_at(search_grid(goals), (0, 3, 0))
     assert finger.row.layout.text == "row of 3"
     assert finger.values["position_95"] < 1e-3
     assert not finger.meets

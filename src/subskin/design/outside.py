@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -26,6 +26,7 @@ _FULL = 0.35
 _WEAK = 0.6
 _RINGS, _TURNS, _ALONG = 5, 12, 12
 """Points that stand for a flat disc, and for an edge."""
+_RADII = 10
 _FINGERS = 20
 """How many fingers share the touches where each sensor is off by an amount of its own."""
 
@@ -182,11 +183,22 @@ def _two(scene: Scene, low: float, high: float) -> Drawn:
     return scene.read(both, also=np.stack([first, second], axis=1))
 
 
-def _wide(scene: Scene, kind: Any) -> Drawn:
+def _wide(scene: Scene, kind: type[Hertz] | type[FlatPunch]) -> Drawn:
     half_width, load, at = scene.depth * scene.between(0.8, 2.0), scene.loads(), scene.positions()
-    if scene.dim == 1:
-        return scene.read(kind.of_components(load, at[:, 0], half_width=half_width))
-    return scene.read(kind(components=load, position=at, half_width=half_width))
+    return scene.read(kind.of_components(load, at[:, 0], half_width=half_width))
+
+
+def _wide_disc(scene: Scene, kind: type[RoundHertz] | type[RoundPunch]) -> Drawn:
+    """Of a few radii, for in layers each has a spectrum of its own."""
+    parts = []
+    for i, some in enumerate(np.array_split(np.arange(scene.count), min(_RADII, scene.count))):
+        part, half_width = replace(scene, count=some.size), scene.depth * (0.8 + 1.2 * (i + 0.5) / _RADII)
+        parts.append(part.read(kind(components=part.loads(), position=part.positions(), half_width=half_width)))
+    return _joined(parts)
+
+
+def _joined(parts: Sequence[Drawn]) -> Drawn:
+    return Drawn(*(np.concatenate(same) for same in zip(*parts, strict=True)))
 
 
 def _tilted(scene: Scene) -> Drawn:
@@ -238,10 +250,9 @@ def _drag(scene: Scene) -> Drawn:
 
 
 def _beyond_the_cone(scene: Scene) -> Drawn | None:
-    mu = scene.touches.friction
-    if mu == 0:
+    if scene.touches.friction == 0:
         return _drag(scene)
-    angle = np.arctan(mu * scene.between(1.2, 3.0)) * scene.rng.choice([-1.0, 1.0], scene.count)
+    angle = np.arctan(scene.touches.friction * scene.between(1.2, 3.0)) * scene.rng.choice([-1.0, 1.0], scene.count)
     return scene.read(scene.touch(scene.leaning(angle), scene.positions()))
 
 
@@ -254,7 +265,7 @@ def _beyond_the_sensors(scene: Scene) -> Drawn:
     points = scene.finger.array.points[scene.finger.array.live, : scene.dim]
     away, low, high = scene.depth * scene.between(1.6, 4.0), points.min(axis=0), points.max(axis=0)
     at, rows = np.full((scene.count, scene.dim), np.nan), np.arange(scene.count)
-    axis = 0
+    axis: Any = 0
     if scene.dim == 2:
         at, axis = scene.rng.uniform(low, high, at.shape), scene.rng.integers(2, size=scene.count)
     right = scene.rng.random(scene.count) < 0.5
@@ -291,7 +302,7 @@ def _made(scene: Scene, off: str, amount: float) -> Drawn:
         shape = (len(scene.finger.array), 2) if off == "position" and scene.dim == 2 else len(scene.finger.array)
         each = amount * scene.rng.standard_normal(shape)
         parts.append(part.read(part.model(), as_made(scene.finger, {off: each})))
-    return Drawn(*(np.concatenate(same) for same in zip(*parts, strict=True)))
+    return _joined(parts)
 
 
 def _stuck(readings: FloatArray, sensor: Sensors, at: FloatArray) -> FloatArray:
@@ -349,11 +360,11 @@ OUTSIDE = (
     Outside("wide_roller", "a wide roller, half width 0.8 to 2 depths", "touch",
             lambda s: _wide(s, Hertz), "hertz", dim=1),
     Outside("wide_ball", "a wide ball, radius of the contact 0.8 to 2 depths", "touch",
-            lambda s: _wide(s, RoundHertz), "round_hertz", dim=2),
+            lambda s: _wide_disc(s, RoundHertz), "round_hertz", dim=2),
     Outside("wide_flat", "a wide flat, half width 0.8 to 2 depths", "touch",
             lambda s: _wide(s, FlatPunch), "punch", dim=1),
     Outside("wide_disc", "a wide flat disc, radius 0.8 to 2 depths", "touch",
-            lambda s: _wide(s, RoundPunch), "round_punch", dim=2),
+            lambda s: _wide_disc(s, RoundPunch), "round_punch", dim=2),
     Outside("tilted_flat", "a tilted flat, half width 0.5 to 1.5 depths", "touch", _tilted),
     Outside("edge", "an edge, 1 to 4 depths long", "touch", _edge, dim=2),
     Outside("drag", "a drag without a normal force", "touch", _drag),
