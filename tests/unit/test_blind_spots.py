@@ -5,7 +5,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import Touches
-from subskin.design.outside import OUTSIDE, Scene
+from subskin.design.outside import Scene, outside_of
 
 COUNT, FORCE = 400, 40.0
 
@@ -20,13 +20,15 @@ def drawn():
     """Readings of each kind, and a finger whose noise is next to nothing, so that they can be taken apart."""
     finger = row_of(8, noise=1e-12)
     touches = Touches(FORCE, friction=0.8)
-    return finger, {o.name: o.draw(Scene(finger, touches, COUNT, np.random.default_rng(3))) for o in OUTSIDE}
+    return finger, {
+        o.name: o.draw(Scene(finger, touches, COUNT, np.random.default_rng(3))) for o in outside_of(touches)
+    }
 
 
 def loads_at(finger, readings, positions):
     """The forces of line loads at known positions that fit each frame best, (m, k, 2), and what is left of it."""
     out, left = [], []
-    for frame, at in zip(readings, positions, strict=True):
+    for frame, at in zip(readings, positions[..., 0], strict=True):
         fields = np.concatenate(list(finger.receptive_field(at)), axis=-1)
         found, *_ = np.linalg.lstsq(fields, frame, rcond=None)
         out.append(found.reshape(-1, 2))
@@ -44,7 +46,7 @@ def test_loads_are_those_of_the_row(drawn, name):
     np.testing.assert_allclose(normal, one.normal, atol=1e-6 * FORCE)
     lean = np.abs(tangential) / np.abs(normal).clip(1e-9)
     rows = np.asarray(finger.array.y)
-    beyond = (np.abs(one.positions[:, 0]) - rows.max()) / 2e-3
+    beyond = (np.abs(one.positions[:, 0, 0]) - rows.max()) / 2e-3
     small = loads[:, -1, 0]
     assert {
         "line": (normal > 0).all() and (lean < 0.8).all() and (beyond < 0).all(),
@@ -56,7 +58,7 @@ def test_loads_are_those_of_the_row(drawn, name):
         "beyond_row": (beyond > 1.6).all() and (beyond < 4).all(),
     }[name]
     if name.startswith("two"):
-        gap = np.abs(np.diff(one.positions, axis=1)) / 2e-3
+        gap = np.abs(np.diff(one.positions[..., 0], axis=1)) / 2e-3
         assert gap.min() > 0.5
         assert gap.max() < 3
 
@@ -97,11 +99,12 @@ def test_one_sensor_is_at_fault(drawn, name):
 def test_shares_are_counts():
     finger, touches = row_of(4, noise=1e-4), Touches(FORCE)
     passed = finger.blind_spots(touches, count=300, rng=5)
-    i = [o.name for o in OUTSIDE].index("wide_roller")
-    one = OUTSIDE[i].draw(Scene(finger, touches, 300, np.random.default_rng([i, 5])))
+    kinds = outside_of(touches)
+    i = [o.name for o in kinds].index("wide_roller")
+    one = kinds[i].draw(Scene(finger, touches, 300, np.random.default_rng([i, 5])))
     found = ss.locate(finger, one.readings)
     ok = found.status == ss.Status.OK
-    off = np.abs(found.position - one.positions[:, 0])
+    off = np.abs(found.position - one.positions[:, 0, 0])
     row = passed["wide_roller"]
     assert row.ok == ok.mean()
     assert row.far == (ok & (off > 0.6e-3)).mean()
@@ -148,7 +151,7 @@ def test_other_skins_are_tried():
         finger = ss.Finger(skin, ss.SensorArray.line(6, pitch=1.5e-3, depth=2e-3, noise=1e-4))
         good, other = (
             o.draw(Scene(finger, Touches(FORCE), 20, np.random.default_rng(0)))
-            for o in OUTSIDE
+            for o in outside_of(Touches(FORCE))
             if o.name in ("line", "thickness")
         )
         assert 0.01 < np.abs(other.readings / good.readings - 1).max()

@@ -105,7 +105,7 @@ def test_what_is_foretold_is_what_locate_does(quality):
     for finger in (quality.finger, ss.Finger(SKIN, few)):
         found = quality if finger is quality.finger else area_quality(finger, TOUCHES, grid=(7, 6), samples=1000)
         rng = np.random.default_rng(1)
-        touch = TOUCHES.sample_area(1500, rng)
+        touch = TOUCHES.sample(1500, rng)
         seen = finger.locate(finger.read(touch, rng), search=found.search, friction=0.5)
         ambiguous = (seen.status == ss.Status.AMBIGUOUS).mean()
         assert found["ambiguous"] == pytest.approx(ambiguous, abs=0.05)
@@ -281,8 +281,7 @@ def test_mixes_go_into_files(tmp_path):
     [
         ({"skins": (SkinChoice("plane", ss.HalfPlane(ss.Material(0.4e6))),)}, "solved in a plane"),
         ({"accuracy": Accuracy(position=1e-4, radius=1e-4)}, "points"),
-        ({"accuracy": Accuracy(position=1e-4, blind_spots=0.1)}, "for rows"),
-        ({"tolerances": {"depth": 1e-4}}, "only the noise"),
+        ({"accuracy": Accuracy(position=1e-4, calibrated="blind"), "tolerances": None}, "sensors in a row"),
     ],
 )
 def test_what_is_not_worked_out_on_an_area_is_refused(change, message):

@@ -278,11 +278,11 @@ def test_the_verdict_says_which_finger_meets_the_goals(off):
     as_made, known = (verdict_of(found) for found in off)
     lost = next(c for c in off[1].fingers[0].as_made if c.criterion.name == "unsure").value
     assert known.startswith(
-        "It meets every goal once it is calibrated on touches at known positions. As made it misses"
+        "It meets every goal once it is calibrated on 60 touches at known positions. As made it misses"
     )
     assert f"not noticed or lost {in_words(lost, '')} (at most 1 % wanted)" in known
     assert as_made.startswith("As made it misses")
-    assert as_made.endswith("It would meet every goal calibrated on touches at known positions.")
+    assert as_made.endswith("It would meet every goal calibrated on 60 touches at known positions.")
     columns, rows, _ = finger_table(off[1])
     cells = dict(zip(columns, rows[0], strict=True))
     assert cells["goals"] == "calibrated"

@@ -6,7 +6,6 @@ import argparse
 import math
 import textwrap
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
@@ -32,16 +31,16 @@ _EXAMPLES = """\
 _NOTES = """\
 First the blind spots: how often readings outside the model (two touches, a wide roller, a pull, another skin, a faulty
 sensor, ...) are OK, and how often the position is then wrong. A status objects with the readings that are left over, so
-a finger with few sensors lets more pass.
+a finger with few sensors lets more pass. Of sensors on an area the touches are points, all over their rectangle.
 
-Then the half plane. The finger's own skin (kind = "layers" or "round") is compared with the half plane of the material
-around its sensors: the readings, and the errors of `locate`, over touches all along the row at angles of -23, 0 and 23
-degrees, free of noise. If finger.toml describes a half plane, give --thickness, --radius or both: it is then compared
-with that skin. With a radius alone the core has half of it. The sensors of the map are of normal strain, at a pitch of
-one depth.
+Then, of sensors in a row, the half plane. The finger's own skin (kind = "layers" or "round") is compared with the half
+plane of the material around its sensors: the readings, and the errors of `locate`, over touches all along the row at
+angles of -23, 0 and 23 degrees, free of noise. If finger.toml describes a half plane, give --thickness, --radius or
+both: it is then compared with that skin. With a radius alone the core has half of it. The sensors of the map are of
+normal strain, at a pitch of one depth.
 
 If the file has [tip] with a radius, the layers lie flat in the model and round on the finger. The last table says what
-that costs, on a cylinder under long contacts or on a ball under touches. On an area it is the only one.
+that costs, on a cylinder under long contacts or on a ball under touches.
 """
 _MODELS = (("as_drawn", "half plane as drawn"), ("calibrated", "half plane, calibrated"), ("own", "its own skin"))
 
@@ -63,7 +62,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--snr", type=float, default=1000.0, metavar="N", help="largest reading of the touches over its noise (1000)"
     )
     parser.add_argument(
-        "--family", default="line", metavar="NAME", help="family that is fitted for the blind spots (line)"
+        "--family", metavar="NAME", help="family that is fitted for the blind spots (line, on an area point)"
     )
     parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches for each blind spot (1000)")
     parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
@@ -84,8 +83,6 @@ def run(options: argparse.Namespace) -> int:
         if bent is None:
             raise InvalidValueError("--tip-map without a tip", "the file says of no radius", '[tip] radius = "9 mm"')
         tip.draw(options.tip_map, bent)
-    if bent is not None and file.finger.array.on_area:
-        return give(options, partial(tip.as_json, bent), partial(tip.people, found=bent))
     width = quantity(options.half_width, "m", "--half-width")
     finger = _meant(options, file.finger)
     compared = None
@@ -115,7 +112,8 @@ def run(options: argparse.Namespace) -> int:
 def _blind_spots(options: argparse.Namespace, file: FingerFile, finger: Finger) -> BlindSpots:
     """Those of the finger with the options of its file; where it has no noise, that of --snr."""
     if not np.all(np.asarray(finger.array.noise)[finger.array.live]):
-        fields = finger.receptive_field(np.asarray(finger.array.y))[..., 0]
+        at = finger.array.points if finger.array.on_area else np.asarray(finger.array.y)
+        fields = finger.receptive_field(at)[..., 0]
         noise = float(np.abs(fields).max()) / options.snr
         finger = replace(finger, array=replace(finger.array, noise=noise))
     settings: dict[str, Any] = {"search": file.search, **file.options}
@@ -141,6 +139,11 @@ def _meant(options: argparse.Namespace, finger: Finger) -> Finger | None:
     from ..skin import HalfPlane, Layer, Layered, Round
 
     given = {k: quantity(v, "m", f"--{k}") for k in ("thickness", "radius") if (v := getattr(options, k)) is not None}
+    if finger.array.on_area:
+        for name in (*given, *(["map"] if options.map is not None else [])):
+            rule = "the half plane is compared for sensors in a row"
+            raise InvalidValueError(f"--{name} of sensors on an area", rule, "leave it out")
+        return None
     if not finger.skin.endless:
         if given:
             seen = f"--{next(iter(given))} beside a skin that is no half plane"

@@ -7,6 +7,8 @@ import math
 from dataclasses import asdict
 from typing import Any, TextIO
 
+import numpy as np
+
 from .. import design, io
 from ..errors import InvalidValueError
 from ..io.units import line_load, quantity
@@ -50,7 +52,8 @@ _HELP = {
     "resolution": "step of the readings",
     "noise": "noise of the readings",
 }
-_SCALES = {"position": 1e3, "angle": math.degrees(1.0), "force": 100.0}
+_SCALES = {"position": 1e3, "angle": math.degrees(1.0), "force": 100.0, "radius": 1e3}
+_HEADS = {"position": "position [mm]", "angle": "angle [deg]", "force": "force [%]", "radius": "radius [mm]"}
 _NAMES = {"total": "root sum of squares", "together": "all at once"}
 
 
@@ -58,9 +61,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml")
-    parser.add_argument("--force", metavar="F", required=True, help='force of the touches, "20 N/m"')
+    parser.add_argument("--force", metavar="F", required=True, help='force of the touches, "20 N/m"; on an area "1 N"')
     parser.add_argument("--friction", type=float, metavar="MU", help="friction of touches and search ([locate], or 1)")
     parser.add_argument("--span", metavar="RANGE", help='span of the touches, "-5..5 mm" or "12 mm" (the row)')
+    parser.add_argument("--area", metavar="SIDES", help='on an area: sides of what is touched, "8 mm, 6 mm"')
+    parser.add_argument("--half-width", metavar="LENGTH", help="on an area: radius of the touches, to be found as well")
     group = parser.add_argument_group("tolerances")
     for name, text in _HELP.items():
         group.add_argument(f"--{name}", metavar="X", help=text)
@@ -75,8 +80,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--calibrate",
         metavar="KIND",
         nargs="?",
-        const="known,blind",
-        help="what self-calibration wins back: known, blind or both (both)",
+        const="both",
+        help="what self-calibration wins back: known, blind or both (both; on an area known)",
     )
     parser.add_argument("--fingers", type=int, default=3, metavar="N", help="fingers calibrated for each source (3)")
     parser.add_argument("--draws", type=int, default=200, metavar="N", help="random fingers for each source (200)")
@@ -93,6 +98,8 @@ def run(options: argparse.Namespace) -> int:
     amounts = _amounts(options, file)
     wanted = {name: _wanted(options, name, unit) for name, unit in (("position", "m"), ("angle", "rad"))}
     methods = listed(options.calibrate or "")
+    if methods == ("both",):
+        methods = ("known",) if file.finger.array.on_area else ("known", "blind")
     off = sum(amount > 0 and design.tolerance.SOURCES[name].spread != "reading" for name, amount in amounts.items())
     steps = sum(amount > 0 for amount in amounts.values()) + 1
     steps += len(methods) * options.fingers * (off + 1 if off else 0)
@@ -125,18 +132,38 @@ def _wanted(options: argparse.Namespace, name: str, unit: str) -> float | None:
 
 
 def _touches(options: argparse.Namespace, file: io.FingerFile) -> design.Touches:
-    import numpy as np
-
     friction = file.options.get("friction", 1.0) if options.friction is None else options.friction
+    array = file.finger.array
+    for name in ("span",) if array.on_area else ("area", "half_width"):
+        if getattr(options, name) is not None:
+            where = "on an area" if array.on_area else "in a row"
+            fix = '--area "8 mm, 6 mm"' if array.on_area else "--span"
+            raise InvalidValueError(f"--{name.replace('_', '-')} of sensors {where}", "they have none", fix)
+    if array.on_area:
+        return design.Touches(quantity(options.force, "N", "--force"), friction, **_area(options, array.points))
     span = None
     if options.span is not None:
         low, high = quantity_range(options.span, "m", "--span")
         if low == high:  # a width, about the middle of the row
-            y = np.asarray(file.finger.array.y)
+            y = np.asarray(array.y)
             middle, half = 0.5 * float(y.min() + y.max()), 0.5 * abs(low)
             low, high = middle - half, middle + half
         span = (low, high)
     return design.Touches(line_load(options.force, file.length, "--force"), friction, span)
+
+
+def _area(options: argparse.Namespace, points: Any) -> dict[str, Any]:
+    """What is touched on an area: about the middle of the sensors, or all from the first of them to the last."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    if options.area is not None:
+        sides = [quantity(side, "m", "--area") for side in listed(options.area)]
+        if len(sides) not in (1, 2) or not min(sides) > 0:
+            rule = "one side of a square, or the sides along y and z, each > 0, are needed"
+            raise InvalidValueError(f'--area "{options.area}"', rule, '--area "8 mm, 6 mm"')
+        middle, half = 0.5 * (low + high), 0.5 * np.array(sides) * np.ones(2)
+        low, high = middle - half, middle + half
+    wide = None if options.half_width is None else quantity(options.half_width, "m", "--half-width")
+    return {"area": tuple(zip(low.tolist(), high.tolist(), strict=True)), "half_width": wide}
 
 
 def _amounts(options: argparse.Namespace, file: io.FingerFile) -> dict[str, float]:
@@ -157,23 +184,34 @@ def _amounts(options: argparse.Namespace, file: io.FingerFile) -> dict[str, floa
 
 def _as_json(budget: design.tolerance.ToleranceBudget, needed: tuple[design.tolerance.Needed, ...]) -> dict[str, Any]:
     return {
-        "rows": [asdict(row) for row in budget.rows],
-        "total": asdict(budget.total),
-        "together": asdict(budget.together),
+        "rows": [_row(row) for row in budget.rows],
+        "total": _row(budget.total),
+        "together": _row(budget.together),
         "needed": [asdict(row) for row in needed],
-        "recovered": [asdict(row) | {"failed": dict(row.failed)} for row in budget.recovered],
+        "recovered": [_recovery(row) for row in budget.recovered],
         "quantile": budget.quantile,
         "draws": budget.draws,
     }
 
 
+def _row(row: design.tolerance.Cost | None) -> dict[str, Any] | None:
+    """A row; without the radius where touches have none."""
+    if row is None:
+        return None
+    return {name: v for name, v in asdict(row).items() if not (name.startswith("radius") and v != v)}
+
+
+def _recovery(row: design.tolerance.Recovery) -> dict[str, Any]:
+    kinds = {kind: _row(getattr(row, kind)) for kind in ("drawn", "known", "blind")}
+    return {"source": row.source, **kinds, "failed": dict(row.failed)}
+
+
 def _show(out: TextIO, budget: design.tolerance.ToleranceBudget, needed: tuple[design.tolerance.Needed, ...]) -> None:
-    columns = ["", "amount", "position [mm]", "worst", "angle [deg]", "worst", "force [%]", "worst", "lost [%]"]
+    told = _told(budget)
+    columns = ["", "amount", *(head for name in told for head in (_HEADS[name], "worst")), "lost [%]"]
     rows = []
     for row in (*budget.rows, budget.total, budget.together):
-        errors = [
-            scale * getattr(row, f"{name}_{kind}") for name, scale in _SCALES.items() for kind in ("rms", "worst")
-        ]
+        errors = [_SCALES[name] * getattr(row, f"{name}_{kind}") for name in told for kind in ("rms", "worst")]
         cells = [_small(e) for e in errors] + [number(100 * row.lost, 3)]
         rows.append([_named(row.source), _amount(row.amount, row), *cells])
     title = f"rms errors, and at the worst touch what {100 * budget.quantile:g} % of the fingers stay within"
@@ -189,13 +227,14 @@ def _show(out: TextIO, budget: design.tolerance.ToleranceBudget, needed: tuple[d
 def _show_recovered(out: TextIO, budget: design.tolerance.ToleranceBudget) -> None:
     kinds = [kind for kind in ("drawn", "known", "blind") if getattr(budget.recovered[0], kind) is not None]
     columns = [""]
-    for what in ("position [mm]", "angle [deg]", "force [%]"):
-        columns += [f"{what} {kinds[0]}", *kinds[1:]]
+    told = _told(budget)
+    for name in told:
+        columns += [f"{_HEADS[name]} {kinds[0]}", *kinds[1:]]
     rows = []
     for r in budget.recovered:
         cells = [
-            "-" if dict(r.failed).get(kind, 0) else _small(scale * getattr(getattr(r, kind), f"{name}_rms"))
-            for name, scale in _SCALES.items()
+            "-" if dict(r.failed).get(kind, 0) else _small(_SCALES[name] * getattr(getattr(r, kind), f"{name}_rms"))
+            for name in told
             for kind in kinds
         ]
         rows.append([_named(r.source), *cells])
@@ -204,6 +243,11 @@ def _show_recovered(out: TextIO, budget: design.tolerance.ToleranceBudget) -> No
         for kind, count in r.failed:
             if count:
                 print(f"{_named(r.source)}: {count} calibrations ({kind}) did not settle", file=out)
+
+
+def _told(budget: design.tolerance.ToleranceBudget) -> list[str]:
+    """What the tables show: a radius where touches have one."""
+    return [name for name in _SCALES if name != "radius" or budget.touches.half_width is not None]
 
 
 def _named(source: str) -> str:

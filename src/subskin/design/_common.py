@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from numbers import Real
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .._check import FloatArray
 from ..array import SensorArray
-from ..errors import InvalidValueError
+from ..contact.families import Family, LocalFamily
+from ..errors import GeometryError, InvalidValueError
+from ..estimate.locate import locator, row_locator
+from ..finger import Finger
 from ..skin import Skin
+from .touches import Touches
 
 
 def whole(name: str, value: object, least: int = 1) -> int:
@@ -37,3 +44,35 @@ def stretch(good: npt.NDArray[np.bool_], at: int) -> tuple[int, int]:
     """First and last index about `at` between which all are good."""
     bad = np.flatnonzero(~good)
     return int(bad[bad < at].max(initial=-1)) + 1, int(bad[bad > at].min(initial=good.size)) - 1
+
+
+def locator_for(finger: Finger, touches: Touches, family: str | Family | LocalFamily = "", **options: Any) -> Any:
+    """What finds the touches by the field of the finger's skin; they are of the `family` if another is not given.
+
+    Of a round touch its radius is found as well, and no moment.
+    """
+    if touches.area is None:
+        return row_locator(finger, family or "line", **options)
+    if not finger.array.on_area:
+        rule = "sensors in a row take touches for lines across it"
+        raise GeometryError("touches on an area", rule, "a span, or SensorArray.grid(...)")
+    wide, bare = touches.half_width, replace(finger, measured=None)
+    if family or wide is None:
+        return locator(bare, family or "point", **options)
+    depth = float(np.asarray(finger.array.depth).min())
+    widths = (0.0, max(1.5 * depth, 1.25 * wide))
+    return locator(bare, "round_hertz", **{"half_width": widths, "moment": False, **options})
+
+
+def widest(square: FloatArray) -> FloatArray:
+    """Standard deviation in the direction in which it is largest, of covariances (..., 1, 1) or (..., 2, 2).
+
+    Infinite where one of them is.
+    """
+    if square.shape[-1] == 1:
+        return np.sqrt(square[..., 0, 0])
+    with np.errstate(invalid="ignore"):
+        half = 0.5 * (square[..., 0, 0] - square[..., 1, 1])
+        mean = 0.5 * (square[..., 0, 0] + square[..., 1, 1])
+        out = np.sqrt(np.maximum(mean + np.hypot(half, square[..., 0, 1]), 0.0))
+    return np.asarray(np.where(np.isinf(square).any(axis=(-2, -1)), np.inf, out))

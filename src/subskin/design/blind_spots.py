@@ -7,19 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.families import Family, families
+from ..contact.families import Family, LocalFamily, families, local_families
 from ..errors import InvalidValueError
 from ..estimate import Status
-from ..estimate.locate import row_locator
 from ..finger import Finger
-from ._common import whole
-from .outside import OUTSIDE, Drawn, Outside, Scene
+from ._common import locator_for, whole, widest
+from .outside import Drawn, Outside, Scene, outside_of
 from .touches import Touches
 
 __all__ = ["BlindSpot", "BlindSpots", "blind_spots"]
 
 _STD, _FAR, _FORCE = 5.0, 0.3, 0.3
-"""An answer is wrong when it is off by so many standard errors or depths; a force, by this share."""
+"""An answer is wrong when it is off by so many standard errors or depths; a force, by this share.
+
+On an area the standard error is that in the direction in which it is worst.
+"""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ class BlindSpots:
 def blind_spots(
     finger: Finger,
     touches: Touches | None = None,
-    family: str | Family = "line",
+    family: str | Family | LocalFamily | None = None,
     *,
     snr: float = 1000.0,
     count: int = 1000,
@@ -137,10 +139,10 @@ def blind_spots(
     finger : Finger
         With the noise of its sensors.
     touches : Touches, optional
-        Force [N/m], friction and span of the touches; without them the force with which the best sensor reads `snr`
-        times its noise, over the row.
-    family : str or subclass of SpreadContact, optional
-        What is fitted; "line" as `locate` does.
+        Force [N/m], friction and span of the touches, or force [N], friction and area; without them the force with
+        which the best sensor reads `snr` times its noise, over the row or the rectangle of the sensors.
+    family : str or subclass of SpreadContact or of RoundContact, optional
+        What is fitted; as `locate` does, "line", on an area "point", or "round_hertz" of touches that have a radius.
     snr : float, optional
         Signal over noise of the usual touch, where no `touches` are given [-].
     count : int, optional
@@ -153,7 +155,7 @@ def blind_spots(
     Raises
     ------
     InvalidValueError, GeometryError
-        As in `locator`; sensors at one position and no span.
+        As in `locator`; sensors at one position and no span; touches on an area and sensors in a row, or the reverse.
     NotLinearError
         A transducer with no linear part.
 
@@ -167,14 +169,18 @@ def blind_spots(
     (1, True, True)
     """
     count = whole("count", count)
-    finger.array.refuse_area()
     used = _usual(finger, snr, options) if touches is None else touches
-    estimator = row_locator(finger, family, **{"friction": used.friction, **options})
-    name = next((key for key, kind in families().items() if family in (key, kind)), getattr(family, "__name__", ""))
+    local = used.area is not None
+    usual = "line" if not local else "point" if used.half_width is None else "round_hertz"
+    kind = usual if family is None or (local and family == "line") else family
+    given = "" if local and kind == usual else kind
+    estimator = locator_for(finger, used, given, **{"friction": used.friction, **options})
+    known = local_families() if local else families()
+    name = next((key for key, one in known.items() if kind in (key, one)), getattr(kind, "__name__", ""))
     live = int(finger.array.live.sum())
     rows = []
-    for i, outside in enumerate(OUTSIDE):
-        if outside.family and outside.family in (name, family):
+    for i, outside in enumerate(outside_of(used)):
+        if outside.family and outside.family in (name, kind):
             continue
         seed = np.random.default_rng([i, rng]) if isinstance(rng, int) else rng
         drawn = outside.draw(Scene(finger, used, count, seed))
@@ -185,23 +191,28 @@ def blind_spots(
 
 
 def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
-    """Touches over the row, so hard that the best sensor reads `snr` times its noise straight above."""
+    """Touches over the sensors, so hard that the best sensor reads `snr` times its noise straight above."""
     array = finger.array
     if not (np.isfinite(snr) and snr > 0):
         raise InvalidValueError(f"snr = {snr!r}", "has to be > 0", "snr=1000")
     live = array.live
-    fields = np.abs(finger.receptive_field(np.asarray(array.y)[live])[..., live, 0])
+    above = array.points[live]
+    fields = np.abs(finger.receptive_field(above if array.on_area else above[:, 0])[..., live, 0])
     force = snr / float((fields / np.asarray(array.noise)[live]).max())
     friction = float(options.get("friction", 1.0))
-    return Touches(force, friction if np.isfinite(friction) else 1.0)
+    friction = friction if np.isfinite(friction) else 1.0
+    if not array.on_area:
+        return Touches(force, friction)
+    (a, b), (c, d) = np.stack([above.min(axis=0), above.max(axis=0)], axis=-1).tolist()
+    return Touches(force, friction, area=((a, b), (c, d)))
 
 
 def _judged(outside: Outside, drawn: Drawn, found: Any, finger: Finger) -> BlindSpot:
-    ok = found.status == Status.OK
-    off = np.abs(found.position[:, None] - drawn.positions).min(axis=1)
+    ok, d = found.status == Status.OK, drawn.positions.shape[-1]
+    off = np.linalg.norm(found.position.reshape(-1, 1, d) - drawn.positions, axis=-1).min(axis=1)
     depth = float(np.asarray(finger.array.depth).mean())
     far = ok & (off > _FAR * depth)
-    wrong = far | (ok & (off > _STD * found.std[:, 0]))
+    wrong = far | (ok & (off > _STD * widest(found.load.covariance[:, :d, :d])))
     force = ok & (np.abs(found.components[:, 0] - drawn.normal) > _FORCE * np.abs(drawn.normal))
     shares = (float(np.mean(which)) for which in (ok, wrong, far, force, found.status == Status.UNEXPLAINED))
     return BlindSpot(outside.name, outside.text, outside.group, *shares)

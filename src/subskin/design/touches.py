@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .. import _check
 from .._check import FloatArray
-from ..contact import LineLoad, LocalContact, PointLoad, RoundHertz
+from ..contact import Contact, LineLoad, LocalContact, PointLoad, RoundHertz
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 
 __all__ = ["Touches"]
+
+_POSITIONS = 36
+_GOLDEN = np.pi * (3 - np.sqrt(5))
+"""The golden angle [rad]: turned by it from one to the next, directions never come to lie close."""
 
 
 @dataclass(frozen=True)
@@ -132,29 +137,83 @@ class Touches:
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions
         return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
-    def sample_area(self, count: int, rng: np.random.Generator) -> LocalContact:
-        """`count` touches drawn at random by `rng` over the area, a batch of shape (count,)."""
-        box = np.asarray(self.area)
-        angle, azimuth = rng.uniform(0.0, self.cone, count), rng.uniform(-np.pi, np.pi, count)
-        lean = np.stack([np.cos(angle), np.sin(angle) * np.cos(azimuth), np.sin(angle) * np.sin(azimuth)], axis=-1)
-        return self.local(self.force * lean, rng.uniform(box[:, 0], box[:, 1], (count, 2)))
+    def loads(self, positions: int, angles: int, finger: Finger | None = None) -> tuple[FloatArray, FloatArray]:
+        """Positions, (p,) or on an area (p, 2) [m], and components of the loads at each, (a, d + 1) [N/m or N].
 
-    def local(self, components: FloatArray, position: FloatArray) -> LocalContact:
-        """Touches of this kind on an area.
+        Those of `grid`; on an area the middles of cells, about so many and as square as they can be, and directions
+        spread evenly over angles and azimuths.
 
         Parameters
         ----------
-        components : ndarray, shape (..., 3)
-            N, Ty and Tz of each [N].
-        position : ndarray, shape (..., 2)
-            Where each presses, (y, z) [m].
+        positions, angles : int
+            How many of each.
+        finger : Finger, optional
+            As in `span_on`.
         """
+        if self.area is None:
+            position, angle = self.grid(positions, angles, finger)
+            return position, self.force * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        y, z = _cells(np.ptp(np.asarray(self.area), axis=1), positions)
+        shares = np.meshgrid((np.arange(y) + 0.5) / y, (np.arange(z) + 0.5) / z, indexing="ij")
+        i = np.arange(angles)
+        return self._at(np.stack(shares, axis=-1).reshape(-1, 2)), self._leaning(
+            self.cone * (i + 0.5) / angles, i * _GOLDEN
+        )
+
+    def usual_positions(self, of_a_row: int) -> int:
+        """How many positions stand for all where none is stated: `of_a_row`, or 36 on an area."""
+        return of_a_row if self.area is None else _POSITIONS
+
+    def presses(self, count: int, finger: Finger | None = None) -> FloatArray:
+        """Positions of presses that cover the span from end to end, (`count`,) [m]; on an area a grid, (p, 2).
+
+        On an area there are about `count`, as `finger` has no say there.
+        """
+        if self.area is None:
+            return np.linspace(*self.span_on(finger), count)
+        axes = [np.linspace(0.0, 1.0, n) for n in _cells(np.ptp(np.asarray(self.area), axis=1), count)]
+        return self._at(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2))
+
+    def _at(self, shares: FloatArray) -> FloatArray:
+        """Positions [m] that lie at `shares` (..., 2) of the sides of the area."""
+        box = np.asarray(self.area)
+        return np.asarray(box[:, 0] + shares * np.ptp(box, axis=1))
+
+    def _leaning(self, angle: FloatArray, azimuth: FloatArray) -> FloatArray:
+        """Components (..., 3) [N] of loads on an area."""
+        side = np.sin(angle)
+        return self.force * np.stack([np.cos(angle), side * np.cos(azimuth), side * np.sin(azimuth)], axis=-1)
+
+    def contact(self, components: FloatArray, position: FloatArray) -> Contact | LocalContact:
+        """Touches of this kind.
+
+        Parameters
+        ----------
+        components : ndarray, shape (..., d + 1)
+            N and T of each [N/m], on an area N, Ty and Tz [N].
+        position : ndarray, shape (...) or (..., 2)
+            Where each presses, y or (y, z) [m].
+        """
+        if self.area is None:
+            return LineLoad.of_components(components, position)
         if self.half_width is None:
             return PointLoad(components=components, position=position)
         return RoundHertz(components=components, position=position, half_width=self.half_width)
 
-    def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> LineLoad:
-        """`count` line loads drawn at random by `rng`, a batch of shape (count,), over `span_on` the `finger`."""
+    def sample(self, count: int, rng: np.random.Generator, finger: Finger | None = None) -> Any:
+        """`count` touches drawn at random by `rng`, a batch of shape (count,), over the span or the area.
+
+        Line loads over `span_on` the `finger`; on an area what `contact` makes.
+        """
+        if self.area is not None:
+            angle, azimuth = rng.uniform(0.0, self.cone, count), rng.uniform(-np.pi, np.pi, count)
+            return self.contact(self._leaning(angle, azimuth), self._at(rng.uniform(size=(count, 2))))
         low, high = self.span_on(finger)
         angle = rng.uniform(-1.0, 1.0, count) * self.cone
         return LineLoad(self.force, angle, rng.uniform(low, high, count))
+
+
+def _cells(sides: FloatArray, count: int) -> tuple[int, int]:
+    """About so many cells along y and z, as square as they can be."""
+    along = max(round(float(np.sqrt(count * sides[0] / sides[1]))), 1)
+    return along, max(round(count / along), 1)

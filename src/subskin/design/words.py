@@ -10,7 +10,7 @@ import numpy as np
 from .._check import FloatArray
 from ._common import stretch
 from .search import Check, Criterion, DesignedFinger, DesignGrid, DesignStudy, Goals, Remedy, Row
-from .tolerance import SOURCES
+from .tolerance import SOURCES, Outcome
 from .touches import Touches
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "remedies_of",
     "row_in_words",
     "tolerances_of",
+    "unit_of",
     "unseen",
     "verdict_of",
 ]
@@ -80,8 +81,14 @@ def held(sentence: str) -> str:
     return re.sub(r"(?<=\d) (?=%|mm|N/m)", "\xa0", sentence)
 
 
-def amount_in_words(source: str, amount: float, unit: str) -> str:
-    """The amount of a tolerance in the unit that people use; `unit` is that of the readings.
+def unit_of(goals: Goals, row: Row) -> str | None:
+    """Unit of the readings of a design; None of several kinds."""
+    units = {kind.transducer.unit for kind in goals.choices[row.sensor].kinds}
+    return units.pop() if len(units) == 1 else None
+
+
+def amount_in_words(source: str, amount: float, unit: str | None) -> str:
+    """The amount of a tolerance in the unit that people use; `unit` is that of the readings, None of several kinds.
 
     Examples
     --------
@@ -89,14 +96,23 @@ def amount_in_words(source: str, amount: float, unit: str) -> str:
     ('0.05 mm', '5 %', '2 Pa')
     """
     if SOURCES[source].unit == "reading":
+        if unit is None:
+            return "as the noise"
         return f"{amount:.3g} {unit}".strip()
     return f"{amount:g}" if source == "poisson" else in_words(amount, SOURCES[source].unit)
 
 
 _AFTER = {
-    "known": "calibrated on touches at known positions",
-    "blind": "calibrated on touches of which nothing is known",
+    "known": "calibrated on {} touches at known positions",
+    "blind": "calibrated on {} touches of which nothing is known",
 }
+
+
+_ROW = " By sensors in a row locate takes touches for lines across it."
+
+
+def _after(outcome: Outcome) -> str:
+    return _AFTER[outcome.method].format(outcome.presses)
 
 
 def verdict_of(study: DesignStudy) -> str:
@@ -105,11 +121,12 @@ def verdict_of(study: DesignStudy) -> str:
     A finger that meets them calibrated alone is said to, with what it misses as made; so is one that would meet them.
     """
     best, calibrated = study.fingers[0], study.goals.accuracy.calibrated
-    after = _AFTER["blind" if calibrated == "blind" else "known"]
     if best.outcome is None:
         if best.meets:
             return "It meets every goal. Only the noise of the sensors is counted, no tolerance of the making."
-        return f"It misses: {_missed(best.checks)}."
+        why = "" if best.row.layout is None or best.finger.array.on_area else _ROW
+        return f"It misses: {_missed(best.checks)}.{why}"
+    after = _after(best.outcome)
     if best.meets and _met(best.as_made):
         return f"It meets every goal as it is made{f', and {after}' if _met(best.calibrated) else ''}."
     if best.meets:
@@ -124,7 +141,7 @@ def tolerances_of(study: DesignStudy) -> str:
     best, stated = study.fingers[0], study.goals.tolerances
     if best.outcome is None:
         return "No tolerances of the making are counted, only the noise of the sensors."
-    unit = study.goals.choices[best.row.sensor].kinds[0].transducer.unit
+    unit = unit_of(study.goals, best.row)
     listed = ", ".join(
         f"{SOURCES[name].text} {amount_in_words(name, amount, unit)}"
         for name, amount in best.outcome.amounts.items()
@@ -322,13 +339,15 @@ def finger_table(study: DesignStudy) -> tuple[list[str], list[list[str]], int]:
     """
     goals = study.goals
     choices = (len(goals.choices) > 1) + (len(goals.skins) > 1)
-    rows = [_cells(goals, finger, rank) for rank, finger in enumerate(study.fingers, start=1)]
+    both = any(finger.outcome is not None for finger in study.fingers)
+    rows = [_cells(goals, finger, rank, both) for rank, finger in enumerate(study.fingers, start=1)]
     return list(rows[0]), [list(row.values()) for row in rows], 2 + choices + goals.on_area
 
 
 def legend_of(study: DesignStudy) -> str:
     """What the columns of `finger_table` are."""
-    accuracy, outcome = study.goals.accuracy, study.fingers[0].outcome
+    accuracy = study.goals.accuracy
+    outcome = next((finger.outcome for finger in study.fingers if finger.outcome is not None), None)
     ratio = "how many times too large the worst value is"
     if outcome is None or accuracy.calibrated == "none":
         parts = [f"goals: met, or {ratio}{'' if outcome is None else ' as made'}"]
@@ -336,7 +355,7 @@ def legend_of(study: DesignStudy) -> str:
         parts = [f"goals: met as made, met once it is calibrated, or {ratio} then"]
     lost = "share of touches that are ambiguous or not noticed"
     if outcome is not None:
-        lost = f"share of touches that are ambiguous, not noticed or lost by a finger {_AFTER[outcome.method]}"
+        lost = f"share of touches that are ambiguous, not noticed or lost by a finger {_after(outcome)}"
     errors = ", ".join(name for name, _ in _errors(study.goals))
     parts += [f"{errors}: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
     if outcome is not None:
@@ -348,7 +367,8 @@ def legend_of(study: DesignStudy) -> str:
     return "; ".join(parts) + "."
 
 
-def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
+def _cells(goals: Goals, finger: DesignedFinger, rank: int, both: bool) -> dict[str, str]:
+    """Cells by column; with `both` there are fingers that tolerances are counted of."""
     row = finger.row
     values = finger.values | {check.criterion.name: check.value for check in finger.checks}
     cells = {
@@ -370,7 +390,7 @@ def _cells(goals: Goals, finger: DesignedFinger, rank: int) -> dict[str, str]:
     for name, unit in _errors(goals):
         known = name == "angle" and goals.touches.friction == 0
         cells[name] = "-" if known else in_words(values[f"{name}_95"], unit)
-    if finger.outcome is None:
+    if not both:
         cells["unsure"] = in_words(values["unsure"], "")
     else:
         for name, checks in (("unsure", finger.calibrated), ("as made", finger.as_made)):

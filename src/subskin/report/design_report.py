@@ -21,6 +21,7 @@ from ..design.words import (
     remedies_of,
     row_in_words,
     tolerances_of,
+    unit_of,
     verdict_of,
 )
 from ..plot import (
@@ -45,6 +46,7 @@ _MAP = (
 )
 _LINE_LIMIT = "Loads are lines across the finger, of the weakest force stated; wider contacts are located less well."
 _AREA_LIMIT = "Touches are local, of the weakest force and the radius stated; points where none is stated."
+_FITTED = {"line": "line loads", "point": "loads on points", "round_hertz": "balls (round_hertz)"}
 _LIMITS = (
     "The skin is linearly elastic, and strains are small.",
     "Noise is independent from sensor to sensor. Errors are Cramér-Rao bounds for one frame, which locate reaches.",
@@ -156,14 +158,16 @@ def _above(study: DesignStudy, finger: DesignedFinger) -> Picture:
     touches, lean = study.goals.touches, 0.5 * study.goals.touches.cone
     force = touches.force * np.array([np.cos(lean), np.sin(lean) * np.cos(0.6), np.sin(lean) * np.sin(0.6)])
     middle, reach = np.mean(np.asarray(touches.area), axis=1), np.ptp(np.asarray(touches.area), axis=1)
-    touch = touches.local(force, middle + np.array([0.17, -0.11]) * reach)
+    touch = touches.contact(force, middle + np.array([0.17, -0.11]) * reach)
     readings = finger.finger.read(touch, rng=np.random.default_rng(study.goals.effort.seed))
     family = "line" if touches.half_width is None else "round_hertz"
+    caption = f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(lean, 'rad')}"
+    if not finger.finger.array.on_area:  # a row takes touches for lines
+        return Picture(finger_above(finger.finger, touch), f"{caption}.")
     found = finger.finger.fit(readings, family, search=finger.quality.search, friction=touches.friction)
     return Picture(
         finger_above(finger.finger, touch, found),
-        f"Finger 1 under its weakest touch, {force_in_words(touches)} at {in_words(lean, 'rad')}, and the load found "
-        "from one frame of noisy readings with its 95 % ellipse.",
+        f"{caption}, and the load found from one frame of noisy readings with its 95 % ellipse.",
     )
 
 
@@ -200,7 +204,7 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
     budget = finger.budget
     if budget is None:
         return []
-    unit = study.goals.choices[finger.row.sensor].kinds[0].transducer.unit
+    unit = unit_of(study.goals, finger.row)
     rows = [
         [
             SOURCES[cost.source].text if cost.source in SOURCES else "all of them at once",
@@ -230,8 +234,13 @@ def _tolerances(study: DesignStudy, finger: DesignedFinger) -> list[Block]:
 def _command(study: DesignStudy, budget: ToleranceBudget) -> str:
     amounts = {cost.source: cost.amount for cost in budget.rows if cost.source != "noise"}
     given = " ".join(f"--{source} {amount:g}" for source, amount in amounts.items())
-    only, force = ",".join([*amounts, "noise"]), study.goals.touches.force
-    return f"subskin tolerances finger_1.toml --force {force:g} {given} --only {only} --calibrate known"
+    only, touches = ",".join([*amounts, "noise"]), study.goals.touches
+    where = ""
+    if touches.area is not None:
+        where = f'--area "{", ".join(f"{1e3 * high - 1e3 * low:g} mm" for low, high in touches.area)}" '
+        where += "" if touches.half_width is None else f"--half-width {touches.half_width:g} "
+    force = f"--force {touches.force:g}"
+    return f"subskin tolerances finger_1.toml {force} {where}{given} --only {only} --calibrate known"
 
 
 def _unopposed(finger: DesignedFinger) -> list[Block]:
@@ -248,8 +257,9 @@ def _unopposed(finger: DesignedFinger) -> list[Block]:
         TextTable(
             ["readings from", "OK", "OK and wrong", "unexplained"],
             rows,
-            f"Shares of {found.count} touches of each kind, by a fit of line loads. Wrong: the position is off by more "
-            "than 5 standard errors or 0.3 depths. The rest is ambiguous or not noticed.",
+            f"Shares of {found.count} touches of each kind, by a fit of {_FITTED.get(found.family, found.family)}. "
+            "Wrong: the position is off by more than 5 standard errors or 0.3 depths. The rest is ambiguous or not "
+            "noticed.",
         ),
     ]
 

@@ -20,6 +20,7 @@ from ...prepared import tabulated
 from ...radial import RadialResponse, sampled, shared, tabulate_radial
 from ...skin import Skin
 from ...transducer import Transducer
+from .._common import widest
 from ..touches import Touches
 from ._table import FALSE_ALARM, SHARES, jittered
 
@@ -235,20 +236,13 @@ class Told(NamedTuple):
         f = at[..., -3:, -3:]
         across = turn @ f @ turn
         out = {
-            "position": _widest(at[..., :2, :2]),
+            "position": widest(at[..., :2, :2]),
             "angle": np.sqrt(np.maximum(np.linalg.eigvalsh(across)[..., -1], 0.0)) / size,
             "force": np.sqrt(np.maximum(np.einsum("...i,...ij,...j->...", along, f, along), 0.0)) / size,
             "radius": np.sqrt(np.maximum(at[..., 2, 2], 0.0)) if c.shape[-1] == 6 else np.zeros(bad.shape),
         }
         known = "radius" if c.shape[-1] == 5 else ""
         return {name: value if name == known else np.where(bad, np.inf, value) for name, value in out.items()}
-
-
-def _widest(two: FloatArray) -> FloatArray:
-    """Square root of the larger eigenvalue of symmetric (..., 2, 2)."""
-    half = 0.5 * (two[..., 0, 0] - two[..., 1, 1])
-    mean = 0.5 * (two[..., 0, 0] + two[..., 1, 1])
-    return np.asarray(np.sqrt(np.maximum(mean + np.hypot(half, two[..., 0, 1]), 0.0)))
 
 
 class AskedTouches(NamedTuple):

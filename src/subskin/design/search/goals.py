@@ -52,7 +52,7 @@ class Accuracy:
     blind_spots : float, optional
         Largest share of touches of one kind outside the model that may be OK and wrong, as in `blind_spots`, in (0, 1].
     calibrated : {"known", "blind", "none"}, optional
-        Which finger is judged: calibrated on touches at known positions, blind, or as it was made.
+        Which finger is judged: calibrated on touches at known positions, blind (of rows), or as it was made.
 
     Raises
     ------
@@ -151,8 +151,8 @@ class Goals(Frozen):
     largest_strain : float, optional
         Largest compressive strain at the sensors under the strongest force [-]: the theory is one of small strains.
     tolerances : mapping, optional
-        Tolerances of making the finger, as in `tolerance_budget`; those of `usual_tolerances` if left out. With {},
-        and on an area, only noise counts.
+        Tolerances of making the finger, as in `tolerance_budget`; those of `usual_tolerances` if left out. With {} only
+        noise counts.
     effort : Effort, optional
     title : str, optional
     mixes : sequence of Mix, optional
@@ -222,13 +222,9 @@ class Goals(Frozen):
                 raise InvalidValueError(f"{name} = {getattr(self.accuracy, name)!r}", rule, f"leave out the {name}")
 
     def _check_area(self) -> None:
-        if self.tolerances:
-            rule = "they are worked out for rows; on an area only the noise of the sensors is counted"
-            raise InvalidValueError(f"tolerances of {', '.join(self.tolerances)}", rule, "tolerances={}")
-        object.__setattr__(self, "tolerances", {})
-        if self.accuracy.blind_spots is not None:
-            rule = "they are worked out for rows, and not for arrays on an area"
-            raise InvalidValueError(f"blind_spots = {self.accuracy.blind_spots!r}", rule, "leave out blind_spots")
+        if self.accuracy.calibrated == "blind" and self.tolerances != {}:
+            rule = "calibrate_blind takes sensors in a row; on an area positions have to be known"
+            raise InvalidValueError('calibrated = "blind"', rule, 'calibrated = "known"')
         if self.accuracy.radius is not None and self.touches.half_width is None:
             rule = "touches without a half width are points"
             raise InvalidValueError(f"radius = {self.accuracy.radius!r} m", rule, "Touches(..., half_width=1e-3)")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ..._tasks import Executor, run_tasks
-from ...contact import LineLoad, LocalContact
+from ...contact import Contact, LineLoad, LocalContact
 from ...errors import GeometryError
 from ...transducer import MaxCompressiveStrain
 from ..placement import Arrangement, study_area, study_row
@@ -295,7 +295,7 @@ def loaded(goals: Goals, k: int, m: int, depth: float) -> dict[str, float]:
         normal, side = np.broadcast_arrays(np.cos(angles), np.sin(angles))
         where = np.stack([at, np.zeros(at.size)], axis=-1)
         for_all = goals.strongest * np.stack([normal, side, np.zeros(angles.shape)], axis=-1)
-        load: LineLoad | LocalContact = goals.touches.local(for_all, where)
+        load: Contact | LocalContact = goals.touches.contact(for_all, where)
     else:
         load = LineLoad(goals.strongest, angles, at)
     state = goals.skins[k].skin.state(load, depth, 0.0)

@@ -19,7 +19,7 @@ from .refine import Aim, apart, limen
 
 __all__ = ["explained", "finished", "freed_from", "looked_at"]
 
-_MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force"}
+_MADE = {"position_95": "position", "angle_95": "angle", "force_95": "force", "radius_95": "radius"}
 """What tolerances add to, and what they add."""
 _OUTSIDE = 300
 """Touches of each kind outside the model."""
@@ -32,7 +32,8 @@ def looked_at(grid: DesignGrid, which: tuple[int, int, int]) -> DesignedFinger:
     if finger.outcome is None or not spoilt:
         return finger
     left = _judged(grid, finger.outcome)
-    other = _designed(grid, Aim(grid, *which, made={name: getattr(left, part) for name, part in _MADE.items()}))
+    made = {name: getattr(left, part) for name, part in _added(left).items()}
+    other = _designed(grid, Aim(grid, *which, made=made))
     return min(finger, other, key=lambda f: f.excess)
 
 
@@ -72,14 +73,18 @@ def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | Non
     made = grid.goals.finger(row)
     values = {**finger.values, **values}
     quality = area_quality(made, grid.goals.touches)
-    moved = replace(finger, row=row, finger=made, values=values, quality=quality, edge=_edge(grid.goals, made))
-    return _checked(grid, replace(moved, two_points=_two_touches(grid.goals, made, quality)))
+    new = {"edge": _edge(grid.goals, made), "two_points": _two_touches(grid.goals, made, quality)}
+    moved = replace(finger, row=row, finger=made, values=values, quality=quality, outcome=None, unopposed=None, **new)
+    moved = _checked(grid, moved)
+    return _studied(grid, moved) if moved.meets else moved
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """With its tolerances, and its blind spots where a goal asks for them."""
+    if not _locates(design):
+        return design
     goals, amounts = grid.goals, _amounts(grid, design)
-    if amounts and design.outcome is None and isinstance(design.quality, PlacementQuality):
+    if amounts and design.outcome is None:
         method = "blind" if goals.accuracy.calibrated == "blind" else "known"
         search, seed = design.quality.search, goals.effort.seed
         outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
@@ -99,16 +104,22 @@ def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 
 def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the report says of the first finger."""
-    goals, amounts = grid.goals, _amounts(grid, design)
-    if isinstance(design.quality, AreaQuality):
+    if not _locates(design):
         return design
+    goals, amounts = grid.goals, _amounts(grid, design)
     if amounts:
+        positions, draws = (25, 20) if goals.on_area else (12, 50)
         budget = tolerance_budget(
-            design.finger, goals.touches, amounts, positions=12, angles=6, draws=50, rng=goals.effort.seed,
+            design.finger, goals.touches, amounts, positions=positions, angles=6, draws=draws, rng=goals.effort.seed,
             search=design.quality.search,
         )  # fmt: skip
         design = replace(design, budget=budget)
     return design if design.unopposed is not None else replace(design, unopposed=_unopposed(grid, design))
+
+
+def _locates(design: DesignedFinger) -> bool:
+    """Whether `locate` finds the touches that the finger is for: of local ones sensors in a row make lines."""
+    return design.row.layout is None or design.finger.array.on_area
 
 
 def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:
@@ -117,7 +128,9 @@ def _amounts(grid: DesignGrid, design: DesignedFinger) -> dict[str, float]:
     # a half plane has no thickness that could be off, and steps of the readings are among the noise
     amounts = has if stated is None else {name: amount for name, amount in stated.items() if name in has}
     amounts = {name: amount for name, amount in amounts.items() if name not in ("noise", "resolution") and amount > 0}
-    return amounts | {"noise": grid.goals.sensors[design.row.sensor].error} if amounts else {}
+    # of several kinds, which have units of their own, as the noise of the array is shared out
+    ratio = max(kind.error / kind.noise for kind in grid.goals.choices[design.row.sensor].kinds)
+    return amounts | {"noise": ratio * has["noise"]} if amounts else {}
 
 
 def _unopposed(grid: DesignGrid, design: DesignedFinger) -> BlindSpots:
@@ -129,6 +142,11 @@ def _unopposed(grid: DesignGrid, design: DesignedFinger) -> BlindSpots:
 
 def _judged(grid: DesignGrid, outcome: Outcome) -> ErrorsKept:
     return outcome.as_made if grid.goals.accuracy.calibrated == "none" else outcome.calibrated
+
+
+def _added(left: ErrorsKept) -> dict[str, str]:
+    """What of `_MADE` there is of these touches."""
+    return {name: part for name, part in _MADE.items() if not np.isnan(getattr(left, part))}
 
 
 def _checked(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
@@ -143,8 +161,10 @@ def _checked(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
 def _checks(grid: DesignGrid, design: DesignedFinger, left: ErrorsKept | None) -> tuple[Check, ...]:
     """What was wanted against what the finger does, with what the tolerances leave."""
     values, accuracy = dict(design.values), grid.goals.accuracy
+    if not _locates(design):
+        values["unsure"] = 1.0
     if left is not None:
-        values |= {name: float(np.hypot(values[name], getattr(left, part))) for name, part in _MADE.items()}
+        values |= {name: float(np.hypot(values[name], getattr(left, part))) for name, part in _added(left).items()}
         values["unsure"] = max(values["unsure"], left.lost)  # noise is in both
     checks = [Check(c, values[c.name]) for c in grid.criteria]
     if accuracy.feature is not None:

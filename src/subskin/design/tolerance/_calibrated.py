@@ -3,23 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from ..._check import FloatArray
-from ...contact import LineLoad
 from ...errors import InvalidValueError, SubskinError
 from ...finger import Finger
 from ._costs import Costs
 from ._recovery import TERMS, terms_for
-from ._study import Study
+from ._study import Study, straight
 from .sources import SOURCES, as_made, of_each_sensor
 
-_PRESSES = {"known": 60, "blind": 200}
+_PRESSES = {"known": (60, 64), "blind": (200, 200)}
+"""Touches of a calibration, of a row and on an area."""
 _STEP = 1e-2
 """Of the differences by what a calibration fits, in amounts."""
 _UNKNOWN = 1e-3
 """Weight of the tolerances where positions are known: hardly any, for `calibrate` knows none."""
+
+
+def count_of(study: Study, method: str) -> int:
+    """How many touches a calibration is of."""
+    return len(_presses(study, method, np.random.default_rng(0))[1])
+
+
+def _presses(study: Study, method: str, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Loads (c, d + 1) and positions of the touches of a calibration."""
+    touches, finger, count = study.touches, study.finger, _PRESSES[method][study.dim - 1]
+    if method == "known":
+        position = touches.presses(count, finger)
+        return straight(touches.force, study.dim, len(position)), position
+    drawn = touches.sample(count, rng, finger)
+    return np.stack([drawn.normal_force, drawn.tangential_force], axis=-1), np.asarray(drawn.position)
 
 
 def after_calibration(costs: Costs, off: Mapping[str, float], method: str) -> tuple[FloatArray, FloatArray]:
@@ -29,25 +45,23 @@ def after_calibration(costs: Costs, off: Mapping[str, float], method: str) -> tu
     the calibrated finger says that it has.
     """
     study, rng = costs.study, costs.rng("together", costs.draws + 1)
-    array, touches = study.finger.array, study.touches
-    if method == "known":
-        presses = LineLoad(touches.force, 0.0, np.linspace(*touches.span_on(study.finger), _PRESSES[method]))
-    else:
-        presses = touches.sample(_PRESSES[method], rng, study.finger)
-    # what a unit of each source changes, in the presses (c, n) and then in the touches (p * a, n)
+    array = study.finger.array
+    presses = _presses(study, method, rng)
+    # what a unit of each source changes, in the presses (c, n, j) and then in the touches (p * a, n, j)
     unit = {name: _change(study, name, amount, presses) for name, amount in off.items()}
-    c, (p, a, n) = _PRESSES[method], costs.drawn_readings.shape
+    c, (p, a, n) = len(presses[1]), costs.drawn_readings.shape
     changes = np.zeros((costs.draws, c + p * a, n))
     for name, amount in off.items():
         spread, each = SOURCES[name].spread, of_each_sensor(array.noise, amount) if name == "offset" else amount
-        drawn = rng.standard_normal((costs.draws, 1, n if spread == "sensor" else 1)) if spread != "fixed" else 1.0
-        changes += each * drawn * unit[name]
+        for way in np.moveaxis(unit[name], -1, 0):
+            drawn = rng.standard_normal((costs.draws, 1, n if spread == "sensor" else 1)) if spread != "fixed" else 1.0
+            changes += each * drawn * way
     weight = np.where(array.live, 1 / np.where(array.live, array.noise, 1.0), 0.0)
     seen = weight * changes[:, :c] + rng.standard_normal((costs.draws, c, n))  # noise of the presses
     columns, sizes = _columns(terms_for(study.finger, off), unit, off, study, presses)
     design = weight[:, None] * columns[:c]  # (c, n, m)
     if method == "blind":
-        free = _free(study, presses) * weight[:, None]
+        free = study.unknown_slopes(presses[1], presses[0]) * weight[:, None]  # left free if blind
         u, s, _ = np.linalg.svd(free / np.linalg.norm(free, axis=1, keepdims=True), full_matrices=False)
         u = u * (s > 1e-6 * s[:, :1])[:, None]
         design = design - u @ (np.swapaxes(u, 1, 2) @ design)
@@ -58,45 +72,66 @@ def after_calibration(costs: Costs, off: Mapping[str, float], method: str) -> tu
     found = sizes[:, None] * np.linalg.lstsq(whole_design, data.T, rcond=None)[0]  # (m, draws)
     rest = (seen - np.einsum("cnm,md->dcn", design, found)) ** 2
     if method == "known":
-        misfit = np.sqrt(rest.sum(axis=1) / max(c - sizes.size / n, 1.0))
+        misfit = np.sqrt(_alike(study, rest.sum(axis=1)) / max(c - sizes.size / n, 1.0))
     else:
         misfit = np.sqrt(rest.sum(axis=(1, 2))[:, None] / max(c * (n - u.shape[2]) - sizes.size, 1)) * np.ones(n)
     left = changes[:, c:] - np.einsum("tnm,md->dtn", columns[c:], found)
     return np.asarray(left.reshape(costs.draws, p, a, n)), np.maximum(misfit, 1.0)
 
 
-def _change(study: Study, name: str, amount: float, presses: LineLoad) -> FloatArray:
-    """What a unit of a source changes in the readings of presses and of the touches, shape (c + p * a, n).
+def _alike(study: Study, rest: FloatArray) -> FloatArray:
+    """Sums of squares (draws, n): each sensor's own, on an area the mean of its kind, as `calibrate` has them."""
+    if study.dim == 1:
+        return rest
+    kinds, out = study.finger.array.transducers, rest.copy()
+    for kind in set(kinds):
+        same = np.array([k == kind for k in kinds]) & study.finger.array.live
+        out[:, same] = rest[:, same].mean(axis=1, keepdims=True)
+    return out
 
-    Of what a sensor has of its own, each reading is changed by that of its own sensor.
+
+def _change(study: Study, name: str, amount: float, presses: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """What a unit of a source changes in the readings of presses and of the touches, shape (c + p * a, n, j).
+
+    Of what a sensor has of its own, each reading is changed by that of its own sensor. A position on an area has j = 2
+    ways to go, along y and along z; others have one.
     """
     finger = study.finger
 
     def readings(made: Finger) -> FloatArray:
         touches = study.readings(made)
-        return np.concatenate([study.pressed(made, presses), touches.reshape(-1, touches.shape[-1])])
+        return np.concatenate([study.pressed(made, *presses), touches.reshape(-1, touches.shape[-1])])
+
+    def difference(by: str, step: Any) -> FloatArray:
+        ends = []
+        for sign in (1, -1) if SOURCES[name].spread != "fixed" else (1,):
+            try:
+                ends.append((sign, readings(as_made(finger, {by: sign * step}))))
+            except SubskinError as error:  # Poisson's ratio above 1/2
+                refused = error
+        if not ends:
+            raise InvalidValueError(f"{name} off by {amount:.6g}", f"no such finger ({refused.seen})", "a smaller one")
+        if len(ends) == 1:
+            ends.append((0, readings(finger)))
+        return np.asarray((ends[0][1] - ends[1][1]) / ((ends[0][0] - ends[1][0]) * np.max(step)))
 
     if name == "offset":
-        return np.ones((1, len(finger.array)))
+        return np.ones((1, len(finger.array), 1))
     if name in ("gain", "gains"):
-        return np.asarray(readings(finger) - np.asarray(finger.array.offset))
+        return (readings(finger) - np.asarray(finger.array.offset))[..., None]
     by = "depths" if name == "depth" else name
     step = _STEP * amount if by in ("depths", "position") else amount
-    ends = []
-    for sign in (1, -1) if SOURCES[name].spread != "fixed" else (1,):
-        try:
-            ends.append((sign * step, readings(as_made(finger, {by: sign * step}))))
-        except SubskinError as error:  # Poisson's ratio above 1/2
-            refused = error
-    if not ends:
-        raise InvalidValueError(f"{name} off by {amount:.6g}", f"no such finger ({refused.seen})", "a smaller one")
-    if len(ends) == 1:
-        ends.append((0.0, readings(finger)))
-    return np.asarray((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+    if name == "position" and study.dim == 2:
+        return np.stack([difference(by, step * along) for along in np.eye(2)[:, None]], axis=-1)
+    return difference(by, step)[..., None]
 
 
 def _columns(
-    fit: Sequence[str], unit: Mapping[str, FloatArray], off: Mapping[str, float], study: Study, presses: LineLoad
+    fit: Sequence[str],
+    unit: Mapping[str, FloatArray],
+    off: Mapping[str, float],
+    study: Study,
+    presses: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """What each fitted number changes, (c + p * a, n, m), and how far it may be off (m,)."""
     array, n = study.finger.array, len(study.finger.array)
@@ -106,19 +141,12 @@ def _columns(
         amount = float(np.sqrt(sum(off.get(name, 0.0) ** 2 for name in sources))) or 1.0
         key = next((name for name in sources if name != "young"), "gain")
         change = unit[key] if key in unit else _change(study, key, amount, presses)
-        if term in ("gain", "offset", "depths", "position"):
-            columns.append(change[..., None] * np.eye(n))
-            sizes.append(of_each_sensor(array.noise, amount) if term == "offset" else np.full(n, amount))
-        else:
-            columns.append(change[..., None])
-            sizes.append(np.array([amount]))
+        for way in np.moveaxis(change, -1, 0):
+            if term in ("gain", "offset", "depths", "position"):
+                columns.append(way[..., None] * np.eye(n))
+                sizes.append(of_each_sensor(array.noise, amount) if term == "offset" else np.full(n, amount))
+            else:
+                columns.append(way[..., None])
+                sizes.append(np.array([amount]))
     rows = max(len(column) for column in columns)
     return np.concatenate([np.broadcast_to(c, (rows, *c.shape[1:])) for c in columns], axis=-1), np.concatenate(sizes)
-
-
-def _free(study: Study, presses: LineLoad) -> FloatArray:
-    """Readings by position, normal and tangential force of each press, (c, n, 3): left free if blind."""
-    table, position = study.locator.response, np.asarray(presses.position)
-    load = np.stack([np.cos(presses.angle), np.sin(presses.angle)], axis=-1) * study.touches.force
-    moved = np.einsum("cnl,cl->cn", table(position, derivative=1), load)
-    return np.concatenate([moved[..., None], table(position)], axis=-1)

@@ -10,11 +10,11 @@ import numpy as np
 
 from ...calibration import calibrate_blind
 from ...calibration.known import explained, fitted
-from ...contact import LineLoad
-from ...errors import ConvergenceError, SubskinError
+from ...errors import ConvergenceError, InvalidValueError, SubskinError
 from ...finger import Finger
-from ._costs import Costs, joined, summed_up
-from ._study import Located
+from ..touches import Touches
+from ._costs import Costs, joined
+from ._study import Located, straight, stylus
 from .cost import Cost, Recovery
 from .sources import SOURCES, as_made, of_each_sensor
 
@@ -32,6 +32,15 @@ TERMS = {
 """What a calibration can fit, and the sources that it then makes up for."""
 
 _TOGETHER = "together"
+
+
+def checked_method(name: str, touches: Touches, what: str) -> None:
+    """Refuse a calibration that there is not, or not on an area."""
+    if name not in METHODS:
+        raise InvalidValueError(f"{what} = {name!r}", f"there are {', '.join(METHODS)}", f'{what}="known"')
+    if name == "blind" and touches.area is not None:
+        rule = "calibrate_blind takes sensors in a row; on an area positions have to be known"
+        raise InvalidValueError(f'{what} = "blind"', rule, f'{what}="known"')
 
 
 def terms_for(finger: Finger, amounts: Mapping[str, float]) -> tuple[str, ...]:
@@ -83,7 +92,7 @@ def recoveries(
 
 def _summed(costs: Costs, name: str, amount: float, parts: list[Located]) -> Cost:
     found = joined(parts)
-    return summed_up(name, amount, found, costs.largest(found.errors))
+    return costs.summed_up(name, amount, found, costs.largest(found.errors))
 
 
 def _made(costs: Costs, name: str, off: Mapping[str, float], draw: int, rng: np.random.Generator) -> Finger:
@@ -111,11 +120,12 @@ def _calibrated(
     noise = of_each_sensor(made.array.noise, amounts["noise"]) if "noise" in amounts else made.array.noise
     made = replace(made, array=replace(made.array, noise=noise))
     if method == "known":
-        positions, force = np.linspace(*study.touches.span_on(study.finger), count), study.touches.force
-        readings = made.read(LineLoad(force, 0.0, positions), rng)
+        positions, force = study.touches.presses(count, study.finger), study.touches.force
+        readings = made.read(stylus(straight(force, study.dim, len(positions)), positions), rng)
+        origin = 0.0 if study.dim == 1 else (0.0, 0.0)
 
         def found(terms: Sequence[str]) -> Finger:  # errors are counted, so nobody asks for standard errors
-            return explained(fitted(study.finger, readings, positions, fit=terms, force=force, origin=0.0)).finger
+            return explained(fitted(study.finger, readings, positions, fit=terms, force=force, origin=origin)).finger
 
         try:
             return found(fit)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ...finger import Finger
 from .._common import whole
 from ..touches import Touches
 from ._costs import Costs, combined
-from ._recovery import METHODS, recoveries, terms_for
+from ._recovery import METHODS, checked_method, recoveries, terms_for
 from ._study import Study
 from .cost import Cost, Needed, Recovery
 from .sources import checked_tolerances
@@ -65,7 +66,8 @@ class ToleranceBudget:
     def kept(self, share: float = 0.95, sources: Sequence[str] | None = None) -> tuple[float, float, float]:
         """Errors of position [m], angle [rad] and force [-] that a `share` of the touches keep, to first order.
 
-        At each touch the standard deviations of all `sources`, or of those named, add up as squares.
+        At each touch the covariances of all `sources`, or of those named, add up. The error of a position on an area is
+        its standard deviation in the direction in which it is worst.
 
         Raises
         ------
@@ -78,8 +80,8 @@ class ToleranceBudget:
         for name in chosen:
             if name not in amounts:
                 raise InvalidValueError(f"source {name!r}", f"the budget has {', '.join(amounts)}", "one of these")
-        square = sum(self._costs.linear(name, amounts[name]) ** 2 for name in chosen)
-        position, force, angle = np.quantile(np.sqrt(square), part, axis=(0, 1), method="higher")
+        square = np.sum([self._costs.linear(name, amounts[name]) for name in chosen], axis=0)
+        position, force, angle = np.quantile(self._costs.spread(square), part, axis=(0, 1), method="higher")[:3]
         return float(position), float(angle), float(force)
 
     def needed(
@@ -165,13 +167,13 @@ def tolerance_budget(
     touches: Touches,
     tolerances: Mapping[str, float] | None = None,
     *,
-    positions: int = 24,
+    positions: int | None = None,
     angles: int = 12,
     draws: int = 200,
     quantile: float = 0.95,
     rng: np.random.Generator | int = 0,
     friction: float | None = None,
-    search: tuple[float, float] | None = None,
+    search: Any = None,
     self_calibration: str | Sequence[str] | Mapping[str, Sequence[str]] = (),
     calibration_draws: int = 3,
     calibration_touches: int = 200,
@@ -190,13 +192,13 @@ def tolerance_budget(
     finger : Finger
         As drawn, with the noise of its sensors.
     touches : Touches
-        What presses: force, friction and span.
+        What presses: force, friction, and span or area.
     tolerances : mapping of str to float, optional
         Amount of each source of `SOURCES` to look at, a standard deviation [m, readings or shares];
         `usual_tolerances(finger)` if left out. 0 leaves a source out.
     positions, angles : int, optional
-        Touches: middles of equal parts of the span and of the cone. An odd number of both puts one where three sensors
-        are singular.
+        Touches: middles of equal parts of the span (24) and of the cone. An odd number of both puts one where three
+        sensors are singular. On an area about so many cells (36), and directions.
     draws : int, optional
         Fingers or frames drawn for each source that is random from sensor to sensor or from reading to reading.
     quantile : float, optional
@@ -205,12 +207,12 @@ def tolerance_budget(
         Random generator, or its seed.
     friction : float, optional
         Coefficient of friction of `locate`; that of the touches if left out.
-    search : (float, float), optional
-        Where loads are looked for, y [m]; as in `Finger.locate`.
+    search : optional
+        Where loads are looked for [m]; as in `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
         "known": calibrate each finger first by presses straight down, of known force at known positions. "blind": by
-        touches like these of which only the tolerances are known. Each fits all that has a tolerance and can be fitted;
-        a mapping says otherwise, as {"blind": ("gain", "depth", "position")}.
+        touches like these of which only the tolerances are known, of a row alone. Each fits all that has a tolerance
+        and can be fitted; a mapping says otherwise, as {"blind": ("gain", "depth", "position")}.
     calibration_draws, calibration_touches, calibration_presses : int, optional
         Fingers calibrated for each source; touches of each blind calibration, and presses of each at known positions.
     progress : callable, optional
@@ -222,7 +224,7 @@ def tolerance_budget(
         An unknown source, or one that the skin has not; amounts or counts out of range; sensors without noise, too few
         of them.
     GeometryError
-        Touches without a span, or beyond the search.
+        Touches without a span, or beyond the search; touches on an area and sensors in a row, or the reverse.
     NotLinearError
         A transducer with no linear part.
 
@@ -239,7 +241,7 @@ def tolerance_budget(
     """
     amounts = checked_tolerances(finger, tolerances)
     counts = {
-        "positions": positions, "angles": angles, "draws": draws,
+        "positions": touches.usual_positions(24) if positions is None else positions, "angles": angles, "draws": draws,
         "calibration_draws": calibration_draws, "calibration_touches": calibration_touches,
         "calibration_presses": calibration_presses,
     }  # fmt: skip
@@ -249,10 +251,10 @@ def tolerance_budget(
     if not share < 1:
         raise InvalidValueError(f"quantile = {share:.6g}", "has to be < 1", "quantile=0.95")
     root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0)
-    methods = _methods(self_calibration, terms_for(finger, amounts))
+    methods = _methods(self_calibration, terms_for(finger, amounts), touches)
     mu = touches.friction if friction is None else _check.friction(friction)
-    position, angle = touches.grid(positions, angles, finger)
-    costs = Costs(Study(finger, touches, position, angle, mu, search), draws, share, root)
+    position, load = touches.loads(counts["positions"], angles, finger)
+    costs = Costs(Study(finger, touches, position, load, mu, search), draws, share, root)
     advance = progress or (lambda: None)
     rows = []
     for name, amount in amounts.items():
@@ -266,14 +268,11 @@ def tolerance_budget(
 
 
 def _methods(
-    given: str | Sequence[str] | Mapping[str, Sequence[str]], usual: tuple[str, ...]
+    given: str | Sequence[str] | Mapping[str, Sequence[str]], usual: tuple[str, ...], touches: Touches
 ) -> dict[str, tuple[str, ...]]:
     """What each kind of self-calibration fits, in the order of `METHODS`."""
     named = (given,) if isinstance(given, str) else tuple(given)
     for name in named:
-        if name not in METHODS:
-            raise InvalidValueError(
-                f"self_calibration = {name!r}", f"there are {', '.join(METHODS)}", 'self_calibration="known"'
-            )
+        checked_method(name, touches, "self_calibration")
     own = given if isinstance(given, Mapping) else {}
     return {name: tuple(own.get(name, usual)) for name in METHODS if name in named}

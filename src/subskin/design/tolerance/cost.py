@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Cost", "Needed", "Recovery"]
+import numpy as np
+
+__all__ = ["TOLD", "Cost", "Needed", "Recovery"]
+
+TOLD = ("position", "force", "angle", "radius")
+"""What a touch is asked for."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +27,8 @@ class Cost:
         Whether it is one number for the whole finger, one that is the same in all of them, each sensor's own, or each
         reading's.
     position_rms, angle_rms, force_rms : float
-        Root mean square over touches and fingers [m, rad, share of the force].
+        Root mean square over touches and fingers [m, rad, share of the force]; on an area an error of the position is
+        a distance, that of the angle one between directions.
     position_worst, angle_worst, force_worst : float
         At the worst touch, the error that the budget's `quantile` of the fingers (of the frames, for the noise) stay
         within; for `resolution` and `width` simply the largest.
@@ -31,6 +37,8 @@ class Cost:
     position_linear, angle_linear, force_linear : float
         Root mean square to first order: (J^T W J)^-1 J^T W times the change of the readings. Infinite where J is
         singular at one of the touches.
+    radius_rms, radius_worst, radius_linear : float
+        The same of the radius of touches that have one [m]; NaN of others.
     """
 
     source: str
@@ -47,6 +55,9 @@ class Cost:
     position_linear: float
     angle_linear: float
     force_linear: float
+    radius_rms: float = np.nan
+    radius_worst: float = np.nan
+    radius_linear: float = np.nan
 
 
 @dataclass(frozen=True)

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ...errors import InvalidValueError
-from ...estimate import Locator, Status
 from ...finger import Finger
 from .._common import whole
 from ..touches import Touches
-from ._calibrated import after_calibration
+from ._calibrated import after_calibration, count_of
 from ._costs import Costs
-from ._recovery import METHODS
+from ._recovery import checked_method
 from ._study import Study
 from .sources import SOURCES, checked_tolerances
 
 __all__ = ["ErrorsKept", "Outcome", "tolerance_outcome"]
 
+_FEW = 20
+"""Fingers on an area of which frames are located: each of a layered skin has fields of its own to work out."""
 _ALIKE = 1.05
 """Up to this ratio to the noise a misfit is as good as none."""
 
@@ -34,15 +35,19 @@ class ErrorsKept:
     ----------
     position, angle, force : float
         Error that a share of the touches keeps, as a standard deviation over fingers: [m], [rad], relative to the
-        force. Infinite where first order means nothing at too many touches.
+        force; on an area in the direction in which it is worst. Infinite where first order means nothing at too many
+        touches.
     lost : float
         Share of the frames, with noise, that are not OK: ambiguous, not noticed, or not explained.
+    radius : float
+        The error of the radius of touches that have one [m]; NaN of others.
     """
 
     position: float
     angle: float
     force: float
     lost: float
+    radius: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,8 @@ class Outcome:
         Located by the same fingers after calibration.
     method : {"known", "blind"}
         Kind of the calibration.
+    presses : int
+        Touches of it.
     amounts : mapping of str to float
         The tolerances, the noise among them.
     """
@@ -64,6 +71,7 @@ class Outcome:
     as_made: ErrorsKept
     calibrated: ErrorsKept
     method: str
+    presses: int
     amounts: Mapping[str, float]
 
 
@@ -74,37 +82,37 @@ def tolerance_outcome(
     *,
     method: str = "known",
     share: float = 0.95,
-    positions: int = 12,
+    positions: int | None = None,
     angles: int = 6,
     draws: int = 50,
     rng: int = 0,
-    search: tuple[float, float] | None = None,
+    search: Any = None,
 ) -> Outcome:
     """What all tolerances at once leave of a finger's touches, before and after it is calibrated.
 
     The calibration is one of least squares, to first order about the finger as it is: 60 presses straight down at known
-    positions with a known force, or 200 touches of which only the tolerances are known. It fits what
-    `tolerance_budget(self_calibration=...)` fits. What it cannot fit stays, and what it fits bends to make up for it.
-    So dozens of fingers take less time than one calibration by `calibrate`.
+    positions with a known force, on an area about 64 on a grid; or 200 touches of which only the tolerances are known.
+    It fits what `tolerance_budget(self_calibration=...)` fits. What it cannot fit stays, and what it fits bends to make
+    up for it. So dozens of fingers take less time than one calibration by `calibrate`.
 
     Parameters
     ----------
     finger : Finger
         As drawn, with the noise of its sensors.
     touches : Touches
-        What presses: force, friction and span.
+        What presses: force, friction, and span or area.
     tolerances : mapping of str to float, optional
         As in `tolerance_budget`.
     method : {"known", "blind"}, optional
-        The calibration.
+        The calibration; on an area it is "known".
     share : float, optional
         Share of the touches for which the errors hold [-].
     positions, angles, draws : int, optional
-        Touches, and fingers that are drawn.
+        Touches (12 positions, on an area 36), and fingers that are drawn; on an area 20 of them locate.
     rng : int, optional
         Seed of all draws.
-    search : (float, float), optional
-        Where loads are looked for, y [m].
+    search : optional
+        Where loads are looked for [m], as in `Finger.locate`.
 
     Raises
     ------
@@ -121,40 +129,37 @@ def tolerance_outcome(
     (True, 0.0)
     """
     amounts = checked_tolerances(finger, tolerances)
-    for name, count in {"positions": positions, "angles": angles, "draws": draws}.items():
+    counts = {"positions": touches.usual_positions(12) if positions is None else positions, "angles": angles}
+    for name, count in (counts | {"draws": draws}).items():
         whole(name, count)
-    if method not in METHODS:
-        raise InvalidValueError(f'method "{method}"', f"there are {', '.join(METHODS)}", 'method="known"')
+    checked_method(method, touches, "method")
     part = _check.scalar("share", share, above=0.0, at_most=1.0)
-    position, angle = touches.grid(positions, angles, finger)
-    study = Study(finger, touches, position, angle, touches.friction, search)
+    study = Study(finger, touches, *touches.loads(**counts, finger=finger), touches.friction, search)
     costs = Costs(study, draws, 0.95, whole("rng", rng, 0))
     off = {name: amount for name, amount in amounts.items() if SOURCES[name].spread != "reading"}
-    linear = sum((costs.linear(name, amount) ** 2 for name, amount in off.items()), np.zeros((positions, angles, 3)))
-    made = _kept(np.sqrt(linear), costs.together(amounts).lost, part)
+    linear = np.sum([costs.linear(name, amount) for name, amount in off.items()], axis=0)
+    few = draws if touches.area is None else min(draws, _FEW)
+    made = _kept(costs, linear, costs.lost(amounts, few), part)
+    presses = count_of(study, method)
     if not off:
-        return Outcome(made, made, method, amounts)
+        return Outcome(made, made, method, presses, amounts)
     left, misfit = after_calibration(costs, off, method)
-    frames = costs.with_reading_errors(costs.drawn_readings + left, amounts, costs.rng("together", draws))
-    square = (np.einsum("pakn,dpan->dpak", costs.slope, left) ** 2).mean(axis=0)
+    frames = costs.with_reading_errors(
+        costs.drawn_readings + left[:few], amounts, costs.rng("together", draws), len(left[:few])
+    )
+    errors = np.einsum("pakn,dpan->dpak", costs.slope, left)
+    square = np.einsum("dpak,dpaj->pakj", errors, errors) / draws
     square[costs.singular & (np.abs(left).max(axis=(0, -1)) > 0)] = np.inf
-    after = _kept(np.sqrt(square), _lost(study, frames, misfit), part)
-    return Outcome(made, after, method, amounts)
+    return Outcome(made, _kept(costs, square, _lost(study, frames, misfit[:few]), part), method, presses, amounts)
 
 
-def _kept(errors: FloatArray, lost: float, share: float) -> ErrorsKept:
-    position, force, angle = np.quantile(errors, share, axis=(0, 1), method="higher")
-    return ErrorsKept(float(position), float(angle), float(force), lost)
+def _kept(costs: Costs, square: FloatArray, lost: float, share: float) -> ErrorsKept:
+    each = np.quantile(costs.spread(square), share, axis=(0, 1), method="higher")
+    return ErrorsKept(lost=lost, **dict(zip(costs.study.told, each.tolist(), strict=True)))
 
 
 def _lost(study: Study, frames: FloatArray, misfit: FloatArray) -> float:
     """Share of frames (draws, p, a, n) that are not OK, on fingers that believe in `misfit` (draws, n) noises."""
-    array, ok = study.finger.array, []
-    alike = misfit.max(axis=1) < _ALIKE
-    if alike.any():
-        ok.append(study.locator(frames[alike]).status == Status.OK)
-    for own, seen in zip(misfit[~alike], frames[~alike], strict=True):
-        noisy = replace(array, noise=own * np.asarray(array.noise))
-        locator = Locator(study.locator.response, noisy, friction=study.friction)
-        ok.append(locator(seen[None]).status == Status.OK)
-    return float(1 - np.concatenate(ok).mean())
+    believed = np.where(misfit.max(axis=1, keepdims=True) < _ALIKE, 1.0, misfit)
+    each = [study.share_ok(f.reshape(-1, f.shape[-1]), own) for f, own in zip(frames, believed, strict=True)]
+    return float(1 - np.mean(each))

@@ -103,12 +103,15 @@ def checked_tolerances(finger: Finger, tolerances: Mapping[str, float] | None) -
 def as_made(finger: Finger, off: Mapping[str, Any]) -> Finger:
     """The finger with each source of `off` off by the value given: a number, or one a sensor.
 
-    A SubskinError is raised where there is no such finger: a depth below 0, Poisson's ratio above 1/2.
+    A `position` of shape (n, 2), or (1, 2), moves the sensors along y and along z. A SubskinError is raised where there
+    is no such finger: a depth below 0, Poisson's ratio above 1/2.
     """
-    a = finger.array
+    a, moved = finger.array, np.asarray(off.get("position", 0.0))
+    y, z = moved.T if moved.ndim == 2 else (moved, 0.0)
     array = replace(
         a,
-        y=np.asarray(a.y) + off.get("position", 0.0),
+        y=np.asarray(a.y) + y,
+        z=np.asarray(a.z) + z,
         depth=np.asarray(a.depth) + off.get("depth", 0.0) + off.get("depths", 0.0),
         gain=np.asarray(a.gain) * (1 + off.get("gain", 0.0)) * (1 + off.get("gains", 0.0)),
         offset=np.asarray(a.offset) + off.get("offset", 0.0),

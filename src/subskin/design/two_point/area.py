@@ -127,7 +127,7 @@ def two_point_area(
         half = 0.5 * separation[..., None] * along
         inside = np.minimum(np.abs(half), 0.5 * np.ptp(box, axis=1))
         centre = np.clip(middle, box[:, 0] + inside, box[:, 1] - inside)
-        pressed = [finger.measure(touches.local(down, centre + side * half), linear=True) for side in (-1, 1)]
+        pressed = [finger.measure(touches.contact(down, centre + side * half), linear=True) for side in (-1, 1)]
         readings = np.asarray(finger.array.gain) * (pressed[0] + pressed[1]) + np.asarray(finger.array.offset)
         found = finger.fit(readings, family, friction=touches.friction, **options)
         return np.sqrt(np.nan_to_num(np.asarray(found.residual), nan=0.0))
