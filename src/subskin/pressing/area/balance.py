@@ -135,19 +135,16 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     if not mu:
         return replace(state, shear=np.zeros((2, *p.shape)))
     w = op.dragged(p) - case.shift
-    rows: list[FloatArray] = []
-    targets: list[float] = []
-    rigid = np.zeros((2, *p.shape))
+    targets, given = np.full(3, np.nan), np.zeros(3)
     if load.slide is None:
-        rows += [case.cell * np.eye(2)[i].reshape(2, 1, 1) for i in (0, 1)]
-        targets += [float(t) for t in load.tangential]  # type: ignore[union-attr]
+        targets[:2] = np.asarray(load.tangential) / case.cell
     else:
-        rigid = case.rigid(load.slide, 0.0)
+        given[:2] = load.slide
     if load.twist is None:
-        rows.append(case.cell * case.rigid(np.zeros(2), 1.0))
-        targets.append(float(load.torsion or 0.0))
+        targets[2] = float(load.torsion or 0.0) / case.cell
     else:
-        rigid = rigid + case.rigid(np.zeros(2), load.twist)
+        given[2] = load.twist
+    rigid = case.rigid(given[:2], given[2])
     slid = _sliding(case, state, held, w - rigid)
     if slid is not None:
         return slid
@@ -158,17 +155,15 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     limit = _SAFE * case.tolerance * state.scale
     part = _part(touch)
     shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
-    sums = [np.ascontiguousarray(np.broadcast_to(row, w.shape)[box]) for row in rows]
     found = dragged(
-        op.cropped(shape), (w - rigid)[box], held[part], sums, np.array(targets), start[box], sticks[part], limit
-    )
+        op.cropped(shape), (w - rigid)[box], held[part], (case.y[part[0]], case.z[part[1]]), targets, start[box],
+        sticks[part], limit,
+    )  # fmt: skip
     shear = np.zeros(w.shape)
     shear[box] = found.shear
-    at = list(found.multipliers * case.cell)
-    slide = np.array([at.pop(0), at.pop(0)]) if load.slide is None else load.slide
-    twist = float(at.pop(0)) if load.twist is None else load.twist
+    motion = given + found.motion
     products = state.products[0], state.products[1] + found.products
-    return replace(state, shear=shear, slide=slide, twist=twist, products=products)
+    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), products=products)
 
 
 def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:
@@ -217,26 +212,24 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
     """The pressure beneath the body, the shear being what it is."""
     load, body = case.load, np.isfinite(case.height)
     f = np.where(body, case.height, 0.0) + lifted
-    rows: list[FloatArray] = []
-    targets: list[float] = []
+    targets, given = np.full(3, np.nan), np.zeros(3)
     if load.force is None:
-        f -= float(load.depth or 0.0)
+        given[0] = float(load.depth or 0.0)
+        f -= given[0]
     else:
-        rows.append(np.full((1, 1), case.cell))
-        targets.append(load.force)
+        targets[0] = load.force / case.cell
     if load.moment is None:
+        given[1:] = load.tilt
         if load.tilt.any():
             f -= _leaning(case, load.tilt)
     else:
-        rows += [case.cell * case.y[:, None], case.cell * case.z[None, :]]
-        targets += list(load.moment)
+        targets[1:] = load.moment / case.cell
     limit = _SAFE * case.tolerance * state.scale
-    found, part = _on_part(case, f, body, rows, np.array(targets), state, limit)
+    found, part = _on_part(case, f, body, targets, state, limit)
     pressure, touches = np.zeros(f.shape), np.zeros(f.shape, dtype=bool)
     pressure[part], touches[part] = found.pressure, found.touches
-    at = list(found.multipliers * case.cell)
-    depth = float(load.depth or 0.0) if load.force is None else float(at.pop(0))
-    tilt = load.tilt if load.moment is None else np.array(at)
+    motion = given + found.motion
+    depth, tilt = float(motion[0]), motion[1:]
     top = float(pressure.max(initial=0.0))
     scale = max(abs(depth), case.influence.own * top) if top else state.scale
     before = (0, 0) if state.rough is not None else state.products
@@ -248,7 +241,6 @@ def _on_part(
     case: AreaCase,
     f: FloatArray,
     body: BoolArray,
-    rows: list[FloatArray],
     targets: FloatArray,
     state: AreaBalance,
     limit: float,
@@ -257,13 +249,9 @@ def _on_part(
     part = _part(state.touches)
     while True:
         shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-        sums = [
-            row[part[0] if row.shape[0] > 1 else slice(None), part[1] if row.shape[1] > 1 else slice(None)]
-            for row in rows
-        ]
         found = pressed(
-            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], sums, targets,
-            state.pressure[part], state.touches[part], limit,
+            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], (case.y[part[0]], case.z[part[1]]),
+            targets, state.pressure[part], state.touches[part], limit,
         )  # fmt: skip
         if shape == f.shape:
             return found, part

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...skin import Skin
+from ._spectral import scaled, turned
 
 __all__ = ["AreaInfluence", "area_influence"]
 
@@ -67,52 +68,61 @@ class AreaInfluence(Frozen):
         return [spectrum.astype(np.float32) for spectrum in self._spectra]
 
     def _waves(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Transform of a map with zeros beyond the grid, in its own precision: rows of zeros are not transformed."""
+        """Transform of maps (..., n, k) with zeros beyond the grid, in their own precision: no row of zeros is done."""
         from scipy.fft import fft, rfft
 
-        return np.asarray(fft(rfft(values, self._padded[1], axis=1), self._padded[0], axis=0, overwrite_x=True))
+        return np.asarray(fft(rfft(values, self._padded[1]), self._padded[0], axis=-2, overwrite_x=True))
 
     def _map(self, waves: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """The way back, on the grid alone. `waves` is overwritten."""
+        """The way back, on the grid's rows alone, with more columns than the grid has. `waves` is overwritten."""
         from scipy.fft import ifft, irfft
 
-        rows = ifft(waves, axis=0, overwrite_x=True)[: self.shape[0]]
-        return np.asarray(irfft(rows, self._padded[1], axis=1, overwrite_x=True)[:, : self.shape[1]])
+        rows = ifft(waves, axis=-2, overwrite_x=True)[..., : self.shape[0], :]
+        return np.asarray(irfft(rows, self._padded[1], overwrite_x=True))
 
     def normal(self, pressure: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """u_x at every node under a pressure [m], (n, k), in single precision if that is given so."""
+        return self.normal_wide(pressure)[:, : self.shape[1]]
+
+    def normal_wide(self, pressure: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The same with more columns, which mean nothing: what is cut off is no longer in one piece."""
         waves = self._waves(pressure)
-        waves *= (self._single if pressure.dtype == np.float32 else self._spectra)[0]
+        single = pressure.dtype == np.float32
+        scaled(waves.view(pressure.dtype), (self._single if single else self._spectra)[0])
         return self._map(waves)
 
     def lateral(self, shear: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """u_y and u_z under a drag, both of shape (2, n, k), in single precision if that is given so."""
-        y, z = (self._waves(part) for part in shear)
-        yy, zz, yz = (self._single if shear.dtype == np.float32 else self._spectra)[1:4]
-        return np.stack([self._map(yy * y + yz * z), self._map(yz * y + zz * z)])
+        return self.lateral_wide(shear)[..., : self.shape[1]]
+
+    def lateral_wide(self, shear: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The same with more columns, as of `normal_wide`."""
+        waves = self._waves(shear)
+        single = shear.dtype == np.float32
+        turned(waves.view(shear.dtype), *(self._single if single else self._spectra)[1:4])
+        return self._map(waves)
 
     def lifted(self, shear: FloatArray) -> FloatArray:
         """u_x under a drag."""
         if not self.coupled or not shear.any():
             return np.zeros(self.shape)
-        y, z = (self._waves(part) for part in shear)
-        return self._map(1j * (self._spectra[4] * y + self._spectra[5] * z))
+        y, z = self._waves(shear)
+        return self._map(1j * (self._spectra[4] * y + self._spectra[5] * z))[:, : self.shape[1]]
 
     def dragged(self, pressure: FloatArray) -> FloatArray:
         """u_y and u_z under a pressure."""
         if not self.coupled:
             return np.zeros((2, *self.shape))
         waves = -1j * self._waves(pressure)
-        return np.stack([self._map(waves * self._spectra[4]), self._map(waves * self._spectra[5])])
+        return self._map(np.stack([waves * row for row in self._spectra[4:]]))[..., : self.shape[1]]
 
-    def nearly(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """What pressure nearly makes a displacement: that of a grid which repeats."""
+    def nearly_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """What pressure nearly makes a displacement: that of a grid which repeats. It may be larger than the grid."""
         from scipy.fft import irfft2, rfft2
 
         waves = rfft2(residual, self._tiled)
-        waves *= self._inverse
-        n, k = self.shape
-        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True)[:n, :k])
+        scaled(waves.view(np.float32), self._inverse)
+        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True))
 
     @cached_property
     def _inverse(self) -> npt.NDArray[np.float32]:
@@ -120,22 +130,20 @@ class AreaInfluence(Frozen):
         values[0, 0] = min(values[0, 1], values[1, 0])  # the mean is poorly known, and mended by the sums
         return _inverted(values)
 
-    def nearest(self) -> tuple[float, float, float]:
-        """The same at a node under its own displacement, and that at its two kinds of neighbours, squared over it."""
-        unit = np.zeros(self.shape, dtype=np.float32)
-        unit[0, 0] = 1.0
-        found = self.nearly(unit)
-        return float(found[0, 0]), float(found[0, 1] ** 2 / found[0, 0]), float(found[1, 1] ** 2 / found[0, 0])
-
-    def nearly_lateral(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """As `nearly`, of drags, (2, n, k)."""
+    def nearly_lateral_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """As `nearly_wide`, of drags (2, n, k)."""
         from scipy.fft import irfft2, rfft2
 
         waves = rfft2(residual, self._tiled)
-        yy, zz, yz = self._lateral_inverse
-        n, k = self.shape
-        both = np.stack([yy * waves[0] + yz * waves[1], yz * waves[0] + zz * waves[1]])
-        return np.asarray(irfft2(both, self._tiled, overwrite_x=True)[:, :n, :k])
+        turned(waves.view(np.float32), *self._lateral_inverse)
+        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True))
+
+    @cached_property
+    def typical(self) -> float:
+        """What nearly makes a node's own unit displacement along the surface, at that node [Pa/m]."""
+        unit = np.zeros((2, *self.shape), dtype=np.float32)
+        unit[0, 0, 0] = 1.0
+        return float(self.nearly_lateral_wide(unit)[0, 0, 0])
 
     @cached_property
     def _lateral_inverse(self) -> npt.NDArray[np.float32]:
