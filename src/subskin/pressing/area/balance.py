@@ -25,7 +25,8 @@ _ROUNDS = 60
 _ROUGH = 100.0
 """Times the tolerance to which a coarse grid is solved: it is only a start."""
 _MARGIN = 4
-_EVEN = 16
+_ROUND = 1.18
+"""Approach of a sphere over the displacement in the middle of its contact, were the pressure even."""
 
 Gap = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -190,18 +191,40 @@ def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray
 
 
 def _first(case: AreaCase) -> AreaBalance:
-    """By force everything touches, by depth what the undeformed skin would; and nothing is known."""
-    load, shape = case.load, case.height.shape
-    touches = np.isfinite(case.height)
-    if load.depth is not None:
-        beneath = case.height - _leaning(case, load.tilt) < load.depth
-        touches = beneath if beneath.any() else touches
-        level = load.depth / (case.influence.own * max(min(shape), 2))
+    """What lies lower than half the approach touches, as beneath a sphere, under a pressure as round as there."""
+    load, op = case.load, case.influence
+    low = case.height - _leaning(case, load.tilt)
+    rises = np.sort(low[np.isfinite(low)])
+    rises -= rises[0]
+    under = _ROUND * _beneath_discs(op)[: rises.size]
+    count = 1 + np.arange(under.size)
+    if load.force is not None:
+        level = load.force / case.cell / count  # the mean pressure, were so many nodes to touch
+        touching = max(1, int(np.searchsorted(2 * rises[: under.size] - level * under, 0.0)))
+        mean = level[touching - 1]
     else:
-        level = float(load.force or 0.0) / (max(int(touches.sum()), 1) * case.cell)
-    p = level * touches
-    scale = float(case.influence.normal(p).max())
-    return AreaBalance(p, np.zeros((2, *shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
+        sunk = float(load.depth or 0.0) - float(low.min())
+        touching = int(np.clip(np.searchsorted(2 * rises, sunk), 1, under.size))
+        mean = max(sunk, 0.0) / under[touching - 1]
+    lowest = float(low[np.isfinite(low)].min())
+    edge = float(rises[touching - 1]) + case.influence.own * mean * 1e-9
+    share = np.clip(1 - (low - lowest) / edge, 0.0, 1.0)
+    touches = low - lowest <= edge
+    shape = np.sqrt(share + 1e-3) * touches
+    p = shape * (mean * touching / shape.sum())
+    scale = float(op.normal(p).max())
+    return AreaBalance(p, np.zeros((2, *p.shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
+
+
+def _beneath_discs(op: AreaInfluence) -> FloatArray:
+    """Displacement in the middle of discs of 1, 2, ... nodes under a pressure of 1 [m/Pa]."""
+    away = np.add.outer(np.arange(op.shape[0]) ** 2, np.arange(op.shape[1]) ** 2)
+    times = np.full(op.shape, 4.0)
+    times[0], times[:, 0], times[0, 0] = 2.0, 2.0, 1.0
+    order = np.argsort(away, axis=None, kind="stable")
+    nodes = np.cumsum(times.flat[order])
+    moved = np.cumsum((times * op.rows[0]).flat[order])
+    return np.interp(1.0 + np.arange(op.shape[0] * op.shape[1]), nodes, moved)
 
 
 def _leaning(case: AreaCase, tilt: FloatArray) -> FloatArray:
@@ -267,13 +290,15 @@ def _on_part(
 
 
 def _part(touches: BoolArray) -> tuple[slice, slice]:
-    """The box about what touches, with a margin, of sizes that are shared by many contacts."""
+    """The box about what touches, with a margin, of sizes that are shared by many contacts and quick to transform."""
+    from scipy.fft import next_fast_len
+
     out = []
     for axis in (0, 1):
         count = touches.shape[axis]
         at = np.flatnonzero(touches.any(axis=1 - axis))
         low, high = (int(at[0]), int(at[-1])) if at.size else (0, count - 1)
-        size = min(count, -(-(high - low + 1 + 2 * _MARGIN) // _EVEN) * _EVEN)
+        size = min(count, next_fast_len(high - low + 1 + 2 * _MARGIN, real=True))
         first = int(np.clip((low + high + 1 - size) // 2, 0, count - size))
         out.append(slice(first, first + size))
     return out[0], out[1]
