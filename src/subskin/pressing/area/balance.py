@@ -12,9 +12,10 @@ from ..._frozen import Frozen
 from ..bounded import BoolArray
 from ..equilibrium import Mixer
 from .influence import AreaInfluence
-from .lateral import dragged, finer_drag
+from .lateral import Dragged, dragged, finer_drag
 from .load import Asked
 from .normal import Pressed, finer, pressed
+from .quarter import corner, quarter, unfolded, with_parity
 
 __all__ = ["AreaBalance", "AreaCase", "equilibrium"]
 
@@ -25,6 +26,10 @@ _ROUNDS = 60
 _ROUGH = 100.0
 """Times the tolerance to which a coarse grid is solved: it is only a start."""
 _MARGIN = 4
+_SAME = 1e-3
+"""Share of what counts by which both sides may differ and are still called the same."""
+_PARITIES = ((False, False), (True, True), (False, True))
+"""Whether q_y is odd along y and along z beneath a drag along y, a drag along z, a torsion."""
 _ROUND = 1.18
 """Approach of a sphere over the displacement in the middle of its contact, were the pressure even."""
 
@@ -54,16 +59,17 @@ class AreaCase(Frozen):
         return self.step**2
 
     def coarser(self) -> AreaCase:
-        """The same on every other node."""
+        """The same on nodes between, each in the middle of four."""
+        y, z = (0.5 * (nodes[::2] + nodes[1::2]) for nodes in (self.y, self.z))
+        rows = 0.5 * (self.shift[:, ::2] + self.shift[:, 1::2])
         return replace(
             self,
             influence=self.influence.coarser,
             step=2 * self.step,
-            y=self.y[::2],
-            z=self.z[::2],
-            height=self.height[::2, ::2],
-            shift=self.shift[:, ::2, ::2],
-            tolerance=self.tolerance,
+            y=y,
+            z=z,
+            height=np.asarray(self.gap(y[:, None], z)),
+            shift=0.5 * (rows[..., ::2] + rows[..., 1::2]),
         )
 
     def rigid(self, slide: FloatArray, twist: float) -> FloatArray:
@@ -156,7 +162,7 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     limit = _SAFE * case.tolerance * state.scale
     part = _part(touch)
     shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
-    found = dragged(
+    found = _dragged(
         op.cropped(shape), (w - rigid)[box], held[part], (case.y[part[0]], case.z[part[1]]), targets, start[box],
         sticks[part], limit,
     )  # fmt: skip
@@ -272,7 +278,7 @@ def _on_part(
     part = _part(state.touches)
     while True:
         shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-        found = pressed(
+        found = _pressed(
             case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], (case.y[part[0]], case.z[part[1]]),
             targets, state.pressure[part], state.touches[part], limit,
         )  # fmt: skip
@@ -289,6 +295,63 @@ def _on_part(
         part = (slice(0, f.shape[0]), slice(0, f.shape[1]))
 
 
+def _pressed(
+    op: AreaInfluence,
+    f: FloatArray,
+    body: BoolArray,
+    nodes: tuple[FloatArray, FloatArray],
+    targets: FloatArray,
+    start: FloatArray,
+    touches: BoolArray,
+    limit: float,
+) -> Pressed:
+    """As `pressed`, on a quarter where that says all."""
+    even = not np.nan_to_num(targets[1:]).any() and _centred(nodes)
+    even = even and not (body != body[::-1]).any() and not (body != body[:, ::-1]).any()
+    if not even or not with_parity(f, (False, False), _SAME * limit):
+        return pressed(op, f, body, nodes, targets, start, touches, limit)
+    n, k = (count // 2 for count in f.shape)
+    found = pressed(
+        quarter(op), corner(f), corner(body), (nodes[0][n:], nodes[1][k:]),
+        np.array([0.25 * targets[0], np.nan, np.nan]), corner(start), corner(touches), limit,
+    )  # fmt: skip
+    return replace(found, pressure=unfolded(found.pressure), touches=unfolded(found.touches))
+
+
+def _dragged(
+    op: AreaInfluence,
+    w: FloatArray,
+    held: FloatArray,
+    nodes: tuple[FloatArray, FloatArray],
+    targets: FloatArray,
+    start: FloatArray,
+    sticks: BoolArray,
+    limit: float,
+) -> Dragged:
+    """As `dragged`, on a quarter where that says all: what is asked for and what moves have one parity."""
+    if _centred(nodes) and with_parity(held, (False, False), 0.0):
+        for at, odd in enumerate(_PARITIES):
+            asked = np.nan_to_num(np.delete(targets, at)).any()
+            other = (not odd[0], not odd[1])
+            if asked or not (with_parity(w[0], odd, _SAME * limit) and with_parity(w[1], other, _SAME * limit)):
+                continue
+            n, k = (count // 2 for count in held.shape)
+            kept = np.full(3, np.nan)
+            kept[at] = 0.25 * targets[at]
+            found = dragged(
+                quarter(op, odd), corner(w), corner(held), (nodes[0][n:], nodes[1][k:]), kept, corner(start),
+                corner(sticks), limit,
+            )  # fmt: skip
+            shear = np.stack([unfolded(found.shear[0], odd), unfolded(found.shear[1], other)])
+            return replace(found, shear=shear, sticks=unfolded(found.sticks))
+    return dragged(op, w, held, nodes, targets, start, sticks, limit)
+
+
+def _centred(nodes: tuple[FloatArray, FloatArray]) -> bool:
+    """Whether nodes stand in pairs on either side of both axes."""
+    return all(at.size % 2 == 0 and np.abs(at + at[::-1]).max() <= _SAME * (at[1] - at[0]) for at in nodes)
+
+
 def _part(touches: BoolArray) -> tuple[slice, slice]:
     """The box about what touches, with a margin, of sizes that are shared by many contacts and quick to transform."""
     from scipy.fft import next_fast_len
@@ -298,7 +361,7 @@ def _part(touches: BoolArray) -> tuple[slice, slice]:
         count = touches.shape[axis]
         at = np.flatnonzero(touches.any(axis=1 - axis))
         low, high = (int(at[0]), int(at[-1])) if at.size else (0, count - 1)
-        size = min(count, next_fast_len(high - low + 1 + 2 * _MARGIN, real=True))
+        size = min(count, 2 * next_fast_len((high - low + 2) // 2 + _MARGIN, real=True))
         first = int(np.clip((low + high + 1 - size) // 2, 0, count - size))
         out.append(slice(first, first + size))
     return out[0], out[1]

@@ -19,7 +19,7 @@ from ..._frozen import Frozen
 from ...skin import Skin
 from ._spectral import scaled, turned
 
-__all__ = ["AreaInfluence", "area_influence"]
+__all__ = ["SIGNS", "AreaInfluence", "area_influence", "inverted", "lateral_inverse", "spectrum"]
 
 _LEAST = 0.1
 """A direction in which the drag's own circulant falls beneath this share of the other is lifted to it."""
@@ -41,6 +41,11 @@ class AreaInfluence(Frozen):
         """What a node's own pressure moves it beyond its neighbours [m/Pa]."""
         return float(self.rows[0, 0, 0] - self.rows[0, 0, 1])
 
+    @property
+    def own_lateral(self) -> float:
+        """The same along the surface."""
+        return float(self.rows[1, 0, 0] - self.rows[1, 0, 1])
+
     @cached_property
     def coupled(self) -> bool:
         """Whether a pressure also moves the surface along itself."""
@@ -61,7 +66,7 @@ class AreaInfluence(Frozen):
     @cached_property
     def _spectra(self) -> list[FloatArray]:
         """Of every row; of the last two, which are odd, the imaginary part."""
-        return [_spectrum(row, self._padded, _SIGNS[i]) for i, row in enumerate(self.rows)]
+        return [spectrum(row, self._padded, SIGNS[i]) for i, row in enumerate(self.rows)]
 
     @cached_property
     def _single(self) -> list[npt.NDArray[np.float32]]:
@@ -126,9 +131,7 @@ class AreaInfluence(Frozen):
 
     @cached_property
     def _inverse(self) -> npt.NDArray[np.float32]:
-        values = _spectrum(self.rows[0], self._tiled, (1, 1))
-        values[0, 0] = min(values[0, 1], values[1, 0])  # the mean is poorly known, and mended by the sums
-        return _inverted(values)
+        return inverted(spectrum(self.rows[0], self._tiled, (1, 1)))
 
     def nearly_lateral_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """As `nearly_wide`, of drags (2, n, k)."""
@@ -147,17 +150,7 @@ class AreaInfluence(Frozen):
 
     @cached_property
     def _lateral_inverse(self) -> npt.NDArray[np.float32]:
-        yy, zz, yz = (_spectrum(self.rows[i], self._tiled, _SIGNS[i]) for i in (1, 2, 3))
-        for part in (yy, zz):
-            part[0, 0] = min(part[0, 1], part[1, 0])
-        mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
-        size = np.hypot(half, yz)
-        least = np.abs(mean).min(initial=np.inf, where=mean > 0)
-        mean = np.maximum(mean, least)
-        keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
-        half, yz, size = half * keep, yz * keep, size * keep
-        det = (mean - size) * (mean + size)
-        return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
+        return lateral_inverse(*(spectrum(self.rows[i], self._tiled, SIGNS[i]) for i in (1, 2, 3)))
 
     @cached_property
     def coarser(self) -> AreaInfluence:
@@ -166,11 +159,16 @@ class AreaInfluence(Frozen):
         Near the end of a row the sum runs over what is not known, and repeats the last: a coarse answer is only ever a
         start.
         """
-        rows = np.stack([_halved(row, _SIGNS[i]) for i, row in enumerate(self.rows)])
+        rows = np.stack([_halved(row, SIGNS[i]) for i, row in enumerate(self.rows)])
         return AreaInfluence(np.ascontiguousarray(rows))
 
     @cached_property
     def _cropped(self) -> dict[tuple[int, int], AreaInfluence]:
+        return {}
+
+    @cached_property
+    def quarters(self) -> dict[tuple[bool, bool], Any]:
+        """Operators on a quarter of the grid, by parity (quarter.py)."""
         return {}
 
     def cropped(self, shape: tuple[int, int]) -> AreaInfluence:
@@ -204,11 +202,11 @@ class AreaInfluence(Frozen):
         return np.array(out)
 
 
-_SIGNS = ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))
+SIGNS = ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))
 """Whether rows are even or odd along y and along z."""
 
 
-def _spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) -> FloatArray:
+def spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) -> FloatArray:
     """Real spectrum of a row put round a torus; of a row that is odd one way the imaginary part."""
     from scipy.fft import rfft2
 
@@ -225,10 +223,26 @@ def _spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) ->
     return np.ascontiguousarray(waves.real if signs[0] == signs[1] else waves.imag)
 
 
-def _inverted(values: FloatArray) -> npt.NDArray[np.float32]:
+def inverted(values: FloatArray) -> npt.NDArray[np.float32]:
+    """What undoes a real spectrum, nearly. `values` is overwritten."""
+    values[0, 0] = min(values[0, 1], values[1, 0])  # the mean is poorly known, and mended by the sums
     # all are positive where the row falls ever more slowly; elsewhere the few that are not are lifted
     least = 0.2 * np.abs(values).min(initial=np.inf, where=values > 0)
     return np.asarray(1 / np.maximum(values, least), dtype=np.float32)
+
+
+def lateral_inverse(yy: FloatArray, zz: FloatArray, yz: FloatArray) -> npt.NDArray[np.float32]:
+    """What undoes the symmetric matrix of three real spectra, nearly. They are overwritten."""
+    for part in (yy, zz):
+        part[0, 0] = min(part[0, 1], part[1, 0])
+    mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
+    size = np.hypot(half, yz)
+    least = np.abs(mean).min(initial=np.inf, where=mean > 0)
+    mean = np.maximum(mean, least)
+    keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
+    half, yz, size = half * keep, yz * keep, size * keep
+    det = (mean - size) * (mean + size)
+    return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
 
 
 def _halved(row: FloatArray, signs: tuple[int, int]) -> FloatArray:

@@ -25,7 +25,8 @@ from ..bounded import BoolArray
 from . import _lateral_kernel as kernel
 from .descent import descended
 from .influence import AreaInfluence
-from .normal import finer
+from .normal import between, finer
+from .quarter import Quarter
 
 __all__ = ["Dragged", "dragged", "finer_drag"]
 
@@ -50,7 +51,7 @@ class Dragged(Frozen):
 
 
 def dragged(
-    op: AreaInfluence,
+    op: AreaInfluence | Quarter,
     w: FloatArray,
     held: FloatArray,
     nodes: tuple[FloatArray, FloatArray],
@@ -75,7 +76,7 @@ class _Dragging:
 
     def __init__(
         self,
-        op: AreaInfluence,
+        op: AreaInfluence | Quarter,
         w: FloatArray,
         held: FloatArray,
         nodes: tuple[FloatArray, FloatArray],
@@ -86,7 +87,7 @@ class _Dragging:
     ) -> None:
         self.op, self.w, self.held, self.limit = op, w, held, limit
         self.y, self.z = nodes
-        self.own = float(op.rows[1, 0, 0] - op.rows[1, 0, 1])
+        self.own = op.own_lateral
         self.at = np.flatnonzero(np.isfinite(targets))
         self.targets = targets[self.at]
         self.motion = np.zeros(3)
@@ -233,12 +234,7 @@ def finer_drag(shear: FloatArray, held: FloatArray, finer_held: FloatArray) -> t
     rows = wide[:, :-2] + wide[:, 1:-1] + wide[:, 2:]
     unit = np.where(size > 0, unit, rows[..., :-2] + rows[..., 1:-1] + rows[..., 2:])
     unit /= np.maximum(np.hypot(*unit), 1e-300)
-    wide = np.pad(unit, ((0, 0), (0, 1), (0, 1)), mode="edge")
-    between = 0.5 * (wide[:, :-1] + wide[:, 1:])
-    q = np.empty((2, *finer_held.shape))
-    q[:, ::2, ::2], q[:, 1::2, ::2] = unit, between[..., :-1]
-    q[:, ::2, 1::2] = 0.5 * (wide[:, :-1, :-1] + wide[:, :-1, 1:])
-    q[:, 1::2, 1::2] = 0.5 * (between[..., :-1] + between[..., 1:])
+    q = between(unit)
     size = np.hypot(*q)
     length = np.maximum(finer_held - np.where(sticks, left, 0.0), 0.0)
     return q * (length / np.where(size > 0, size, np.inf)), sticks & (finer_held > 0)

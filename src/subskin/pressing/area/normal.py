@@ -18,8 +18,9 @@ from ..bounded import BoolArray
 from . import _normal_kernel as kernel
 from .descent import descended
 from .influence import AreaInfluence
+from .quarter import Quarter
 
-__all__ = ["Pressed", "finer", "pressed"]
+__all__ = ["Pressed", "between", "finer", "pressed"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Pressed(Frozen):
 
 
 def pressed(
-    op: AreaInfluence,
+    op: AreaInfluence | Quarter,
     f: FloatArray,
     body: BoolArray,
     nodes: tuple[FloatArray, FloatArray],
@@ -62,7 +63,7 @@ class _Pressing:
 
     def __init__(
         self,
-        op: AreaInfluence,
+        op: AreaInfluence | Quarter,
         f: FloatArray,
         body: BoolArray,
         nodes: tuple[FloatArray, FloatArray],
@@ -178,11 +179,17 @@ def finer(pressure: FloatArray) -> tuple[FloatArray, BoolArray]:
                 total += np.where(both, 2 * one - two, 0.0)
                 lines += both
     square.flat[at] = np.minimum(total / np.maximum(lines, 1.0), 0.0)
-    out = np.empty((2 * n, 2 * k))
-    last = np.concatenate([square, square[:, -1:]], axis=1)
-    last = np.concatenate([last, last[-1:]], axis=0)
-    by_y = 0.5 * (last[:-1] + last[1:])
-    out[::2, ::2], out[1::2, ::2] = square, by_y[:, :-1]
-    out[::2, 1::2] = 0.5 * (last[:-1, :-1] + last[:-1, 1:])
-    out[1::2, 1::2] = 0.5 * (by_y[:, :-1] + by_y[:, 1:])
+    out = between(square)
     return np.sqrt(np.maximum(out, 0.0)), out > 0
+
+
+def between(values: FloatArray) -> FloatArray:
+    """Bilinear values (..., 2 n, 2 k) at nodes of half the step, of which two stand about each node."""
+    for axis in (-2, -1):
+        values = np.moveaxis(values, axis, 0)
+        out = np.empty((2 * len(values), *values.shape[1:]))
+        shares = 0.25 * np.concatenate([values[:1], values, values[-1:]])
+        np.add(shares[:-2], 3 * shares[1:-1], out=out[::2])
+        np.add(shares[2:], 3 * shares[1:-1], out=out[1::2])
+        values = np.moveaxis(out, 0, axis)
+    return np.ascontiguousarray(values)
