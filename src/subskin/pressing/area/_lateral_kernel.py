@@ -12,7 +12,7 @@ import numpy as np
 
 from ..._compiled import compiled
 
-__all__ = ["advance", "answered", "curve", "left", "less", "projected", "sorted_out", "wrong_way"]
+__all__ = ["advance", "answered", "curve", "keep", "left", "less", "projected", "sorted_out", "wrong_way"]
 
 
 @compiled(borrows=True)
@@ -46,6 +46,18 @@ def less(residual, stick, tangent, y, z, motion, soft, softened):
             residual[1, i, j] -= b * stick[i, j] + across * u
             softened[0, i, j] = residual[0, i, j] * soft[i, j]
             softened[1, i, j] = residual[1, i, j] * soft[i, j]
+
+
+@compiled(borrows=True)
+def keep(maps, stick, tangent):
+    """Leave of maps what may change: all where it sticks, what is across the drag where it slips."""
+    for c in range(maps.shape[0]):
+        for i in range(stick.shape[0]):
+            for j in range(stick.shape[1]):
+                a, b = maps[c, 0, i, j], maps[c, 1, i, j]
+                across = a * tangent[0, i, j] + b * tangent[1, i, j]
+                maps[c, 0, i, j] = a * stick[i, j] + across * tangent[0, i, j]
+                maps[c, 1, i, j] = b * stick[i, j] + across * tangent[1, i, j]
 
 
 @compiled(borrows=True)

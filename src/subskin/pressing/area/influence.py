@@ -181,24 +181,16 @@ class AreaInfluence(Frozen):
 
     def direct(self, tractions: Sequence[FloatArray], at: Sequence[tuple[int, int]]) -> FloatArray:
         """u_x, u_y and u_z at a few nodes, summed term by term, shape (nodes, 1 or 3), of p, q_y and q_z."""
-        n, k = self.shape
         out = []
         for i, j in at:
-            row, column = np.abs(i - np.arange(n)), np.abs(j - np.arange(k))
-            turns = (np.sign(i - np.arange(n))[:, None], np.sign(j - np.arange(k))[None, :])
-            kernel = [r[np.ix_(row, column)] for r in self.rows]
-            if len(kernel) == 1:
-                out.append([float((kernel[0] * tractions[0]).sum())])
+            if len(self.rows) == 1:
+                out.append([_summed(self.rows[0], (1, 1), tractions[0], i, j)])
                 continue
-            kernel[3], kernel[4], kernel[5] = (
-                kernel[3] * turns[0] * turns[1],
-                kernel[4] * turns[0],
-                kernel[5] * turns[1],
-            )
-            xx, yy, zz, yz, xy, xz = kernel
             p, a, b = tractions
-            moved = (xx * p + xy * a + xz * b, yy * a + yz * b - xy * p, yz * a + zz * b - xz * p)
-            out.append([float(one.sum()) for one in moved])
+            pairs = ((0, p), (4, a), (5, b)), ((1, a), (3, b), (4, p)), ((3, a), (2, b), (5, p))
+            sums = [[_summed(self.rows[row], SIGNS[row], part, i, j) for row, part in line] for line in pairs]
+            # what a pressure moves along the surface is minus what a drag along there lifts
+            out.append([sums[0][0] + sums[0][1] + sums[0][2], *(one + two - three for one, two, three in sums[1:])])
         return np.array(out)
 
 
@@ -221,6 +213,22 @@ def spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) -> 
     (i, a), (j, b) = axes
     waves = rfft2(row[np.ix_(i, j)] * a[:, None] * b)
     return np.ascontiguousarray(waves.real if signs[0] == signs[1] else waves.imag)
+
+
+def _summed(row: FloatArray, signs: tuple[int, int], traction: FloatArray, i: int, j: int) -> float:
+    """Displacement at a node, term by term."""
+    total = 0.0
+    for kernel_y, along_y, turn_y in _halves(row.shape[0], i, signs[0]):
+        for kernel_z, along_z, turn_z in _halves(row.shape[1], j, signs[1]):
+            total += turn_y * turn_z * float(np.einsum("ij,ij", row[kernel_y, kernel_z], traction[along_y, along_z]))
+    return total
+
+
+def _halves(count: int, i: int, sign: int) -> list[tuple[slice, slice, int]]:
+    """Parts of a row and of the nodes on either side of node i, and by what they are turned; odd rows have no middle."""
+    first = int(sign < 0)
+    below = slice(i - 1, None, -1) if i else slice(0, 0)
+    return [(slice(first, count - i), slice(i + first, count), sign), (slice(1, i + 1), below, 1)]
 
 
 def inverted(values: FloatArray) -> npt.NDArray[np.float32]:

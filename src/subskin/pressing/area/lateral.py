@@ -38,6 +38,8 @@ _SOFT = 0.3
 _NOISE = 0.3
 """Share of what is left beneath which a slip the wrong way is taken for noise."""
 
+Single = npt.NDArray[np.float32]
+
 
 @dataclass(frozen=True, eq=False)
 class Dragged(Frozen):
@@ -98,30 +100,27 @@ class _Dragging:
         self.x = np.where(held > 0, start, 0.0)
         self._sort(0.0)
         self.x += self.change
-        self._weigh(self._kept(self._motions()))
+        self._weigh(self._motions())
         self.x += self._missing(self.x)
         self.breaks, self.begun = 0.0, False
 
-    def _motions(self) -> FloatArray:
-        """The rigid motions whose sums are given, (c, 2, n, k)."""
-        all_of_them = np.zeros((3, *self.w.shape))
-        all_of_them[0, 0] = all_of_them[1, 1] = 1.0
-        all_of_them[2, 0], all_of_them[2, 1] = -self.z, self.y[:, None]
-        return all_of_them[self.at]
-
-    def _kept(self, maps: FloatArray) -> npt.NDArray[np.float32]:
-        """The part of maps that may change: all where it sticks, what is across the drag where it slips."""
-        across = (maps * self.tangent).sum(axis=1, keepdims=True)
-        return (maps * self.sticks + across * self.tangent).astype(np.float32)
+    def _motions(self) -> Single:
+        """The part that may change of the rigid motions whose sums are given, (c, 2, n, k)."""
+        motions = np.zeros((3, *self.w.shape), np.float32)
+        motions[0, 0] = motions[1, 1] = 1.0
+        motions[2, 0], motions[2, 1] = -self.z, self.y[:, None]
+        motions = motions[self.at]
+        kernel.keep(motions, self.stick, self.tangent)
+        return motions
 
     def _sums(self, q: npt.NDArray[Any]) -> FloatArray:
-        torsion = float((q[1].sum(axis=1) @ self.y) - (q[0].sum(axis=0) @ self.z))
-        return np.array([float(q[0].sum()), float(q[1].sum()), torsion])[self.at]
+        rows, columns = q.sum(axis=2, dtype=np.float64), q[0].sum(axis=0, dtype=np.float64)
+        return np.array([rows[0].sum(), rows[1].sum(), rows[1] @ self.y - columns @ self.z])[self.at]
 
-    def _weigh(self, weights: npt.NDArray[np.float32]) -> None:
+    def _weigh(self, weights: Single) -> None:
         """By which weights what is missing of the sums is brought in."""
         self.weights = weights
-        gram = np.array([self._sums(one.astype(np.float64)) for one in weights]).reshape(len(weights), len(weights))
+        gram = np.array([self._sums(one) for one in weights]).reshape(len(weights), len(weights))
         self.inverse = np.linalg.pinv(gram.T) if len(weights) else gram
 
     def _missing(self, q: FloatArray) -> FloatArray:
@@ -155,13 +154,14 @@ class _Dragging:
             return
         self.begun = True
         self.motion[self.at] += self.inverse.T @ self._left()
-        slip = self.gradient - np.tensordot(self.motion[self.at], self._motions(), axes=1)
-        lag = slip[1] * self.tangent[0] - slip[0] * self.tangent[1]
+        slide_y, slide_z, twist = self.motion
+        lag = (self.gradient[1] - slide_z - twist * self.y[:, None]) * self.tangent[0]
+        lag -= (self.gradient[0] - slide_y + twist * self.z) * self.tangent[1]
         self.stiff = np.where(self.slides, np.maximum(lag, 0.0) / np.where(self.slides, self.held, 1.0), 0.0)
         self.turned[:] = 0.0
         self._soften()
         answers = []
-        for one in self._kept(self._motions()):
+        for one in self._motions():
             self.residual[...] = one
             kernel.less(
                 self.residual, self.stick, self.tangent, self.y, self.z, np.zeros(3), self.soft, self.softened
@@ -212,7 +212,8 @@ class _Dragging:
         back, across = self._sort(max(self.limit, _NOISE * error))
         if kept and not back and across <= self.limit:
             return None
-        self._weigh(self._kept(self.weights))
+        kernel.keep(self.weights, self.stick, self.tangent)
+        self._weigh(self.weights)
         return self.change + self._missing(self.x + self.change)
 
     def ended(self) -> FloatArray:
@@ -226,15 +227,15 @@ def finer_drag(shear: FloatArray, held: FloatArray, finer_held: FloatArray) -> t
     What friction still holds falls to 0 at the end of the stick zone as the pressure does at the rim (`finer`). The
     direction is that of the coarse drag, also one node beyond it.
     """
-    size = np.hypot(*shear)
+    size = np.sqrt((shear**2).sum(axis=0))
     left = held - size
     left, sticks = finer(np.where(left > _AT_BOUND * held, left, 0.0))
     unit = shear / np.where(size > 0, size, np.inf)
     wide = np.pad(unit, ((0, 0), (1, 1), (1, 1)))
     rows = wide[:, :-2] + wide[:, 1:-1] + wide[:, 2:]
     unit = np.where(size > 0, unit, rows[..., :-2] + rows[..., 1:-1] + rows[..., 2:])
-    unit /= np.maximum(np.hypot(*unit), 1e-300)
+    unit /= np.maximum(np.sqrt((unit**2).sum(axis=0)), 1e-300)
     q = between(unit)
-    size = np.hypot(*q)
+    size = np.sqrt((q**2).sum(axis=0))
     length = np.maximum(finer_held - np.where(sticks, left, 0.0), 0.0)
     return q * (length / np.where(size > 0, size, np.inf)), sticks & (finer_held > 0)
