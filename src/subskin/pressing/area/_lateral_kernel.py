@@ -1,4 +1,4 @@
-"""Loops over a grid for the drag beneath a body (lateral.py). Maps by transforms are wider than the grid, and given so.
+"""Loops over a grid for the drag beneath a body (lateral.py). Maps by transforms may be wider than the grid.
 
 A body may slide and turn: rigid motions are (slide_y - turn z, slide_z + turn y), and their multipliers come as three
 numbers. Where a node sticks both components of its drag are free, where it slips what is along its `tangent` is.
@@ -123,7 +123,7 @@ def advance(q, gradient, turned, direction, moved, length, tangent, held):
             q[0, i, j] += a
             q[1, i, j] += b
             turned[i, j] += a * tangent[0, i, j] + b * tangent[1, i, j]
-            most[j] = max(most[j], max(abs(by), abs(bz)))
+            most[j] = max(most[j], abs(by), abs(bz))
             over[j] = max(over[j], math.sqrt(q[0, i, j] ** 2 + q[1, i, j] ** 2) - held[i, j])
     return most.max(), over.max()
 

@@ -1,4 +1,4 @@
-"""Loops over a grid for the pressure beneath a body (normal.py). Maps by transforms are wider than the grid, and given so.
+"""Loops over a grid for the pressure beneath a body (normal.py). Maps by transforms may be wider than the grid.
 
 A body may sink and lean: rigid motions are level + lean_y y + lean_z z, and their multipliers come as three numbers.
 """

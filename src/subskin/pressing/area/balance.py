@@ -230,7 +230,7 @@ def _beneath_discs(op: AreaInfluence) -> FloatArray:
     order = np.argsort(away, axis=None, kind="stable")
     nodes = np.cumsum(times.flat[order])
     moved = np.cumsum((times * op.rows[0]).flat[order])
-    return np.interp(1.0 + np.arange(op.shape[0] * op.shape[1]), nodes, moved)
+    return np.asarray(np.interp(1.0 + np.arange(op.shape[0] * op.shape[1]), nodes, moved))
 
 
 def _leaning(case: AreaCase, tilt: FloatArray) -> FloatArray:
@@ -267,20 +267,16 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
 
 
 def _on_part(
-    case: AreaCase,
-    f: FloatArray,
-    body: BoolArray,
-    targets: FloatArray,
-    state: AreaBalance,
-    limit: float,
+    case: AreaCase, f: FloatArray, body: BoolArray, targets: FloatArray, state: AreaBalance, limit: float
 ) -> tuple[Pressed, tuple[slice, slice]]:
     """Solve on the part of the grid that a start touches, and a margin; on all of it where that is not enough."""
     part = _part(state.touches)
     while True:
+        nodes = case.y[part[0]], case.z[part[1]]
         shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
         found = _pressed(
-            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], (case.y[part[0]], case.z[part[1]]),
-            targets, state.pressure[part], state.touches[part], limit,
+            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], nodes, targets,
+            state.pressure[part], state.touches[part], limit,
         )  # fmt: skip
         if shape == f.shape:
             return found, part

@@ -225,7 +225,7 @@ def _summed(row: FloatArray, signs: tuple[int, int], traction: FloatArray, i: in
 
 
 def _halves(count: int, i: int, sign: int) -> list[tuple[slice, slice, int]]:
-    """Parts of a row and of the nodes on either side of node i, and by what they are turned; odd rows have no middle."""
+    """Parts of a row, of the nodes on either side of node i, and by what they are turned: odd rows have no middle."""
     first = int(sign < 0)
     below = slice(i - 1, None, -1) if i else slice(0, 0)
     return [(slice(first, count - i), slice(i + first, count), sign), (slice(1, i + 1), below, 1)]

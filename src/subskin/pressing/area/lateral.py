@@ -6,9 +6,8 @@ slip: Newton's method for those conditions, each step by conjugate gradients ove
 over the turn of the drag where they slip (Alart and Curnier 1991 have the conditions).
 
 A drag that turns by itself turns against the slip, so slip over drag is a stiffness S against turning, added to K. The
-preconditioner is D C D + E, where C is the inverse of K's circulant, D^2 = 1 / (1 + (s S)^2) and E = (1 - D^2) / (S + 1/c)
-with c a node's own entry of C: where S is little it is C, where S is much 1 / S, to which K adds little. E leaves 12
-products of 28.
+preconditioner is D C D + E. C is the inverse of K's circulant, c a node's own entry of it, D^2 = 1 / (1 + (s c S)^2),
+E = (1 - D^2) / (S + 1/c): C where S is little, 1 / S where it is much and K adds little. E leaves 12 products of 28.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ __all__ = ["Dragged", "dragged", "finer_drag"]
 _AT_BOUND = 1e-9
 """A drag nearer to the greatest than this share of it is the greatest."""
 _SOFT = 0.3
-"""From which share of its own stiffness on a node that slips is answered by itself; between 0.15 and 0.6 it is alike."""
+"""s: the smaller, the more nodes that slip are answered as if they stuck; from 0.15 to 0.6 it matters little."""
 
 _NOISE = 0.3
 """Share of what is left beneath which a slip the wrong way is taken for noise."""
@@ -163,9 +162,7 @@ class _Dragging:
         answers = []
         for one in self._motions():
             self.residual[...] = one
-            kernel.less(
-                self.residual, self.stick, self.tangent, self.y, self.z, np.zeros(3), self.soft, self.softened
-            )
+            kernel.less(self.residual, self.stick, self.tangent, self.y, self.z, np.zeros(3), self.soft, self.softened)
             self._solve()
             answers.append(self.answered.copy())
         self._weigh(np.array(answers, dtype=np.float32).reshape(len(answers), *self.w.shape))

@@ -103,7 +103,7 @@ class _Pressing:
         if not self.found.any():
             return np.zeros(x.shape)
         level, by_y, by_z = self.inverse @ np.where(self.found, self.targets - self._sums(x), 0.0)
-        return (level + by_y * self.y[:, None] + by_z * self.z) * self.weight
+        return np.asarray((level + by_y * self.y[:, None] + by_z * self.z) * self.weight)
 
     def product(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         return self.op.normal_wide(values)

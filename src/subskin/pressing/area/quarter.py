@@ -1,4 +1,4 @@
-"""A quarter of a grid stands for all of it where bodies and loads are the same, or opposite, on either side of both axes.
+"""A quarter of a grid stands for all of it where bodies and loads are alike, or opposite, on either side of both axes.
 
 The transforms are then of cosines and sines, a quarter as long: a product takes a quarter of the time. A map that is
 even along an axis has frequencies 0, 1, ..., an odd one 1, 2, ...
@@ -137,14 +137,15 @@ class Quarter(Frozen):
 
     def _turned(self, maps: Maps, size: tuple[int, int], by: Maps) -> Maps:
         parities = (self.odd, (not self.odd[0], not self.odd[1]))
+        at = [np.s_[odd[0] : odd[0] + size[0], odd[1] : odd[1] + size[1]] for odd in parities]
         waves = np.zeros((2, size[0] + 1, size[1] + 1), maps.dtype)
-        for part, values, odd in zip(waves, maps, parities, strict=True):
-            part[odd[0] : odd[0] + size[0], odd[1] : odd[1] + size[1]] = _forward(values, size, odd)
+        for part, values, here, odd in zip(waves, maps, at, parities, strict=True):
+            part[here] = _forward(values, size, odd)
         yy, zz, yz = by
         moved = (yy * waves[0] + yz * waves[1], yz * waves[0] + zz * waves[1])
         out = np.empty_like(maps)
-        for answer, part, odd in zip(out, moved, parities, strict=True):
-            answer[...] = _back(part[odd[0] : odd[0] + size[0], odd[1] : odd[1] + size[1]], maps.shape[1:], odd)[:, : maps.shape[2]]
+        for answer, part, here, odd in zip(out, moved, at, parities, strict=True):
+            answer[...] = _back(part[here], maps.shape[1:], odd)[:, : maps.shape[2]]
         return out
 
 
