@@ -85,7 +85,8 @@ class AreaBalance(Frozen):
     """Pressure (n, k) and shear (2, n, k) at the nodes [Pa], and the body's position; a start, or a solution.
 
     `products` is the number of products by the influence on the finest grid, of the pressure's and the shear's solve;
-    `rough` is the coarser grid's solution from which it starts.
+    `rough` is the coarser grid's solution from which it starts; `sticks` (n, k) are the nodes that stuck in the turn
+    before, None where there was none.
     """
 
     pressure: FloatArray
@@ -98,6 +99,7 @@ class AreaBalance(Frozen):
     scale: float
     products: tuple[int, int] = (0, 0)
     rough: AreaBalance | None = None
+    sticks: BoolArray | None = None
 
 
 def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance:
@@ -106,7 +108,7 @@ def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance
     if start is None and max(n, k) >= 2 * _COARSEST and min(n, k) >= _COARSEST and not n % 2 and not k % 2:
         coarse = equilibrium(replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3)))
         pressure, touches = finer(coarse.pressure)
-        start = replace(coarse, pressure=pressure, touches=touches, rough=coarse)
+        start = replace(coarse, pressure=pressure, touches=touches, sticks=None, rough=coarse)
     return _settle(case, _first(case) if start is None else start)
 
 
@@ -158,7 +160,9 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     if state.rough is not None:
         start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
     else:
-        start, sticks = state.shear, touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
+        start, sticks = state.shear, state.sticks
+    if sticks is None:
+        sticks = touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
     limit = _SAFE * case.tolerance * state.scale
     part = _part(touch)
     shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
@@ -170,7 +174,9 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     shear[box] = found.shear
     motion = given + found.motion
     products = state.products[0], state.products[1] + found.products
-    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), products=products)
+    sticks = np.zeros(p.shape, dtype=bool)
+    sticks[part] = found.sticks
+    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), products=products, sticks=sticks)
 
 
 def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:

@@ -95,7 +95,7 @@ def fresh(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked, box: AreaGrid)
 
 def continued(case: AreaCase, state: AreaBalance, body: LocalIndenter) -> AreaBalance:
     """The solution of the next problem on the grid of the last."""
-    found = equilibrium(case, replace(state, products=(0, 0), touches=state.pressure > 0, rough=None))
+    found = equilibrium(case, replace(state, products=(0, 0), touches=state.pressure > 0, sticks=None))
     if any(_cut_off(case, found, body)):
         seen = f"a grid of {case.step * case.y.size:.6g} by {case.step * case.z.size:.6g} m"
         raise GeometryError(seen, "the contact reaches its border, and goes on", "a wider window for the first press")
