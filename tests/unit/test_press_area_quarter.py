@@ -106,3 +106,8 @@ class TestSolutions:
         pressed = ss.press(HALF, BALL, force=FORCE, friction=RUB, nodes=128, **load)
         assert pressed.certificate.worst < 1e-8
         assert pressed.state.products[1] <= 24
+
+    def test_what_is_let_go_is_solved_to_its_own_displacement(self):
+        firm = ss.press(HALF, BALL, force=FORCE, nodes=64)
+        for force in (0.1, 0.03):
+            assert ss.press(HALF, BALL, force=force, after=firm).certificate.worst < 1e-8

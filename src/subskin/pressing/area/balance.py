@@ -157,11 +157,10 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     slid = _sliding(case, state, held, w - rigid)
     if slid is not None:
         return slid
+    start, sticks = state.shear, state.sticks
     if state.rough is not None:
         start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
-    else:
-        start, sticks = state.shear, state.sticks
-    if sticks is None:
+    elif sticks is None:
         sticks = touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
     limit = _SAFE * case.tolerance * state.scale
     part = _part(touch)
@@ -207,7 +206,8 @@ def _first(case: AreaCase) -> AreaBalance:
     load, op = case.load, case.influence
     low = case.height - _leaning(case, load.tilt)
     rises = np.sort(low[np.isfinite(low)])
-    rises -= rises[0]
+    lowest = float(rises[0])
+    rises -= lowest
     under = _ROUND * _beneath_discs(op)[: rises.size]
     count = 1 + np.arange(under.size)
     if load.force is not None:
@@ -215,10 +215,9 @@ def _first(case: AreaCase) -> AreaBalance:
         touching = max(1, int(np.searchsorted(2 * rises[: under.size] - level * under, 0.0)))
         mean = level[touching - 1]
     else:
-        sunk = float(load.depth or 0.0) - float(low.min())
+        sunk = max(float(load.depth or 0.0) - lowest, 1e-3 * float(rises[-1]))  # coarse nodes may miss the contact
         touching = int(np.clip(np.searchsorted(2 * rises, sunk), 1, under.size))
-        mean = max(sunk, 0.0) / under[touching - 1]
-    lowest = float(low[np.isfinite(low)].min())
+        mean = sunk / under[touching - 1]
     edge = float(rises[touching - 1]) + case.influence.own * mean * 1e-9
     share = np.clip(1 - (low - lowest) / edge, 0.0, 1.0)
     touches = low - lowest <= edge
