@@ -85,6 +85,12 @@ def pressing() -> None:
     ss.press(ss.HalfPlane(ss.Material(young=0.4e6)), ss.pressing.Cylinder(radius=10e-3), force=20.0)
 
 
+def pressing_on_area() -> None:
+    half, ball = ss.HalfSpace(ss.Material(young=0.4e6)), ss.pressing.Sphere(radius=8e-3)
+    for drag in ((0.05, 0.02), (0.05, 0.0)):  # on the whole grid, and on a quarter of it
+        ss.press(half, ball, force=0.3, friction=0.5, tangential=drag, nodes=64)
+
+
 def streams() -> None:
     tip, time = finger(), np.arange(0.0, 4.0, 0.01)
     raw = tip.read(ss.LineLoad(40.0 * (time > 2.0)), np.random.default_rng(0))
@@ -93,8 +99,10 @@ def streams() -> None:
     rubber.undo(rubber.apply(raw, time), time)
 
 
-# longest first
-JOBS = (image, a_kind_of_each, round_on_area, in_place, area, line, placement, pressure, pressing, streams)
+JOBS = (  # longest first
+    *(image, a_kind_of_each, round_on_area, in_place, pressing_on_area),
+    *(area, line, placement, pressure, pressing, streams),
+)
 
 
 def run(job: Callable[[], None]) -> None:

@@ -73,8 +73,10 @@ def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | Non
     made = grid.goals.finger(row)
     values = {**finger.values, **values}
     quality = area_quality(made, grid.goals.touches)
-    new = {"edge": _edge(grid.goals, made), "two_points": _two_touches(grid.goals, made, quality)}
-    moved = replace(finger, row=row, finger=made, values=values, quality=quality, outcome=None, unopposed=None, **new)
+    moved = replace(
+        finger, row=row, finger=made, values=values, quality=quality, outcome=None, unopposed=None,
+        edge=_edge(grid.goals, made), two_points=_two_touches(grid.goals, made, quality),
+    )  # fmt: skip
     moved = _checked(grid, moved)
     return _studied(grid, moved) if moved.meets else moved
 

@@ -180,12 +180,13 @@ class Study:
         """Which frames (..., n) are OK."""
         return np.asarray(self.locator(readings).status == Status.OK)
 
-    def share_ok(self, frames: FloatArray, misfit: FloatArray) -> FloatArray:
+    def share_ok(self, frames: FloatArray, misfit: FloatArray) -> float:
         """Share of frames (f, n) that are OK by a finger that believes in `misfit` (n,) noises."""
         if np.ptp(misfit) == 0:  # as good as smaller readings
-            return self.ok(self.scaled(frames, np.full(len(frames), misfit[0]))).mean()
+            return float(self.ok(self.scaled(frames, np.full(len(frames), misfit[0]))).mean())
         array = self.finger.array
-        return (self._like(replace(array, noise=misfit * np.asarray(array.noise)))(frames).status == Status.OK).mean()
+        found = self._like(replace(array, noise=misfit * np.asarray(array.noise)))(frames)
+        return float((found.status == Status.OK).mean())
 
     def unknown_slopes(self, position: FloatArray, load: FloatArray) -> FloatArray:
         """Readings by position, half width and components of touches (t,) or (t, 2), (t, d + 1), shape (t, n, u)."""

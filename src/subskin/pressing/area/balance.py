@@ -12,9 +12,10 @@ from ..._frozen import Frozen
 from ..bounded import BoolArray
 from ..equilibrium import Mixer
 from .influence import AreaInfluence
-from .lateral import dragged, finer_drag
+from .lateral import Dragged, dragged, finer_drag
 from .load import Asked
 from .normal import Pressed, finer, pressed
+from .quarter import corner, quarter, unfolded, with_parity
 
 __all__ = ["AreaBalance", "AreaCase", "equilibrium"]
 
@@ -25,7 +26,12 @@ _ROUNDS = 60
 _ROUGH = 100.0
 """Times the tolerance to which a coarse grid is solved: it is only a start."""
 _MARGIN = 4
-_EVEN = 16
+_SAME = 1e-3
+"""Share of what counts by which both sides may differ and are still called the same."""
+_PARITIES = ((False, False), (True, True), (False, True))
+"""Whether q_y is odd along y and along z beneath a drag along y, a drag along z, a torsion."""
+_ROUND = 1.18
+"""Approach of a sphere over the displacement in the middle of its contact, were the pressure even."""
 
 Gap = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -53,16 +59,17 @@ class AreaCase(Frozen):
         return self.step**2
 
     def coarser(self) -> AreaCase:
-        """The same on every other node."""
+        """The same on nodes between, each in the middle of four."""
+        y, z = (0.5 * (nodes[::2] + nodes[1::2]) for nodes in (self.y, self.z))
+        rows = 0.5 * (self.shift[:, ::2] + self.shift[:, 1::2])
         return replace(
             self,
             influence=self.influence.coarser,
             step=2 * self.step,
-            y=self.y[::2],
-            z=self.z[::2],
-            height=self.height[::2, ::2],
-            shift=self.shift[:, ::2, ::2],
-            tolerance=self.tolerance,
+            y=y,
+            z=z,
+            height=np.asarray(self.gap(y[:, None], z)),
+            shift=0.5 * (rows[..., ::2] + rows[..., 1::2]),
         )
 
     def rigid(self, slide: FloatArray, twist: float) -> FloatArray:
@@ -78,7 +85,8 @@ class AreaBalance(Frozen):
     """Pressure (n, k) and shear (2, n, k) at the nodes [Pa], and the body's position; a start, or a solution.
 
     `products` is the number of products by the influence on the finest grid, of the pressure's and the shear's solve;
-    `rough` is the coarser grid's solution from which it starts.
+    `rough` is the coarser grid's solution from which it starts; `sticks` (n, k) are the nodes that stuck in the turn
+    before, None where there was none.
     """
 
     pressure: FloatArray
@@ -91,6 +99,7 @@ class AreaBalance(Frozen):
     scale: float
     products: tuple[int, int] = (0, 0)
     rough: AreaBalance | None = None
+    sticks: BoolArray | None = None
 
 
 def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance:
@@ -99,7 +108,7 @@ def equilibrium(case: AreaCase, start: AreaBalance | None = None) -> AreaBalance
     if start is None and max(n, k) >= 2 * _COARSEST and min(n, k) >= _COARSEST and not n % 2 and not k % 2:
         coarse = equilibrium(replace(case.coarser(), tolerance=min(_ROUGH * case.tolerance, 1e-3)))
         pressure, touches = finer(coarse.pressure)
-        start = replace(coarse, pressure=pressure, touches=touches, rough=coarse)
+        start = replace(coarse, pressure=pressure, touches=touches, sticks=None, rough=coarse)
     return _settle(case, _first(case) if start is None else start)
 
 
@@ -135,40 +144,38 @@ def _tangential(case: AreaCase, state: AreaBalance) -> AreaBalance:
     if not mu:
         return replace(state, shear=np.zeros((2, *p.shape)))
     w = op.dragged(p) - case.shift
-    rows: list[FloatArray] = []
-    targets: list[float] = []
-    rigid = np.zeros((2, *p.shape))
+    targets, given = np.full(3, np.nan), np.zeros(3)
     if load.slide is None:
-        rows += [case.cell * np.eye(2)[i].reshape(2, 1, 1) for i in (0, 1)]
-        targets += [float(t) for t in load.tangential]  # type: ignore[union-attr]
+        targets[:2] = np.asarray(load.tangential) / case.cell
     else:
-        rigid = case.rigid(load.slide, 0.0)
+        given[:2] = load.slide
     if load.twist is None:
-        rows.append(case.cell * case.rigid(np.zeros(2), 1.0))
-        targets.append(float(load.torsion or 0.0))
+        targets[2] = float(load.torsion or 0.0) / case.cell
     else:
-        rigid = rigid + case.rigid(np.zeros(2), load.twist)
+        given[2] = load.twist
+    rigid = case.rigid(given[:2], given[2])
     slid = _sliding(case, state, held, w - rigid)
     if slid is not None:
         return slid
+    start, sticks = state.shear, state.sticks
     if state.rough is not None:
         start, sticks = finer_drag(state.rough.shear, mu * state.rough.pressure, held)
-    else:
-        start, sticks = state.shear, touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
+    elif sticks is None:
+        sticks = touch & ((np.hypot(*state.shear) < held * (1 - 1e-9)) | (not state.shear.any()))
     limit = _SAFE * case.tolerance * state.scale
     part = _part(touch)
     shape, box = (part[0].stop - part[0].start, part[1].stop - part[1].start), (slice(None), *part)
-    sums = [np.ascontiguousarray(np.broadcast_to(row, w.shape)[box]) for row in rows]
-    found = dragged(
-        op.cropped(shape), (w - rigid)[box], held[part], sums, np.array(targets), start[box], sticks[part], limit
-    )
+    found = _dragged(
+        op.cropped(shape), (w - rigid)[box], held[part], (case.y[part[0]], case.z[part[1]]), targets, start[box],
+        sticks[part], limit,
+    )  # fmt: skip
     shear = np.zeros(w.shape)
     shear[box] = found.shear
-    at = list(found.multipliers * case.cell)
-    slide = np.array([at.pop(0), at.pop(0)]) if load.slide is None else load.slide
-    twist = float(at.pop(0)) if load.twist is None else load.twist
+    motion = given + found.motion
     products = state.products[0], state.products[1] + found.products
-    return replace(state, shear=shear, slide=slide, twist=twist, products=products)
+    sticks = np.zeros(p.shape, dtype=bool)
+    sticks[part] = found.sticks
+    return replace(state, shear=shear, slide=motion[:2], twist=float(motion[2]), products=products, sticks=sticks)
 
 
 def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray) -> AreaBalance | None:
@@ -195,18 +202,40 @@ def _sliding(case: AreaCase, state: AreaBalance, held: FloatArray, w: FloatArray
 
 
 def _first(case: AreaCase) -> AreaBalance:
-    """By force everything touches, by depth what the undeformed skin would; and nothing is known."""
-    load, shape = case.load, case.height.shape
-    touches = np.isfinite(case.height)
-    if load.depth is not None:
-        beneath = case.height - _leaning(case, load.tilt) < load.depth
-        touches = beneath if beneath.any() else touches
-        level = load.depth / (case.influence.own * max(min(shape), 2))
+    """What lies lower than half the approach touches, as beneath a sphere, under a pressure as round as there."""
+    load, op = case.load, case.influence
+    low = case.height - _leaning(case, load.tilt)
+    rises = np.sort(low[np.isfinite(low)])
+    lowest = float(rises[0])
+    rises -= lowest
+    under = _ROUND * _beneath_discs(op)[: rises.size]
+    count = 1 + np.arange(under.size)
+    if load.force is not None:
+        level = load.force / case.cell / count  # the mean pressure, were so many nodes to touch
+        touching = max(1, int(np.searchsorted(2 * rises[: under.size] - level * under, 0.0)))
+        mean = level[touching - 1]
     else:
-        level = float(load.force or 0.0) / (max(int(touches.sum()), 1) * case.cell)
-    p = level * touches
-    scale = float(case.influence.normal(p).max())
-    return AreaBalance(p, np.zeros((2, *shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
+        sunk = max(float(load.depth or 0.0) - lowest, 1e-3 * float(rises[-1]))  # coarse nodes may miss the contact
+        touching = int(np.clip(np.searchsorted(2 * rises, sunk), 1, under.size))
+        mean = sunk / under[touching - 1]
+    edge = float(rises[touching - 1]) + case.influence.own * mean * 1e-9
+    share = np.clip(1 - (low - lowest) / edge, 0.0, 1.0)
+    touches = low - lowest <= edge
+    shape = np.sqrt(share + 1e-3) * touches
+    p = shape * (mean * touching / shape.sum())
+    scale = float(op.normal(p).max())
+    return AreaBalance(p, np.zeros((2, *p.shape)), touches, 0.0, load.tilt, np.zeros(2), 0.0, scale)
+
+
+def _beneath_discs(op: AreaInfluence) -> FloatArray:
+    """Displacement in the middle of discs of 1, 2, ... nodes under a pressure of 1 [m/Pa]."""
+    away = np.add.outer(np.arange(op.shape[0]) ** 2, np.arange(op.shape[1]) ** 2)
+    times = np.full(op.shape, 4.0)
+    times[0], times[:, 0], times[0, 0] = 2.0, 2.0, 1.0
+    order = np.argsort(away, axis=None, kind="stable")
+    nodes = np.cumsum(times.flat[order])
+    moved = np.cumsum((times * op.rows[0]).flat[order])
+    return np.asarray(np.interp(1.0 + np.arange(op.shape[0] * op.shape[1]), nodes, moved))
 
 
 def _leaning(case: AreaCase, tilt: FloatArray) -> FloatArray:
@@ -217,26 +246,24 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
     """The pressure beneath the body, the shear being what it is."""
     load, body = case.load, np.isfinite(case.height)
     f = np.where(body, case.height, 0.0) + lifted
-    rows: list[FloatArray] = []
-    targets: list[float] = []
+    targets, given = np.full(3, np.nan), np.zeros(3)
     if load.force is None:
-        f -= float(load.depth or 0.0)
+        given[0] = float(load.depth or 0.0)
+        f -= given[0]
     else:
-        rows.append(np.full((1, 1), case.cell))
-        targets.append(load.force)
+        targets[0] = load.force / case.cell
     if load.moment is None:
+        given[1:] = load.tilt
         if load.tilt.any():
             f -= _leaning(case, load.tilt)
     else:
-        rows += [case.cell * case.y[:, None], case.cell * case.z[None, :]]
-        targets += list(load.moment)
+        targets[1:] = load.moment / case.cell
     limit = _SAFE * case.tolerance * state.scale
-    found, part = _on_part(case, f, body, rows, np.array(targets), state, limit)
+    found, part = _on_part(case, f, body, targets, state, limit)
     pressure, touches = np.zeros(f.shape), np.zeros(f.shape, dtype=bool)
     pressure[part], touches[part] = found.pressure, found.touches
-    at = list(found.multipliers * case.cell)
-    depth = float(load.depth or 0.0) if load.force is None else float(at.pop(0))
-    tilt = load.tilt if load.moment is None else np.array(at)
+    motion = given + found.motion
+    depth, tilt = float(motion[0]), motion[1:]
     top = float(pressure.max(initial=0.0))
     scale = max(abs(depth), case.influence.own * top) if top else state.scale
     before = (0, 0) if state.rough is not None else state.products
@@ -245,24 +272,15 @@ def _normal(case: AreaCase, state: AreaBalance, lifted: FloatArray | float = 0.0
 
 
 def _on_part(
-    case: AreaCase,
-    f: FloatArray,
-    body: BoolArray,
-    rows: list[FloatArray],
-    targets: FloatArray,
-    state: AreaBalance,
-    limit: float,
+    case: AreaCase, f: FloatArray, body: BoolArray, targets: FloatArray, state: AreaBalance, limit: float
 ) -> tuple[Pressed, tuple[slice, slice]]:
     """Solve on the part of the grid that a start touches, and a margin; on all of it where that is not enough."""
     part = _part(state.touches)
     while True:
+        nodes = case.y[part[0]], case.z[part[1]]
         shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-        sums = [
-            row[part[0] if row.shape[0] > 1 else slice(None), part[1] if row.shape[1] > 1 else slice(None)]
-            for row in rows
-        ]
-        found = pressed(
-            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], sums, targets,
+        found = _pressed(
+            case.influence.cropped(shape), np.ascontiguousarray(f[part]), body[part], nodes, targets,
             state.pressure[part], state.touches[part], limit,
         )  # fmt: skip
         if shape == f.shape:
@@ -278,14 +296,73 @@ def _on_part(
         part = (slice(0, f.shape[0]), slice(0, f.shape[1]))
 
 
+def _pressed(
+    op: AreaInfluence,
+    f: FloatArray,
+    body: BoolArray,
+    nodes: tuple[FloatArray, FloatArray],
+    targets: FloatArray,
+    start: FloatArray,
+    touches: BoolArray,
+    limit: float,
+) -> Pressed:
+    """As `pressed`, on a quarter where that says all."""
+    even = not np.nan_to_num(targets[1:]).any() and _centred(nodes)
+    even = even and not (body != body[::-1]).any() and not (body != body[:, ::-1]).any()
+    if not even or not with_parity(f, (False, False), _SAME * limit):
+        return pressed(op, f, body, nodes, targets, start, touches, limit)
+    n, k = (count // 2 for count in f.shape)
+    found = pressed(
+        quarter(op), corner(f), corner(body), (nodes[0][n:], nodes[1][k:]),
+        np.array([0.25 * targets[0], np.nan, np.nan]), corner(start), corner(touches), limit,
+    )  # fmt: skip
+    return replace(found, pressure=unfolded(found.pressure), touches=unfolded(found.touches))
+
+
+def _dragged(
+    op: AreaInfluence,
+    w: FloatArray,
+    held: FloatArray,
+    nodes: tuple[FloatArray, FloatArray],
+    targets: FloatArray,
+    start: FloatArray,
+    sticks: BoolArray,
+    limit: float,
+) -> Dragged:
+    """As `dragged`, on a quarter where that says all: what is asked for and what moves have one parity."""
+    if _centred(nodes) and with_parity(held, (False, False), 0.0):
+        for at, odd in enumerate(_PARITIES):
+            asked = np.nan_to_num(np.delete(targets, at)).any()
+            other = (not odd[0], not odd[1])
+            if asked or not (with_parity(w[0], odd, _SAME * limit) and with_parity(w[1], other, _SAME * limit)):
+                continue
+            n, k = (count // 2 for count in held.shape)
+            kept = np.full(3, np.nan)
+            kept[at] = 0.25 * targets[at]
+            found = dragged(
+                quarter(op, odd), corner(w), corner(held), (nodes[0][n:], nodes[1][k:]), kept, corner(start),
+                corner(sticks), limit,
+            )  # fmt: skip
+            shear = np.stack([unfolded(found.shear[0], odd), unfolded(found.shear[1], other)])
+            return replace(found, shear=shear, sticks=unfolded(found.sticks))
+    return dragged(op, w, held, nodes, targets, start, sticks, limit)
+
+
+def _centred(nodes: tuple[FloatArray, FloatArray]) -> bool:
+    """Whether nodes stand in pairs on either side of both axes."""
+    return all(at.size % 2 == 0 and np.abs(at + at[::-1]).max() <= _SAME * (at[1] - at[0]) for at in nodes)
+
+
 def _part(touches: BoolArray) -> tuple[slice, slice]:
-    """The box about what touches, with a margin, of sizes that are shared by many contacts."""
+    """The box about what touches, with a margin, of sizes that are shared by many contacts and quick to transform."""
+    from scipy.fft import next_fast_len
+
     out = []
     for axis in (0, 1):
         count = touches.shape[axis]
         at = np.flatnonzero(touches.any(axis=1 - axis))
         low, high = (int(at[0]), int(at[-1])) if at.size else (0, count - 1)
-        size = min(count, -(-(high - low + 1 + 2 * _MARGIN) // _EVEN) * _EVEN)
+        size = min(count, 2 * next_fast_len((high - low + 2) // 2 + _MARGIN, real=True))
         first = int(np.clip((low + high + 1 - size) // 2, 0, count - size))
         out.append(slice(first, first + size))
     return out[0], out[1]

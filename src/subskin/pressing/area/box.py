@@ -29,6 +29,7 @@ _NARROW = 0.35
 _LADDER = 1.25
 _RING = 24
 _WIDEST = 16.0  # m
+_LESS = 0.7
 _FAR = 27.0
 """Times its own size that is looked over about a box for touches that it leaves out."""
 _OVERLAP = 1e-3
@@ -95,7 +96,9 @@ def fresh(skin: Skin, body: LocalIndenter, gap: Gap, load: Asked, box: AreaGrid)
 
 def continued(case: AreaCase, state: AreaBalance, body: LocalIndenter) -> AreaBalance:
     """The solution of the next problem on the grid of the last."""
-    found = equilibrium(case, replace(state, products=(0, 0), touches=state.pressure > 0, rough=None))
+    found = equilibrium(case, replace(state, products=(0, 0), touches=state.pressure > 0, sticks=None))
+    if found.scale < _LESS * state.scale:  # it was solved to a share of what the skin was displaced before
+        found = equilibrium(case, found)
     if any(_cut_off(case, found, body)):
         seen = f"a grid of {case.step * case.y.size:.6g} by {case.step * case.z.size:.6g} m"
         raise GeometryError(seen, "the contact reaches its border, and goes on", "a wider window for the first press")

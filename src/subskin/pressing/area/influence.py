@@ -17,8 +17,9 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...skin import Skin
+from ._spectral import scaled, turned
 
-__all__ = ["AreaInfluence", "area_influence"]
+__all__ = ["SIGNS", "AreaInfluence", "area_influence", "inverted", "lateral_inverse", "spectrum"]
 
 _LEAST = 0.1
 """A direction in which the drag's own circulant falls beneath this share of the other is lifted to it."""
@@ -40,6 +41,11 @@ class AreaInfluence(Frozen):
         """What a node's own pressure moves it beyond its neighbours [m/Pa]."""
         return float(self.rows[0, 0, 0] - self.rows[0, 0, 1])
 
+    @property
+    def own_lateral(self) -> float:
+        """The same along the surface."""
+        return float(self.rows[1, 0, 0] - self.rows[1, 0, 1])
+
     @cached_property
     def coupled(self) -> bool:
         """Whether a pressure also moves the surface along itself."""
@@ -60,96 +66,91 @@ class AreaInfluence(Frozen):
     @cached_property
     def _spectra(self) -> list[FloatArray]:
         """Of every row; of the last two, which are odd, the imaginary part."""
-        return [_spectrum(row, self._padded, _SIGNS[i]) for i, row in enumerate(self.rows)]
+        return [spectrum(row, self._padded, SIGNS[i]) for i, row in enumerate(self.rows)]
 
     @cached_property
     def _single(self) -> list[npt.NDArray[np.float32]]:
         return [spectrum.astype(np.float32) for spectrum in self._spectra]
 
     def _waves(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Transform of a map with zeros beyond the grid, in its own precision: rows of zeros are not transformed."""
+        """Transform of maps (..., n, k) with zeros beyond the grid, in their own precision: no row of zeros is done."""
         from scipy.fft import fft, rfft
 
-        return np.asarray(fft(rfft(values, self._padded[1], axis=1), self._padded[0], axis=0, overwrite_x=True))
+        return np.asarray(fft(rfft(values, self._padded[1]), self._padded[0], axis=-2, overwrite_x=True))
 
     def _map(self, waves: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """The way back, on the grid alone. `waves` is overwritten."""
+        """The way back, on the grid's rows alone, with more columns than the grid has. `waves` is overwritten."""
         from scipy.fft import ifft, irfft
 
-        rows = ifft(waves, axis=0, overwrite_x=True)[: self.shape[0]]
-        return np.asarray(irfft(rows, self._padded[1], axis=1, overwrite_x=True)[:, : self.shape[1]])
+        rows = ifft(waves, axis=-2, overwrite_x=True)[..., : self.shape[0], :]
+        return np.asarray(irfft(rows, self._padded[1], overwrite_x=True))
 
     def normal(self, pressure: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """u_x at every node under a pressure [m], (n, k), in single precision if that is given so."""
+        return self.normal_wide(pressure)[:, : self.shape[1]]
+
+    def normal_wide(self, pressure: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The same with more columns, which mean nothing: what is cut off is no longer in one piece."""
         waves = self._waves(pressure)
-        waves *= (self._single if pressure.dtype == np.float32 else self._spectra)[0]
+        single = pressure.dtype == np.float32
+        scaled(waves.view(pressure.dtype), (self._single if single else self._spectra)[0])
         return self._map(waves)
 
     def lateral(self, shear: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """u_y and u_z under a drag, both of shape (2, n, k), in single precision if that is given so."""
-        y, z = (self._waves(part) for part in shear)
-        yy, zz, yz = (self._single if shear.dtype == np.float32 else self._spectra)[1:4]
-        return np.stack([self._map(yy * y + yz * z), self._map(yz * y + zz * z)])
+        return self.lateral_wide(shear)[..., : self.shape[1]]
+
+    def lateral_wide(self, shear: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The same with more columns, as of `normal_wide`."""
+        waves = self._waves(shear)
+        single = shear.dtype == np.float32
+        turned(waves.view(shear.dtype), *(self._single if single else self._spectra)[1:4])
+        return self._map(waves)
 
     def lifted(self, shear: FloatArray) -> FloatArray:
         """u_x under a drag."""
         if not self.coupled or not shear.any():
             return np.zeros(self.shape)
-        y, z = (self._waves(part) for part in shear)
-        return self._map(1j * (self._spectra[4] * y + self._spectra[5] * z))
+        y, z = self._waves(shear)
+        return self._map(1j * (self._spectra[4] * y + self._spectra[5] * z))[:, : self.shape[1]]
 
     def dragged(self, pressure: FloatArray) -> FloatArray:
         """u_y and u_z under a pressure."""
         if not self.coupled:
             return np.zeros((2, *self.shape))
         waves = -1j * self._waves(pressure)
-        return np.stack([self._map(waves * self._spectra[4]), self._map(waves * self._spectra[5])])
+        return self._map(np.stack([waves * row for row in self._spectra[4:]]))[..., : self.shape[1]]
 
-    def nearly(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """What pressure nearly makes a displacement: that of a grid which repeats."""
+    def nearly_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """What pressure nearly makes a displacement: that of a grid which repeats. It may be larger than the grid."""
         from scipy.fft import irfft2, rfft2
 
         waves = rfft2(residual, self._tiled)
-        waves *= self._inverse
-        n, k = self.shape
-        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True)[:n, :k])
+        scaled(waves.view(np.float32), self._inverse)
+        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True))
 
     @cached_property
     def _inverse(self) -> npt.NDArray[np.float32]:
-        values = _spectrum(self.rows[0], self._tiled, (1, 1))
-        values[0, 0] = min(values[0, 1], values[1, 0])  # the mean is poorly known, and mended by the sums
-        return _inverted(values)
+        return inverted(spectrum(self.rows[0], self._tiled, (1, 1)))
 
-    def nearest(self) -> tuple[float, float, float]:
-        """The same at a node under its own displacement, and that at its two kinds of neighbours, squared over it."""
-        unit = np.zeros(self.shape, dtype=np.float32)
-        unit[0, 0] = 1.0
-        found = self.nearly(unit)
-        return float(found[0, 0]), float(found[0, 1] ** 2 / found[0, 0]), float(found[1, 1] ** 2 / found[0, 0])
-
-    def nearly_lateral(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """As `nearly`, of drags, (2, n, k)."""
+    def nearly_lateral_wide(self, residual: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """As `nearly_wide`, of drags (2, n, k)."""
         from scipy.fft import irfft2, rfft2
 
         waves = rfft2(residual, self._tiled)
-        yy, zz, yz = self._lateral_inverse
-        n, k = self.shape
-        both = np.stack([yy * waves[0] + yz * waves[1], yz * waves[0] + zz * waves[1]])
-        return np.asarray(irfft2(both, self._tiled, overwrite_x=True)[:, :n, :k])
+        turned(waves.view(np.float32), *self._lateral_inverse)
+        return np.asarray(irfft2(waves, self._tiled, overwrite_x=True))
+
+    @cached_property
+    def typical(self) -> float:
+        """What nearly makes a node's own unit displacement along the surface, at that node [Pa/m]."""
+        unit = np.zeros((2, *self.shape), dtype=np.float32)
+        unit[0, 0, 0] = 1.0
+        return float(self.nearly_lateral_wide(unit)[0, 0, 0])
 
     @cached_property
     def _lateral_inverse(self) -> npt.NDArray[np.float32]:
-        yy, zz, yz = (_spectrum(self.rows[i], self._tiled, _SIGNS[i]) for i in (1, 2, 3))
-        for part in (yy, zz):
-            part[0, 0] = min(part[0, 1], part[1, 0])
-        mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
-        size = np.hypot(half, yz)
-        least = np.abs(mean).min(initial=np.inf, where=mean > 0)
-        mean = np.maximum(mean, least)
-        keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
-        half, yz, size = half * keep, yz * keep, size * keep
-        det = (mean - size) * (mean + size)
-        return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
+        return lateral_inverse(*(spectrum(self.rows[i], self._tiled, SIGNS[i]) for i in (1, 2, 3)))
 
     @cached_property
     def coarser(self) -> AreaInfluence:
@@ -158,11 +159,16 @@ class AreaInfluence(Frozen):
         Near the end of a row the sum runs over what is not known, and repeats the last: a coarse answer is only ever a
         start.
         """
-        rows = np.stack([_halved(row, _SIGNS[i]) for i, row in enumerate(self.rows)])
+        rows = np.stack([_halved(row, SIGNS[i]) for i, row in enumerate(self.rows)])
         return AreaInfluence(np.ascontiguousarray(rows))
 
     @cached_property
     def _cropped(self) -> dict[tuple[int, int], AreaInfluence]:
+        return {}
+
+    @cached_property
+    def quarters(self) -> dict[tuple[bool, bool], Any]:
+        """Operators on a quarter of the grid, by parity (quarter.py)."""
         return {}
 
     def cropped(self, shape: tuple[int, int]) -> AreaInfluence:
@@ -175,32 +181,24 @@ class AreaInfluence(Frozen):
 
     def direct(self, tractions: Sequence[FloatArray], at: Sequence[tuple[int, int]]) -> FloatArray:
         """u_x, u_y and u_z at a few nodes, summed term by term, shape (nodes, 1 or 3), of p, q_y and q_z."""
-        n, k = self.shape
         out = []
         for i, j in at:
-            row, column = np.abs(i - np.arange(n)), np.abs(j - np.arange(k))
-            turns = (np.sign(i - np.arange(n))[:, None], np.sign(j - np.arange(k))[None, :])
-            kernel = [r[np.ix_(row, column)] for r in self.rows]
-            if len(kernel) == 1:
-                out.append([float((kernel[0] * tractions[0]).sum())])
+            if len(self.rows) == 1:
+                out.append([_summed(self.rows[0], (1, 1), tractions[0], i, j)])
                 continue
-            kernel[3], kernel[4], kernel[5] = (
-                kernel[3] * turns[0] * turns[1],
-                kernel[4] * turns[0],
-                kernel[5] * turns[1],
-            )
-            xx, yy, zz, yz, xy, xz = kernel
             p, a, b = tractions
-            moved = (xx * p + xy * a + xz * b, yy * a + yz * b - xy * p, yz * a + zz * b - xz * p)
-            out.append([float(one.sum()) for one in moved])
+            pairs = ((0, p), (4, a), (5, b)), ((1, a), (3, b), (4, p)), ((3, a), (2, b), (5, p))
+            sums = [[_summed(self.rows[row], SIGNS[row], part, i, j) for row, part in line] for line in pairs]
+            # what a pressure moves along the surface is minus what a drag along there lifts
+            out.append([sums[0][0] + sums[0][1] + sums[0][2], *(one + two - three for one, two, three in sums[1:])])
         return np.array(out)
 
 
-_SIGNS = ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))
+SIGNS = ((1, 1), (1, 1), (1, 1), (-1, -1), (-1, 1), (1, -1))
 """Whether rows are even or odd along y and along z."""
 
 
-def _spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) -> FloatArray:
+def spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) -> FloatArray:
     """Real spectrum of a row put round a torus; of a row that is odd one way the imaginary part."""
     from scipy.fft import rfft2
 
@@ -217,10 +215,42 @@ def _spectrum(row: FloatArray, size: tuple[int, int], signs: tuple[int, int]) ->
     return np.ascontiguousarray(waves.real if signs[0] == signs[1] else waves.imag)
 
 
-def _inverted(values: FloatArray) -> npt.NDArray[np.float32]:
+def _summed(row: FloatArray, signs: tuple[int, int], traction: FloatArray, i: int, j: int) -> float:
+    """Displacement at a node, term by term."""
+    total = 0.0
+    for kernel_y, along_y, turn_y in _halves(row.shape[0], i, signs[0]):
+        for kernel_z, along_z, turn_z in _halves(row.shape[1], j, signs[1]):
+            total += turn_y * turn_z * float(np.einsum("ij,ij", row[kernel_y, kernel_z], traction[along_y, along_z]))
+    return total
+
+
+def _halves(count: int, i: int, sign: int) -> list[tuple[slice, slice, int]]:
+    """Parts of a row, of the nodes on either side of node i, and by what they are turned: odd rows have no middle."""
+    first = int(sign < 0)
+    below = slice(i - 1, None, -1) if i else slice(0, 0)
+    return [(slice(first, count - i), slice(i + first, count), sign), (slice(1, i + 1), below, 1)]
+
+
+def inverted(values: FloatArray) -> npt.NDArray[np.float32]:
+    """What undoes a real spectrum, nearly. `values` is overwritten."""
+    values[0, 0] = min(values[0, 1], values[1, 0])  # the mean is poorly known, and mended by the sums
     # all are positive where the row falls ever more slowly; elsewhere the few that are not are lifted
     least = 0.2 * np.abs(values).min(initial=np.inf, where=values > 0)
     return np.asarray(1 / np.maximum(values, least), dtype=np.float32)
+
+
+def lateral_inverse(yy: FloatArray, zz: FloatArray, yz: FloatArray) -> npt.NDArray[np.float32]:
+    """What undoes the symmetric matrix of three real spectra, nearly. They are overwritten."""
+    for part in (yy, zz):
+        part[0, 0] = min(part[0, 1], part[1, 0])
+    mean, half = 0.5 * (yy + zz), 0.5 * (yy - zz)
+    size = np.hypot(half, yz)
+    least = np.abs(mean).min(initial=np.inf, where=mean > 0)
+    mean = np.maximum(mean, least)
+    keep = np.minimum(1.0, (1 - _LEAST) * mean / np.maximum(size, 1e-300))
+    half, yz, size = half * keep, yz * keep, size * keep
+    det = (mean - size) * (mean + size)
+    return np.stack([(mean - half) / det, (mean + half) / det, -yz / det]).astype(np.float32)
 
 
 def _halved(row: FloatArray, signs: tuple[int, int]) -> FloatArray:

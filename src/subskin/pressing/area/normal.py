@@ -1,14 +1,11 @@
 """The pressure beneath a rigid body: the least of p K p / 2 + f p with p >= 0 and some sums of p given.
 
-Which nodes touch is guessed, their pressures are found by conjugate gradients, those that break a rule change sides,
-and so on, as in a plane (bounded.py). Here a product costs most of the time, so none is spent on a change of the guess:
-what that takes off is brought in with the next step, whose length is that of the step before. The preconditioner is the
-inverse of a circulant on the nodes that touch, less at the rim, where beyond it nothing answers back.
+Which nodes touch is guessed, and their pressures are found by conjugate gradients (descent.py). The preconditioner is
+the inverse of a circulant on the nodes that touch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,41 +15,30 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ..bounded import BoolArray
+from . import _normal_kernel as kernel
+from .descent import descended
 from .influence import AreaInfluence
+from .quarter import Quarter
 
-__all__ = ["Pressed", "finer", "pressed"]
-
-_STEPS = 60
-"""Conjugate gradients before a guess is given up."""
-_CHANGES = 100
-_LOOSE = 1.0
-"""A guess is solved to this share of what breaks its bounds: it is about to change."""
-_RIM = 0.75
-"""Share of what neighbours beyond the rim would answer that is taken off there."""
-_SINGLE = 3e5
-"""Up to so many times the limit what is left is small enough for products in single precision."""
-_ROUNDING = 1e-7
-"""Share of a displacement that a product in single precision is off by."""
-_TYPICAL = 0.85
-"""Length of a first step, before there is another to go by."""
+__all__ = ["Pressed", "between", "finer", "pressed"]
 
 
 @dataclass(frozen=True)
 class Pressed(Frozen):
-    """Pressure, the multipliers of the sums, who touches, products by K, and whether every rule holds."""
+    """Pressure, the body's rigid motion (3,), who touches, products by K, and whether every rule holds."""
 
     pressure: FloatArray
-    multipliers: FloatArray
+    motion: FloatArray
     touches: BoolArray
     products: int
     settled: bool
 
 
 def pressed(
-    op: AreaInfluence,
+    op: AreaInfluence | Quarter,
     f: FloatArray,
     body: BoolArray,
-    sums: Sequence[FloatArray],
+    nodes: tuple[FloatArray, FloatArray],
     targets: FloatArray,
     start: FloatArray,
     touches: BoolArray,
@@ -60,132 +46,108 @@ def pressed(
 ) -> Pressed:
     """Solve from `start` with a first guess of who touches; gap and overlap to `limit` [m].
 
-    f, body, start and touches have the shape (n, k), targets (c,); `sums` are c weights of shapes that broadcast to
-    (n, k). Nothing presses where no body is.
+    f, body, start and touches have the shape (n, k), `nodes` are y (n,) and z (k,) [m]. `targets` (3,) are the sums of
+    p, p y and p z [Pa, Pa m], NaN where none is given; by how much the body then sinks and leans is its motion, which f
+    leaves out. Nothing presses where no body is.
     """
-    free, own, rim = touches & body, op.own, _Rim(op)
+    free = touches & body
     if not free.any():
         free = body & (f <= f[body].min() + limit)
-    x = np.where(free, np.maximum(start, 0.0), 0.0)
-    gradient, change, products, length, drift = f, x, 0, 1.0, 0.0
-    multipliers, back = np.zeros(len(sums)), np.zeros(x.shape, dtype=bool)
-    x = np.zeros(x.shape)
-    for _ in range(_CHANGES):
-        guess = _Guess(op, free, rim.of(free), sums)
-        change = change + guess.restored(targets - _totals(sums, x + change))
-        direction, before, blind, settled = np.zeros(x.shape, np.float32), 1.0, bool(change.any()), False
-        for step in range(_STEPS + 1):
-            if products:
-                residual, z, multipliers = guess.answer(gradient, multipliers)
-                error, now = max(float(residual.max()), -float(residual.min())), float(np.vdot(residual, z))
-            if not products:  # the first: what the start itself moves
-                x, gradient, products, blind = change, f + op.normal(change), 1, False
-                multipliers = guess.mean(gradient)
-                length = _TYPICAL
-                continue
-            if blind:
-                change = change - length * z
-                x, gradient = x + change, gradient + op.normal(change)
-                products, blind, before = products + 1, False, 1.0
-                continue
-            breaks = max(0.0, -float(x.min()))
-            settled = error <= limit
-            if settled and drift > limit:
-                gradient, products, drift, before = f + op.normal(x), products + 1, 0.0, 1.0
-                direction[:] = 0.0
-                continue
-            if settled or error <= _LOOSE * own * breaks or step == _STEPS or not now > 0:
-                break
-            direction *= now / before
-            direction -= z
-            before = now
-            exact = error > _SINGLE * limit
-            moved = op.normal(direction.astype(np.float64) if exact else direction)
-            products += 1
-            curve = float(np.vdot(direction, moved))
-            if not curve > 0:  # rounding is all that is left
-                break
-            length = now / curve
-            moved *= length
-            drift += 0.0 if exact else _ROUNDING * max(float(moved.max()), -float(moved.min()))
-            gradient += moved
-            x += length * direction
-        gap = gradient - _shift(multipliers, sums)
-        out, back = free & (x < 0), body & ~free & (gap < -limit)
-        if settled and not back.any() and own * max(0.0, -float(x.min())) <= limit:
-            return Pressed(np.maximum(x, 0.0), multipliers, free, products, True)
-        change = np.where(out, -x, 0.0)
-        free = (free & ~out) | back
+    problem = _Pressing(op, f, body, nodes, targets, start, free, limit)
+    products, settled = descended(problem, limit)
+    return Pressed(np.maximum(problem.x, 0.0), problem.motion, problem.free, products, settled)
+
+
+class _Pressing:
+    """The problem with its guess of who touches (descent.py)."""
+
+    def __init__(
+        self,
+        op: AreaInfluence | Quarter,
+        f: FloatArray,
+        body: BoolArray,
+        nodes: tuple[FloatArray, FloatArray],
+        targets: FloatArray,
+        start: FloatArray,
+        free: BoolArray,
+        limit: float,
+    ) -> None:
+        self.op, self.f, self.body, self.limit = op, f, body, limit
+        self.y, self.z = nodes
+        self.found = np.isfinite(targets)
+        self.targets = targets
+        self.motion = np.zeros(3)
+        self.residual, self.answered = np.empty(f.shape, np.float32), np.empty(f.shape, np.float32)
+        self.x = np.where(free, np.maximum(start, 0.0), 0.0)
+        self._guess(free)
+        self.x += self._missing(self.x)
+        self.breaks = op.own * max(0.0, -float(self.x.min()))
+
+    def _guess(self, free: BoolArray) -> None:
+        """Let these nodes touch."""
+        self.free, self.weight, self.outside = free, free.astype(np.float32), self.body & ~free
+        rows, columns = free.sum(axis=1), free.sum(axis=0)
+        total, y, z = float(rows.sum()), float(rows @ self.y), float(columns @ self.z)
+        both = float(self.y @ (free @ self.z))
+        gram = np.array([[total, y, z], [y, rows @ self.y**2, both], [z, both, columns @ self.z**2]])
+        self.inverse = np.zeros((3, 3))
+        at = np.ix_(self.found, self.found)
+        if self.found.any():
+            self.inverse[at] = np.linalg.pinv(gram[at])
+
+    def _sums(self, values: npt.NDArray[Any]) -> FloatArray:
+        return np.array(kernel.sums(values, self.weight, self.y, self.z))
+
+    def _missing(self, x: FloatArray) -> FloatArray:
+        """An even change that brings in what is missing of the sums."""
+        if not self.found.any():
+            return np.zeros(x.shape)
+        level, by_y, by_z = self.inverse @ np.where(self.found, self.targets - self._sums(x), 0.0)
+        return np.asarray((level + by_y * self.y[:, None] + by_z * self.z) * self.weight)
+
+    def product(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return self.op.normal_wide(values)
+
+    def placed(self, moved: npt.NDArray[Any]) -> None:
+        self.gradient = self.f + moved[:, : self.f.shape[1]]
+
+    def answer(self) -> tuple[float, float, float]:
+        self._leave()
+        more = self.inverse @ self._sums(self.residual)
+        if more.any():
+            self.motion += more
+            self._leave()
+        error = max(float(self.residual.max()), -float(self.residual.min()))
+        beyond = kernel.open_beyond(self.gradient, self.outside, self.y, self.z, *self.motion)
+        nearly = self.op.nearly_wide(self.residual)
+        over = self.inverse @ self._sums(nearly)
+        now = kernel.projected(nearly, self.residual, self.weight, self.y, self.z, *over, self.answered)
+        return error, now, beyond if beyond > self.limit else 0.0
+
+    def _leave(self) -> None:
+        kernel.left(self.gradient, self.weight, self.y, self.z, *self.motion, self.residual)
+
+    def curve(self, direction: npt.NDArray[np.float32], moved: npt.NDArray[Any]) -> float:
+        return float(kernel.inner(direction, moved))
+
+    def advance(self, direction: npt.NDArray[Any], moved: npt.NDArray[Any], length: float) -> float:
+        far, least = kernel.advance(self.x, self.gradient, direction, moved, length)
+        self.breaks = -self.op.own * least
+        return float(far)
+
+    def changed(self, error: float, settled: bool) -> FloatArray | None:
+        level, by_y, by_z = self.motion
+        gap = self.gradient - (level + by_y * self.y[:, None] + by_z * self.z)
+        back = self.outside & (gap < -self.limit)
+        if settled and not back.any() and self.breaks <= self.limit:
+            return None
+        out = self.free & (self.x < 0)
+        free = (self.free & ~out) | back
         if not free.any():
-            free = body & (gap <= gap[body].min() + limit)
-    return Pressed(np.maximum(x, 0.0), multipliers, free, products, False)
-
-
-class _Guess:
-    """The preconditioner on the nodes that are guessed to touch, with the sums kept."""
-
-    def __init__(self, op: AreaInfluence, free: BoolArray, less: FloatArray, sums: Sequence[FloatArray]) -> None:
-        self.op, self.sums = op, sums
-        self.free, self.less = free.astype(np.float32), less.astype(np.float32)
-        self.spread = [self._solved((one * self.free).astype(np.float32)) for one in sums]
-        rows = [_totals(sums, one) for one in self.spread]
-        self.gram = np.linalg.inv(np.array(rows).T) if rows else np.zeros((0, 0))
-
-    def _solved(self, masked: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        z = self.op.nearly(masked)
-        z -= self.less * masked
-        z *= self.free
-        return z
-
-    def restored(self, missing: FloatArray) -> FloatArray:
-        """The change that brings in what is missing of the sums."""
-        total = np.zeros(self.free.shape)
-        for one, share in zip(self.spread, self.gram @ missing, strict=True):
-            total += share * one
-        return total
-
-    def mean(self, gradient: FloatArray) -> FloatArray:
-        """Multipliers to begin with."""
-        weights = [one * self.free for one in self.sums]
-        rows = np.array([_totals(self.sums, one) for one in weights]).reshape(len(weights), len(weights))
-        return np.linalg.solve(rows, _totals(weights, gradient)) if weights else np.zeros(0)
-
-    def answer(
-        self, gradient: FloatArray, multipliers: FloatArray
-    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], FloatArray]:
-        """What is left of the gradient where nodes touch, its answer, and the multipliers that leave it."""
-        # less the multipliers so far what is left is small, and single precision enough for it
-        masked = np.empty_like(self.free)
-        np.subtract(gradient, _shift(multipliers, self.sums), out=masked, casting="same_kind")
-        masked *= self.free
-        z = self._solved(masked)
-        more = self.gram @ _totals(self.sums, z)
-        for share, one, spread in zip(more, self.sums, self.spread, strict=True):
-            z -= np.float32(share) * spread
-            masked -= (np.float32(share) * one.astype(np.float32)) * self.free
-        return masked, z, multipliers + more
-
-
-def _totals(sums: Sequence[FloatArray], x: npt.NDArray[Any]) -> FloatArray:
-    return np.array([float((one * x).sum()) for one in sums])
-
-
-def _shift(multipliers: FloatArray, sums: Sequence[FloatArray]) -> FloatArray | float:
-    return sum((share * one for share, one in zip(multipliers, sums, strict=True)), start=0.0)
-
-
-class _Rim:
-    """What the preconditioner has less on nodes with neighbours that do not touch."""
-
-    def __init__(self, op: AreaInfluence) -> None:
-        _, self.straight, self.across = op.nearest()
-
-    def of(self, free: BoolArray) -> FloatArray:
-        wide = np.pad(~free, 1, mode="edge").astype(np.float64)
-        across = wide[:-2] + wide[2:]
-        straight = (wide[:-2] + wide[2:])[:, 1:-1] + (wide[1:-1, :-2] + wide[1:-1, 2:])
-        corners = across[:, :-2] + across[:, 2:]
-        return np.asarray(_RIM * free * (self.straight * straight + self.across * corners))
+            free = self.body & (gap <= gap[self.body].min() + self.limit)
+        change = np.where(out, -self.x, 0.0)
+        self._guess(free)
+        return change + self._missing(self.x + change)
 
 
 def finer(pressure: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -217,11 +179,17 @@ def finer(pressure: FloatArray) -> tuple[FloatArray, BoolArray]:
                 total += np.where(both, 2 * one - two, 0.0)
                 lines += both
     square.flat[at] = np.minimum(total / np.maximum(lines, 1.0), 0.0)
-    out = np.empty((2 * n, 2 * k))
-    last = np.concatenate([square, square[:, -1:]], axis=1)
-    last = np.concatenate([last, last[-1:]], axis=0)
-    by_y = 0.5 * (last[:-1] + last[1:])
-    out[::2, ::2], out[1::2, ::2] = square, by_y[:, :-1]
-    out[::2, 1::2] = 0.5 * (last[:-1, :-1] + last[:-1, 1:])
-    out[1::2, 1::2] = 0.5 * (by_y[:, :-1] + by_y[:, 1:])
+    out = between(square)
     return np.sqrt(np.maximum(out, 0.0)), out > 0
+
+
+def between(values: FloatArray) -> FloatArray:
+    """Bilinear values (..., 2 n, 2 k) at nodes of half the step, of which two stand about each node."""
+    for axis in (-2, -1):
+        values = np.moveaxis(values, axis, 0)
+        out = np.empty((2 * len(values), *values.shape[1:]))
+        shares = 0.25 * np.concatenate([values[:1], values, values[-1:]])
+        np.add(shares[:-2], 3 * shares[1:-1], out=out[::2])
+        np.add(shares[2:], 3 * shares[1:-1], out=out[1::2])
+        values = np.moveaxis(out, 0, axis)
+    return np.ascontiguousarray(values)
