@@ -23,6 +23,7 @@ from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
+from subskin.studio.views.answer import Answers
 from subskin.studio.views.calibrate import BenchFeed, CalibrateView
 from subskin.studio.views.design import DesignView
 from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
@@ -51,7 +52,7 @@ noise = 5e-4
 
 @pytest.fixture(scope="module")
 def view():
-    return FingerView()
+    return FingerView(Answers())
 
 
 def values(meta, field):
@@ -106,9 +107,18 @@ def test_a_field_is_that_of_the_skin_coarse_or_fine(view, text, touch, show):
             assert (np.abs(seen - true) <= off + 1e-6 * meta["most"])[inside].all()
 
 
-def test_what_is_seen_is_what_the_library_says(view):
+def test_what_is_seen_is_what_the_library_says_the_picture_first():
     touch = Touch(family="hertz", force=40.0, angle=0.3, position=[8e-4], half_width=4e-4)
-    said, _ = view.look(FingerState(text=EXAMPLE, touch=touch, seed=3))
+    state, answers = FingerState(text=EXAMPLE, touch=touch, seed=3), Answers()
+    view = FingerView(answers)
+    first, fields = view.look(state)
+    assert first["found"]["pending"]
+    assert fields[0].std() > 10
+    later = answers.find(state)
+    said, _ = view.look(state)
+    assert plain(said["found"]) == plain(later)
+    assert view.look(state.model_copy(update={"find": "fit"}))[0]["found"]["pending"]  # another estimator
+    assert view.look(state, edits=[("sensors.depth", 2.1e-3)])[0]["found"]["pending"]  # another finger
     finger = finger_of(EXAMPLE).finger
     readings = finger.read(ss.Hertz(40.0, 0.3, 8e-4, half_width=4e-4), np.random.default_rng(3))
     found = finger.locate(readings)
@@ -149,11 +159,11 @@ def test_a_touch_is_kept_in_sight_and_made_fit_for_the_finger(view):
     assert area["units"]["force"] == "N"
 
 
-def test_noise_that_is_none_is_said_and_nothing_fails(view):
-    said, _ = view.look(FingerState(text=EXAMPLE.replace("5e-4", "0")))
-    assert said["found"]["status"] == ""
-    assert "noise" in said["found"]["words"]
-    assert plain(said)["found"]["ellipse"] is None
+def test_noise_that_is_none_is_said_and_nothing_fails():
+    found = Answers().find(FingerState(text=EXAMPLE.replace("5e-4", "0")))
+    assert found["status"] == ""
+    assert "noise" in found["words"]
+    assert plain(found)["ellipse"] is None
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.finger_file import FingerFile, load, parse_finger
+from .views.answer import Answers
 from .views.calibrate import CalibrateView
 from .views.design import DesignView
 from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
@@ -54,7 +55,8 @@ class Studio:
         self.file = parse_finger(EXAMPLE, "the example") if file is None else load(file)
         self.text = self.file.text
         self.name = "finger.toml" if file is None else Path(file).name
-        self._finger = FingerView(self.file)
+        self._answers = Answers(self.file)
+        self._finger = FingerView(self._answers)
         self._live = LiveView(self.wake, device)
         self._design = DesignView(self.wake)
         self._calibrate = CalibrateView(self.wake, device)
@@ -63,9 +65,8 @@ class Studio:
             "design": self._design,
             "calibrate": self._calibrate,
         }
-        self.hand("finger").submit(
-            self._finger.look, FingerState(text=self.text)
-        )  # loops are compiled while the browser opens
+        # loops are compiled while the browser opens
+        self.hand("answer").submit(self._answers.find, FingerState(text=self.text))
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
         """What a page is answered.
@@ -84,6 +85,8 @@ class Studio:
         """
         if view == "finger":
             return self._of_finger(do, given)
+        if (view, do) == ("answer", "find"):
+            return {"found": self._answers.find(FingerState.model_validate(given.get("state")))}, []
         if (view, do) == ("memo", "look"):
             from .views.memo.view import MemoState, look
 

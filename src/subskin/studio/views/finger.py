@@ -15,8 +15,9 @@ from ...contact import Contact, LocalContact, families, local_families
 from ...errors import SubskinError
 from ...finger import Finger
 from ...io.finger_file import FingerFile
+from .answer import Answers, read
 from .form import edited, finger_of, form_of
-from .found import fitted_family, told
+from .found import fitted_family
 from .quantities import QUANTITIES, FieldKind, offered
 from .touch import Touch, first_touch, fitting
 from .unit_fields import RANGE, FieldGrid, UnitFields, nice, quantised
@@ -43,6 +44,7 @@ _MARGIN = 2.2
 """What is seen on both sides of the sensors, in depths."""
 _BOTTOM, _TALL, _NEAR_BASE = 2.0, 0.26, 1.6
 """How deep is seen: in depths of the sensors, in widths of what is seen, and up to a base which is not much deeper."""
+_MISFIT = "This finger was accepted although its model is not that of its touches: no answer of it is OK."
 _NEAR = 0.3
 """The bar's end is the largest value deeper than this share of the shallowest sensor's depth."""
 _NAMES = {
@@ -118,27 +120,25 @@ def shown_of(state: FingerState) -> FingerShown:
     """
     file = finger_of(state.text)
     touch = _inside(fitting(state.touch, file.finger), window_of(file.finger))
-    contact = touch.contact()
-    readings = file.finger.read(contact, None if state.seed is None else np.random.default_rng(state.seed))
-    family = fitted_family(touch)
+    readings, family = read(state, file, touch), fitted_family(touch)
     try:
         found = file.fit(readings, family) if state.find == "fit" else file.locate(readings)
     except SubskinError:
         found = None
-    return FingerShown(file.finger, touch, contact, found, _quantity(state.show, file.finger, touch).name, family)
+    return FingerShown(file.finger, touch, touch.contact(), found, _quantity(state.show, file.finger, touch).name, family)
 
 
 class FingerView:
-    """Answers what is asked of a finger; what it keeps makes answers quicker, and changes none.
+    """Draws what is asked of a finger; what it keeps makes pictures quicker, and changes none.
 
     Parameters
     ----------
-    own : FingerFile, optional
-        The finger of the command: what lies beside its file belongs to it.
+    answers : Answers
+        What the readings say.
     """
 
-    def __init__(self, own: FingerFile | None = None) -> None:
-        self._fields, self._own = UnitFields(), own
+    def __init__(self, answers: Answers) -> None:
+        self._fields, self._answers = UnitFields(), answers
 
     def look(
         self,
@@ -175,8 +175,7 @@ class FingerView:
             for key, value in edits:
                 text = edited(text, key, value)
             state = given.model_copy(update={"text": text})
-            own = self._own if self._own is not None and self._own.text == text else None
-            file = finger_of(text) if own is None else own
+            file = self._answers.file(text)
             finger = file.finger
             touch = fitting(state.touch, finger)
             window = _held(window, finger) if window is not None else window_of(finger)
@@ -184,15 +183,15 @@ class FingerView:
             shown = _quantity(state.show, finger, touch)
             contact = touch.contact()
             clean = finger.read(contact)
-            readings = finger.read(contact, None if state.seed is None else np.random.default_rng(state.seed))
-            found = told(file, touch, readings, state.find)
+            readings = read(state, file, touch)
+            found = self._answers.at_once(state, touch, readings)
             metas, fields, coarse = self._drawn(finger, touch, shown, window, moving, refine)
-        notes = list(dict.fromkeys(str(one.message) for one in caught))
+        notes = list(dict.fromkeys(str(one.message) for one in caught)) + ([] if finger.trusted else [_MISFIT])
         local = touch.local
         names = local_families() if local else families()
         said = {
             "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
-            "form": form_of(state.text, own),
+            "form": form_of(state.text, file),
             "area": finger.array.on_area,
             "units": {"force": "N" if local else "N/m", "reading": _unit(finger)},
             "wide": touch.wide,
