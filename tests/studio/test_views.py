@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import threading
 import time
 from dataclasses import replace
@@ -287,6 +288,25 @@ def test_ridges_read_as_the_library_reads_them():
     np.testing.assert_allclose(ridged, true, atol=2e-5)
 
 
+def test_a_particle_is_pressed_as_the_design_of_a_skin_presses_it():
+    skin = ss.Round(ss.Material(0.4e6), radius=8e-3, core_radius=4e-3)
+    finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.5e-3, depth=0.8e-3, noise=2e-5))
+    particle = ss.pressing.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
+    true = ss.design.skin_compliance(finger, particle, force=40.0, young=[0.2e6])
+    seen = look(MemoState(figure="17", values={"young": 0.2}))
+    wide, share = 2e3 * float(true.half_width.squeeze()), 100 * float(true.load_share.squeeze())
+    said = [float(one) for one in re.findall(r"[\d.]+(?= mm wide| %)", seen["told"][1])]
+    assert said == pytest.approx([wide, share], rel=0.01)
+    curves = {c["label"]: (c["x"], np.asarray(c["y"])) for c in seen["panels"][2]["curves"]}
+    at, shares = curves["share of the force on the particle"]
+    assert np.interp(np.log10(0.2), at[::-1], shares[::-1]) == pytest.approx(share, abs=1.5)
+    pressure = seen["panels"][1]["curves"]
+    for one in pressure:  # each carries the same force [N/m], but what lies beyond the picture
+        inside = np.trapezoid(1e3 * one["y"], 1e-3 * one["x"])
+        assert inside < 40.1
+    assert np.trapezoid(1e3 * pressure[0]["y"], 1e-3 * pressure[0]["x"]) == pytest.approx(40.0, rel=0.01)
+
+
 def test_every_formula_of_the_errata_is_a_tree():
     def leaves(tree):
         return [tree] if isinstance(tree[1], str | float) else [leaf for part in tree[1:] for leaf in leaves(part)]
@@ -327,7 +347,8 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
         sent(socket, "live", "record", on=True)
         news(socket, lambda said: said.get("recording"))
         sent(socket, "live", "mark", text="here")
-        told = news(socket, lambda said: (said.get("found") or {}).get("status") == "OK" and said["steps"])
+        news(socket, lambda said: (said.get("found") or {}).get("status") == "OK" and said["steps"])
+        told = news(socket, lambda said: any(event["kind"] == "mark" for event in said["events"]))
         assert [event["text"] for event in told["events"] if event["kind"] == "mark"] == ["here"]
         assert told["slip"]["words"]
         assert told["lost"] == 0
