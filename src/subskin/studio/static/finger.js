@@ -108,6 +108,7 @@ export class FingerView {
   }
 
   hear(said, kept, more, key) {
+    clearTimeout(this.seeking);
     if (said.error) {
       const own = key && ([this.finger, this.skin].some((form) => form.fault(key, said.error)));
       this.fault.textContent = own ? "" : said.error;
@@ -131,7 +132,6 @@ export class FingerView {
   // The picture is there, and its answer takes longer: of a finger that is new, once the hand rests.
   seek(said) {
     const key = JSON.stringify(said.state);
-    clearTimeout(this.seeking);
     if (key === this.sought) return; // it is on its way
     this.seeking = setTimeout(() => {
       this.sought = key;

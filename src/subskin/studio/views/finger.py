@@ -125,7 +125,9 @@ def shown_of(state: FingerState) -> FingerShown:
         found = file.fit(readings, family) if state.find == "fit" else file.locate(readings)
     except SubskinError:
         found = None
-    return FingerShown(file.finger, touch, touch.contact(), found, _quantity(state.show, file.finger, touch).name, family)
+    return FingerShown(
+        file.finger, touch, touch.contact(), found, _quantity(state.show, file.finger, touch).name, family
+    )
 
 
 class FingerView:
@@ -229,7 +231,8 @@ class FingerView:
                 grid = _coarse(grid, touch, window)
                 values = self._fields.here(finger.skin, touch, shown, grid)
             elif missing:
-                coarse, grid = True, _coarse(grid, touch, window)
+                quickly = moving and grid.depth is not None  # the map from above changes with the depth of the sensors
+                coarse, grid = True, _coarse(grid, touch, window, 3 if quickly else 2)
                 values = self._fields.direct(finger.skin, touch, shown, grid)
             else:
                 values = self._fields.field(finger.skin, touch, shown, grid)
@@ -294,14 +297,14 @@ def _grids(finger: Finger, window: Window) -> dict[str, FieldGrid]:
     return out
 
 
-def _coarse(grid: FieldGrid, touch: Touch, window: Window) -> FieldGrid:
-    """Every second point, of what is seen alone."""
-    step, down = 2 * grid.along[1], 2 * grid.down[1]
+def _coarse(grid: FieldGrid, touch: Touch, window: Window, every: int = 2) -> FieldGrid:
+    """Every second or third point, of what is seen alone."""
+    step, down, rows = every * grid.along[1], every * grid.down[1], round(_DOWN / every)
     first = window.left - touch.position[0]
     along = (first + 0.5 * step, step, round((window.right - window.left) / step))
     if grid.depth is None:
-        return FieldGrid(along, (0.5 * down, down, grid.down[2] // 2))
-    return FieldGrid(along, (window.front - touch.position[1] + 0.5 * down, down, _DOWN // 2), grid.depth)
+        return FieldGrid(along, (0.5 * down, down, rows))
+    return FieldGrid(along, (window.front - touch.position[1] + 0.5 * down, down, rows), grid.depth)
 
 
 def _seen(values: FloatArray, grid: FieldGrid, touch: Touch, window: Window) -> tuple[FloatArray, FieldGrid]:
