@@ -9,6 +9,7 @@ import time
 from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+from pathlib import Path
 from types import SimpleNamespace
 
 import httpx
@@ -437,6 +438,33 @@ def test_the_weak_and_the_dead_sensor_are_told():
     found = {what: float(now) for what, _, now in told["changes"] if what.startswith("gain")}
     assert found["gain of s2"] == 0.0
     assert found["gain of s5"] == pytest.approx(0.3, rel=0.1)
+
+
+def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file, positions = finger_of(EXAMPLE), np.linspace(-5e-3, 5e-3, 15)
+    true = replace(file.finger, array=replace(file.finger.array, gain=np.linspace(0.8, 1.2, 8)))
+    readings = true.read(ss.LineLoad(np.full(15, 40.0), position=positions), np.random.default_rng(1))
+    columns = {"position": positions, "force": np.full(15, 40.0), **dict(zip(file.names, readings.T, strict=True))}
+    ss.io.write_table("presses.csv", columns)
+    text = Path("presses.csv").read_text("utf-8")
+    view = CalibrateView(lambda: None)
+
+    def fitted(**given):
+        view.answer("file", {"file": {"name": "presses.csv", "text": text} | given}, file)
+        while (told := view.told())["run"] in ("starting", "running"):
+            time.sleep(0.01)
+        return told
+
+    told = fitted(fit="gain, origin")
+    found = ss.calibrate(file.finger, readings, positions, force=40.0, fit=("gain", "origin"))
+    assert (told["run"], told["fault"], told["r2"]) == ("ended", "", pytest.approx(found.r2))
+    np.testing.assert_allclose(told["touches"], positions)
+    view.answer("accept", {"name": "felt.toml"}, file)
+    np.testing.assert_allclose(ss.load("felt.toml").finger.array.gain, found.finger.array.gain, rtol=1e-5)
+    assert "presses.csv, line 2" in fitted(text=text.replace("-0.00", "wide", 1))["fault"]
+    assert "force" in fitted(fit="force")["fault"]  # what is fitted is not among what can be
+    assert "s7" in fitted(text=text.replace("s7", "more"))["fault"]
 
 
 @pytest.mark.parametrize("port", [None, "demo?rate=200", "touch.parquet"])
