@@ -58,6 +58,7 @@ class Firefox:
             "browser.download.folderList": 2,
             "browser.download.dir": str(folder),
             "browser.download.always_ask_before_handling_new_types": False,
+            "browser.download.alwaysOpenPanel": False,  # it would take the keyboard away from the page
             "dom.w3c_touch_events.enabled": 1,
             "ui.prefersReducedMotion": 1,
         }.items():
@@ -152,7 +153,9 @@ class Firefox:
 
     def one(self, css: str) -> Any:
         """The first element that is seen."""
-        return self.run("return [...document.querySelectorAll(arguments[0])].find((e) => e.checkVisibility()) ?? null", css)
+        return self.run(
+            "return [...document.querySelectorAll(arguments[0])].find((e) => e.checkVisibility()) ?? null", css
+        )
 
     def shown(self, css: str) -> bool:
         """Whether such an element is seen."""

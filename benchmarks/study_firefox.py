@@ -83,7 +83,12 @@ def finger(fox: Firefox) -> None:
             fox.wait(".status[data-status]:not([data-status=''])")
             told.append(f"from {before:g} to {after:g} mm")
     with fox.seen("keyboard: arrows turn, widen and sink") as told:
-        for handle, key, sign in (("position", "RIGHT", 1), ("force", "LEFT", 1), ("width", "RIGHT", 1), ("sensors", "UP", -1)):
+        for handle, key, sign in (
+            ("position", "RIGHT", 1),
+            ("force", "LEFT", 1),
+            ("width", "RIGHT", 1),
+            ("sensors", "UP", -1),
+        ):
             before = fox.slider(handle)
             fox.press(f"[data-handle={handle}]", key)
             after = fox.until(
@@ -141,7 +146,9 @@ def live(fox: Firefox) -> None:
         fox.until(lambda: fox.button("Stop recording"), "it records")
         time.sleep(1.5)
         fox.click("Stop recording")
-        fox.until(lambda: (kept := next(Path.cwd().glob("touch-*.parquet"), None)) and kept.stat().st_size, "a recording")
+        fox.until(
+            lambda: (kept := next(Path.cwd().glob("touch-*.parquet"), None)) and kept.stat().st_size, "a recording"
+        )
         told.append(fox.text(".status"))
     with fox.seen("touch: it is stopped, and the recording is played") as told:
         fox.tap("Stop")
@@ -203,9 +210,13 @@ def memo(fox: Firefox) -> None:
             fox.until(lambda name=label: fox.labelled(name), "its numbers", 60)
             before = fox.value(label)
             fox.press_labelled(label, "HOME")
-            least = fox.until(lambda n=label, v=before: (now := fox.value(n)) != v and now, "the slider goes to its end")
+            least = fox.until(
+                lambda n=label, v=before: (now := fox.value(n)) != v and now, "the slider goes to its end"
+            )
             fox.touch_labelled(label, 0.7)
-            after = fox.until(lambda n=label, v=least: (now := fox.value(n)) != v and now, "the slider follows the finger")
+            after = fox.until(
+                lambda n=label, v=least: (now := fox.value(n)) != v and now, "the slider follows the finger"
+            )
             told.append(f"{label} from {least} to {after}")
     with fox.seen("both forms of an equation stand there"):
         fox.choose("Figure", "13")
@@ -252,7 +263,9 @@ def main() -> None:
     """Run it."""
     browser, driver = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None), geckodriver()
     if browser is None or driver is None:
-        missing = "Firefox (make firefox)" if browser is None else "geckodriver (pip install -e '.[study]', or on the path)"
+        missing = (
+            "Firefox (make firefox)" if browser is None else "geckodriver (pip install -e '.[study]', or on the path)"
+        )
         print(f"study_firefox.py: nothing was looked at, there is no {missing}")
         return
     home, folder = Path.cwd(), Path(tempfile.mkdtemp())

@@ -45,6 +45,8 @@ def _changes(file: FingerFile, found: Calibration, relative: bool) -> list[list[
     for name, before, after in zip(file.names, *gains, strict=True):
         rows.append([f"gain of {name}{', of the mean' if relative else ''}", f"{before:.4g}", f"{after:.4g}"])
     rows.append(["depth of the sensors, mean", f"{depths[0]:.3f} mm", f"{depths[1]:.3f} mm"])
-    for axis, (before, after) in zip("yz", np.broadcast(*map(np.atleast_1d, (file.origin, found.origin))), strict=False):
+    for axis, (before, after) in zip(
+        "yz", np.broadcast(*map(np.atleast_1d, (file.origin, found.origin))), strict=False
+    ):
         rows.append([f"origin {axis}", f"{1e3 * before:.3f} mm", f"{1e3 * after:.3f} mm"])
     return rows
