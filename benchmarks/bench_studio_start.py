@@ -41,6 +41,7 @@ class Cookie(urllib.request.HTTPRedirectHandler):
     """Keeps the cookie that the first page sets."""
 
     def redirect_request(self, request: Any, answer: Any, code: int, words: str, headers: Any, url: str) -> Any:
+        """Go on with it."""
         self.cookie = headers["set-cookie"].partition(";")[0]
         return urllib.request.Request(url, headers={"cookie": self.cookie})
 

@@ -26,7 +26,8 @@ __all__ = ["Firefox"]
 _PAUSE = 0.03
 _LABELLED = """
 const fields = [...document.querySelectorAll('main input, main select, main textarea')]
-  .filter((one) => one.checkVisibility()).map((one) => [one, one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? '']);
+  .filter((one) => one.checkVisibility())
+  .map((one) => [one, one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? '']);
 return (fields.find(([, label]) => label === given) ?? fields.find(([, label]) => label.includes(given)) ?? [null])[0];
 """
 _BUTTON = """

@@ -17,11 +17,10 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import uvicorn
-from firefox import Firefox
 
+from firefox import Firefox
 from subskin.studio.guard import Keys
 from subskin.studio.opening import bound, served
 from subskin.studio.studio import Studio
@@ -51,6 +50,7 @@ class Server:
         self.begin(0)
 
     def begin(self, port: int) -> None:
+        """Start it, on a port or any that is free."""
         here = bound(port)
         self.studio, self.keys = Studio(device=DEVICE), Keys(here.getsockname()[1], "the secret of the study" * 2)
         self.server: uvicorn.Server = served(self.studio, self.keys)
@@ -58,6 +58,7 @@ class Server:
         self.thread.start()
 
     def stop(self) -> None:
+        """As if it were killed."""
         self.server.should_exit = True
         self.thread.join(10)
         self.studio.close()
