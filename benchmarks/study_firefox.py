@@ -205,10 +205,10 @@ def design(fox: Firefox) -> None:
 
 def memo(fox: Firefox) -> None:
     """The view of the memo."""
-    for key, label in (("13", "angle α"), ("17", "force")):
+    for key, label, sign in (("13", "angle α", "Equation 21"), ("17", "force", "Three skins")):
         with fox.seen(f"keyboard and touch: Fig. {key}") as told:
             fox.choose("Figure", key)
-            fox.until(lambda name=label: fox.labelled(name), "its numbers", 60)
+            fox.until(lambda text=sign: text in fox.text("main"), f'"{sign}"', 60)
             before = fox.value(label)
             fox.press_labelled(label, "HOME")
             least = fox.until(

@@ -25,10 +25,11 @@ from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
-from subskin.studio.views.answer import Answers
+from subskin.studio.views.answer import FingerAnswers
 from subskin.studio.views.calibrate import BenchFeed, CalibrateView
 from subskin.studio.views.design import DesignView
-from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
+from subskin.studio.views.finger import EXAMPLE, FingerView, window_of
+from subskin.studio.views.finger_state import FingerState
 from subskin.studio.views.form import edited, finger_of, form_of
 from subskin.studio.views.memo.formula import tree_of, words_of
 from subskin.studio.views.memo.view import MemoState, look
@@ -54,7 +55,7 @@ noise = 5e-4
 
 @pytest.fixture(scope="module")
 def view():
-    return FingerView(Answers())
+    return FingerView(FingerAnswers())
 
 
 def values(meta, field):
@@ -111,7 +112,7 @@ def test_a_field_is_that_of_the_skin_coarse_or_fine(view, text, touch, show):
 
 def test_what_is_seen_is_what_the_library_says_the_picture_first():
     touch = Touch(family="hertz", force=40.0, angle=0.3, position=[8e-4], half_width=4e-4)
-    state, answers = FingerState(text=EXAMPLE, touch=touch, seed=3), Answers()
+    state, answers = FingerState(text=EXAMPLE, touch=touch, seed=3), FingerAnswers()
     view = FingerView(answers)
     first, fields = view.look(state)
     assert first["found"]["pending"]
@@ -162,7 +163,7 @@ def test_a_touch_is_kept_in_sight_and_made_fit_for_the_finger(view):
 
 
 def test_noise_that_is_none_is_said_and_nothing_fails():
-    found = Answers().find(FingerState(text=EXAMPLE.replace("5e-4", "0")))
+    found = FingerAnswers().find(FingerState(text=EXAMPLE.replace("5e-4", "0")))
     assert found["status"] == ""
     assert "noise" in found["words"]
     assert plain(found)["ellipse"] is None

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.finger_file import FingerFile, load, parse_finger
-from .views.answer import Answers
+from .views.answer import FingerAnswers
 from .views.calibrate import CalibrateView
 from .views.design import DesignView
-from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
+from .views.finger import EXAMPLE, FingerView, Look, Window
+from .views.finger_state import FingerState
 from .views.form import finger_of
 from .views.live.view import LiveView
 from .views.script import script_of
@@ -55,7 +56,7 @@ class Studio:
         self.file = parse_finger(EXAMPLE, "the example") if file is None else load(file)
         self.text = self.file.text
         self.name = "finger.toml" if file is None else Path(file).name
-        self._answers = Answers(self.file)
+        self._answers = FingerAnswers(self.file)
         self._finger = FingerView(self._answers)
         self._live = LiveView(self.wake, device)
         self._design = DesignView(self.wake)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._check import FloatArray
 from ...io.finger_file import FingerFile
+from .finger_state import FingerState
 from .form import finger_of
 from .found import fitted_family, told
 from .touch import Touch, fitting
 
-if TYPE_CHECKING:
-    from .finger import FingerState
-
-__all__ = ["Answers", "read"]
+__all__ = ["FingerAnswers", "read"]
 
 _KEPT = 64
 """Fingers of which it is known that they answer at once: as many as `finger_of` keeps."""
@@ -31,7 +29,7 @@ _LATER: dict[str, Any] = {
 }
 
 
-class Answers:
+class FingerAnswers:
     """What the readings of a state say: at once where the finger has answered before.
 
     Parameters

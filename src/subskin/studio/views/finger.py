@@ -15,14 +15,15 @@ from ...contact import Contact, LocalContact, families, local_families
 from ...errors import SubskinError
 from ...finger import Finger
 from ...io.finger_file import FingerFile
-from .answer import Answers, read
+from .answer import FingerAnswers, read
+from .finger_state import FingerState
 from .form import edited, finger_of, form_of
 from .found import fitted_family
 from .quantities import QUANTITIES, FieldKind, offered
 from .touch import Touch, first_touch, fitting
 from .unit_fields import RANGE, FieldGrid, UnitFields, nice, quantised
 
-__all__ = ["EXAMPLE", "FingerShown", "FingerState", "FingerView", "Look", "Window", "shown_of", "window_of"]
+__all__ = ["EXAMPLE", "FingerShown", "FingerView", "Look", "Window", "shown_of", "window_of"]
 
 EXAMPLE = """\
 # A finger of silicone rubber: eight strain gauges in a row.
@@ -58,18 +59,6 @@ _NAMES = {
     "round_punch": "a flat disc",
     "cone": "a blunt cone",
 }
-
-
-class FingerState(BaseModel):
-    """All that a page shows of a finger: what its link holds."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    text: str = Field(max_length=100_000)
-    touch: Touch | None = None
-    show: str | None = Field(default=None, max_length=40)
-    find: str = Field(default="locate", pattern="^(locate|fit)$")
-    seed: Annotated[int, Field(ge=0, le=2**31)] | None = 0
 
 
 class Look(BaseModel):
@@ -135,11 +124,11 @@ class FingerView:
 
     Parameters
     ----------
-    answers : Answers
+    answers : FingerAnswers
         What the readings say.
     """
 
-    def __init__(self, answers: Answers) -> None:
+    def __init__(self, answers: FingerAnswers) -> None:
         self._fields, self._answers = UnitFields(), answers
 
     def look(
