@@ -200,7 +200,9 @@ class Firefox:
     def choose(self, label: str, value: str) -> None:
         """One of a list, by the mouse."""
         field = self.until(lambda: self.labelled(label), f'a list "{label}"')
-        self._near(field).find_element("css selector", f"option[value='{value}']").click()
+        options = f"option[value='{value}']"
+        self.until(lambda: field.find_elements("css selector", options), f'"{value}" in the list "{label}"')
+        self._near(field).find_element("css selector", options).click()
 
     def button(self, name: str) -> Any:
         """The button with a name."""

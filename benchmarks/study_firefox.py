@@ -195,12 +195,19 @@ def design(fox: Firefox) -> None:
         fox.fill("depths tried", "3")
         fox.until(lambda: not fox.shown(".fault:not([hidden])"), "the fault goes")
         fox.fill("pitches tried", "3")
-    with fox.seen("mouse: a search runs, is stopped, and goes on") as told:
+        fox.fill("count, least and most", "5 .. 6")
+        fox.until(lambda: "5 .. 6" in fox.value("count, least and most"), "fewer counts")
+    with fox.seen("mouse: a search runs, and is stopped or done") as told:
         fox.click("Start")
-        fox.until(lambda: fox.shown("canvas[aria-label]"), "a map of designs", 90)
-        fox.click("Stop")
-        fox.until(lambda: "topped" in fox.text(".status"), "it stops")
-        told.append(fox.text(".status"))
+        fox.until(lambda: fox.shown("canvas[aria-label]"), "a map of designs", 300)
+        if fox.button("Stop"):
+            fox.click("Stop")
+        told.append(fox.until(lambda: not fox.button("Stop") and fox.text(".status"), "it ends"))
+    with fox.seen("keyboard: a design is held in Finger") as told:
+        fox.press_button("Hold in Finger", "ENTER")
+        fox.wait("[data-handle=position]")
+        fox.wait(".status[data-status]:not([data-status=''])")
+        told.append(f"sensors {fox.slider('sensors'):g} mm deep")
 
 
 def memo(fox: Firefox) -> None:

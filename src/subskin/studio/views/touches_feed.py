@@ -81,7 +81,7 @@ class TouchesFeed(Feed):
         names = ("position_y", "position_z") if area else ("position",)
         each = [table.numbers(name, finite=True, why="each touch's position") for name in names]
         self.positions = np.stack(each, axis=-1) if area else each[0]
-        loads = {
+        loads: dict[str, Any] = {
             name: table.numbers(name, finite=True, why=f"the touches' {name}")
             for name in ("force", "angle", *("azimuth",) * area)
             if name in table.columns
