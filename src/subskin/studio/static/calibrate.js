@@ -25,7 +25,7 @@ export class CalibrateView {
     this.positions = field("where touches can be made", { placeholder: "all over the sensors; or -6 mm:6 mm:1 mm" });
     this.rest = field("time at rest, for the noise", { value: "2 s" });
     this.holding = field("time that a touch is held", { value: "0.5 s" });
-    this.fit = field("what is fitted", { placeholder: "gain, depth, origin" });
+    this.fit = field("what is fitted", { placeholder: "as usual; or gain, depth, origin" });
     this.driver = field("what the device sends", { placeholder: "as the file says; or lines?sensors=6" });
     const id = fresh("bench");
     this.file = h("input", { id, type: "file", accept: ".csv,text/csv", onchange: () => this.#read() });
