@@ -25,7 +25,7 @@ FLOOR_TESTS := tests/cli/test_commands.py tests/cli/test_fit_decide.py tests/cli
   tests/unit/test_doors.py tests/unit/test_finger.py tests/unit/test_io_tables.py tests/unit/test_io_units.py \
   tests/unit/test_io_finger_file.py tests/unit/test_layered.py tests/unit/test_locate.py tests/unit/test_press.py
 
-.PHONY: help demo test browser test-floor lint types check docs loops bench study figures clean
+.PHONY: help demo test browser firefox test-floor lint types check docs loops bench study figures clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -61,6 +61,11 @@ browser: ## Chromium of Debian or Ubuntu, for the tests of the studio's page, wh
 	  sudo=$$([ "$$(id -u)" = 0 ] || command -v sudo || true); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core; }
 
+firefox: ## Firefox of Debian, for benchmarks/study_firefox.py, which says so where there is none
+	@command -v firefox-esr firefox >/dev/null || { \
+	  sudo=$$([ "$$(id -u)" = 0 ] || command -v sudo || true); \
+	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends firefox-esr fonts-dejavu-core; }
+
 test-floor: ## the core of the tests at the lowest versions that pyproject.toml allows, in a venv of its own
 	@test -x $(FLOOR)/bin/python || "$(PYTHON)" -m venv $(FLOOR)
 	@$(FLOOR)/bin/python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
@@ -72,7 +77,7 @@ test-floor: ## the core of the tests at the lowest versions that pyproject.toml 
 bench: $(DEV) ## benchmarks beside their peers: accuracy, speed, import time
 	@shopt -s nullglob; for program in benchmarks/bench_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 
-study: $(STUDY) ## heavier than a test: long statistics, finite elements, blind calibration, real skins, placement, mutants
+study: $(STUDY) ## heavier than a test: long statistics, finite elements, blind calibration, real skins, placement, mutants, Firefox
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -q -n $(JOBS) -m long tests
 	@shopt -s nullglob; for program in benchmarks/study_*.py; do echo "== $$program"; $(BIN)/python "$$program"; done
 

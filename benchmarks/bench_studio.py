@@ -1,7 +1,8 @@
 """The studio's page: from a move of the hand to the picture, and a live stream that is drawn and recorded.
 
-Drags the touch in Chromium with a field of 80 x 200 points on a half plane, a layer and an area, and shows a stream of
-64 channels at 1 kHz while it is recorded. Needs Chromium (make browser). A busy machine makes all of it slower.
+Drags the touch and the depth of the sensors in Chromium with a field of 80 x 200 points on a half plane, a layer and
+areas, and shows a stream of 64 channels at 1 kHz while it is recorded. Needs Chromium (make browser). A busy machine
+makes all of it slower.
 """
 
 from __future__ import annotations
@@ -31,9 +32,8 @@ pitch = "1.5 mm"
 depth = "2 mm"
 noise = 5e-4
 """
-LAYER = ROW.replace(
-    'kind = "half_plane"\nyoung = "0.4 MPa"\n', 'kind = "layers"\nlayers = [{young = "0.4 MPa", thickness = "6 mm"}]\n'
-)
+LAYERS = 'kind = "layers"\nlayers = [{young = "0.4 MPa", thickness = "6 mm"}]\n'
+LAYER = ROW.replace('kind = "half_plane"\nyoung = "0.4 MPa"\n', LAYERS)
 AREA = """\
 [skin]
 kind = "half_space"
@@ -46,6 +46,7 @@ depth = "3 mm"
 kind = "mean_pressure"
 noise = 20.0
 """
+LAYERED_AREA = AREA.format(side=4).replace('kind = "half_space"\nyoung = "0.4 MPa"\n', LAYERS)
 WATCH = """() => {
   window.seen = {moves: [], sent: [], heard: [], drawn: [], painted: 0};
   const at = () => performance.now();
@@ -87,15 +88,16 @@ def delays(seen: dict[str, Any]) -> np.ndarray:
     return np.array(out)
 
 
-def dragged(page: Any, moves: int = 300) -> np.ndarray:
-    """The touch is dragged to and fro, 60 moves a second."""
-    box = page.locator("[data-handle=position]").bounding_box()
+def dragged(page: Any, handle: str = "position", moves: int = 300) -> np.ndarray:
+    """The touch is dragged to and fro, or the sensors up and down, 60 moves a second."""
+    box = page.locator(f"[data-handle={handle}]").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
     page.evaluate("() => Object.values(seen).forEach((list) => Array.isArray(list) && (list.length = 0))")
     for k in range(moves):
-        page.mouse.move(x + 120 * np.sin(0.04 * k), y)
+        swing = np.sin(0.04 * k)
+        page.mouse.move(*((x + 120 * swing, y) if handle == "position" else (x, y + 20 * swing)))
         time.sleep(1 / 60)
     time.sleep(0.3)
     found = delays(page.evaluate("() => seen"))
@@ -140,13 +142,14 @@ def main() -> None:
     os.chdir(folder)  # recordings go where the studio was started
     args = ["--no-sandbox"] if os.geteuid() == 0 else []
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-    print("move to drawn [ms]            p50    p90    p99  moves")
+    print("move to drawn [ms]                p50    p90    p99  moves")
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=chromium, args=args)
         for name, text in (
             ("half plane", ROW),
             ("layer", LAYER),
             ("area, 4 x 4", AREA.format(side=4)),
+            ("layer, 4 x 4", LAYERED_AREA),
             ("live, 64 in a row", ROW.replace("count = 8", "count = 64")),
             ("live, 8 x 8", AREA.format(side=8)),
         ):
@@ -164,8 +167,10 @@ def main() -> None:
             if name.startswith("live"):
                 print(f"{name}, 1 kHz: {streamed(page, folder)}")
             else:
-                ms = dragged(page)
-                print(f"{name:24s}" + "".join(f"{np.percentile(ms, q):7.1f}" for q in (50, 90, 99)) + f"{ms.size:7d}")
+                for handle, what in (("position", name), ("sensors", f"{name}, depth")):
+                    ms = dragged(page, handle)
+                    part = "".join(f"{np.percentile(ms, q):7.1f}" for q in (50, 90, 99))
+                    print(f"{what:28s}{part}{ms.size:7d}")
             page.close()
             server.should_exit = True
             thread.join(5)

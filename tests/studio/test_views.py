@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import threading
 import time
 from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+from pathlib import Path
 from types import SimpleNamespace
 
 import httpx
@@ -23,9 +25,11 @@ from subskin.live import Bench
 from subskin.live.ports import Robot
 from subskin.memo import ERRATA
 from subskin.studio.protocol import plain
+from subskin.studio.views.answer import FingerAnswers
 from subskin.studio.views.calibrate import BenchFeed, CalibrateView
 from subskin.studio.views.design import DesignView
-from subskin.studio.views.finger import EXAMPLE, FingerState, FingerView, window_of
+from subskin.studio.views.finger import EXAMPLE, FingerView, window_of
+from subskin.studio.views.finger_state import FingerState
 from subskin.studio.views.form import edited, finger_of, form_of
 from subskin.studio.views.memo.formula import tree_of, words_of
 from subskin.studio.views.memo.view import MemoState, look
@@ -51,7 +55,7 @@ noise = 5e-4
 
 @pytest.fixture(scope="module")
 def view():
-    return FingerView()
+    return FingerView(FingerAnswers())
 
 
 def values(meta, field):
@@ -106,9 +110,18 @@ def test_a_field_is_that_of_the_skin_coarse_or_fine(view, text, touch, show):
             assert (np.abs(seen - true) <= off + 1e-6 * meta["most"])[inside].all()
 
 
-def test_what_is_seen_is_what_the_library_says(view):
+def test_what_is_seen_is_what_the_library_says_the_picture_first():
     touch = Touch(family="hertz", force=40.0, angle=0.3, position=[8e-4], half_width=4e-4)
-    said, _ = view.look(FingerState(text=EXAMPLE, touch=touch, seed=3))
+    state, answers = FingerState(text=EXAMPLE, touch=touch, seed=3), FingerAnswers()
+    view = FingerView(answers)
+    first, fields = view.look(state)
+    assert first["found"]["pending"]
+    assert fields[0].std() > 10
+    later = answers.find(state)
+    said, _ = view.look(state)
+    assert plain(said["found"]) == plain(later)
+    assert view.look(state.model_copy(update={"find": "fit"}))[0]["found"]["pending"]  # another estimator
+    assert view.look(state, edits=[("sensors.depth", 2.1e-3)])[0]["found"]["pending"]  # another finger
     finger = finger_of(EXAMPLE).finger
     readings = finger.read(ss.Hertz(40.0, 0.3, 8e-4, half_width=4e-4), np.random.default_rng(3))
     found = finger.locate(readings)
@@ -149,11 +162,11 @@ def test_a_touch_is_kept_in_sight_and_made_fit_for_the_finger(view):
     assert area["units"]["force"] == "N"
 
 
-def test_noise_that_is_none_is_said_and_nothing_fails(view):
-    said, _ = view.look(FingerState(text=EXAMPLE.replace("5e-4", "0")))
-    assert said["found"]["status"] == ""
-    assert "noise" in said["found"]["words"]
-    assert plain(said)["found"]["ellipse"] is None
+def test_noise_that_is_none_is_said_and_nothing_fails():
+    found = FingerAnswers().find(FingerState(text=EXAMPLE.replace("5e-4", "0")))
+    assert found["status"] == ""
+    assert "noise" in found["words"]
+    assert plain(found)["ellipse"] is None
 
 
 @pytest.mark.parametrize(
@@ -277,6 +290,25 @@ def test_ridges_read_as_the_library_reads_them():
     np.testing.assert_allclose(ridged, true, atol=2e-5)
 
 
+def test_a_particle_is_pressed_as_the_design_of_a_skin_presses_it():
+    skin = ss.Round(ss.Material(0.4e6), radius=8e-3, core_radius=4e-3)
+    finger = ss.Finger(skin, ss.SensorArray.line(count=8, pitch=0.5e-3, depth=0.8e-3, noise=2e-5))
+    particle = ss.pressing.ParticleOnFlat(half_width=0.4e-3, protrusion=30e-6)
+    true = ss.design.skin_compliance(finger, particle, force=40.0, young=[0.2e6])
+    seen = look(MemoState(figure="17", values={"young": 0.2}))
+    wide, share = 2e3 * float(true.half_width.squeeze()), 100 * float(true.load_share.squeeze())
+    said = [float(one) for one in re.findall(r"[\d.]+(?= mm wide| %)", seen["told"][1])]
+    assert said == pytest.approx([wide, share], rel=0.01)
+    curves = {c["label"]: (c["x"], np.asarray(c["y"])) for c in seen["panels"][2]["curves"]}
+    at, shares = curves["share of the force on the particle"]
+    assert np.interp(np.log10(0.2), at[::-1], shares[::-1]) == pytest.approx(share, abs=1.5)
+    pressure = seen["panels"][1]["curves"]
+    for one in pressure:  # each carries the same force [N/m], but what lies beyond the picture
+        inside = np.trapezoid(1e3 * one["y"], 1e-3 * one["x"])
+        assert inside < 40.1
+    assert np.trapezoid(1e3 * pressure[0]["y"], 1e-3 * pressure[0]["x"]) == pytest.approx(40.0, rel=0.01)
+
+
 def test_every_formula_of_the_errata_is_a_tree():
     def leaves(tree):
         return [tree] if isinstance(tree[1], str | float) else [leaf for part in tree[1:] for leaf in leaves(part)]
@@ -317,7 +349,8 @@ def test_a_live_stream_is_told_recorded_and_played_again(running, asked, tmp_pat
         sent(socket, "live", "record", on=True)
         news(socket, lambda said: said.get("recording"))
         sent(socket, "live", "mark", text="here")
-        told = news(socket, lambda said: (said.get("found") or {}).get("status") == "OK" and said["steps"])
+        news(socket, lambda said: (said.get("found") or {}).get("status") == "OK" and said["steps"])
+        told = news(socket, lambda said: any(event["kind"] == "mark" for event in said["events"]))
         assert [event["text"] for event in told["events"] if event["kind"] == "mark"] == ["here"]
         assert told["slip"]["words"]
         assert told["lost"] == 0
@@ -406,6 +439,33 @@ def test_the_weak_and_the_dead_sensor_are_told():
     found = {what: float(now) for what, _, now in told["changes"] if what.startswith("gain")}
     assert found["gain of s2"] == 0.0
     assert found["gain of s5"] == pytest.approx(0.3, rel=0.1)
+
+
+def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file, positions = finger_of(EXAMPLE), np.linspace(-5e-3, 5e-3, 15)
+    true = replace(file.finger, array=replace(file.finger.array, gain=np.linspace(0.8, 1.2, 8)))
+    readings = true.read(ss.LineLoad(np.full(15, 40.0), position=positions), np.random.default_rng(1))
+    columns = {"position": positions, "force": np.full(15, 40.0), **dict(zip(file.names, readings.T, strict=True))}
+    ss.io.write_table("presses.csv", columns)
+    text = Path("presses.csv").read_text("utf-8")
+    view = CalibrateView(lambda: None)
+
+    def fitted(**given):
+        view.answer("file", {"file": {"name": "presses.csv", "text": text} | given}, file)
+        while (told := view.told())["run"] in ("starting", "running"):
+            time.sleep(0.01)
+        return told
+
+    told = fitted(fit="gain, origin")
+    found = ss.calibrate(file.finger, readings, positions, force=40.0, fit=("gain", "origin"))
+    assert (told["run"], told["fault"], told["r2"]) == ("ended", "", pytest.approx(found.r2))
+    np.testing.assert_allclose(told["touches"], positions)
+    view.answer("accept", {"name": "felt.toml"}, file)
+    np.testing.assert_allclose(ss.load("felt.toml").finger.array.gain, found.finger.array.gain, rtol=1e-5)
+    assert "presses.csv, line 2" in fitted(text=text.replace("-0.00", "wide", 1))["fault"]
+    assert "force" in fitted(fit="force")["fault"]  # what is fitted is not among what can be
+    assert "s7" in fitted(text=text.replace("s7", "more"))["fault"]
 
 
 @pytest.mark.parametrize("port", [None, "demo?rate=200", "touch.parquet"])

@@ -16,7 +16,7 @@ from .client import Client
 from .guard import Guard, Keys
 from .protocol import LARGEST
 from .studio import Studio
-from .views.finger import FingerState
+from .views.finger_state import FingerState
 from .views.picture import picture_of
 
 __all__ = ["app_of"]

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.finger_file import FingerFile, load, parse_finger
+from .views.answer import FingerAnswers
 from .views.calibrate import CalibrateView
 from .views.design import DesignView
-from .views.finger import EXAMPLE, FingerState, FingerView, Look, Window
+from .views.finger import EXAMPLE, FingerView, Look, Window
+from .views.finger_state import FingerState
 from .views.form import finger_of
 from .views.live.view import LiveView
 from .views.script import script_of
@@ -54,7 +56,8 @@ class Studio:
         self.file = parse_finger(EXAMPLE, "the example") if file is None else load(file)
         self.text = self.file.text
         self.name = "finger.toml" if file is None else Path(file).name
-        self._finger = FingerView(self.file)
+        self._answers = FingerAnswers(self.file)
+        self._finger = FingerView(self._answers)
         self._live = LiveView(self.wake, device)
         self._design = DesignView(self.wake)
         self._calibrate = CalibrateView(self.wake, device)
@@ -63,9 +66,8 @@ class Studio:
             "design": self._design,
             "calibrate": self._calibrate,
         }
-        self.hand("finger").submit(
-            self._finger.look, FingerState(text=self.text)
-        )  # loops are compiled while the browser opens
+        # loops are compiled while the browser opens
+        self.hand("answer").submit(self._answers.find, FingerState(text=self.text))
 
     def answer(self, view: str, do: str, given: dict[str, Any]) -> Answer:
         """What a page is answered.
@@ -84,6 +86,8 @@ class Studio:
         """
         if view == "finger":
             return self._of_finger(do, given)
+        if (view, do) == ("answer", "find"):
+            return {"found": self._answers.find(FingerState.model_validate(given.get("state")))}, []
         if (view, do) == ("memo", "look"):
             from .views.memo.view import MemoState, look
 

@@ -16,6 +16,11 @@ export class Answer {
   }
 
   show(found, notes) {
+    clearTimeout(this.patience);
+    if (found.pending) {
+      this.#later(found);
+      return;
+    }
     this.status.textContent = found.words;
     this.status.dataset.kind = KIND[found.status] ?? "";
     this.status.dataset.status = found.status;
@@ -25,6 +30,18 @@ export class Answer {
       this.heads.length > 2 ? h("td", {}, row.truth === null ? "–" : `${plain(row.truth, 4)} ${row.unit}`.replace(" °", "°")) : null)));
     const lines = [found.rival?.words, found.fit, ...notes].filter(Boolean);
     this.more.replaceChildren(...lines.map((text) => h("p", { class: "note" }, text)));
+  }
+
+  // The numbers of before are taken away, and their rows stay: nothing below jumps.
+  #later(found) {
+    this.status.textContent = found.words;
+    this.status.dataset.kind = this.status.dataset.status = "";
+    this.table.hidden = !this.body.children.length;
+    for (const cell of this.body.querySelectorAll("td")) cell.textContent = "…";
+    for (const line of this.more.children) line.textContent = "…";
+    this.patience = setTimeout(() => {
+      this.more.replaceChildren(h("p", { class: "note" }, "This takes longer the first time after installation: the estimator is being compiled. The picture follows meanwhile."));
+    }, 3000);
   }
 }
 

@@ -8,15 +8,14 @@ import { MemoView } from "./memo.js";
 import { copied } from "./save.js";
 import { where } from "./store.js";
 import { switchTheme } from "./theme.js";
-import { ask, begin, whenOpen } from "./wire.js";
+import { begin } from "./wire.js";
 
 const VIEWS = { finger: ["Finger", FingerView], live: ["Live", LiveView], calibrate: ["Calibrate", CalibrateView], design: ["Design", DesignView], memo: ["Memo", MemoView] };
-let device = false; // without one there is nothing to calibrate
 const made = {}; // views by name, and how one shows another
 
 function current() {
   const { view } = where();
-  return view in VIEWS && (view !== "calibrate" || device) ? view : "finger";
+  return view in VIEWS ? view : "finger";
 }
 
 function open() {
@@ -46,7 +45,7 @@ made.show = (name, state) => {
 
 const tabs = document.getElementById("tabs");
 tabs.append(...Object.entries(VIEWS).map(([name, [label]]) => {
-  const link = h("a", { href: `#${name}`, "data-view": name, hidden: name === "calibrate" }, label);
+  const link = h("a", { href: `#${name}`, "data-view": name }, label);
   link.addEventListener("click", (event) => {
     if (event.ctrlKey || event.metaKey || event.shiftKey) return;
     event.preventDefault();
@@ -55,12 +54,6 @@ tabs.append(...Object.entries(VIEWS).map(([name, [label]]) => {
     made[name].store?.address();
   });
   return link;
-}));
-
-whenOpen(() => ask({ view: "calibrate", do: "begin" }, (said) => {
-  device = Boolean(said.port);
-  tabs.querySelector("[data-view=calibrate]").hidden = !device;
-  if (where().view === "calibrate" && made.shown !== "calibrate") open();
 }));
 
 const tool = (label, paths, act) => h("button", { class: "icon", type: "button", "aria-label": label, title: label, onclick: act }, icon(...paths));
@@ -89,5 +82,5 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   event.preventDefault();
   document.getElementById("main").focus();
 });
-if (where().view !== "calibrate") open(); // for that one the server is asked whether there is a device
+open();
 begin();

@@ -5,11 +5,13 @@ import { colour } from "./theme.js";
 
 const COLOUR = { ok: "accent", weak: "warn", dead: "bad" };
 
+const SIDE = 44; // on both sides of an area, for the marks of z
+
 export class BenchMap {
   constructor() {
     this.about = null;
     this.told = {};
-    this.sheet = new Sheet("The finger and the next touch", (width) => clip((this.about?.area ? 0.75 : 0.42) * width, 200, this.about?.area ? 560 : 360), (pen, w, h) => this.#draw(pen, w, h));
+    this.sheet = new Sheet("The finger and the next touch", (width) => this.#height(width), (pen, w, h) => this.#draw(pen, w, h));
   }
 
   begin(about) {
@@ -25,14 +27,25 @@ export class BenchMap {
     this.sheet.draw();
   }
 
+  #height(width) {
+    if (!this.about?.area) return clip(0.42 * width, 200, 360);
+    const { y, v } = this.#ends();
+    return clip(((width - 2 * SIDE) * (v[1] - v[0])) / (y[1] - y[0]) + 40, 200, 600);
+  }
+
+  // What is seen: along y, and down: depths, or on an area z.
+  #ends() {
+    const { sensors, depths, area } = this.about;
+    const deep = Math.max(...depths);
+    const beyond = (values, by) => [Math.min(...values) - by * deep, Math.max(...values) + by * deep];
+    return area ? { y: beyond(sensors.y, 1.2), v: beyond(sensors.z, 1.2) } : { y: beyond(sensors.y, 1.6), v: [-0.9 * deep, 1.7 * deep] };
+  }
+
   #draw(pen, width, height) {
     if (!this.about) return;
     const { sensors, depths, area } = this.about;
-    const deep = Math.max(...depths);
-    const ends = (values) => [Math.min(...values) - 1.6 * deep, Math.max(...values) + 1.6 * deep];
-    const y = ends(sensors.y);
-    const v = area ? ends(sensors.z) : [-0.9 * deep, 1.7 * deep];
-    const k = Math.min((width - 20) / (y[1] - y[0]), (height - 40) / (v[1] - v[0]));
+    const { y, v } = this.#ends();
+    const k = Math.min((width - 2 * SIDE) / (y[1] - y[0]), (height - 40) / (v[1] - v[0]));
     const wide = area ? k : (width - 20) / (y[1] - y[0]);
     const px = (at) => width / 2 + wide * (at - (y[0] + y[1]) / 2);
     const tall = area ? k : (height - 40) / (v[1] - v[0]);
@@ -48,7 +61,9 @@ export class BenchMap {
     pen.textAlign = "center";
     pen.textBaseline = "top";
     const marks = ticks(1e3 * y[0], 1e3 * y[1], width / 90);
-    for (const mark of marks) pen.fillText(plain(mark) + (mark === marks.at(-1) ? " mm" : ""), px(mark / 1e3), height - 24);
+    for (const mark of marks) pen.fillText((area && mark === marks[0] ? "y " : "") + plain(mark) + (mark === marks.at(-1) ? " mm" : ""), px(mark / 1e3), height - 24);
+    if (area) this.#upwards(pen, v, px(y[0]), py);
+    pen.textAlign = "center";
     const spot = (at) => (area ? [px(at[0]), py(at[1])] : [px(at), top]);
     for (const at of this.told.touches ?? []) {
       const [x, h] = spot(at);
@@ -59,6 +74,13 @@ export class BenchMap {
     const { asked, phase } = this.told;
     if (asked !== null && asked !== undefined && (phase === "touch" || phase === "hold")) this.#next(pen, ...spot(asked), phase);
     pen.textAlign = "left";
+  }
+
+  #upwards(pen, v, left, py) {
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    const marks = ticks(1e3 * v[0], 1e3 * v[1], Math.abs(py(v[1]) - py(v[0])) / 60);
+    for (const mark of marks) pen.fillText((mark === marks.at(-1) ? "z " : "") + plain(mark), left - 6, py(mark / 1e3));
   }
 
   #sensors(pen, px, py) {

@@ -6,7 +6,8 @@ import { say } from "./say.js";
 import { ask, watch, whenOpen } from "./wire.js";
 
 const RUN = { idle: "No session runs.", starting: "Opening the device …", ended: "The session has ended: accept it, or go back.", failed: "The session failed." };
-const DO = { rest: "Hands off: the noise is measured.", touch: "Touch at the arrow.", hold: "Hold it.", lift: "Lift." };
+const DO = { rest: "Hands off: the noise is measured.", touch: "Touch at the arrow.", hold: "Hold it.", lift: "Lift.", fit: "The touches are fitted." };
+const MOST = 200000; // bytes of a table: the server takes messages of little more
 
 export class CalibrateView {
   constructor(views) {
@@ -24,6 +25,11 @@ export class CalibrateView {
     this.positions = field("where touches can be made", { placeholder: "all over the sensors; or -6 mm:6 mm:1 mm" });
     this.rest = field("time at rest, for the noise", { value: "2 s" });
     this.holding = field("time that a touch is held", { value: "0.5 s" });
+    this.fit = field("what is fitted", { placeholder: "as usual; or gain, depth, origin" });
+    this.driver = field("what the device sends", { placeholder: "as the file says; or lines?sensors=6" });
+    const id = fresh("bench");
+    this.file = h("input", { id, type: "file", accept: ".csv,text/csv", onchange: () => this.#read() });
+    this.fileRow = h("div", { class: "field tall" }, h("label", { for: id }, "CSV with a column of positions, and one for each sensor"), this.file);
     this.start = button("Begin", () => this.#begin(), "primary");
     this.at = field("true position of this touch", { placeholder: "as asked" });
     this.at.input.addEventListener("change", () => this.at.input.value.trim() && this.#act("at", { position: this.at.input.value }));
@@ -49,11 +55,15 @@ export class CalibrateView {
     this.keepCard = card("Keep", this.name.row, h("div", { class: "buttons" }, this.accept, this.back, this.hold), this.written);
     this.guideCard = card("This touch", this.at.row, h("div", { class: "buttons" }, this.words));
     this.saidCard = card("Said", h("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "What was said" }, this.said));
-    this.beginCard = card("Session", h("p", { class: "note" }, "Touch by a thin straight edge across the row, on an area by a small tip, always with the same force."), h("div", { class: "fields" }, this.force.row, this.accuracy.row, this.positions.row, this.rest.row, this.holding.row), h("div", { class: "buttons" }, this.start));
+    this.beginCard = card("Session", h("p", { class: "note" }, "Touch by a thin straight edge across the row, on an area by a small tip, always with the same force."), h("div", { class: "fields" }, this.force.row, this.accuracy.row, this.positions.row, this.rest.row, this.holding.row, this.driver.row), h("div", { class: "buttons" }, this.start));
+    this.without = h("p", { class: "note" }, "To be guided touch by touch, start the studio with a device: ", h("code", {}, "subskin studio finger.toml --port robot"), " simulates one.");
+    this.fileCard = card("Touches made before", this.without, h("div", { class: "fields" }, this.fileRow));
+    this.fitCard = card("Fit", h("div", { class: "fields" }, this.fit.row));
     const where = card("Where to touch", this.run, this.map.sheet.box, this.fault);
-    const side = h("div", { class: "side" }, this.beginCard, this.keepCard, this.saidCard);
+    const side = h("div", { class: "side" }, this.saidCard);
     const narrow = matchMedia("(max-width: 64rem)"); // there what is to be done comes first
-    const settle = () => (narrow.matches ? where.after(this.beginCard, this.guideCard, this.keepCard) : side.prepend(this.beginCard, this.guideCard, this.keepCard));
+    const first = [this.fitCard, this.beginCard, this.fileCard, this.guideCard, this.keepCard];
+    const settle = () => (narrow.matches ? where.after(...first) : side.prepend(...first));
     this.element = h("div", { class: "view" }, h("div", { class: "stage" }, where, card("The fit so far", this.numbers, this.doubts), this.changesCard), side);
     narrow.addEventListener("change", settle);
     settle();
@@ -65,8 +75,11 @@ export class CalibrateView {
     this.shown = true;
     ask({ view: "calibrate", do: "begin", finger: this.#finger() }, (said) => {
       if (this.#wrong(said.error)) return;
+      this.port = said.port;
+      this.without.hidden = Boolean(said.port);
       this.force.input.placeholder = `unknown, but always alike; or 40 ${said.unit}`;
       this.map.begin(said);
+      this.hear(this.told);
       watch("calibrate", (told) => this.hear(told));
     });
   }
@@ -81,8 +94,17 @@ export class CalibrateView {
   }
 
   #begin() {
-    const start = { force: this.force.input.value, accuracy: this.accuracy.input.value, positions: this.positions.input.value, rest: this.rest.input.value, hold: this.holding.input.value };
+    const start = { force: this.force.input.value, accuracy: this.accuracy.input.value, positions: this.positions.input.value, rest: this.rest.input.value, hold: this.holding.input.value, fit: this.fit.input.value, driver: this.driver.input.value };
     this.#act("start", { start, finger: this.#finger() }, () => this.enter());
+  }
+
+  async #read() {
+    const [file] = this.file.files;
+    if (!file) return;
+    const given = { name: file.name, text: await file.text(), fit: this.fit.input.value };
+    this.file.value = ""; // the same file can be chosen again
+    if (new Blob([JSON.stringify(given)]).size > MOST) this.#wrong(`${file.name} is larger than ${MOST / 1000} kB: use subskin calibrate, or fewer touches.`);
+    else this.#act("file", { file: given, finger: this.#finger() }, () => this.enter());
   }
 
   #act(what, more = {}, done = () => {}) {
@@ -115,8 +137,10 @@ export class CalibrateView {
     this.run.dataset.kind = { failed: "bad", running: "warn", ended: "good" }[told.run] ?? "";
     if (told.fault) this.#wrong(told.fault);
     const idle = told.run === "idle" || told.run === "failed";
-    this.beginCard.hidden = running || told.run === "ended";
-    this.guideCard.hidden = !running;
+    const open = !running && told.run !== "ended";
+    this.beginCard.hidden = !open || !this.port;
+    this.fileCard.hidden = this.fitCard.hidden = !open;
+    this.guideCard.hidden = !running || told.phase === "fit";
     this.keepCard.hidden = idle || !(told.touches?.length > 1);
     this.accept.disabled = this.name.input.disabled = running;
     this.saidCard.hidden = !told.said?.length;
@@ -124,7 +148,7 @@ export class CalibrateView {
     if (running && before.run !== "running") [this.hold.hidden, this.written.textContent] = [true, ""];
     if (String(before.asked) !== String(told.asked)) this.at.input.value = "";
     const known = told.r2 !== null && told.r2 !== undefined;
-    this.numbers.textContent = known ? `R² ${told.r2.toFixed(5)} of ${told.touches.length} touches; positions are off by ${told.error === null ? "an unknown amount" : `${plain(1e3 * told.error)} mm`}, wanted ${plain(1e3 * told.wanted)} mm.` : "Nothing yet: a few touches are needed.";
+    this.numbers.textContent = known ? `R² ${told.r2.toFixed(5)} of ${told.touches.length} touches${told.wanted ? `; positions are off by ${told.error === null ? "an unknown amount" : `${plain(1e3 * told.error)} mm`}, wanted ${plain(1e3 * told.wanted)} mm` : ""}.` : "Nothing yet: a few touches are needed.";
     this.doubts.replaceChildren(...(told.doubts ?? []).map((text) => h("p", { class: "note" }, text)));
     this.changes.replaceChildren(...(told.changes ?? []).map(([what, old, now]) => h("tr", {}, h("th", { scope: "row" }, what), h("td", {}, old), h("td", {}, now))));
     if (told.said?.at(-1) !== before.said?.at(-1) || told.said?.length !== before.said?.length) {

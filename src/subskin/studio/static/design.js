@@ -53,9 +53,14 @@ export class DesignView {
     if (this.#wrong(said.error)) return;
     this.text = said.text;
     this.goals.value = said.text;
+    const inputs = [...this.fields.querySelectorAll("input")];
+    if (inputs.length === said.form.length && said.form.every((field, i) => inputs[i].dataset.key === field.key)) {
+      said.form.forEach((field, i) => inputs[i] !== document.activeElement && (inputs[i].value = field.value)); // who types goes on
+      return;
+    }
     this.fields.replaceChildren(...said.form.map((field) => {
       const id = fresh("goal");
-      const input = h("input", { id, type: "text", value: field.value, autocomplete: "off", spellcheck: "false" });
+      const input = h("input", { id, type: "text", "data-key": field.key, value: field.value, autocomplete: "off", spellcheck: "false" });
       input.addEventListener("change", () => ask({ view: "design", do: "edit", text: this.text, key: field.key, value: input.value }, (answer) => this.#form(answer)));
       return h("div", { class: "field goal" }, h("label", { for: id }, field.label), h("div", { class: "entry text" }, input));
     }));

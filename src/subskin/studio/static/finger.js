@@ -34,7 +34,11 @@ export class FingerView {
     this.aboveCard = card("From above", this.above.sheet.box);
     this.element = this.#laidOut();
     fingerHandles(this);
-    whenOpen((back) => (back && this.store.state ? this.look({}, {}, false) : this.begin()));
+    whenOpen((back) => {
+      this.sought = "";
+      if (back && this.store.state) this.look({}, {}, false);
+      else this.begin();
+    });
     addEventListener("hashchange", () => where().view === "finger" && this.begin());
   }
 
@@ -104,6 +108,7 @@ export class FingerView {
   }
 
   hear(said, kept, more, key) {
+    clearTimeout(this.seeking);
     if (said.error) {
       const own = key && ([this.finger, this.skin].some((form) => form.fault(key, said.error)));
       this.fault.textContent = own ? "" : said.error;
@@ -117,8 +122,27 @@ export class FingerView {
     this.store.state = said.state;
     if (kept) this.store.commit(said.state);
     this.draw_(said);
+    this.#forms(said);
     if (said.coarse && !more && !this.held) this.refine();
-    if (!more) say(inWords(said));
+    if (more) return;
+    if (said.found.pending) this.seek(said);
+    else say(inWords(said));
+  }
+
+  // The picture is there, and its answer takes longer: of a finger that is new, once the hand rests.
+  seek(said) {
+    const key = JSON.stringify(said.state);
+    if (key === this.sought) return; // it is on its way
+    this.seeking = setTimeout(() => {
+      this.sought = key;
+      follow({ view: "answer", do: "find", state: said.state }, ({ found, error }) => {
+        if (this.sought === key) this.sought = "";
+        if (JSON.stringify(this.said.state) !== key) return;
+        this.said = { ...this.said, found: found ?? { ...said.found, words: error } };
+        this.draw_(this.said);
+        say(inWords(this.said));
+      });
+    }, 80);
   }
 
   // Nothing moves: the field is made finer, part by part.
@@ -137,7 +161,6 @@ export class FingerView {
     this.bars.show({ readings: said.readings, fitted: said.found.fitted, noise: said.noise, names: said.sensors.names, unit: said.units.reading });
     this.zoom.show(said.found.ellipse);
     this.answer.show(said.found, said.notes);
-    this.#forms(said);
     this.place?.(said);
     this.section.sheet.describe(`The skin in section, ${said.skin.says}, with the ${said.fields[0].label} of the touch. ${inWords(said)}`);
   }

@@ -7,7 +7,7 @@ const APART = 30; // pixels between two handles, so that a finger tip finds each
 
 export function fingerHandles(view) {
   const { section, above } = view;
-  const touch = () => view.store.state.touch;
+  const touch = () => view.store.state.touch ?? view.said.state.touch; // a finger that was just taken has none yet
   let from = null; // what was when a hand came
   const start = () => {
     view.held = true;

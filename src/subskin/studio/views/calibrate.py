@@ -18,7 +18,10 @@ from ...live.bench import Bench
 from ...live.bench_file import calibrated, candidates_of
 from ...live.run import Live, connected
 from ...live.session import BenchState, Said
+from ..protocol import LARGEST
+from .fit_told import fit_told
 from .live.feed import Feed
+from .touches_feed import TouchesFeed
 
 __all__ = ["CalibrateView"]
 
@@ -37,6 +40,18 @@ class Begin(BaseModel):
     positions: str = Field(default="", max_length=500)
     rest: str = Field(default="2 s", max_length=40)
     hold: str = Field(default="0.5 s", max_length=40)
+    fit: str = Field(default="", max_length=100)
+    driver: str = Field(default="", max_length=200)
+
+
+class Given(BaseModel):
+    """Touches that were made before."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = Field(max_length=200)
+    text: str = Field(max_length=LARGEST)
+    fit: str = Field(default="", max_length=100)
 
 
 class BenchFeed(Feed):
@@ -50,16 +65,28 @@ class BenchFeed(Feed):
         Where the device is.
     tell : callable
         As of `Feed`.
+    driver : str, optional
+        What the device sends; that of the port or the file if left out.
     """
 
-    def __init__(self, bench: Bench, port: str, tell: Callable[[], object]) -> None:
+    def __init__(self, bench: Bench, port: str, tell: Callable[[], object], driver: str = "") -> None:
         super().__init__(port, tell)
-        self.bench = bench
+        self.bench, self.file, self._driver = bench, bench.file, driver
         self._source: Any = None
         self._orders: list[Callable[[BenchState], tuple[BenchState, tuple[Said, ...]]]] = []
         self.bench_state, first = bench.start()
         self.said: list[Said] = list(first)
         self.level = np.zeros(len(bench.file.names))
+
+    def result(self) -> FingerFile:
+        """The finger that the touches make.
+
+        Raises
+        ------
+        ConvergenceError
+            As `Bench.result`.
+        """
+        return calibrated(self.bench, self.bench.result(self.bench_state))
 
     def order(self, what: Callable[[BenchState], tuple[BenchState, tuple[Said, ...]]]) -> None:
         """Something that the person wants of the session; it is done between two batches.
@@ -90,8 +117,8 @@ class BenchFeed(Feed):
         self.order(moved)
 
     def _follow(self) -> None:
-        port, driver = connected(self.bench.file, self.name, None)
-        with Live(BareChain(self.bench.file, driver.channels), port, driver) as source:
+        port, driver = connected(self.file, self.name, self._driver or None)
+        with Live(BareChain(self.file, driver.channels), port, driver) as source:
             self._source = source
             self.state = "running"
             self._tell()
@@ -123,8 +150,7 @@ class BenchFeed(Feed):
                 lift()
 
     def told(self) -> dict[str, Any]:
-        state, bench, found = self.bench_state, self.bench, self.bench_state.found
-        health = ["ok"] * len(bench.file.names) if found is None else [one.name.lower() for one in found.health]
+        state = self.bench_state
         return {
             **super().told(),
             "phase": state.phase,
@@ -132,17 +158,14 @@ class BenchFeed(Feed):
             "touches": state.positions,
             "said": [one.text for one in self.said],
             "level": self.level,
-            "health": health,
-            "r2": None if found is None else float(found.r2),
             "error": state.error,
-            "wanted": bench.accuracy,
-            "doubts": [] if found is None else list(found.doubts),
-            "changes": [] if found is None else _changes(bench.file, found.finger, found.origin, bench.force is None),
+            "wanted": self.bench.accuracy,
+            **fit_told(self.file, state.found, relative=self.bench.force is None),
         }
 
 
 class CalibrateView:
-    """A calibration at the bench, the same for all pages; there is none where no device was given.
+    """A calibration, the same for all pages: at the bench where a device was given, or of touches made before.
 
     Parameters
     ----------
@@ -152,13 +175,13 @@ class CalibrateView:
         The device of the command.
     """
 
-    DOES = frozenset(f"calibrate.{do}" for do in ("start", "again", "skip", "end", "at", "accept", "back"))
+    DOES = frozenset(f"calibrate.{do}" for do in ("start", "file", "again", "skip", "end", "at", "accept", "back"))
 
     def __init__(self, wake: Callable[[], object], port: str | None = None) -> None:
         played = (port or "").lower().endswith((".parquet", ".arrows"))
         self._wake = wake
         self.port = "" if port is None or played or port.partition("?")[0] == "demo" else port
-        self._feed: BenchFeed | None = None
+        self._feed: BenchFeed | TouchesFeed | None = None
         self.number = 0
 
     @property
@@ -185,18 +208,20 @@ class CalibrateView:
         """
         feed = self._feed
         if do == "begin":
-            return {"port": self.port, **_about(file if feed is None else feed.bench.file)}
+            return {"port": self.port, **_about(file if feed is None else feed.file)}
         if do == "start" and self.port:
             self._start(Begin.model_validate(given.get("start", {})), file)
+        elif do == "file":
+            self._follow_file(Given.model_validate(given.get("file")), file)
         elif feed is not None and do == "accept":
             return self._accept(feed, str(given.get("name", "")))
         elif feed is not None and do == "back":
             self.close()
             self._feed = None
             self._tell()
-        elif feed is not None and self.running and do in ("again", "skip", "end"):
+        elif isinstance(feed, BenchFeed) and self.running and do in ("again", "skip", "end"):
             feed.order(getattr(feed.bench, do))
-        elif feed is not None and self.running and do == "at":
+        elif isinstance(feed, BenchFeed) and self.running and do == "at":
             feed.elsewhere(_position(str(given.get("position", "")), feed.bench.candidates.ndim))
         else:
             raise InvalidValueError(f"calibrate: {do}", "no session runs for which that could be done", "begin one")
@@ -221,13 +246,21 @@ class CalibrateView:
             accuracy=quantity(begin.accuracy, "m", "accuracy"),
             rest=quantity(begin.rest, "s", "rest"),
             hold=quantity(begin.hold, "s", "hold"),
+            fit=_listed(begin.fit) or None,
         )
-        self._feed = BenchFeed(bench, self.port, self._tell)
-        self._feed.start()
+        self._begin(BenchFeed(bench, self.port, self._tell, begin.driver.strip()))
+
+    def _follow_file(self, given: Given, file: FingerFile) -> None:
+        self.close()
+        self._begin(TouchesFeed(file, given.name, given.text, _listed(given.fit), self._tell))
+
+    def _begin(self, feed: BenchFeed | TouchesFeed) -> None:
+        self._feed = feed
+        feed.start()
         self._tell()
 
-    def _accept(self, feed: BenchFeed, name: str) -> dict[str, Any]:
-        """Write the finger, as `subskin bench -o` does, into the folder where the studio was started."""
+    def _accept(self, feed: BenchFeed | TouchesFeed, name: str) -> dict[str, Any]:
+        """Write the finger, as the option `-o` of the commands does, into the folder where the studio was started."""
         if Path(name).name != name or Path(name).suffix != ".toml":
             raise InvalidValueError(
                 f'name "{name}"', "a name that ends with .toml, without a folder", "calibrated.toml"
@@ -235,8 +268,7 @@ class CalibrateView:
         path = Path.cwd() / name
         if path.exists():
             raise FileError(name, "there is such a file already", "another name")
-        made = calibrated(feed.bench, feed.bench.result(feed.bench_state))
-        save_finger(made, path)
+        save_finger(feed.result(), path)
         return {"text": path.read_text("utf-8"), "path": str(path)}
 
     def _tell(self) -> None:
@@ -255,20 +287,9 @@ def _about(file: FingerFile) -> dict[str, Any]:
     }
 
 
-def _changes(file: FingerFile, finger: Any, origin: Any, relative: bool) -> list[list[str]]:
-    """What is another number than in the file: what, in the file, found."""
-    old, new = file.finger.array, finger.array
-    rows = []
-    gains = [np.broadcast_to(np.asarray(one.gain, float), (len(new),)) for one in (old, new)]
-    depths = [1e3 * float(np.mean(np.asarray(one.depth))) for one in (old, new)]
-    if relative:  # the force of the touches is not known, and nor is the gain of all sensors together
-        gains = [gain / gain.mean() for gain in gains]
-    for name, before, after in zip(file.names, *gains, strict=True):
-        rows.append([f"gain of {name}{', of the mean' if relative else ''}", f"{before:.4g}", f"{after:.4g}"])
-    rows.append(["depth of the sensors, mean", f"{depths[0]:.3f} mm", f"{depths[1]:.3f} mm"])
-    for axis, (before, after) in zip("yz", np.broadcast(*map(np.atleast_1d, (file.origin, origin))), strict=False):
-        rows.append([f"origin {axis}", f"{1e3 * before:.3f} mm", f"{1e3 * after:.3f} mm"])
-    return rows
+def _listed(text: str) -> tuple[str, ...]:
+    """The words of a list."""
+    return tuple(word for word in text.replace(",", " ").split() if word)
 
 
 def _position(text: str, dim: int) -> Any:

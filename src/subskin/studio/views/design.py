@@ -66,7 +66,10 @@ class _Sent(Rows):
     def say(self, what: str, value: Any = None) -> None:
         """Tell the studio; several threads may."""
         with self._lock:
-            self._pipe.send((what, value))
+            try:
+                self._pipe.send((what, value))
+            except BrokenPipeError:
+                raise SystemExit from None  # the studio is gone
 
 
 def _searched(pipe: Connection, text: str, rows: Rows) -> None:

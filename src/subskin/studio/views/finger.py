@@ -15,13 +15,15 @@ from ...contact import Contact, LocalContact, families, local_families
 from ...errors import SubskinError
 from ...finger import Finger
 from ...io.finger_file import FingerFile
+from .answer import FingerAnswers, read
+from .finger_state import FingerState
 from .form import edited, finger_of, form_of
-from .found import fitted_family, told
+from .found import fitted_family
 from .quantities import QUANTITIES, FieldKind, offered
 from .touch import Touch, first_touch, fitting
 from .unit_fields import RANGE, FieldGrid, UnitFields, nice, quantised
 
-__all__ = ["EXAMPLE", "FingerShown", "FingerState", "FingerView", "Look", "Window", "shown_of", "window_of"]
+__all__ = ["EXAMPLE", "FingerShown", "FingerView", "Look", "Window", "shown_of", "window_of"]
 
 EXAMPLE = """\
 # A finger of silicone rubber: eight strain gauges in a row.
@@ -43,6 +45,7 @@ _MARGIN = 2.2
 """What is seen on both sides of the sensors, in depths."""
 _BOTTOM, _TALL, _NEAR_BASE = 2.0, 0.26, 1.6
 """How deep is seen: in depths of the sensors, in widths of what is seen, and up to a base which is not much deeper."""
+_MISFIT = "This finger was accepted although its model is not that of its touches: no answer of it is OK."
 _NEAR = 0.3
 """The bar's end is the largest value deeper than this share of the shallowest sensor's depth."""
 _NAMES = {
@@ -56,18 +59,6 @@ _NAMES = {
     "round_punch": "a flat disc",
     "cone": "a blunt cone",
 }
-
-
-class FingerState(BaseModel):
-    """All that a page shows of a finger: what its link holds."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    text: str = Field(max_length=100_000)
-    touch: Touch | None = None
-    show: str | None = Field(default=None, max_length=40)
-    find: str = Field(default="locate", pattern="^(locate|fit)$")
-    seed: Annotated[int, Field(ge=0, le=2**31)] | None = 0
 
 
 class Look(BaseModel):
@@ -118,27 +109,27 @@ def shown_of(state: FingerState) -> FingerShown:
     """
     file = finger_of(state.text)
     touch = _inside(fitting(state.touch, file.finger), window_of(file.finger))
-    contact = touch.contact()
-    readings = file.finger.read(contact, None if state.seed is None else np.random.default_rng(state.seed))
-    family = fitted_family(touch)
+    readings, family = read(state, file, touch), fitted_family(touch)
     try:
         found = file.fit(readings, family) if state.find == "fit" else file.locate(readings)
     except SubskinError:
         found = None
-    return FingerShown(file.finger, touch, contact, found, _quantity(state.show, file.finger, touch).name, family)
+    return FingerShown(
+        file.finger, touch, touch.contact(), found, _quantity(state.show, file.finger, touch).name, family
+    )
 
 
 class FingerView:
-    """Answers what is asked of a finger; what it keeps makes answers quicker, and changes none.
+    """Draws what is asked of a finger; what it keeps makes pictures quicker, and changes none.
 
     Parameters
     ----------
-    own : FingerFile, optional
-        The finger of the command: what lies beside its file belongs to it.
+    answers : FingerAnswers
+        What the readings say.
     """
 
-    def __init__(self, own: FingerFile | None = None) -> None:
-        self._fields, self._own = UnitFields(), own
+    def __init__(self, answers: FingerAnswers) -> None:
+        self._fields, self._answers = UnitFields(), answers
 
     def look(
         self,
@@ -175,8 +166,7 @@ class FingerView:
             for key, value in edits:
                 text = edited(text, key, value)
             state = given.model_copy(update={"text": text})
-            own = self._own if self._own is not None and self._own.text == text else None
-            file = finger_of(text) if own is None else own
+            file = self._answers.file(text)
             finger = file.finger
             touch = fitting(state.touch, finger)
             window = _held(window, finger) if window is not None else window_of(finger)
@@ -184,15 +174,15 @@ class FingerView:
             shown = _quantity(state.show, finger, touch)
             contact = touch.contact()
             clean = finger.read(contact)
-            readings = finger.read(contact, None if state.seed is None else np.random.default_rng(state.seed))
-            found = told(file, touch, readings, state.find)
+            readings = read(state, file, touch)
+            found = self._answers.at_once(state, touch, readings)
             metas, fields, coarse = self._drawn(finger, touch, shown, window, moving, refine)
-        notes = list(dict.fromkeys(str(one.message) for one in caught))
+        notes = list(dict.fromkeys(str(one.message) for one in caught)) + ([] if finger.trusted else [_MISFIT])
         local = touch.local
         names = local_families() if local else families()
         said = {
             "state": {**state.model_dump(), "touch": touch.model_dump(), "show": shown.name},
-            "form": form_of(state.text, own),
+            "form": form_of(state.text, file),
             "area": finger.array.on_area,
             "units": {"force": "N" if local else "N/m", "reading": _unit(finger)},
             "wide": touch.wide,
@@ -230,7 +220,8 @@ class FingerView:
                 grid = _coarse(grid, touch, window)
                 values = self._fields.here(finger.skin, touch, shown, grid)
             elif missing:
-                coarse, grid = True, _coarse(grid, touch, window)
+                quickly = moving and grid.depth is not None  # the map from above changes with the depth of the sensors
+                coarse, grid = True, _coarse(grid, touch, window, 3 if quickly else 2)
                 values = self._fields.direct(finger.skin, touch, shown, grid)
             else:
                 values = self._fields.field(finger.skin, touch, shown, grid)
@@ -295,14 +286,14 @@ def _grids(finger: Finger, window: Window) -> dict[str, FieldGrid]:
     return out
 
 
-def _coarse(grid: FieldGrid, touch: Touch, window: Window) -> FieldGrid:
-    """Every second point, of what is seen alone."""
-    step, down = 2 * grid.along[1], 2 * grid.down[1]
+def _coarse(grid: FieldGrid, touch: Touch, window: Window, every: int = 2) -> FieldGrid:
+    """Every second or third point, of what is seen alone."""
+    step, down, rows = every * grid.along[1], every * grid.down[1], round(_DOWN / every)
     first = window.left - touch.position[0]
     along = (first + 0.5 * step, step, round((window.right - window.left) / step))
     if grid.depth is None:
-        return FieldGrid(along, (0.5 * down, down, grid.down[2] // 2))
-    return FieldGrid(along, (window.front - touch.position[1] + 0.5 * down, down, _DOWN // 2), grid.depth)
+        return FieldGrid(along, (0.5 * down, down, rows))
+    return FieldGrid(along, (window.front - touch.position[1] + 0.5 * down, down, rows), grid.depth)
 
 
 def _seen(values: FloatArray, grid: FieldGrid, touch: Touch, window: Window) -> tuple[FloatArray, FieldGrid]:

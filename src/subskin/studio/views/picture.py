@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from .finger import FingerState, shown_of
+from .finger import shown_of
+from .finger_state import FingerState
 
 __all__ = ["picture_of"]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...contact import LocalContact
-from .finger import FingerState, shown_of
+from .finger import shown_of
+from .finger_state import FingerState
 
 __all__ = ["script_of"]
 

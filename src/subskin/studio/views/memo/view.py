@@ -13,11 +13,12 @@ from .contacts import FIGURES as CONTACTS
 from .figure import Figure
 from .formula import tree_of, words_of
 from .lines import FIGURES as LINES
+from .particle import FIGURES as PARTICLE
 from .waves import FIGURES as WAVES
 
 __all__ = ["MemoState", "look"]
 
-_ALL = {f.key: f for f in (*LINES, *CONTACTS, *WAVES)}
+_ALL = {f.key: f for f in sorted((*LINES, *CONTACTS, *WAVES, *PARTICLE), key=lambda f: int(f.key))}
 
 
 class MemoState(BaseModel):
