@@ -52,7 +52,8 @@ def locator_for(finger: Finger, touches: Touches, family: str | Family | LocalFa
     Of a round touch its radius is found as well, and no moment.
     """
     if touches.area is None:
-        return row_locator(finger, family or "line", **options)
+        long: Any = family or "line"
+        return row_locator(finger, long, **options)
     if not finger.array.on_area:
         rule = "sensors in a row take touches for lines across it"
         raise GeometryError("touches on an area", rule, "a span, or SensorArray.grid(...)")

@@ -118,7 +118,7 @@ def _change(study: Study, name: str, amount: float, presses: tuple[FloatArray, F
     if name == "offset":
         return np.ones((1, len(finger.array), 1))
     if name in ("gain", "gains"):
-        return (readings(finger) - np.asarray(finger.array.offset))[..., None]
+        return np.asarray((readings(finger) - np.asarray(finger.array.offset))[..., None])
     by = "depths" if name == "depth" else name
     step = _STEP * amount if by in ("depths", "position") else amount
     if name == "position" and study.dim == 2:
