@@ -7,6 +7,7 @@ import pytest
 
 import subskin as ss
 from subskin.design import Goals, Touches, placement_quality, rank_fingers, search_grid
+from subskin.design.finger_table import finger_table
 from subskin.design.placement.row import GRID
 from subskin.design.search import (
     Accuracy,
@@ -23,7 +24,7 @@ from subskin.design.search import (
 )
 from subskin.design.search import grid as grid_module
 from subskin.design.search.remedy import remedies
-from subskin.design.words import finger_table, held, in_words, reasons_of, tolerances_of, verdict_of
+from subskin.design.words import held, in_words, reasons_of, tolerances_of, verdict_of
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))

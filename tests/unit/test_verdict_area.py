@@ -8,11 +8,12 @@ import pytest
 import subskin as ss
 from subskin.calibration.known import explained, fitted
 from subskin.design import Goals, Touches, rank_fingers, search_grid, tolerance_budget, usual_tolerances
+from subskin.design.finger_table import finger_table
 from subskin.design.outside import Scene, outside_of
 from subskin.design.search import Accuracy, Effort, Mix, Room, SensorKind, SkinChoice
 from subskin.design.search.look import looked_at
 from subskin.design.tolerance import tolerance_outcome
-from subskin.design.words import finger_table, in_words, tolerances_of, verdict_of
+from subskin.design.words import in_words, tolerances_of, verdict_of
 from subskin.errors import GeometryError, InvalidValueError
 
 SKIN = ss.HalfSpace(ss.Material(young=1e6, poisson=0.45))

@@ -101,7 +101,7 @@ def _write(folder: Path, file: io.GoalsFile, study: design.search.DesignStudy, *
 
 
 def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignStudy, written: list[Path]) -> None:
-    columns, rows, left = design.words.finger_table(study)
+    columns, rows, left = design.finger_table.finger_table(study)
     show(out, study.goals.title, columns, rows, left=left)
     words = design.words
     best = study.fingers[0]
@@ -113,7 +113,7 @@ def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignS
     would = words.remedies_of(study)
     for sentence in (*said, *would):
         print(_wrapped(sentence), file=out)
-    print(_wrapped(f"Columns: {words.legend_of(study)}"), file=out)
+    print(_wrapped(f"Columns: {design.finger_table.legend_of(study)}"), file=out)
     print(file=out)
     for reason in design.words.reasons_of(study, study.fingers[0].row):
         print(_wrapped(reason), file=out)

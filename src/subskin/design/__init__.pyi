@@ -1,5 +1,6 @@
 from . import blind_spots as blind_spots
 from . import compliance as compliance
+from . import finger_table as finger_table
 from . import half_plane as half_plane
 from . import outside as outside
 from . import placement as placement

@@ -1,4 +1,4 @@
-"""A design in words, for the report and the command line: values in units for people, reasons, a table."""
+"""A design in words, for the report and the command line: values in units for people, a verdict, reasons."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from .._check import FloatArray
 from ._common import stretch
-from .search import Check, Criterion, DesignedFinger, DesignGrid, DesignStudy, Goals, Remedy, Row
+from .search import Check, Criterion, DesignGrid, DesignStudy, Goals, Remedy, Row
 from .tolerance import SOURCES, Outcome
 from .touches import Touches
 
 __all__ = [
+    "after",
     "amount_in_words",
-    "finger_table",
     "force_in_words",
     "held",
     "in_words",
-    "legend_of",
+    "met",
     "reasons_of",
     "remedies_of",
     "row_in_words",
@@ -111,7 +111,14 @@ _AFTER = {
 _ROW = " By sensors in a row locate takes touches for lines across it."
 
 
-def _after(outcome: Outcome) -> str:
+def after(outcome: Outcome) -> str:
+    """After which calibration a finger is judged.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        What its tolerances leave of it.
+    """
     return _AFTER[outcome.method].format(outcome.presses)
 
 
@@ -126,14 +133,14 @@ def verdict_of(study: DesignStudy) -> str:
             return "It meets every goal. Only the noise of the sensors is counted, no tolerance of the making."
         why = "" if best.row.layout is None or best.finger.array.on_area else _ROW
         return f"It misses: {_missed(best.checks)}.{why}"
-    after = _after(best.outcome)
-    if best.meets and _met(best.as_made):
-        return f"It meets every goal as it is made{f', and {after}' if _met(best.calibrated) else ''}."
+    once = after(best.outcome)
+    if best.meets and met(best.as_made):
+        return f"It meets every goal as it is made{f', and {once}' if met(best.calibrated) else ''}."
     if best.meets:
-        return f"It meets every goal once it is {after}. As made it misses: {_missed(best.as_made)}."
-    if _met(best.calibrated):
-        return f"As made it misses: {_missed(best.as_made)}. It would meet every goal {after}."
-    return f"It misses{'' if calibrated == 'none' else f', {after}'}: {_missed(best.checks)}."
+        return f"It meets every goal once it is {once}. As made it misses: {_missed(best.as_made)}."
+    if met(best.calibrated):
+        return f"As made it misses: {_missed(best.as_made)}. It would meet every goal {once}."
+    return f"It misses{'' if calibrated == 'none' else f', {once}'}: {_missed(best.checks)}."
 
 
 def tolerances_of(study: DesignStudy) -> str:
@@ -201,7 +208,14 @@ def row_in_words(goals: Goals, row: Row) -> str:
     )
 
 
-def _met(checks: tuple[Check, ...]) -> bool:
+def met(checks: tuple[Check, ...]) -> bool:
+    """Whether every goal is met.
+
+    Parameters
+    ----------
+    checks : tuple of Check
+        What the goals say of a finger.
+    """
     return all(check.ratio <= 1 for check in checks)
 
 
@@ -330,89 +344,3 @@ def _span(
         if 0 <= i < values.size and np.isfinite(excess[i]):
             text += f"; {side}, {worst(i)}"
     return text + "."
-
-
-def finger_table(study: DesignStudy) -> tuple[list[str], list[list[str]], int]:
-    """Columns, one row for each finger of `study`, and how many of the first columns are text.
-
-    `legend_of` says what the columns are. What there was no choice of has no column.
-    """
-    goals = study.goals
-    choices = (len(goals.choices) > 1) + (len(goals.skins) > 1)
-    both = any(finger.outcome is not None for finger in study.fingers)
-    rows = [_cells(goals, finger, rank, both) for rank, finger in enumerate(study.fingers, start=1)]
-    return list(rows[0]), [list(row.values()) for row in rows], 2 + choices + goals.on_area
-
-
-def legend_of(study: DesignStudy) -> str:
-    """What the columns of `finger_table` are."""
-    accuracy = study.goals.accuracy
-    outcome = next((finger.outcome for finger in study.fingers if finger.outcome is not None), None)
-    ratio = "how many times too large the worst value is"
-    if outcome is None or accuracy.calibrated == "none":
-        parts = [f"goals: met, or {ratio}{'' if outcome is None else ' as made'}"]
-    else:
-        parts = [f"goals: met as made, met once it is calibrated, or {ratio} then"]
-    lost = "share of touches that are ambiguous or not noticed"
-    if outcome is not None:
-        lost = f"share of touches that are ambiguous, not noticed or lost by a finger {_after(outcome)}"
-    errors = ", ".join(name for name, _ in _errors(study.goals))
-    parts += [f"{errors}: standard errors that 95 % of the touches keep", f"unsure: {lost}"]
-    if outcome is not None:
-        parts.append("as made: the same share before a calibration")
-    if accuracy.feature is not None:
-        parts.append("two: distance at which two touches read as two")
-    if accuracy.edge is not None:
-        parts.append("edge: standard error of an edge's direction that 95 % of the edges keep")
-    return "; ".join(parts) + "."
-
-
-def _cells(goals: Goals, finger: DesignedFinger, rank: int, both: bool) -> dict[str, str]:
-    """Cells by column; with `both` there are fingers that tolerances are counted of."""
-    row = finger.row
-    values = finger.values | {check.criterion.name: check.value for check in finger.checks}
-    cells = {
-        "": str(rank),
-        "goals": "calibrated" if finger.meets and not _met(finger.as_made) else _times(finger.checks),
-    }
-    if len(goals.choices) > 1:
-        cells["sensor"] = goals.choices[row.sensor].name
-    if len(goals.skins) > 1:
-        cells["skin"] = goals.skins[row.skin].name
-    if row.layout is not None:
-        cells["layout"] = row.layout.text
-    else:
-        cells["n"] = str(row.count)
-    cells |= {
-        "pitch": "-" if row.layout is not None and row.layout.at else in_words(row.pitch, "m"),
-        "depth": in_words(row.depth, "m"),
-    }
-    for name, unit in _errors(goals):
-        known = name == "angle" and goals.touches.friction == 0
-        cells[name] = "-" if known else in_words(values[f"{name}_95"], unit)
-    if not both:
-        cells["unsure"] = in_words(values["unsure"], "")
-    else:
-        for name, checks in (("unsure", finger.calibrated), ("as made", finger.as_made)):
-            cells[name] = next(in_words(c.value, "") for c in checks if c.criterion.name == "unsure")
-    if goals.accuracy.feature is not None:
-        cells["two"] = in_words(finger.point, "m")
-    if goals.accuracy.edge is not None:
-        cells["edge"] = in_words(finger.edge, "rad")
-    return cells
-
-
-def _errors(goals: Goals) -> list[tuple[str, str]]:
-    """Errors that the table shows, and their units: those of position and angle; on an area those that are wanted."""
-    every = [("position", "m"), ("angle", "rad"), ("force", ""), ("radius", "m")]
-    if not goals.on_area:
-        return every[:2]
-    return [one for one in every if getattr(goals.accuracy, one[0]) is not None]
-
-
-def _times(checks: tuple[Check, ...]) -> str:
-    """Met, or how many times what was wanted the worst is, never rounded down to 1."""
-    excess = max(check.ratio for check in checks)
-    if excess <= 1:
-        return "met"
-    return f"{np.ceil(100 * excess) / 100:.3g} x" if np.isfinite(excess) else "not met"

@@ -7,16 +7,15 @@ import numpy as np
 from .. import __version__
 from ..contact import LineLoad
 from ..design import sensor_density, spatial_response
+from ..design.finger_table import finger_table, legend_of
 from ..design.placement import AreaQuality
 from ..design.search import DesignedFinger, DesignStudy
 from ..design.tolerance import SOURCES, ToleranceBudget
 from ..design.two_point import AreaLimen
 from ..design.words import (
     amount_in_words,
-    finger_table,
     force_in_words,
     in_words,
-    legend_of,
     reasons_of,
     remedies_of,
     row_in_words,

@@ -15,8 +15,9 @@ import numpy as np
 
 from ..._check import FloatArray
 from ...design import rank_fingers, search_grid
+from ...design.finger_table import finger_table, legend_of
 from ...design.search import DesignedFinger, DesignGrid, DesignStudy
-from ...design.words import finger_table, legend_of, reasons_of, remedies_of, verdict_of
+from ...design.words import reasons_of, remedies_of, verdict_of
 from ...errors import InvalidValueError, SubskinError
 from ...io.goals_file import GoalsFile, finger_text, parse_goals
 
