@@ -97,8 +97,6 @@ def test_touches_on_an_area_are_simulated(tables, subskin):
         (("locate", "row.toml", "row.csv", "--truth", "y,z"), "one column"),
         (("locate", "area.toml", "area.csv", "--load", "line"), "solved in a plane"),
         (("locate", "area.toml", "area.csv", "--beside", "1 mm"), "sensors in a row"),
-        (("check", "area.toml"), "sensors on an area"),
-        (("tolerances", "area.toml", "--force", "10"), "sensors on an area"),
         (("simulate", "row.toml", "--recording", "--contact", "point"), "a recording of a row is of long contacts"),
         (("simulate", "row.toml", "--azimuth", "1 rad"), "the same at every z"),
         (("simulate", "area.toml", "--contact", "cone"), "needs one"),

@@ -395,6 +395,12 @@ OUTSIDE = (
 
 
 def outside_of(touches: Touches) -> tuple[Outside, ...]:
-    """What of `OUTSIDE` there is of such touches."""
+    """What of `OUTSIDE` there is of such touches.
+
+    Parameters
+    ----------
+    touches : Touches
+        What the finger is for: along a row, or on an area.
+    """
     dim = 1 if touches.area is None else 2
     return tuple(each for each in OUTSIDE if each.dim in (None, dim))
