@@ -462,7 +462,9 @@ def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monke
     assert (told["run"], told["fault"], told["r2"]) == ("ended", "", pytest.approx(found.r2))
     np.testing.assert_allclose(told["touches"], positions)
     view.answer("accept", {"name": "felt.toml"}, file)
-    np.testing.assert_allclose(ss.load("felt.toml").finger.array.gain, found.finger.array.gain, rtol=1e-5)
+    np.testing.assert_allclose(
+        ss.load("felt.toml").finger.array.gain, found.finger.array.gain, rtol=1e-5, equal_nan=False
+    )
     assert "presses.csv, line 2" in fitted(text=text.replace("-0.00", "wide", 1))["fault"]
     assert "force" in fitted(fit="force")["fault"]  # what is fitted is not among what can be
     assert "s7" in fitted(text=text.replace("s7", "more"))["fault"]
