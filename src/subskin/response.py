@@ -245,14 +245,11 @@ class Response(Frozen):
         InvalidValueError
             Half widths that are too large for the sensors' depths.
         """
-        low, high = search
-        depth = float(np.asarray(finger.array.depth).min())
-        if widest > _MOST_WIDE * depth * (1 + 1e-12):
-            rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {_MOST_WIDE * depth:.6g} m, can be fitted"
-            fix = f"half_width=(0.0, {_MOST_WIDE * depth:.3g})"
-            raise InvalidValueError(f"half widths up to {widest:.6g} m", rule, fix)
-        cells = _cells(high - low, depth / 16)
-        step = (high - low) / cells
+        (low, high), depth = search, float(np.asarray(finger.array.depth).min())
+        if widest > (most := _MOST_WIDE * depth) * (1 + 1e-12):
+            rule = f"up to {_MOST_WIDE:g} depths of the shallowest sensor, {most:.6g} m, can be fitted"
+            raise InvalidValueError(f"half widths up to {widest:.6g} m", rule, f"half_width=(0.0, {most:.3g})")
+        step = (high - low) / (cells := _cells(high - low, depth / 16))
         positions = (low + step * (np.arange(cells) + 0.5))[:, None] + step * _NODES
         line = tabulate(finger, (low - widest, high + widest))
         shares = 0.5 * (1 + np.cos(np.pi * (np.arange(_WIDTHS) + 0.5) / _WIDTHS))

@@ -12,7 +12,8 @@ from ..errors import InvalidValueError
 from ..estimate import Status
 from ..finger import Finger
 from ._common import locator_for, whole, widest
-from .outside import Drawn, Outside, Scene, outside_of
+from .outside import Outside, outside_of
+from .scene import Drawn, Scene
 from .touches import Touches
 
 __all__ = ["BlindSpot", "BlindSpots", "blind_spots"]
