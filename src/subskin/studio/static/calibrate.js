@@ -50,7 +50,7 @@ export class CalibrateView {
   }
 
   #lay() {
-    const table = h("div", { class: "scroll wrap", tabindex: "0", role: "group", "aria-label": "What changed" }, h("table", {}, h("thead", {}, h("tr", {}, ["what", "in the file", "found"].map((name) => h("th", { scope: "col" }, name)))), this.changes));
+    const table = h("div", { class: "scroll wrap", tabindex: "0", role: "group", "aria-label": "What changed" }, h("table", {}, h("thead", {}, h("tr", {}, ["what", "in the file", "found", "standard error"].map((name) => h("th", { scope: "col" }, name)))), this.changes));
     this.changesCard = card("What changed", table);
     this.keepCard = card("Keep", this.name.row, h("div", { class: "buttons" }, this.accept, this.back, this.hold), this.written);
     this.guideCard = card("This touch", this.at.row, h("div", { class: "buttons" }, this.words));
@@ -150,7 +150,7 @@ export class CalibrateView {
     const known = told.r2 !== null && told.r2 !== undefined;
     this.numbers.textContent = known ? `R² ${told.r2.toFixed(5)} of ${told.touches.length} touches${told.wanted ? `; positions are off by ${told.error === null ? "an unknown amount" : `${plain(1e3 * told.error)} mm`}, wanted ${plain(1e3 * told.wanted)} mm` : ""}.` : "Nothing yet: a few touches are needed.";
     this.doubts.replaceChildren(...(told.doubts ?? []).map((text) => h("p", { class: "note" }, text)));
-    this.changes.replaceChildren(...(told.changes ?? []).map(([what, old, now]) => h("tr", {}, h("th", { scope: "row" }, what), h("td", {}, old), h("td", {}, now))));
+    this.changes.replaceChildren(...(told.changes ?? []).map(([what, old, now, error]) => h("tr", {}, h("th", { scope: "row" }, what), ...[old, now, error && `± ${error}`].map((text) => h("td", {}, text)))));
     if (told.said?.at(-1) !== before.said?.at(-1) || told.said?.length !== before.said?.length) {
       this.said.replaceChildren(...(told.said ?? []).slice().reverse().map((text) => h("li", {}, text)));
       if (told.said?.length) say(told.said.at(-1));
