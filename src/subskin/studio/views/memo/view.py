@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -19,6 +20,8 @@ from .waves import FIGURES as WAVES
 __all__ = ["MemoState", "look"]
 
 _ALL = {f.key: f for f in sorted((*LINES, *CONTACTS, *WAVES, *PARTICLE), key=lambda f: int(f.key))}
+_MINUS = re.compile(r"(?<![\w.])-(?=\d)")
+"""The hyphen of a negative number."""
 
 
 class MemoState(BaseModel):
@@ -47,6 +50,7 @@ def look(given: MemoState) -> dict[str, Any]:
     if figure is None:
         raise InvalidValueError(f"figure {given.figure}", f"the memo has {', '.join(_ALL)}", "another figure")
     values = figure.values(given.values)
+    drawn = figure.draw(**values)
     return {
         "state": {"figure": figure.key, "values": values},
         "figures": {key: one.title for key, one in _ALL.items()},
@@ -54,7 +58,8 @@ def look(given: MemoState) -> dict[str, Any]:
         "words": figure.words,
         "numbers": [{**vars(number), "value": values[number.key]} for number in figure.numbers],
         "equations": _equations(figure.key),
-        **figure.draw(**values),
+        **drawn,
+        "told": [_MINUS.sub("\N{MINUS SIGN}", text) for text in drawn["told"]],
     }
 
 
