@@ -156,7 +156,7 @@ class BenchFeed(Feed):
             "phase": state.phase,
             "asked": state.asked,
             "touches": state.positions,
-            "said": [one.text for one in self.said],
+            "said": [one.text.replace("R^2", "R\N{SUPERSCRIPT TWO}") for one in self.said],
             "level": self.level,
             "error": state.error,
             "wanted": self.bench.accuracy,

@@ -73,4 +73,4 @@ def _shown(value: float, error: float, unit: str = "") -> tuple[str, str]:
     if not (np.isfinite(error) and error > 0):
         return f"{value:.3f} {unit}" if unit else f"{value:.4g}", ""
     number, _, rest = with_error(value, error, "").partition(" +- ")
-    return f"{number} {unit}".strip(), f"{rest} {unit}".strip()
+    return f"{number} {unit}".strip().replace("-", "\N{MINUS SIGN}"), f"{rest} {unit}".strip()
