@@ -235,7 +235,7 @@ def test_a_stage_is_calibrated(opened, tmp_path, monkeypatch):
     page.get_by_role("img", name="Next touch at").wait_for()
     page.reload()  # what runs goes on
     page.locator(".events", has_text="touch 2 at").wait_for()
-    page.get_by_text("R² 0.9").wait_for()
+    page.get_by_text("R² 0.9").first.wait_for()
     page.get_by_role("button", name="End").click()
     page.locator(".status", has_text="accept it, or go back").wait_for()
     page.get_by_role("rowheader", name="gain of").first.wait_for()
