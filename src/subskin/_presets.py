@@ -1,4 +1,4 @@
-"""Rubbers and barometers by name, each number with its source. What no source confirms is not here."""
+"""Rubbers, barometers and gauges by name, each number with its source. What no source confirms is not here."""
 
 from __future__ import annotations
 
@@ -73,12 +73,20 @@ RUBBERS: Mapping[str, Rubber] = {
 
 @dataclass(frozen=True)
 class SensorPreset:
-    """A barometer: noise of a reading and range [Pa], and the source of both. Infinite ends are not known."""
+    """A barometer or a gauge: noise of a reading and range [unit], and their source. Infinite ends are not known."""
 
     noise: float
     low: float
     high: float
     source: str
+    unit: str = "Pa"
+
+
+def _quarter_bridge(volts: float, rate: int) -> SensorPreset:
+    """One foil gauge of factor 2 in a bridge at 5 V, read by an HX711: 5 V times 2 / 4 a unit of strain."""
+    slope = 5.0 * 2.0 / 4.0
+    source = f"Avia HX711: {1e9 * volts:.0f} nV rms at {rate} Hz, 20 mV either way; factor 2, a quarter bridge at 5 V"
+    return SensorPreset(volts / slope, -20e-3 / slope, 20e-3 / slope, source, "strain")
 
 
 _UNKNOWN = float("inf")
@@ -99,6 +107,8 @@ SENSORS: Mapping[str, SensorPreset] = {
     "MS5611": SensorPreset(
         1.2, 1e3, 120e3, "TE MS5611-01BA03: resolution (rms) 0.012 mbar at oversampling 4096, 10 to 1200 mbar"
     ),
+    "HX711 10 Hz": _quarter_bridge(50e-9, 10),
+    "HX711 80 Hz": _quarter_bridge(90e-9, 80),
 }
 
 

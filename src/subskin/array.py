@@ -145,14 +145,16 @@ class SensorArray(LaidOut, Frozen):
 
     @staticmethod
     def preset(name: str) -> dict[str, Any]:
-        """What a barometer in the skin is to `SensorArray`: transducer, noise, range, and as offset the air's pressure.
+        """What a barometer or a gauge in the skin is to `SensorArray`: transducer, noise, range and offset.
+
+        A barometer's offset is the air's pressure. A gauge reads the strain along the depth.
 
         `SensorArray.presets()` lists them, with their sources.
 
         Parameters
         ----------
         name : str
-            E.g. "BMP280", "MS5611".
+            E.g. "BMP280", "HX711 80 Hz".
 
         Raises
         ------
@@ -164,22 +166,25 @@ class SensorArray(LaidOut, Frozen):
         >>> array = SensorArray.line(count=4, pitch=6e-3, depth=5e-3, **SensorArray.preset("LPS25HB"))
         >>> float(array.noise[0]), array.transducers[0], float(array.high[0])
         (1.0, MeanPressure(), 126000.0)
+        >>> SensorArray.preset("HX711 80 Hz")["high"]
+        0.008
         """
         found = named(name, SENSORS, "sensor")
-        ends = {"low": found.low, "high": found.high}
-        return {"transducer": MeanPressure(), "noise": found.noise, "offset": _AIR, **ends}
+        gauge = found.unit == "strain"
+        reads = {"transducer": NormalStrain() if gauge else MeanPressure(), "offset": 0.0 if gauge else _AIR}
+        return {**reads, "noise": found.noise, "low": found.low, "high": found.high}
 
     @staticmethod
     def presets() -> Presets:
-        """The barometers that `preset` knows: noise and range of a reading [Pa], source; a table.
+        """The barometers and gauges that `preset` knows: noise and range of a reading [unit], source; a table.
 
         Examples
         --------
         >>> SensorArray.presets()["MS5611"]["noise"]
         1.2
         """
-        units = {"noise": (1.0, "Pa"), "low": (1e-3, "kPa"), "high": (1e-3, "kPa")}
-        return Presets({name: {**vars(found)} for name, found in SENSORS.items()}, units)
+        columns = ("noise", "low", "high", "unit", "source")
+        return Presets({name: {c: getattr(found, c) for c in columns} for name, found in SENSORS.items()}, {})
 
     def __len__(self) -> int:
         return len(np.asarray(self.y))

@@ -46,12 +46,13 @@ def test_all_presets_have_sources_and_sense():
         assert 1e4 < rubber.low < rubber.young < rubber.high < 5e6
         assert len(rubber.source) > 20
     for sensor in SENSORS.values():
-        assert 0 < sensor.noise < 0.01 * 101_325
-        assert sensor.low < 101_325 < sensor.high
+        rest, most = (101_325, 1013) if sensor.unit == "Pa" else (0.0, 1e-6)
+        assert 0 < sensor.noise < most
+        assert sensor.low < rest < sensor.high
         assert len(sensor.source) > 20
     table = ss.SensorArray.presets()
-    assert "30" in repr(table)
-    assert "<th>noise [Pa]</th>" in table._repr_html_()
+    assert "1.26e+05  Pa" in repr(table)
+    assert "<th>noise</th>" in table._repr_html_()
     assert pickle.loads(pickle.dumps(table)) == table
 
 
@@ -63,6 +64,18 @@ def test_a_barometer_in_python_and_in_a_file():
     assert file.finger.array.transducers == array.transducers
     assert file.finger.skin.materials[0] == ss.Material.preset("Dragon Skin 20")
     assert array.inside(array.digitise(np.zeros(4))).all()  # the free skin is within the range
+
+
+def test_a_gauge_reads_strain_by_its_bridge():
+    file = parse_finger(f'[skin]\nmaterial = "Ecoflex 00-30"\n{ROW}sensor = "HX711 10 Hz"')
+    array = file.finger.array
+    assert array.transducers[0] == ss.NormalStrain()
+    strained, at_rest = 120.0 * (1 + 2.0 * 1e-3), 120.0  # ohm, a factor of 2
+    volts = 5.0 * (strained / (strained + 120.0) - at_rest / 240.0)
+    np.testing.assert_allclose(array.noise, 50e-9 / (volts / 1e-3), rtol=2e-3)  # a bridge is not quite straight
+    np.testing.assert_allclose(array.high, 20e-3 / (volts / 1e-3), rtol=2e-3)
+    np.testing.assert_array_equal(array.low, -array.high)
+    np.testing.assert_array_equal(array.offset, 0.0)
 
 
 def test_a_key_beside_a_preset_takes_its_place():
