@@ -1,4 +1,4 @@
-"""Contact solves on an area: time, products and accuracy of `press` beside Tamaas and ContactMechanics.
+"""Contact solves on an area: time, products and accuracy of `press` beside ASPHER, Tamaas, ContactMechanics.
 
     python benchmarks/bench_press_area.py [--repeats 5] [--json FILE]
 
@@ -7,8 +7,10 @@ of ours is all of `ss.press`, the search for the grid and the certificate includ
 solver's call on, on the same square, Tamaas on a periodic square twice as wide (it knows no other). The error is the
 mean of the pressure's against Hertz. Then partial slip, layers, and shapes without a closed form.
 
-The peers come with `pip install -e ".[bench]"`; a table leaves out one that is not installed. Tamaas is under the AGPL:
-it is run here, and nothing of it is in subskin.
+The peers come with `pip install -e ".[bench]"`; a table leaves out one that is not installed. ASPHER is built from its
+source, by a compiler of C++ and CMake, and has to be asked for: `pip install aspher`. It answers by transforms ("fft")
+and in single precision before double, which is its quickest way to a tolerance of 1e-8 here. Tamaas is under the AGPL: it
+is run here, and nothing of it is in subskin.
 """
 
 from __future__ import annotations
@@ -79,6 +81,20 @@ def contact_mechanics(nodes: int) -> tuple[float, np.ndarray]:
     return taken, np.abs(np.asarray(substrate.force))[:nodes, :nodes] / step**2
 
 
+def aspher(nodes: int) -> tuple[float, np.ndarray]:
+    """Polonsky and Keer's conjugate gradients on nested grids, preconditioned, in C++: CPU time [s] and pressure."""
+    import aspher as peer
+
+    at = WINDOW / nodes * (np.arange(nodes) - 0.5 * (nodes - 1))
+    gap = ((at[:, None] ** 2 + at**2) / (2 * RADIUS)).ravel()
+    sizes = {"domain_size": WINDOW, "E_star": STIFF, "p_nominal": FORCE / WINDOW**2}
+    start = time.process_time()
+    found = peer.solve_nested(nodes, gap, **sizes, tol=TOLERANCE, backend="fft", precision="float_then_double")
+    taken = time.process_time() - start
+    assert found.converged
+    return taken, np.asarray(found.pressure).reshape(nodes, nodes)
+
+
 def tamaas(nodes: int) -> tuple[float, np.ndarray]:
     """Polonsky and Keer's conjugate gradients in C++, on a periodic square twice as wide: CPU time [s] and pressure."""
     import tamaas as tm
@@ -106,6 +122,7 @@ def beside_peers(repeats: int) -> list[list[str]]:
             row = [f"{taken:.0f}", str(found.products), f"{error(found.pressure, found.case.step):.1e}", worst]
             rows.append([name, f"{nodes}^2", *row])
         for name, module, solve in (
+            ("ASPHER", "aspher", aspher),
             ("ContactMechanics", "ContactMechanics", contact_mechanics),
             ("Tamaas, twice as wide", "tamaas", tamaas),
         ):
