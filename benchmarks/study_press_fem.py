@@ -1,6 +1,6 @@
 """What presses on an area beside finite elements in three dimensions, which share nothing with subskin.
 
-    python benchmarks/study_press_fem.py [--finest 3] [--json FILE]
+    python benchmarks/study_press_fem.py [--finest 2] [--json FILE]
 
 A rigid body is pressed by a depth into a layer on a rigid base, without friction. The peer is a quarter of a block,
 eight thicknesses wide, of hexahedra with 27 nodes (scikit-fem), small beneath the body and growing aside and downwards;
@@ -89,7 +89,7 @@ class Block:
 
 def main() -> None:
     """Print the table."""
-    options = arguments(__doc__, finest=3)
+    options = arguments(__doc__, finest=2)
     warnings.simplefilter("ignore", ss.errors.ValidityWarning)  # slopes are not small, but the peer is linear too
     rows = []
     for name, poisson in SKINS.items():
