@@ -177,3 +177,11 @@ def test_one_word_a_thing():
         if OLD_WORDS.search(IDIOMS.sub("", line))
     ]
     assert said == []
+
+
+def test_each_benchmark_stands_in_their_list():
+    folder = Path(__file__).parents[2] / "benchmarks"
+    programs = {path.name for kind in ("bench", "study") for path in folder.glob(f"{kind}_*.py")}
+    assert (
+        set(re.findall(r"`python benchmarks/((?:bench|study)_\w+\.py)", (folder / "README.md").read_text())) == programs
+    )
