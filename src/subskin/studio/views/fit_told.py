@@ -52,9 +52,9 @@ def _changes(file: FingerFile, found: Calibration, relative: bool) -> list[list[
     depth_errors = (_errors(found, term, np.full((1, k), 1e3 / k))[0] for term, k in (("depth", 1), ("depths", n)))
     depth_error = next(filter(np.isfinite, depth_errors), np.nan)
     rows.append(["depth of the sensors, mean", f"{depths[0]:.3f} mm", *_shown(depths[1], depth_error, "mm")])
-    places = [1e3 * place for place in np.broadcast_arrays(*map(np.atleast_1d, (file.origin, found.origin)))]
-    for axis, before, after in zip("yz", *places, strict=False):
-        term = f"origin_{axis}" if len(places[0]) > 1 else "origin"
+    origins = [1e3 * each for each in np.broadcast_arrays(*map(np.atleast_1d, (file.origin, found.origin)))]
+    for axis, before, after in zip("yz", *origins, strict=False):
+        term = f"origin_{axis}" if len(origins[0]) > 1 else "origin"
         error = _errors(found, term, np.full((1, 1), 1e3))[0]
         rows.append([f"origin {axis}", f"{before:.3f} mm", *_shown(after, error, "mm")])
     return rows
