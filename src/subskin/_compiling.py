@@ -29,14 +29,14 @@ def when_compiling(call: Callable[[], object]) -> Iterator[None]:
     2
     """
     first = _First(call)
-    event.register("numba:compile", first)
+    event.register("numba:compile", first)  # type: ignore[no-untyped-call]
     try:
         yield
     finally:
-        event.unregister("numba:compile", first)
+        event.unregister("numba:compile", first)  # type: ignore[no-untyped-call]
 
 
-class _First(event.Listener):  # type: ignore[misc]
+class _First(event.Listener):
     def __init__(self, call: Callable[[], object]) -> None:
         self._call: Callable[[], object] | None = call
 

@@ -18,6 +18,7 @@ import threading
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import TracebackType
 from typing import Any, NamedTuple, Self
@@ -93,7 +94,7 @@ class Preview:
 
     def _start(self) -> None:
         """Begin to compile; where there can be no second process the stream begins afterwards, as ever."""
-        path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
+        path = os.pathsep.join(str(Path(folder).resolve()) for folder in sys.path)
         with suppress(OSError, ValueError):
             process = subprocess.Popen(
                 [sys.executable, "-P", "-c", f"from {__name__} import main; main()"],
@@ -134,7 +135,8 @@ class Preview:
     def _send(self, process: subprocess.Popen[bytes], driver: Driver) -> None:
         """Hand on the newest frames, in a thread of its own; a second process that is gone is not missed."""
         chain, pipe = self._live.chain, process.stdin
-        assert isinstance(chain, Chain) and pipe is not None
+        assert isinstance(chain, Chain)
+        assert pipe is not None
         setup = _Setup(chain.file, tuple(chain.channels), dict(chain.options), self._bars, time.monotonic())
         try:
             with pipe:
@@ -157,7 +159,7 @@ def _all(queue: SimpleQueue[Any]) -> list[Any]:
 
 
 def _newest(items: list[tuple[float, bytes | str]], driver: Driver) -> list[_Few]:
-    """The commands among what was read, and the newest frames before each."""
+    """The commands among what was read, and before each the first and the newest frames."""
     told: list[_Few] = []
     data, at = b"", 0.0
     for host, what in [*items, (0.0, "")]:
@@ -167,7 +169,9 @@ def _newest(items: list[tuple[float, bytes | str]], driver: Driver) -> list[_Few
         frames = driver.feed(data)
         data = b""
         if len(frames):
-            told.append(_Few(at, frames.values[-_FEW:], frames.device_time[-_FEW:]))
+            # the first of all is that of the free skin
+            kept = np.unique(np.r_[0, max(len(frames) - _FEW + 1, 0) : len(frames)])
+            told.append(_Few(at, frames.values[kept], frames.device_time[kept]))
         if what == "port_back":
             driver.reset()
         if what in COMMANDS:
@@ -238,7 +242,9 @@ def _show(setup: _Setup, inbox: SimpleQueue[_Few]) -> None:
     drawn = -np.inf
     with (_EarlyBars if setup.bars else _EarlyLines)(setup.file, _Shown(setup.began)) as shown:
         while True:
-            waiting = [inbox.get(), *_all(inbox)]
+            waiting = []
+            with suppress(Empty):
+                waiting = [inbox.get(timeout=_EACH), *_all(inbox)]
             for k, few in enumerate(waiting):
                 if few.command or state is None or k + 1 == len(waiting) or waiting[k + 1].command:
                     state, batch = chain.step(state, DeviceFrames(few.values, few.time), few.host, few.command)

@@ -189,7 +189,8 @@ class View:
         middle, worst = self.latency()
         lost = f"{self.live.lost} lost, {self.live.bad} broken"
         if not self._late and self._first is not None:
-            return f"no frames  ({self.live.frames} so far, {lost})"
+            silent = "no frames" if self._last >= self._since else "catching up"
+            return f"{silent}  ({self.live.frames} so far, {lost})"
         return (
             f"{number(self.rate(), 4)} frames/s, {lost}, answer after {1e3 * middle:.2f} ms (at most {1e3 * worst:.1f})"
         )
