@@ -95,7 +95,7 @@ class Preview:
     def _start(self) -> None:
         """Begin to compile; where there can be no second process the stream begins afterwards, as ever."""
         path = os.pathsep.join(str(Path(folder).resolve()) for folder in sys.path)
-        with suppress(OSError, ValueError):
+        with suppress(Exception):  # such as of a board's own driver that cannot be copied
             process = subprocess.Popen(
                 [sys.executable, "-P", "-c", f"from {__name__} import main; main()"],
                 env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": path},
