@@ -7,8 +7,8 @@ value is the number of its frame, so that a frame that was not sent shows.
 
 from __future__ import annotations
 
+import argparse
 import resource
-import sys
 import time
 
 import numpy as np
@@ -80,7 +80,9 @@ def read(driver: Driver, port: Simulated, sent: int) -> dict[str, int]:
 
 def main() -> None:
     """Print the table."""
-    minutes = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("minutes", type=float, nargs="?", default=60.0)
+    minutes = parser.parse_args().minutes
     per = 1 / 6
     for name, made in MADE.items():
         checked = name != "an end mark (anyskin)"  # a changed byte is not seen without a check

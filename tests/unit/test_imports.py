@@ -20,6 +20,7 @@ ORDER = (
     "_presets",
     "_shown",
     "_compiled",
+    "_compiling",
     "_frozen",
     "_registry",
     "_axes",

@@ -365,6 +365,35 @@ def test_a_hostile_file_is_refused(finger, steps, growing, tmp_path):
     assert refused > 50
 
 
+def most_memory():
+    """The most that this process has taken since the mark was reset [MB]."""
+    return int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0]) / 1024
+
+
+@pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="Linux tells the most memory that was taken")
+def test_a_page_that_says_it_is_huge_takes_no_memory(finger, steps, tmp_path):
+    """The head of a page is a Thrift struct without a checksum; its third field is the size of the page."""
+    good, bad = tmp_path / "touch.parquet", tmp_path / "bad.parquet"
+    with Recorder(good, finger, _live.BOARD) as recorder:
+        for made in steps:
+            recorder.put(made)
+    data = good.read_bytes()
+    at = pq.read_metadata(good).row_group(0).column(0).dictionary_page_offset
+    fields = 0
+    while fields < 3:  # each of the first three is a mark and a number, whose last byte has no high bit
+        assert data[at] == 0x15
+        end = at + 1
+        while data[end] & 0x80:
+            end += 1
+        at, begin, fields = end + 1, at + 1, fields + 1
+    bad.write_bytes(data[:begin] + b"\xfe\xff\xff\xff\x0f" + data[at:])  # 2**31 - 1
+    Path("/proc/self/clear_refs").write_text("5")  # the mark falls to what is taken now
+    before = most_memory()
+    with pytest.raises(FileError, match="is damaged"):
+        steps_in(bad)
+    assert most_memory() < before + 200
+
+
 def test_who_is_no_recording_is_told(tmp_path):
     pq.write_table(pa.table({"a": [1]}), tmp_path / "table.parquet")
     for name in ("none.parquet", "table.parquet", "-"):

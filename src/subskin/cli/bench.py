@@ -70,7 +70,8 @@ def run(options: argparse.Namespace) -> int:
     from ..live.bare import BareChain
     from ..live.bench import Bench
     from ..live.bench_file import calibrated, candidates_of
-    from ..live.run import Live, connected
+    from ..live.connecting import connected
+    from ..live.run import Live
 
     file = io.load(options.finger)
     unit = "N" if file.finger.array.on_area else "N/m"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidValueError, printable
@@ -25,7 +26,8 @@ _EXAMPLES = """\
 _NOTES = """\
 Ctrl-C ends it: the device is told to stop, the recording is closed, and the exit code is 0. The stream begins with the
 skin free, or --zero after it has begun. Piped, it prints each event, and a line a second; with --json a line for each
-frame, and one for each event. The first start after installation compiles for some seconds, and says so.
+frame, and one for each event. The first start after installation compiles for some seconds; a preview shows the force
+meanwhile, and no frame is lost.
 """
 _DEMO = """\
 [skin]
@@ -70,12 +72,11 @@ def run(options: argparse.Namespace) -> int:
     duration = float("inf") if options.duration is None else quantity(options.duration, "s", "--for")
     if not duration > 0:
         raise InvalidValueError(f'--for "{options.duration}"', "has to be > 0 [s]", '--for "10 s"')
-    live = _opened(options, file)
-    shown = _shown(options, file, live)
+    live, shown, zero = _opened(options, file)
     stopped: BaseException | None = None
     try:
         with shown:
-            _follow(live, shown, duration, options.zero)
+            _follow(live, shown, duration, zero)
     except KeyboardInterrupt as stop:
         stopped = stop
     finally:
@@ -104,10 +105,13 @@ def _finger(options: argparse.Namespace) -> FingerFile:
     return io.parse_finger(_DEMO, "the finger of the demo")
 
 
-def _opened(options: argparse.Namespace, file: FingerFile) -> Live:
-    """The stream, prepared, and what that took."""
+def _opened(options: argparse.Namespace, file: FingerFile) -> tuple[Live, View, bool]:
+    """The stream, prepared, what shows it, and whether --zero is still to come."""
+    from ..live.chain import Chain
     from ..live.run import live
     from .common import quantity_range
+    from .live_preview import Preview
+    from .live_view import Bars, JsonLines, PlainLines
 
     slip = None if options.slip is None else quantity_range(options.slip, "", "--slip")
     chosen: dict[str, Any] = {"fit": options.fit, "overload": options.overload}
@@ -115,15 +119,21 @@ def _opened(options: argparse.Namespace, file: FingerFile) -> Live:
         chosen["slip"] = slip[0] if slip[0] == slip[1] else slip
     print("subskin: preparing tables and loops ...", file=sys.stderr, flush=True)
     began = time.monotonic()
-    made = live(file, options.port, options.driver, rate=options.rate, record=options.record, **chosen)
+    made = live(file, options.port, options.driver, rate=options.rate, prepare=False, **chosen)
+    view = JsonLines if options.json else Bars if sys.stdout.isatty() else PlainLines
+    preview = Preview(made, view is Bars, _ZERO if options.zero else None)
+    try:
+        with preview if made.port.real_time and not options.json else nullcontext():
+            assert isinstance(made.chain, Chain)
+            made.chain.prepare()
+        if options.record is not None:
+            made.record(options.record)
+    except BaseException:
+        made.close()
+        raise
     print(f"subskin: ready in {time.monotonic() - began:.1f} s; Ctrl-C stops", file=sys.stderr, flush=True)
-    return made
-
-
-def _shown(options: argparse.Namespace, file: FingerFile, live: Live) -> View:
-    from .live_view import Bars, JsonLines, PlainLines
-
-    return (JsonLines if options.json else Bars if sys.stdout.isatty() else PlainLines)(file, live)
+    shown = view(file, made, made.port.clock()) if preview.shown else view(file, made)
+    return made, shown, preview.zero is not None
 
 
 def _follow(live: Live, shown: View, duration: float, zero: bool) -> None:

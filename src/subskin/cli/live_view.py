@@ -72,13 +72,15 @@ class View:
         The finger.
     live : Live
         The stream, or another that is followed.
+    since : float, optional
+        Batches that came before say nothing of rate and latency: they have waited [s].
     """
 
     each = 1.0
     """Seconds between two pictures."""
 
-    def __init__(self, file: FingerFile, live: Followed) -> None:
-        self.file, self.live = file, live
+    def __init__(self, file: FingerFile, live: Followed, since: float = -math.inf) -> None:
+        self.file, self.live, self._since = file, live, since
         self.events: Counter[str] = Counter()
         self.latest: Batch | None = None
         self._late: deque[tuple[float, int, float]] = deque()
@@ -109,6 +111,8 @@ class View:
         self.latest = batch
         self._first = float(batch.time[0]) if self._first is None else self._first
         self._last = batch.host_time
+        if self._last < self._since:
+            return
         late = max(now - batch.host_time, 1e-6)
         self._late.append((now, len(batch), late))
         self._latency[min(int(40 * math.log10(late / 1e-6)), 399)] += 1
@@ -185,7 +189,8 @@ class View:
         middle, worst = self.latency()
         lost = f"{self.live.lost} lost, {self.live.bad} broken"
         if not self._late and self._first is not None:
-            return f"no frames  ({self.live.frames} so far, {lost})"
+            silent = "no frames" if self._last >= self._since else "catching up"
+            return f"{silent}  ({self.live.frames} so far, {lost})"
         return (
             f"{number(self.rate(), 4)} frames/s, {lost}, answer after {1e3 * middle:.2f} ms (at most {1e3 * worst:.1f})"
         )
@@ -259,6 +264,8 @@ class Bars(View):
     """The readings as bars, redrawn ten times a second at most."""
 
     each = 0.1
+    stays = True
+    """Whether the last picture is left where it stands."""
 
     def __enter__(self) -> Self:
         from rich.console import Console
@@ -266,7 +273,7 @@ class Bars(View):
 
         self._told: deque[str] = deque(maxlen=_EVENTS)
         self._console = Console(highlight=False)
-        self._screen = Screen(console=self._console, auto_refresh=False, transient=False)
+        self._screen = Screen(console=self._console, auto_refresh=False, transient=not self.stays)
         self._full = 20.0
         self._screen.start()
         return self

@@ -11,26 +11,25 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
-from urllib.parse import parse_qsl
 
 import numpy as np
 
-from ..errors import FileError, InvalidValueError, SubskinError
+from ..errors import InvalidValueError
 from ..finger import Finger
 from ..io.finger_file import FingerFile, load
-from ..io.lines_of import wrong_in
 from .bare import BareChain
 from .batch import Batch
 from .chain import Chain, file_of
-from .drivers import Driver, from_table
+from .connecting import connected
+from .drivers import Driver
 from .frames import DeviceFrames
-from .ports import FilePort, Log, Port, PortEnded, PortLost, opened
+from .ports import Port, PortEnded, PortLost
 from .ring import RingBuffer
 
 if TYPE_CHECKING:
     from .record import Recorder
 
-__all__ = ["Live", "connected", "live"]
+__all__ = ["Live", "live"]
 
 _POLL = 0.1
 """Seconds that a read may wait for the first byte."""
@@ -82,6 +81,8 @@ class Live:
         self._closing = threading.Event()
         self._failed: BaseException | None = None
         self._wake: Callable[[], object] | None = None
+        self._seen: Callable[[float, bytes | str, Mapping[str, Any]], object] | None = None
+        self._cut = -np.inf
         self._nothing = DeviceFrames(np.empty((0, len(driver.channels))))
         self._thread = threading.Thread(target=self._read, name="subskin reader", daemon=True)
         self._started = False
@@ -92,11 +93,41 @@ class Live:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
-    def start(self) -> None:
-        """Begin to read; the first batch that is asked for does so too."""
+    def start(self, seen: Callable[[float, bytes | str, Mapping[str, Any]], object] | None = None) -> None:
+        """Begin to read; the first batch that is asked for does so too.
+
+        Parameters
+        ----------
+        seen : callable, optional
+            Until the first batch is asked for it is given what is read, in the reader's thread: when it came [s], the
+            bytes or the command, and the command's values. Tenths of a second become batches of their own meanwhile.
+        """
         if not self._started:
-            self._started = True
+            self._started, self._seen = True, seen
             self._thread.start()
+
+    def record(self, path: str | Path) -> None:
+        """Record all of it, before the first batch is asked for.
+
+        Parameters
+        ----------
+        path : path-like
+            The recording, as of `Recorder`.
+
+        Raises
+        ------
+        FileError
+            The file cannot be made, or there is one already.
+        InvalidValueError
+            Batches have been taken already, or they are of a chain that finds nothing.
+        """
+        from .record import Recorder
+
+        if self.state is not None or not isinstance(self.chain, Chain):
+            rule = "a recording has all batches of a chain, from the first on"
+            raise InvalidValueError(f'record("{path}")', rule, "live(file, port, record=...)")
+        epoch = time.time() - self.port.clock()
+        self.recorder = Recorder(path, self.chain.file, self.driver, options=self.chain.options, epoch=epoch)
 
     def close(self) -> None:
         """Stop reading, tell the device to stop, and close the port; more than once does no harm."""
@@ -167,6 +198,7 @@ class Live:
             self._wake = None
 
     def _batches(self) -> list[Batch]:
+        self._seen = None
         with self._change:
             items: list[tuple[float, bytes | str, Mapping[str, Any]]] = []
             size = 0
@@ -187,6 +219,8 @@ class Live:
             if chunks:
                 made += self._fed(b"".join(chunks), at)
                 chunks = []
+            if what == "cut":
+                continue
             if what == "ended":
                 self.ended = True
                 continue
@@ -217,9 +251,15 @@ class Live:
         return batch
 
     def _put(self, host: float, what: bytes | str, values: Mapping[str, Any]) -> None:
+        seen = self._seen
+        if seen is not None:
+            seen(host, what, values)
         with self._change:
             while self._bytes > _WAITING and not self._closing.is_set():
                 self._change.wait(_POLL)
+            if seen is not None and host - self._cut > _POLL:
+                self._waiting.append((host, "cut", {}))
+                self._cut = host
             self._waiting.append((host, what, values))
             self._bytes += len(what) if isinstance(what, bytes) else 0
             self._change.notify_all()
@@ -261,57 +301,6 @@ class Live:
                     self.port.write(self.driver.start)
                 return True
         return False
-
-
-def _driver(given: Driver | str | Mapping[str, Any] | None, port: Port, file: FingerFile) -> Driver:
-    """The driver that was named, that of the port, or that of [live] of the finger file."""
-    if isinstance(given, Driver):
-        return given
-    if isinstance(given, str):
-        name, _, query = given.partition("?")
-        values = {
-            key: int(text) if text.isdecimal() else text for key, text in parse_qsl(query, keep_blank_values=True)
-        }
-        return from_table({"name": name, **values})
-    if given is not None:
-        return from_table(given)
-    if port.driver is not None:
-        return port.driver
-    if file.live is not None and file.live.driver:
-        try:
-            return from_table(file.live.driver)
-        except FileError:  # of another file, which describes a board
-            raise
-        except SubskinError as error:
-            raise wrong_in(file.text, file.name, ("live", "driver"), file.live.driver, error) from None
-    rule = "nothing says how the bytes of this device are read"
-    raise InvalidValueError(f'port "{port.name}" without a driver', rule, 'driver="lines", or driver under [live]')
-
-
-def connected(
-    file: FingerFile,
-    port: Port | str | None = None,
-    driver: Driver | str | Mapping[str, Any] | None = None,
-    rate: float | None = None,
-) -> tuple[Port, Driver]:
-    """The port, open, and the driver that reads it; parameters and errors as of `live`."""
-    if port is None:
-        port = "" if file.live is None else file.live.port
-        if not port:
-            fix = 'port="demo" (--port demo) simulates one; port = "..." under [live] of the finger file'
-            raise InvalidValueError("no port", "nothing says where the device is", fix)
-    where = opened(port, file) if isinstance(port, str) else port
-    try:
-        reads = _driver(driver, where, file)
-        if isinstance(where, FilePort) and where.regular:
-            return Log(where, reads, rate), reads
-        if rate is not None:
-            rule = "a device has a rate of its own, and only a file of bytes is played"
-            raise InvalidValueError(f'rate = {rate!r} of port "{where.name}"', rule, "leave it out")
-        return where, reads
-    except BaseException:
-        where.close()
-        raise
 
 
 def live(
@@ -371,12 +360,10 @@ def live(
         chain = Chain(file, channels=reads.channels, **options)
         if prepare:
             chain.prepare()
-        recorder = None
+        made = Live(chain, where, reads, seconds=seconds)
         if record is not None:
-            from .record import Recorder
-
-            recorder = Recorder(record, file, reads, options=chain.options, epoch=time.time() - where.clock())
-        return Live(chain, where, reads, recorder, seconds)
+            made.record(record)
+        return made
     except BaseException:
         where.close()
         raise

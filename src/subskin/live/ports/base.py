@@ -43,6 +43,11 @@ class Port(Named, ABC):
     driver: Driver | None = None
     """The driver that reads it, where the port knows; a device does not say."""
 
+    @property
+    def real_time(self) -> bool:
+        """Whether bytes come in their own time, read or not: not those of a file, nor in simulated time."""
+        return True
+
     @abstractmethod
     def read(self, timeout: float) -> bytes:
         """All bytes that are there; b"" where none came within the time.

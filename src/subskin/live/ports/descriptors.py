@@ -24,7 +24,7 @@ class _Descriptor(Port):
         if self._number < 0:
             raise PortLost(self.name, "it is closed", "open it again")
         try:
-            if self._waits() and not select.select([self._number], [], [], timeout)[0]:
+            if self.real_time and not select.select([self._number], [], [], timeout)[0]:
                 return b""
             data = os.read(self._number, _MOST)
         except BlockingIOError:
@@ -35,7 +35,8 @@ class _Descriptor(Port):
             raise PortEnded(self.name, "it is at its end")
         return data
 
-    def _waits(self) -> bool:
+    @property
+    def real_time(self) -> bool:
         """Whether bytes come in their own time: not of a regular file, and not known of a pipe on Windows."""
         return os.name == "posix" and not stat.S_ISREG(os.fstat(self._number).st_mode)
 

@@ -62,6 +62,10 @@ class Log(Port):
         self._read, self._piece = b"", b""
         self._due = self._last = float("nan")
 
+    @property
+    def real_time(self) -> bool:  # noqa: D102
+        return False
+
     def read(self, timeout: float) -> bytes:  # noqa: D102
         if not self._piece:
             self._read = self._read or self._file.read(0.0)

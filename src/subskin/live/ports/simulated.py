@@ -157,6 +157,10 @@ class Simulated(Port):
         self._held: dict[int, tuple[int, float]] = {}
         self._began, self._now, self._lost, self._pending = math.nan, 0.0, False, b""
 
+    @property
+    def real_time(self) -> bool:  # noqa: D102
+        return self._batch is None
+
     def clock(self) -> float:  # noqa: D102
         return time.monotonic() if self._batch is None else self._now
 

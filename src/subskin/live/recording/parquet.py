@@ -79,8 +79,9 @@ class ParquetRecording:
 
         self.name = name
         try:
+            # no buffer_size: a buffered page takes as much memory as its head says, which may be damaged
             self._file: Any = pq.ParquetFile(
-                path, page_checksum_verification=True, pre_buffer=False, buffer_size=1 << 20, memory_map=False,
+                path, page_checksum_verification=True, pre_buffer=False, memory_map=False,
                 thrift_string_size_limit=1 << 26, thrift_container_size_limit=1 << 22,
             )  # fmt: skip
             schema = self._file.schema_arrow

@@ -16,7 +16,8 @@ from ...io.units import quantity
 from ...live.bare import BareChain
 from ...live.bench import Bench
 from ...live.bench_file import calibrated, candidates_of
-from ...live.run import Live, connected
+from ...live.connecting import connected
+from ...live.run import Live
 from ...live.session import BenchState, Said
 from ..protocol import LARGEST
 from .fit_told import fit_told
