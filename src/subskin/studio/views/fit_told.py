@@ -65,7 +65,7 @@ def _errors(found: Calibration, name: str, slope: FloatArray) -> FloatArray:
     at = [i for i, p in enumerate(found.parameters) if p.name == name]
     if len(at) != slope.shape[1]:
         return np.full(len(slope), np.nan)
-    return np.sqrt(np.einsum("ij,jk,ik->i", slope, found.covariance[np.ix_(at, at)], slope))
+    return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", slope, found.covariance[np.ix_(at, at)], slope)))
 
 
 def _shown(value: float, error: float, unit: str = "") -> tuple[str, str]:
