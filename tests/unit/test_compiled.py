@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from subskin._compiled import is_cached
+from subskin._compiled import compiled, is_cached
 
 FILES = {
     "__init__": "",
@@ -19,7 +19,7 @@ FILES = {
     "between": "from subskin._compiled import compiled\nfrom . import constants\nfrom .below import number\n\n"
     "@compiled()\ndef twice():\n    return constants.FACTOR * number()\n",
     "above": "from subskin._compiled import compiled\nfrom .between import (\n    twice as double,\n)\n\n"
-    "@compiled()\ndef again():\n    return 2 * double()\n\nprint(again())\n",
+    "@compiled(entry=True)\ndef again():\n    return 2 * double()\n\nprint(again())\n",
 }
 
 
@@ -47,9 +47,27 @@ def test_what_was_kept_is_thrown_away_when_what_it_is_built_on_changes(tmp_path,
 
 def test_what_was_kept_is_used_while_nothing_changes(tmp_path):
     (tmp_path / "room.py").write_text(
-        "import sys\nfrom subskin._compiled import compiled, is_cached\n\n@compiled()\ndef one():\n    return 1\n\n"
+        "import sys\nfrom subskin._compiled import compiled, is_cached\n\n@compiled(entry=True)\ndef one():\n"
+        "    return 1\n\n"
         "print(is_cached(one), one())\n"
     )
     command = [sys.executable, "room.py"]
     seen = [subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout for _ in range(2)]
     assert seen == ["False 1\n", "True 1\n"]
+
+
+@compiled()
+def within(x):
+    return x + 1
+
+
+@compiled(entry=True)
+def around(x):
+    return 2 * within(x)
+
+
+def test_python_calls_entries_alone():
+    for _ in range(2):  # before and after it was compiled for what is given
+        with pytest.raises(TypeError, match=r"within is called by compiled loops alone; @compiled\(entry=True\)"):
+            within(1.0)
+        assert around(1.0) == 4.0

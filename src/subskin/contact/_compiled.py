@@ -5,7 +5,7 @@ from __future__ import annotations
 from .._compiled import compiled
 
 
-@compiled()
+@compiled(entry=True)
 def add_lines(z, loads, out, field):
     """Transforms of line loads, F = -1/z and F' = 1/z^2 each, added up.
 

@@ -24,7 +24,7 @@ def _above(z: float) -> float:
     return 0.5 * math.erfc(-_HALF * z) if z > -_SURE else 0.0
 
 
-@compiled(exact=True)
+@compiled(entry=True, exact=True)
 def fill_beyond(
     load: FloatArray, edges: FloatArray, masses: FloatArray, scale: FloatArray,
     nodes: FloatArray, weights: FloatArray, out: FloatArray,

@@ -124,7 +124,7 @@ def _fill(
         mu, low, other = end, high, end_other
 
 
-@compiled(exact=True)
+@compiled(entry=True, exact=True)
 def fill_cells(
     normal: FloatArray, tangential: FloatArray, nn: FloatArray, nt: FloatArray, tt: FloatArray,
     edges: FloatArray, scale: FloatArray, out: FloatArray,
@@ -135,7 +135,7 @@ def fill_cells(
         _fill(normal[i], tangential[i], nn[i], nt[i], tt[i], row, scale[i], out[i])
 
 
-@compiled(exact=True)
+@compiled(entry=True, exact=True)
 def judge_frames(
     table: FloatArray, columns: tuple[int, int, int, int, int], widest: float,
     edges: FloatArray, masses: FloatArray, facts: FloatArray, limits: FloatArray, out: FloatArray,

@@ -58,7 +58,7 @@ def _left(w, table, start, step, y, normal, tangential):
     return chi2
 
 
-@compiled()
+@compiled(entry=True)
 def project_frames(readings, sensors, basis, edges, shapes, squares, far, table, options, out):
     """Fill `out`, one row a frame; frames that are beyond reckoning or lack a sensor are left with status -1.
 

@@ -147,7 +147,7 @@ def _derivatives(columns, prior, guessed, a):
         a[1, i], a[0, i], a[0, n + i], a[2, i] = columns[0, i], columns[1, i], columns[2, i], columns[3, i]
 
 
-@compiled()
+@compiled(entry=True)
 def stick_frames(
     readings, sensors, basis, edges, shapes, squares, far, searched, search,
     table, nodes, weights, shares, mus, low, high, options, out,

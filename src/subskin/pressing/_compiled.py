@@ -145,7 +145,7 @@ def _release(x, gradient, low, high, free, short):
         free[best] = True
 
 
-@compiled()
+@compiled(entry=True)
 def minimise(k, kw, m, mw, own, f, low, high, sums, targets, x, free, gradient, limit, loose, steps, changes):
     """Least of x K x / 2 + f x between bounds with given sums (bounded.py); x, free and gradient are overwritten.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .._compiled import compiled
 
 
-@compiled()
+@compiled(entry=True)
 def bessel(x, first, second, out):
     """J_l(x), l = 0 ... n - 1, to rounding of the largest.
 

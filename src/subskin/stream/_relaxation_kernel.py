@@ -13,7 +13,7 @@ REST, TIME, ELASTIC, MEMORY = range(4)
 """The reading at rest, the time of the last reading, and what an elastic skin would have read then, from the rest."""
 
 
-@compiled(exact=True)
+@compiled(entry=True, exact=True)
 def relax(readings, time, share, constants, backwards, rows, out):
     """Fill `out` (m, n) with what relaxes, or backwards with what an elastic skin would have read.
 

@@ -37,7 +37,7 @@ def _median(a, b, c):
     return max(min(a, b), min(max(a, b), c))
 
 
-@compiled(exact=True)
+@compiled(entry=True, exact=True)
 def follow(readings, time, begin, head, sensors, options, limits, rows, numbers, smooth, given, offset, free, frozen):
     """Follow the offsets over the frames from `begin`; returns (next frame, oldest frame of the window, question).
 

@@ -30,7 +30,7 @@ def _normal(z):
     return 0.5 * math.erfc(-0.7071067811865476 * z)
 
 
-@compiled()
+@compiled(entry=True)
 def survey(readings, truth, spread, sensors, first, table, terms, fields, forms, grid, mu, box, limits, out):
     """Fill `out` (touches, 3): probability that `locate` calls it AMBIGUOUS, that a rival wins, that it is not noticed.
 

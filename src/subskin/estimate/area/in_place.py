@@ -171,7 +171,7 @@ def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, dou
     return last
 
 
-@compiled()
+@compiled(entry=True)
 def in_place_frames(readings, rows, mix, y, z, values, variance, typical, options, out):
     """Fill `out`, one row a frame; those that lack a sensor are left with status -1.
 

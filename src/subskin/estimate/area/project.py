@@ -236,7 +236,7 @@ def _each(
         row[_STATUS] = status
 
 
-@compiled()
+@compiled(entry=True)
 def project_frames(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, sizes, far,
     options, out,

@@ -12,7 +12,7 @@ _ROUNDING = 1.0 - 2e-5
 """Sums in single precision are sure to fewer digits."""
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def may_reach(single, total, least, table, left, directions):
     """Whether chi-square explained by a load of any region may be `least`; of no region: it may.
 

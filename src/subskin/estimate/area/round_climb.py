@@ -25,7 +25,7 @@ _CELLS = 64.0
 _STEPS = 60
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def shares_of(q, most, shares):
     """Chebyshev's polynomials of 2 q / most - 1, and their slopes in q; shares (2, widths)."""
     x, slope = 2.0 * q / most - 1.0, 2.0 / most
@@ -47,7 +47,7 @@ def at_width(sums, shares, table):
             table[k, e] = total
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def round_field(sensors, first, sums, terms, shares, y, z, part, b):
     """Fill rows 0 to 11 of b; sensors, first, terms: as of `field.field_at`; part (functions, 3): scratch."""
     n = sensors.shape[1]

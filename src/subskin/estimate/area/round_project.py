@@ -299,7 +299,7 @@ def _each(
         row[at_status] = status
 
 
-@compiled()
+@compiled(entry=True)
 def project_round(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
     outer, nodes, boxes, sizes, widths, far, limits, options, out,

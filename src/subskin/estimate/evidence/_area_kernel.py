@@ -37,7 +37,7 @@ def _log_integral(fit, h, mu):
     return 0.5 * (fit[3] + free * _LOG_2PI - math.log(det) - 3.0 * math.log(force2))
 
 
-@compiled()
+@compiled(entry=True)
 def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
     """Fill out (f, 8): log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width.
 

@@ -20,8 +20,6 @@ _STRIDE = 0.3
 """Longest step of a drag's tangent."""
 _SWAPPED = 0.1
 """Share of the elements that may still be wrong where the drag moves on fine elements."""
-_ROUGHLY = 0.01
-"""A step of the tangent after which coarse elements have said enough."""
 
 
 @compiled()
@@ -116,10 +114,11 @@ def _heights(level, t, w, b, on, work):
 
 
 @compiled()
-def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
+def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
     """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
 
-    t (2,) and `on` are put right; scratch: what `_turn` leaves. On coarse elements near is enough.
+    t (2,) and `on` are put right; scratch: what `_turn` leaves. enough: a step of the tangent after which elements have
+    said enough that are coarse; 0 where they are not.
     """
     x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
@@ -141,13 +140,13 @@ def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
         on_area.slopes(level, w, b, work)
         for j in range(on.size):
             wrong += not on[j] and slope[j] < -tolerance
-        moves = leans and (coarse or wrong <= max(2, int(_SWAPPED * count)))
+        moves = leans and (enough > 0.0 or wrong <= max(2, int(_SWAPPED * count)))
         if moves:
             _turn(level, work, count, along, crossed, turned)
             far = _next(t, turned, most, new)
             step = math.hypot(new[0] - t[0], new[1] - t[1])
             moves = far >= near
-            if coarse and wrong <= 2 and step < _ROUGHLY:
+            if wrong <= 2 and step < enough:
                 t[:] = new
                 return count
         if wrong == 0 and not moves:
@@ -178,7 +177,7 @@ def _least(level, t, w, b, on, downhill, work):
     return count, value
 
 
-@compiled()
+@compiled(entry=True)
 def in_turn(level, t, most, w, b, on, near, work, scratch):
     """As `together`, from the same guesses: the pressure of each drag before the next drag."""
     along, crossed, turned, new = scratch

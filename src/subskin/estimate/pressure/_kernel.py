@@ -163,7 +163,7 @@ def _curves(row, x, shares, squares, prior, w, surface):
         at += 2 * (m + 2)
 
 
-@compiled()
+@compiled(entry=True)
 def map_frames(readings, sensors, factors, fine, coarse, surface, options, out):
     """Fill `out`, a row of `WIDTH` columns and the nodes' values for each frame of `readings` (frames, n).
 

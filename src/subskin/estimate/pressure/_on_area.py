@@ -40,7 +40,7 @@ def lean(level, t, work):
     order[order.size - 1] = 0
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def forget(work):
     """Take no columns as known."""
     rows = work[11]

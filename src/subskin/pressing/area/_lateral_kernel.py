@@ -15,7 +15,7 @@ from ..._compiled import compiled
 __all__ = ["advance", "answered", "curve", "keep", "left", "less", "projected", "sorted_out", "wrong_way"]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def left(gradient, stick, tangent, stiff, turned, y, z, motion, weights, residual, totals):
     """What is left of the slip where it may not be, and its products with the weights of the rigid motions."""
     totals[:] = 0.0
@@ -34,7 +34,7 @@ def left(gradient, stick, tangent, stiff, turned, y, z, motion, weights, residua
             totals[c] += total
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def less(residual, stick, tangent, y, z, motion, soft, softened):
     """Take a rigid motion off what is left; the same, softened."""
     for i in range(stick.shape[0]):
@@ -48,7 +48,7 @@ def less(residual, stick, tangent, y, z, motion, soft, softened):
             softened[1, i, j] = residual[1, i, j] * soft[i, j]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def keep(maps, stick, tangent):
     """Leave of maps what may change: all where it sticks, what is across the drag where it slips."""
     for c in range(maps.shape[0]):
@@ -60,7 +60,7 @@ def keep(maps, stick, tangent):
                 maps[c, 1, i, j] = b * stick[i, j] + across * tangent[1, i, j]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def answered(nearly, residual, stick, tangent, soft, direct, y, z, out):
     """The answer on what may change, and its sums: along y, along z, turning."""
     along_y, along_z, turning = 0.0, 0.0, 0.0
@@ -82,7 +82,7 @@ def answered(nearly, residual, stick, tangent, soft, direct, y, z, out):
     return along_y, along_z, turning
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def projected(out, residual, weights, shares):
     """The answer less shares of the weights, and its product with the residual."""
     total = 0.0
@@ -97,7 +97,7 @@ def projected(out, residual, weights, shares):
     return total
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def curve(direction, moved, tangent, stiff):
     """What a step along a direction costs: by displacements, and by turning where it slips."""
     total = 0.0
@@ -109,7 +109,7 @@ def curve(direction, moved, tangent, stiff):
     return total
 
 
-@compiled()
+@compiled(entry=True)
 def advance(q, gradient, turned, direction, moved, length, tangent, held):
     """One step along a direction: the greatest displacement by it, and by how much drags leave the cone after it."""
     n, k = held.shape
@@ -128,7 +128,7 @@ def advance(q, gradient, turned, direction, moved, length, tangent, held):
     return most.max(), over.max()
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def wrong_way(gradient, y, z, motion, slides, tangent):
     """The greatest slip along the drag where nodes slip."""
     most = 0.0
@@ -141,7 +141,7 @@ def wrong_way(gradient, y, z, motion, slides, tangent):
     return most
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def sorted_out(q, gradient, y, z, motion, held, sticks, least, tangent, stiff, change):
     """Let nodes slip whose drag is too great, and stick that slip along it: how many stick again, and the most across.
 

@@ -12,7 +12,7 @@ from ..._compiled import compiled
 __all__ = ["advance", "inner", "left", "open_beyond", "projected", "sums"]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def sums(values, free, y, z):
     """Sums of a map over the nodes that touch: plain, times y, times z."""
     plain, by_y, by_z = 0.0, 0.0, 0.0
@@ -28,7 +28,7 @@ def sums(values, free, y, z):
     return plain, by_y, by_z
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def left(gradient, free, y, z, level, lean_y, lean_z, residual):
     """The gap where nodes touch, 0 elsewhere."""
     for i in range(free.shape[0]):
@@ -37,7 +37,7 @@ def left(gradient, free, y, z, level, lean_y, lean_z, residual):
             residual[i, j] = (gradient[i, j] - base - lean_z * z[j]) * free[i, j]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def open_beyond(gradient, outside, y, z, level, lean_y, lean_z):
     """The deepest overlap of the bodies where nodes do not touch."""
     least = 0.0
@@ -49,7 +49,7 @@ def open_beyond(gradient, outside, y, z, level, lean_y, lean_z):
     return -least
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def projected(answer, residual, free, y, z, level, lean_y, lean_z, out):
     """The answer where nodes touch less a rigid motion, and its product with the residual."""
     total = 0.0
@@ -62,7 +62,7 @@ def projected(answer, residual, free, y, z, level, lean_y, lean_z, out):
     return total
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def inner(one, wide):
     """Sum of products of two maps, of which the second may be wider."""
     total = 0.0
@@ -72,7 +72,7 @@ def inner(one, wide):
     return total
 
 
-@compiled()
+@compiled(entry=True)
 def advance(x, gradient, direction, moved, length):
     """One step along a direction: the greatest displacement by it, and the least pressure after it."""
     n, k = x.shape

@@ -7,7 +7,7 @@ from ..._compiled import compiled
 __all__ = ["scaled", "turned"]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def scaled(waves, by):
     """A spectrum times a real one."""
     for i in range(by.shape[0]):
@@ -16,7 +16,7 @@ def scaled(waves, by):
             waves[i, 2 * j + 1] *= by[i, j]
 
 
-@compiled(borrows=True)
+@compiled(entry=True, borrows=True)
 def turned(waves, yy, zz, yz):
     """Spectra of two components times a symmetric matrix of real ones."""
     for i in range(yy.shape[0]):
