@@ -18,7 +18,11 @@ def shared() -> Path:
     return _SHARED
 
 
+gc.disable()
+
+
 def pytest_collection_finish() -> None:
-    """What is imported and collected stays: no search for garbage walks through the thousands of tests again."""
+    """What is imported and collected stays: no search for garbage walks through the thousands of tests."""
     gc.collect()
     gc.freeze()
+    gc.enable()

@@ -69,6 +69,11 @@ def placement() -> None:
     ss.design.placement_quality(finger(), touches)
 
 
+def placement_on_area() -> None:
+    touches = ss.design.Touches(force=1.0, area=((-1e-3, 1e-3), (-1e-3, 1e-3)))
+    ss.design.placement.area_quality(pad(), touches, grid=(3, 2))
+
+
 def pressure() -> None:
     tip = finger(25, 0.5e-3)
     frames = tip.read(ss.Hertz(force=[40.0, 30.0], half_width=2e-3), rng=np.random.default_rng(0))
@@ -101,7 +106,7 @@ def streams() -> None:
 
 JOBS = (  # longest first
     *(image, a_kind_of_each, round_on_area, in_place, pressing_on_area),
-    *(area, line, placement, pressure, pressing, streams),
+    *(area, line, placement, pressure, placement_on_area, pressing, streams),
 )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba import typeof
 
 import subskin as ss
 from subskin.estimate.area.far import far_from
@@ -66,6 +67,13 @@ def test_of_no_region_anything_is_possible():
     far = far_from(finger_of(ss.NormalStrain()).locator().response, np.ones(16), box, box, D, 1.0)
     assert far.table.shape[0] == 0
     assert may_reach(np.zeros(17, dtype=np.float32), 0.0, 1.0, *far)
+
+
+def test_no_region_and_many_are_one_compilation():
+    box, response = np.array([[-2.0, 2.0]] * 2) * D, finger_of(ss.NormalStrain()).locator().response
+    none, many = (far_from(response, np.ones(16), box, outer * box, D, 1.0) for outer in (1, 3))
+    assert len(many.table) > len(none.table) == 0
+    assert typeof(tuple(many)) == typeof(tuple(none))
 
 
 def test_touches_beside_the_sensors_are_found_by_default():

@@ -219,7 +219,7 @@ def _newton(w, table, start, step, mu, ranged, least, most, y, low, high, tolera
 
 
 @compiled()
-def project_wide(w, table, start, step, square, mu, y, q, c, a, fit, low=0.0, high=math.inf):
+def project_wide(w, table, start, step, square, mu, y, q, c, a, fit, low, high):
     """The best admissible forces at (y, q): fit = N, T, S and the inverse of what the cone leaves free (3).
 
     table (cells, widths, 10 n): in each cell the powers of t, for N and T each, as Chebyshev sums in 2 q / square - 1.
@@ -322,7 +322,7 @@ def slopes(w, a, fit):
 
 
 @compiled()
-def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit, low=0.0, high=math.inf):
+def climb_wide(w, table, start, step, square, mu, y, q, ends, c, a, fit, low, high):
     """Climb S from (y, q) within ends = (y low, y high, q low, q high); returns y and q, the rest in fit.
 
     Steps are Newton's where S is curved downwards, and those of the projected information elsewhere, shortened until S

@@ -67,7 +67,8 @@ def far_from(
     table = np.array(rows)
     counts = np.array([len(part) for part in found])
     index = np.column_stack([np.cumsum(counts) - counts, counts, table[:, 0], table[:, 1]]).astype(np.int64)
-    return Far(index, table[:, 2:], np.concatenate(found).astype(np.float32))
+    left = np.ascontiguousarray(table[:, 2:])  # as where the tree is empty: each kind of array is a compilation
+    return Far(index, left, np.concatenate(found).astype(np.float32))
 
 
 def _positions(inner: FloatArray, outer: FloatArray, depth: float) -> FloatArray:

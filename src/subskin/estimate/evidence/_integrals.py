@@ -124,7 +124,7 @@ def _broad(w, table, g, mu, at, fit, ends, rows, step, c, a):
     Sums over a grid of step h are exact to 2 exp(-2 pi^2 / (h / spread)^2): 3e-3 at spread = 0.57 h.
     """
     y, q = at[0], at[1]
-    project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit)
+    project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit, 0.0, math.inf)
     _, gq, yy, yq, qq, _, _, _ = slopes(w, a, fit)
     if not yy * (0.57 * step) ** 2 < 1.0:
         return False
@@ -194,7 +194,7 @@ def _survey(w, scan, squares, explained, mu, fine, nodes, rows, step):
 def _valley(w, table, g, mu, at, ends, c, a, fit, info, mean):
     """Log of the evidence about the peak `at`, the valley along the widths being taken for the parabola at its top."""
     y, q = at[0], at[1]
-    project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit)
+    project_wide(w, table, g[0], g[1], g[2], mu, y, q, c, a, fit, 0.0, math.inf)
     _, gq, yy, yq, qq, _, _, _ = slopes(w, a, fit)
     curvature = max(qq - yq * yq / max(yy, 1e-300), 1e-300)
     slope = 0.0 if ends[2] < q < ends[3] else gq

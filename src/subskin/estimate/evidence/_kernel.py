@@ -62,12 +62,14 @@ def _peaks(w, s, positions, squares, table, g, mu, ends, thorough, c, a, score, 
             k = 0
             for p in range(1, positions.size):
                 k = p if s[j, p] > s[j, k] else k
-            y, q = climb_wide(w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, fit)
+            y, q = climb_wide(
+                w, table, start, step, square, mu, positions[k], squares[j], ends, c, a, fit, 0.0, math.inf
+            )
             kept = _keep(y, q, fit, kept, apart, at, fits)
         return kept
     first = np.empty((_PEAKS, 2))
     for p in range(highest(s, positions[0], positions[1] - positions[0], squares, score, first)):
-        y, q = climb_wide(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, fit)
+        y, q = climb_wide(w, table, start, step, square, mu, first[p, 0], first[p, 1], ends, c, a, fit, 0.0, math.inf)
         kept = _keep(y, q, fit, kept, apart, at, fits)
     return kept
 
@@ -82,7 +84,7 @@ def _climbed(w, table, g, mu, ends, seeds, count, moment, c, a, at, fits, fit):
     kept = 0
     for p in range(count):
         q = min(max(seeds[p, 1] / moment, ends[2]), ends[3])
-        y, q = climb_wide(w, table, g[0], g[1], g[2], mu, seeds[p, 0], q, ends, c, a, fit)
+        y, q = climb_wide(w, table, g[0], g[1], g[2], mu, seeds[p, 0], q, ends, c, a, fit, 0.0, math.inf)
         kept = _keep(y, q, fit, kept, apart, at, fits)
     return kept
 
@@ -114,7 +116,7 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
     prior = -math.log(math.sqrt(high) - math.sqrt(low)) if high > low else 0.0  # all widths as probable
     for p in range(count):
         y, q = at[p, 0], at[p, 1]
-        project_wide(w, table, start, step, square, mu, y, q, c, a[0], fits[p])
+        project_wide(w, table, start, step, square, mu, y, q, c, a[0], fits[p], 0.0, math.inf)
         _, gq, yy, yq, qq, _, _, _ = slopes(w, a[0], fits[p])
         spans[p, 0] = spans[p, 1] = q
         if high > low:
@@ -158,9 +160,9 @@ def _evidence(w, table, start, step, square, mu, ends, count, at, fits, spans, c
             hold[2, 0], hold[2, 1], hold[2, 2], hold[2, 3] = ends[0], ends[1], q, q
             share = math.log(0.5 * (two - one) * _W[k]) + prior
             for e in range(members):
-                y, _ = climb_wide(w, table, start, step, square, mu, hold[0, e], q, hold[2], c, a, fit)
+                y, _ = climb_wide(w, table, start, step, square, mu, hold[0, e], q, hold[2], c, a, fit, 0.0, math.inf)
                 hold[0, e] = hold[1, e] = y
-                project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit)
+                project_wide(w, table, start, step, square, mu, y, q, c, a[0], fit, 0.0, math.inf)
                 new = True
                 for d in range(e):
                     new &= abs(hold[1, d] - y) > 0.05 * step

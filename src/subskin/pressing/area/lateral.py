@@ -86,7 +86,7 @@ class _Dragging:
         sticks: BoolArray,
         limit: float,
     ) -> None:
-        self.op, self.w, self.held, self.limit = op, w, held, limit
+        self.op, self.w, self.held, self.limit = op, w, np.ascontiguousarray(held), limit
         self.y, self.z = nodes
         self.own = op.own_lateral
         self.at = np.flatnonzero(np.isfinite(targets))
