@@ -15,7 +15,7 @@ from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status
-from ..estimate.evidence import EDGE, END, AreaEvidence, Evidence, Kind, columns
+from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind, columns
 from ..estimate.shown import Shown
 from ..finger import Finger
 from ..loads import Load
@@ -43,11 +43,14 @@ _CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
 """On an area, half width over the root of the second moment along one direction: a^2/6, a^2/3, a^2/5."""
 _LAST = 0.6
 """Where the sides end there."""
+_LONG = (0.6, 2.0)
+"""Half lengths of an edge there, in depths; it is no wider than a vertex, and so at least twice as long as wide."""
 _LOCAL_KINDS = (
     ("point", "point", (0.0, 0.0), 1.0),
     ("vertex", "cone", (0.1, _CONE * EDGE), 1.0),
     ("flat side", "round_punch", (_DISC * EDGE, _DISC * _LAST), 1.0),
     ("round side", "round_hertz", (_BALL * EDGE, _BALL * _LAST), 1.0),
+    ("edge", "edge", (0.0, _BALL * EDGE), 1.0),
     ("none of these", "none", (0.0, 0.0), 0.2),
 )
 
@@ -76,7 +79,14 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     depth = float(np.asarray(finger.array.depth).min())
     kinds = _LOCAL_KINDS if finger.array.on_area else _KINDS
     return tuple(
-        Kind(name, family, (a * depth, b * depth), prior, stick=_STICK if family == "hertz" else 0.0)
+        Kind(
+            name,
+            family,
+            (a * depth, b * depth),
+            prior,
+            stick=_STICK if family == "hertz" else 0.0,
+            half_length=(_LONG[0] * depth, _LONG[1] * depth) if family == STRETCH else (0.0, 0.0),
+        )
         for name, family, (a, b), prior in kinds
     )
 
@@ -87,7 +97,7 @@ class TypeDecision(FrameTable):
 
     Parameters
     ----------
-    table : ndarray, shape (..., 1 + 6 kinds), on an area (..., 1 + 8 kinds)
+    table : ndarray, shape (..., 1 + 6 kinds), on an area (..., 1 + 11 kinds)
         The packed results, in columns of their own units; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on.
@@ -123,7 +133,8 @@ class TypeDecision(FrameTable):
         found = {key: getattr(self, key) for key in ("position", "force", "angle", "half_width", "residual")}
         if self.columns is columns.LOCAL:
             y, z = np.moveaxis(found.pop("position"), -1, 0)
-            found = {"position_y": y, "position_z": z, **found, "azimuth": self.azimuth}
+            more = {key: getattr(self, key) for key in ("azimuth", "half_length", "direction", "direction_std")}
+            found = {"position_y": y, "position_z": z, **found, **more}
         return {"kind": self.name, **each, **found, **super()._columns()}
 
     @property
@@ -228,6 +239,26 @@ class TypeDecision(FrameTable):
     def half_width(self) -> FloatArray:
         """Its half width [m]; 0 of a line or a point; half the distance of two touches."""
         return self._of_best(self.columns.half_width)
+
+    def _of_edge(self, number: int) -> FloatArray:
+        if not self.columns.edge:
+            return _check.read_only(np.full(self.shape, np.nan))
+        return self._of_best(self.columns.edge[number])
+
+    @property
+    def half_length(self) -> FloatArray:
+        """Its half length [m], of an edge on an area; NaN, as what follows, where the most probable kind is no edge."""
+        return self._of_edge(0)
+
+    @property
+    def direction(self) -> FloatArray:
+        """Direction of the edge, from +y towards +z, in [0, pi) [rad]."""
+        return self._of_edge(1)
+
+    @property
+    def direction_std(self) -> FloatArray:
+        """Its standard error [rad]; at most pi / sqrt(12), where it may be any."""
+        return self._of_edge(2)
 
 
 def contact_type(

@@ -1,4 +1,4 @@
-"""Readings on an area -> how probable each kind of round contact makes them: what `decide.contact_type` weighs."""
+"""Readings on an area -> how probable each kind of contact makes them: what `decide.contact_type` weighs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from ..area.round_locator import RoundLocator, model_of
 from ..estimate import Status
 from ..frames import Framewise
 from .columns import LOCAL, STATUS
-from .kind import NONE, PAIR, Kind
+from .edge import edge_box, edge_model
+from .kind import NONE, PAIR, STRETCH, Kind
 
 __all__ = ["AreaEvidence"]
 
@@ -36,7 +37,7 @@ _BEYOND = 0.5
 
 
 class AreaEvidence(Framewise):
-    """The log of the probability of frames of readings under each kind of round contact; prepared once.
+    """The log of the probability of frames of readings under each kind of contact on an area; prepared once.
 
     Half widths are integrated over by a rule, position and forces by Laplace's method: positions alike over the search,
     half widths alike over the kind's range, magnitudes alike on a logarithmic scale (docs/deciding.md).
@@ -64,7 +65,7 @@ class AreaEvidence(Framewise):
     >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     >>> evidence = AreaEvidence(finger, [Kind("tip", "point"), Kind("coin", "round_punch", half_width=(1e-3, 2e-3))])
     >>> table, used = evidence(finger.read(ss.PointLoad(force=1.0)))
-    >>> bool(table[1] > table[9])  # the logarithms of their probabilities
+    >>> bool(table[1] > table[12])  # the logarithms of their probabilities
     True
     """
 
@@ -102,11 +103,9 @@ class AreaEvidence(Framewise):
         size = LOCAL.first + LOCAL.each * len(names)
         super().__init__(array, needed=4 + 2 * (self.friction > 0), columns=size, status=STATUS)
         self.allow_for(finger, self.friction)
-        single = [local_family_of(families[i]) for i in self._single]
-        self._families: list[type[RoundContact]] = [
-            RoundHertz if issubclass(kind, PointLoad) else kind for kind in single
-        ]
+        self._families = [_tabulated(families[i]) for i in self._single]
         radius = np.sqrt(2.0) * max(float(np.abs(array.points - corner).max()) for corner in self._box.T)
+        radius += max(kind.half_length[1] for kind in self.kinds)
         widest = max(1.5 * depth, *(kind.half_width[1] for kind in self.kinds))
         every: set[type[RoundContact]] = {RoundHertz, *self._families}
         tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
@@ -116,7 +115,7 @@ class AreaEvidence(Framewise):
         self._first = _Loose(tables[RoundHertz], array, (y, z), widths, friction=friction, false_alarm=false_alarm)
 
     def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Packed results, shape (..., 1 + 8 kinds), and the sensors used, shape (..., n).
+        """Packed results, shape (..., 1 + 11 kinds), and the sensors used, shape (..., n).
 
         Parameters
         ----------
@@ -132,7 +131,12 @@ class AreaEvidence(Framewise):
         from scipy.special import chdtri
 
         array = self.array.select(pattern)
-        models = [model_of(table.select(pattern), array) for table in self._tables]
+        kinds = [self.kinds[i] for i in self._single]
+        tables = [table.select(pattern) for table in self._tables]
+        models = [
+            edge_model(table, array, kind) if kind.family == STRETCH else model_of(table, array)
+            for table, kind in zip(tables, kinds, strict=True)
+        ]
         spare = np.array([len(array) - self.kinds[i].unknowns(self.friction) for i in self._single])
         most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
         return array, pattern, models, np.maximum(spare, 0), most
@@ -149,6 +153,7 @@ class AreaEvidence(Framewise):
     ) -> None:
         """Fill `out`, one row a frame."""
         from ._area_kernel import weigh_kind
+        from ._edge_kernel import weigh_edge
 
         out[:] = np.nan
         usable = ((frames > np.asarray(array.low)) & (frames < np.asarray(array.high))).all(axis=1)
@@ -160,12 +165,15 @@ class AreaEvidence(Framewise):
         found = self._first(whole)
         at = np.column_stack([found.position, found.half_width])
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        nodes, weights = 0.5 * (1 + nodes), 0.5 * weights
         parts = np.empty((len(self._single), len(frames), LOCAL.each))
         for part, i, kind, model in zip(parts, self._single, self._families, models, strict=True):
-            box = np.array([*self._box.reshape(-1), *np.square(self.kinds[i].half_width)])
-            weigh_kind(
-                w, at, model, self.friction, box, _ratio(kind), 0.5 * (1 + nodes), 0.5 * weights, part
-            )  # fmt: skip
+            if self.kinds[i].family == STRETCH:
+                box = edge_box(self._box, self.kinds[i])
+                weigh_edge(w, at, model, self.friction, box, nodes, weights, part)
+            else:
+                box = np.array([*self._box.reshape(-1), *np.square(self.kinds[i].half_width)])
+                weigh_kind(w, at, model, self.friction, box, _ratio(kind), nodes, weights, part)
             slot = LOCAL.first + i * LOCAL.each
             out[:, slot : slot + LOCAL.each] = part
         evidence, chi2 = parts[..., 0].T - 0.5 * total[:, None], parts[..., 1].T
@@ -208,6 +216,14 @@ class _Loose(RoundLocator):
         options = super()._options(array, response, error)
         options[2] = 1e300
         return options
+
+
+def _tabulated(family: Any) -> type[RoundContact]:
+    """Of which round contacts the readings of a kind are made: a point is a sphere of no width, an edge is spheres."""
+    if family == STRETCH:
+        return RoundHertz
+    kind = local_family_of(family)
+    return RoundHertz if issubclass(kind, PointLoad) else kind
 
 
 def _ratio(family: type[RoundContact]) -> float:

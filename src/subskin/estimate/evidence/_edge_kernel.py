@@ -1,0 +1,188 @@
+"""Compiled: the evidence of an edge with its direction, in frames whose contact was found by another kind.
+
+From the position found, edges of a few directions and lengths are tried, and the best are climbed from. Then Gauss and
+Legendre's rule over the length about the top: at each length all the rest is fitted anew. Position and forces are
+integrated over by Laplace's method; the direction as exp(k cos 2 delta), which wraps, of the same curvature; the width
+as a parabola in its square, between the ends of its range.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiled import compiled
+from ..area.edge_climb import COLUMNS, SIZE, UNKNOWNS, edge_climb, edge_project
+from ._area_kernel import log_integral
+
+_FINE = 0.003
+"""What the last step of a climb may gain."""
+_DEEP = 24.0
+"""Fall of S at which an integral ends."""
+_TURNS = 6
+"""Directions tried over half a turn, at each of two lengths."""
+_TOPS = 2
+_FREE = 12.0 / math.pi**2
+"""Information on a direction that may be any: that of an even chance over half a turn [1/rad^2]."""
+
+
+@compiled()
+def _log_turned(told):
+    """Log of the share of half a turn that a direction of this information is spread over: exp(-k) I_0(k), k = told/4.
+
+    Source: Abramowitz and Stegun (1964), 9.8.1 and 9.8.2.
+    """
+    k = 0.25 * max(told, 0.0)
+    if k < 3.75:
+        t = (k / 3.75) ** 2
+        value = 1.0 + t * (
+            3.5156229 + t * (3.0899424 + t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))
+        )
+        return math.log(value) - k
+    t = 3.75 / k
+    value = 0.39894228 + t * (0.01328592 + t * (0.00225319 + t * (-0.00157565 + t * 0.00916281)))
+    value += t**5 * (-0.02057706 + t * (0.02635537 + t * (-0.01647633 + t * 0.00392377)))
+    return math.log(value / math.sqrt(k))
+
+
+@compiled(borrows=True)
+def _told(fit, order, box, m, told):
+    """Information on each unknown into `told` (5,), once those before it in `order` are free; m: scratch.
+
+    The width and the length are held where they are at an end of the box; the direction is never freer than any.
+    """
+    for j in range(UNKNOWNS):
+        for k in range(UNKNOWNS):
+            m[j, k] = fit[28 + UNKNOWNS * j + k]
+    for p in range(UNKNOWNS):
+        j = order[p]
+        told[j] = max(m[j, j], 1e-300)
+        if j > 2 and (fit[23 + j] <= box[2 * j] or fit[23 + j] >= box[2 * j + 1]):
+            continue
+        over = 1.0 / (told[j] + (_FREE if j == 2 else 0.0))
+        for e in range(p + 1, UNKNOWNS):
+            i = order[e]
+            ratio = m[i, j] * over
+            for d in range(p + 1, UNKNOWNS):
+                m[i, order[d]] -= ratio * m[j, order[d]]
+
+
+@compiled()
+def _reach(pull, told):
+    """How far a parabola falls by half of `_DEEP`, from where it slopes down by `pull`."""
+    return (math.sqrt(pull * pull + _DEEP * told) - pull) / told
+
+
+@compiled()
+def _log_widths(fit, told, low, high, nodes, weights):
+    """Log of the mean of exp(S/2) over the half width, over its largest: S is a parabola in the square of the width."""
+    if not high > low:
+        return 0.0
+    q, total = fit[27], 0.0
+    for side in range(2):
+        end = high if side else low
+        pull = abs(fit[22]) if end != q else 0.0
+        to = min(q + _reach(pull, told), end) if side else max(q - _reach(pull, told), end)
+        begin, stop = math.sqrt(q), math.sqrt(to)
+        for k in range(nodes.size):
+            a = begin + (stop - begin) * nodes[k]
+            away = abs(a * a - q)
+            total += weights[k] * abs(stop - begin) * math.exp(-away * (pull + 0.5 * told * away))
+    return math.log(total / (math.sqrt(high) - math.sqrt(low))) if total > 0.0 else -math.inf
+
+
+@compiled()
+def _log_evidence(fit, box, mu, nodes, weights, m, told):
+    """Log of the integral over all but the length."""
+    _told(fit, (0, 1, 2, 4, 3), box, m, told)
+    for j in range(2):
+        for k in range(2):
+            m[j, k] = fit[28 + UNKNOWNS * j + k]
+    return log_integral(fit, m, mu) + _log_turned(told[2]) + _log_widths(fit, told[4], box[8], box[9], nodes, weights)
+
+
+@compiled()
+def _best_tops(w, model, mu, box, y, z, room, tops, trial, scan, start):
+    """The best edges near (y, z) in tops[0]."""
+    low, high = box[6], box[7]
+    count = 0
+    for p in range(_TURNS):
+        best = -1.0
+        for length in range(2):
+            start[0], start[1], start[2] = y, z, math.pi * p / _TURNS
+            start[3] = low + (0.2 + 0.5 * length) * (high - low)
+            start[4] = box[8] + 0.3 * (box[9] - box[8])
+            edge_project(w, model, mu, start, room, trial)
+            if trial[3] > best:
+                best, scan[p, 1] = trial[3], start[3]
+        scan[p, 0] = best
+    tops[0, 3] = -1.0
+    for count in range(_TOPS):
+        p = 0
+        for e in range(1, _TURNS):
+            if scan[e, 0] > scan[p, 0]:
+                p = e
+        start[0], start[1], start[2], start[3] = y, z, math.pi * p / _TURNS, scan[p, 1]
+        edge_climb(w, model, mu, box, start, _FINE, room, tops[1], trial)
+        if tops[1, 3] > tops[0, 3]:
+            for k in range(SIZE):
+                tops[0, k] = tops[1, k]
+        for e in (p, (p + 1) % _TURNS, (p + _TURNS - 1) % _TURNS):
+            scan[e, 0] = -2.0
+
+
+@compiled()
+def weigh_edge(frames, found, model, mu, box, nodes, weights, out):
+    """Fill out (f, 11): as `weigh_kind`, then half length, direction and its standard error.
+
+    frames, found, nodes, weights: as of `weigh_kind`; model, box: as of `edge_climb`.
+    """
+    n, sums = frames.shape[1], model[2]
+    room = (
+        np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)), np.empty((COLUMNS, n)),
+        np.empty((UNKNOWNS, UNKNOWNS + 1)), np.empty(2 * UNKNOWNS), np.empty(UNKNOWNS),
+    )  # fmt: skip
+    fits, only, told = np.empty((4, SIZE)), box.copy(), np.empty(UNKNOWNS)
+    scan, start = np.empty((_TURNS, 2)), np.empty(UNKNOWNS)
+    best, fit, trial, m = fits[0], fits[2], fits[3], room[3]
+    low, high = box[6], box[7]
+    for f in range(frames.shape[0]):
+        w, row = frames[f], out[f]
+        for k in range(row.size):
+            row[k] = math.nan
+        row[0] = -math.inf
+        y, z = found[f, 0], found[f, 1]
+        if not math.isfinite(y):
+            continue
+        _best_tops(w, model, mu, box, y, z, room, fits, trial, scan, start)
+        total, largest, length = 0.0, -math.inf, best[26]
+        if not high > low:
+            largest, total = _log_evidence(best, box, mu, nodes, weights, m, told), 1.0
+        else:
+            _told(best, (0, 1, 2, 4, 3), box, m, told)
+            long = told[3]
+            for side in range(2):
+                end = high if side else low
+                pull = abs(best[21]) if end != length else 0.0
+                to = min(length + _reach(pull, long), end) if side else max(length - _reach(pull, long), end)
+                if to == length:
+                    continue
+                for k in range(UNKNOWNS):
+                    start[k] = best[23 + k]
+                for k in range(nodes.size):
+                    only[6] = only[7] = length + (to - length) * nodes[k]
+                    edge_climb(w, model, mu, only, start, _FINE, room, fit, trial)
+                    part = _log_evidence(fit, only, mu, nodes, weights, m, told)
+                    for j in range(UNKNOWNS):
+                        start[j] = fit[23 + j]
+                    if part > largest:
+                        total = total * math.exp(largest - part) if total > 0.0 else 0.0
+                        largest = part
+                    if part > -math.inf:
+                        total += weights[k] * abs(to - length) / (high - low) * math.exp(part - largest)
+        row[0] = largest + math.log(total) if total > 0.0 else -math.inf
+        row[1], row[2], row[3], row[7], row[8] = best[17], best[23], best[24], math.sqrt(best[27]), length
+        row[4], row[5], row[6] = best[0], best[1], best[2]
+        _told(best, (0, 1, 4, 3, 2), box, m, told)
+        row[9], row[10] = best[25] % math.pi, 1.0 / math.sqrt(told[2] + _FREE)

@@ -1,0 +1,73 @@
+"""What the evidence of an edge goes by: readings of narrow round contacts along a stretch of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..._check import FloatArray
+from ...array import SensorArray
+from ...radial_round import RoundResponse
+from ..area.round_locator import model_of
+from .kind import Kind
+
+__all__ = ["edge_box", "edge_model"]
+
+_RULE_ERROR = 1e-4
+"""Error of the rule along the edge, as a share of the reading."""
+_WIDTH_ERROR = 1e-6
+"""Share of the readings that is left of the higher powers of the half width."""
+_NARROW = 0.1
+"""Depths up to which half widths are looked at in any case."""
+
+
+def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple[Any, ...]:
+    """What `edge_climb` goes by.
+
+    Parameters
+    ----------
+    response : RoundResponse
+        Readings of spheres by the sensors of `array`, as far off as an edge's end may be.
+    array : SensorArray
+        Their noise.
+    kind : Kind
+        An edge's half widths and half lengths.
+    """
+    sensors, first, sums, terms, widest, *_ = model_of(response, array)
+    depth = float(np.asarray(array.depth).min())
+    most = max(kind.half_width[1], _NARROW * depth) ** 2
+    short, rule = _powers(sums, widest, most), np.stack(np.polynomial.legendre.leggauss(_nodes(kind, depth)))
+    return sensors, first, short, terms, most, rule
+
+
+def edge_box(search: FloatArray, kind: Kind) -> FloatArray:
+    """Least and largest y, z, direction, half length, and square of the half width of an edge, shape (10,).
+
+    Parameters
+    ----------
+    search : ndarray, shape (2, 2)
+        Ends of y and of z [m].
+    kind : Kind
+        An edge's half widths and half lengths.
+    """
+    return np.array([*search.reshape(-1), -np.inf, np.inf, *kind.half_length, *np.square(kind.half_width)])
+
+
+def _powers(sums: FloatArray, widest: float, most: float) -> FloatArray:
+    """Chebyshev sums over squares of half widths to `widest`, as fewer to `most`: these change little."""
+    nodes = np.cos(np.pi * (np.arange(sums.shape[-1]) + 0.5) / sums.shape[-1])
+    there = np.polynomial.chebyshev.chebvander(most / widest * (1 + nodes) - 1, sums.shape[-1] - 1)
+    to = np.linalg.solve(np.polynomial.chebyshev.chebvander(nodes, sums.shape[-1] - 1), there)
+    short = sums @ to.T
+    values = np.abs(short[:, ::4]).max(axis=0)  # of each function, in the middle of its cells
+    left = np.cumsum((values / values[:, :1]).max(axis=0)[::-1])[::-1]
+    count = max(int((left > _WIDTH_ERROR).sum()), 2)
+    return np.ascontiguousarray(short[..., :count])
+
+
+def _nodes(kind: Kind, depth: float) -> int:
+    """How many nodes of Gauss's rule the longest edge needs: readings are analytic as near as the sensors are deep."""
+    away = depth / kind.half_length[1]
+    return max(math.ceil(-0.5 * math.log(_RULE_ERROR) / math.asinh(away)), 4)
