@@ -23,6 +23,8 @@ SIZE = 53
 unknowns; 23-27 these; 28-52 their information, the forces eliminated, in rows."""
 _SLOPES = (3, 6, 12, 15, 9)
 """Where the slopes in each unknown begin."""
+FEWEST = 4
+"""Least number of nodes along an edge."""
 _STEPS = 40
 _TURN = 0.5
 """Most that a step turns the edge [rad]."""
@@ -32,19 +34,21 @@ _TURN = 0.5
 def edge_project(w, model, mu, at, room, fit):
     """The best admissible forces on the edge `at` (5,), and how S changes there; all of fit.
 
-    model: sensors, first, sums, terms and the largest q, as of `round_climb`, then Gauss and Legendre's nodes and
-    weights on (-1, 1), shape (2, nodes); room: scratch, which is shares (2, widths), the functions of a sensor
+    model: sensors, first, sums, terms and the largest q, as of `round_climb`; then rules on (-1, 1), nodes and weights
+    of so many nodes, shape (rules, 2, nodes), and what says how many: the least depth, and times what; room: scratch, which is shares (2, widths), the functions of a sensor
     (functions, 3), and (COLUMNS, n); then m (5, 6).
     """
-    sensors, first, sums, terms, most, rule = model
+    sensors, first, sums, terms, most, rules, depth, digits = model
     shares, part, b = room[0], room[1], room[2]
     one, n = b[18:], w.size
     c, s = math.cos(at[2]), math.sin(at[2])
     shares_of(at[4], most, shares)
+    count = min(max(int(digits / math.asinh(depth / at[3])) + 1, FEWEST), rules.shape[0] - 1)
+    rule = rules[count]
     for row in range(18):
         for i in range(n):
             b[row, i] = 0.0
-    for node in range(rule.shape[1]):
+    for node in range(count):
         along, share = rule[0, node], 0.5 * rule[1, node]
         away = along * at[3]
         round_field(sensors, first, sums, terms, shares, at[0] + away * c, at[1] + away * s, part, one)

@@ -3,7 +3,8 @@
 From the position found, edges of a few directions and lengths are tried, and the best are climbed from. Then Gauss and
 Legendre's rule over the length about the top: at each length all the rest is fitted anew. Position and forces are
 integrated over by Laplace's method; the direction as exp(k cos 2 delta), which wraps, of the same curvature; the width
-as a parabola in its square, between the ends of its range.
+as a parabola in its square, between the ends of its range. Where the top is far less probable than another kind, it has
+to do.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ _TURNS = 6
 _TOPS = 2
 _FREE = 12.0 / math.pi**2
 """Information on a direction that may be any: that of an even chance over half a turn [1/rad^2]."""
+_ANY = math.pi / math.sqrt(12.0)
+_FAR = 20.0
+"""Logarithms of the odds beyond which an edge need not be weighed more closely."""
 
 
 @compiled()
@@ -75,11 +79,13 @@ def _reach(pull, told):
 
 
 @compiled()
-def _log_widths(fit, told, low, high, nodes, weights):
-    """Log of the mean of exp(S/2) over the half width, over its largest: S is a parabola in the square of the width."""
+def _widths(fit, told, low, high, nodes, weights, out):
+    """Of exp(S/2), a parabola in q, over the half width: log of its mean over its largest, mean and variance of q."""
+    q = fit[27]
+    out[0], out[1], out[2] = 0.0, q, 0.0
     if not high > low:
-        return 0.0
-    q, total = fit[27], 0.0
+        return
+    total = first = second = 0.0
     for side in range(2):
         end = high if side else low
         pull = abs(fit[22]) if end != q else 0.0
@@ -87,19 +93,28 @@ def _log_widths(fit, told, low, high, nodes, weights):
         begin, stop = math.sqrt(q), math.sqrt(to)
         for k in range(nodes.size):
             a = begin + (stop - begin) * nodes[k]
-            away = abs(a * a - q)
-            total += weights[k] * abs(stop - begin) * math.exp(-away * (pull + 0.5 * told * away))
-    return math.log(total / (math.sqrt(high) - math.sqrt(low))) if total > 0.0 else -math.inf
+            by = a * a - q
+            share = weights[k] * abs(stop - begin) * math.exp(-abs(by) * (pull + 0.5 * told * abs(by)))
+            total += share
+            first += share * by
+            second += share * by * by
+    if total > 0.0:
+        out[0] = math.log(total / (math.sqrt(high) - math.sqrt(low)))
+        out[1], out[2] = q + first / total, max(second / total - (first / total) ** 2, 0.0)
 
 
 @compiled()
-def _log_evidence(fit, box, mu, nodes, weights, m, told):
-    """Log of the integral over all but the length."""
+def _at_length(fit, box, mu, nodes, weights, m, told, said):
+    """Log of the integral over all but the length; mean and variance of the direction at it, into `said` (3,)."""
     _told(fit, (0, 1, 2, 4, 3), box, m, told)
+    slope = -m[2, 4] / (told[2] + _FREE)  # of the direction, as the width's square grows
+    _widths(fit, told[4], box[8], box[9], nodes, weights, said)
+    log = said[0] + _log_turned(told[2])
+    said[1], said[2] = fit[25] + slope * (said[1] - fit[27]), 1.0 / (told[2] + _FREE) + slope * slope * said[2]
     for j in range(2):
         for k in range(2):
             m[j, k] = fit[28 + UNKNOWNS * j + k]
-    return log_integral(fit, m, mu) + _log_turned(told[2]) + _log_widths(fit, told[4], box[8], box[9], nodes, weights)
+    said[0] = log + log_integral(fit, m, mu)
 
 
 @compiled()
@@ -133,20 +148,56 @@ def _best_tops(w, model, mu, box, y, z, room, tops, trial, scan, start):
 
 
 @compiled()
-def weigh_edge(frames, found, model, mu, box, nodes, weights, out):
+def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, trial, told, start, said):
+    """As `_at_length`, over all lengths; all of the box but its lengths is in `only`."""
+    m, low, high, length = room[3], box[6], box[7], best[26]
+    _told(best, (0, 1, 2, 4, 3), box, m, told)
+    long, largest, total, first, second = told[3], -math.inf, 0.0, 0.0, 0.0
+    for side in range(2):
+        end = high if side else low
+        pull = abs(best[21]) if end != length else 0.0
+        to = min(length + _reach(pull, long), end) if side else max(length - _reach(pull, long), end)
+        if to == length:
+            continue
+        for k in range(UNKNOWNS):
+            start[k] = best[23 + k]
+        for k in range(nodes.size):
+            only[6] = only[7] = length + (to - length) * nodes[k]
+            edge_climb(w, model, mu, only, start, _FINE, room, fit, trial)
+            _at_length(fit, only, mu, nodes, weights, m, told, said)
+            for j in range(UNKNOWNS):
+                start[j] = fit[23 + j]
+            if said[0] > largest:
+                kept = math.exp(largest - said[0]) if total > 0.0 else 0.0
+                total, first, second, largest = total * kept, first * kept, second * kept, said[0]
+            if said[0] > -math.inf:
+                share = weights[k] * abs(to - length) / (high - low) * math.exp(said[0] - largest)
+                turn = said[1] - best[25]
+                total += share
+                first += share * turn
+                second += share * (turn * turn + said[2])
+    if not total > 0.0:
+        said[0] = -math.inf
+        return
+    said[0], said[1] = largest + math.log(total), best[25] + first / total
+    said[2] = second / total - (first / total) ** 2
+
+
+@compiled()
+def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
     """Fill out (f, 11): as `weigh_kind`, then half length, direction and its standard error.
 
-    frames, found, nodes, weights: as of `weigh_kind`; model, box: as of `edge_climb`.
+    frames, found, nodes, weights: as of `weigh_kind`; model, box: as of `edge_climb`; floor (f,): log of another kind's
+    evidence.
     """
     n, sums = frames.shape[1], model[2]
     room = (
         np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)), np.empty((COLUMNS, n)),
         np.empty((UNKNOWNS, UNKNOWNS + 1)), np.empty(2 * UNKNOWNS), np.empty(UNKNOWNS),
     )  # fmt: skip
-    fits, only, told = np.empty((4, SIZE)), box.copy(), np.empty(UNKNOWNS)
+    fits, only, told, said = np.empty((4, SIZE)), box.copy(), np.empty(UNKNOWNS), np.empty(3)
     scan, start = np.empty((_TURNS, 2)), np.empty(UNKNOWNS)
-    best, fit, trial, m = fits[0], fits[2], fits[3], room[3]
-    low, high = box[6], box[7]
+    best = fits[0]
     for f in range(frames.shape[0]):
         w, row = frames[f], out[f]
         for k in range(row.size):
@@ -155,34 +206,12 @@ def weigh_edge(frames, found, model, mu, box, nodes, weights, out):
         y, z = found[f, 0], found[f, 1]
         if not math.isfinite(y):
             continue
-        _best_tops(w, model, mu, box, y, z, room, fits, trial, scan, start)
-        total, largest, length = 0.0, -math.inf, best[26]
-        if not high > low:
-            largest, total = _log_evidence(best, box, mu, nodes, weights, m, told), 1.0
-        else:
-            _told(best, (0, 1, 2, 4, 3), box, m, told)
-            long = told[3]
-            for side in range(2):
-                end = high if side else low
-                pull = abs(best[21]) if end != length else 0.0
-                to = min(length + _reach(pull, long), end) if side else max(length - _reach(pull, long), end)
-                if to == length:
-                    continue
-                for k in range(UNKNOWNS):
-                    start[k] = best[23 + k]
-                for k in range(nodes.size):
-                    only[6] = only[7] = length + (to - length) * nodes[k]
-                    edge_climb(w, model, mu, only, start, _FINE, room, fit, trial)
-                    part = _log_evidence(fit, only, mu, nodes, weights, m, told)
-                    for j in range(UNKNOWNS):
-                        start[j] = fit[23 + j]
-                    if part > largest:
-                        total = total * math.exp(largest - part) if total > 0.0 else 0.0
-                        largest = part
-                    if part > -math.inf:
-                        total += weights[k] * abs(to - length) / (high - low) * math.exp(part - largest)
-        row[0] = largest + math.log(total) if total > 0.0 else -math.inf
-        row[1], row[2], row[3], row[7], row[8] = best[17], best[23], best[24], math.sqrt(best[27]), length
+        _best_tops(w, model, mu, box, y, z, room, fits, fits[3], scan, start)
+        _at_length(best, box, mu, nodes, weights, room[3], told, said)
+        if box[7] > box[6] and said[0] > floor[f] - _FAR:
+            _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, said)
+        row[0], row[1], row[2], row[3], row[7], row[8] = (
+            said[0], best[17], best[23], best[24], math.sqrt(best[27]), best[26],
+        )  # fmt: skip
         row[4], row[5], row[6] = best[0], best[1], best[2]
-        _told(best, (0, 1, 4, 3, 2), box, m, told)
-        row[9], row[10] = best[25] % math.pi, 1.0 / math.sqrt(told[2] + _FREE)
+        row[9], row[10] = said[1] % math.pi, min(math.sqrt(said[2]), _ANY)

@@ -124,6 +124,10 @@ class AreaEvidence(Framewise):
         """
         return self._frames(readings)
 
+    def _kind(self, number: int) -> Kind:
+        """One of those that are a contact."""
+        return self.kinds[self._single[number]]
+
     def _kernel(self) -> Any:
         return self._weigh
 
@@ -131,11 +135,10 @@ class AreaEvidence(Framewise):
         from scipy.special import chdtri
 
         array = self.array.select(pattern)
-        kinds = [self.kinds[i] for i in self._single]
         tables = [table.select(pattern) for table in self._tables]
         models = [
-            edge_model(table, array, kind) if kind.family == STRETCH else model_of(table, array)
-            for table, kind in zip(tables, kinds, strict=True)
+            edge_model(table, array, self._kind(j)) if self._kind(j).family == STRETCH else model_of(table, array)
+            for j, table in enumerate(tables)
         ]
         spare = np.array([len(array) - self.kinds[i].unknowns(self.friction) for i in self._single])
         most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
@@ -167,14 +170,17 @@ class AreaEvidence(Framewise):
         nodes, weights = np.polynomial.legendre.leggauss(_NODES)
         nodes, weights = 0.5 * (1 + nodes), 0.5 * weights
         parts = np.empty((len(self._single), len(frames), LOCAL.each))
-        for part, i, kind, model in zip(parts, self._single, self._families, models, strict=True):
-            if self.kinds[i].family == STRETCH:
-                box = edge_box(self._box, self.kinds[i])
-                weigh_edge(w, at, model, self.friction, box, nodes, weights, part)
+        largest = np.full(len(frames), -np.inf)
+        for j in sorted(range(len(parts)), key=lambda j: self._kind(j).family == STRETCH):  # edges ask how likely others are
+            kind, model, part = self._kind(j), models[j], parts[j]
+            if kind.family == STRETCH:
+                box = edge_box(self._box, kind)
+                weigh_edge(w, at, model, self.friction, box, largest, nodes, weights, part)
             else:
-                box = np.array([*self._box.reshape(-1), *np.square(self.kinds[i].half_width)])
-                weigh_kind(w, at, model, self.friction, box, _ratio(kind), nodes, weights, part)
-            slot = LOCAL.first + i * LOCAL.each
+                box = np.array([*self._box.reshape(-1), *np.square(kind.half_width)])
+                weigh_kind(w, at, model, self.friction, box, _ratio(self._families[j]), nodes, weights, part)
+            largest = np.maximum(largest, part[:, 0])
+            slot = LOCAL.first + self._single[j] * LOCAL.each
             out[:, slot : slot + LOCAL.each] = part
         evidence, chi2 = parts[..., 0].T - 0.5 * total[:, None], parts[..., 1].T
         explained = np.isfinite(evidence) & (chi2 <= most)

@@ -10,12 +10,13 @@ import numpy as np
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...radial_round import RoundResponse
+from ..area.edge_climb import FEWEST
 from ..area.round_locator import model_of
 from .kind import Kind
 
 __all__ = ["edge_box", "edge_model"]
 
-_RULE_ERROR = 1e-4
+_RULE_ERROR = 3e-5
 """Error of the rule along the edge, as a share of the reading."""
 _WIDTH_ERROR = 1e-6
 """Share of the readings that is left of the higher powers of the half width."""
@@ -38,8 +39,13 @@ def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple
     sensors, first, sums, terms, widest, *_ = model_of(response, array)
     depth = float(np.asarray(array.depth).min())
     most = max(kind.half_width[1], _NARROW * depth) ** 2
-    short, rule = _powers(sums, widest, most), np.stack(np.polynomial.legendre.leggauss(_nodes(kind, depth)))
-    return sensors, first, short, terms, most, rule
+    # readings are analytic as near as the sensors are deep: so fast does Gauss's rule along the edge converge
+    digits = -0.5 * math.log(_RULE_ERROR)
+    largest = max(int(digits / math.asinh(depth / kind.half_length[1])) + 1, FEWEST)
+    rules = np.zeros((largest + 1, 2, largest))
+    for count in range(1, largest + 1):
+        rules[count, :, :count] = np.polynomial.legendre.leggauss(count)
+    return sensors, first, _powers(sums, widest, most), terms, most, rules, depth, digits
 
 
 def edge_box(search: FloatArray, kind: Kind) -> FloatArray:
@@ -65,9 +71,3 @@ def _powers(sums: FloatArray, widest: float, most: float) -> FloatArray:
     left = np.cumsum((values / values[:, :1]).max(axis=0)[::-1])[::-1]
     count = max(int((left > _WIDTH_ERROR).sum()), 2)
     return np.ascontiguousarray(short[..., :count])
-
-
-def _nodes(kind: Kind, depth: float) -> int:
-    """How many nodes of Gauss's rule the longest edge needs: readings are analytic as near as the sensors are deep."""
-    away = depth / kind.half_length[1]
-    return max(math.ceil(-0.5 * math.log(_RULE_ERROR) / math.asinh(away)), 4)
