@@ -51,7 +51,7 @@ _LOCAL_KINDS = (
     ("flat side", "round_punch", (_DISC * EDGE, _DISC * _LAST), 1.0),
     ("round side", "round_hertz", (_BALL * EDGE, _BALL * _LAST), 1.0),
     ("edge", "edge", (0.0, _BALL * EDGE), 1.0),
-    ("none of these", "none", (0.0, 0.0), 0.2),
+    ("none of these", "none", (0.0, 0.0), 0.4),
 )
 
 

@@ -1,6 +1,6 @@
 """Compiled: the evidence of an edge with its direction, in frames whose contact was found by another kind.
 
-From the position found, edges of a few directions and lengths are tried, and the best are climbed from. Then Gauss and
+From the position that another kind found, edges of a few directions and lengths are tried, and the best are climbed from. Then Gauss and
 Legendre's rule over the length about the top: at each length all the rest is fitted anew. Position and forces are
 integrated over by Laplace's method; the direction as exp(k cos 2 delta), which wraps, of the same curvature; the width
 as a parabola in its square, between the ends of its range. Where the top is far less probable than another kind, it has
@@ -121,19 +121,17 @@ def _at_length(fit, box, mu, nodes, weights, m, told, said):
 def _best_tops(w, model, mu, box, y, z, room, tops, trial, scan, start):
     """The best edges near (y, z) in tops[0]."""
     low, high = box[6], box[7]
-    count = 0
     for p in range(_TURNS):
-        best = -1.0
+        scan[p, 0] = -1.0
         for length in range(2):
             start[0], start[1], start[2] = y, z, math.pi * p / _TURNS
             start[3] = low + (0.2 + 0.5 * length) * (high - low)
             start[4] = box[8] + 0.3 * (box[9] - box[8])
             edge_project(w, model, mu, start, room, trial)
-            if trial[3] > best:
-                best, scan[p, 1] = trial[3], start[3]
-        scan[p, 0] = best
+            if trial[3] > scan[p, 0]:
+                scan[p, 0], scan[p, 1] = trial[3], start[3]
     tops[0, 3] = -1.0
-    for count in range(_TOPS):
+    for _ in range(_TOPS):
         p = 0
         for e in range(1, _TURNS):
             if scan[e, 0] > scan[p, 0]:
@@ -187,8 +185,8 @@ def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, tria
 def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
     """Fill out (f, 11): as `weigh_kind`, then half length, direction and its standard error.
 
-    frames, found, nodes, weights: as of `weigh_kind`; model, box: as of `edge_climb`; floor (f,): log of another kind's
-    evidence.
+    frames, nodes, weights: as of `weigh_kind`; found (f, 2): y, z of a contact near by, or (f, 4), then the direction
+    and the half length of an edge; model, box: as of `edge_climb`; floor (f,): log of another kind's evidence.
     """
     n, sums = frames.shape[1], model[2]
     room = (
@@ -206,7 +204,11 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
         y, z = found[f, 0], found[f, 1]
         if not math.isfinite(y):
             continue
-        _best_tops(w, model, mu, box, y, z, room, fits, fits[3], scan, start)
+        if found.shape[1] == 2:
+            _best_tops(w, model, mu, box, y, z, room, fits, fits[3], scan, start)
+        else:
+            start[0], start[1], start[2], start[3], start[4] = y, z, found[f, 2], found[f, 3], box[8]
+            edge_climb(w, model, mu, box, start, _FINE, room, best, fits[3])
         _at_length(best, box, mu, nodes, weights, room[3], told, said)
         if box[7] > box[6] and said[0] > floor[f] - _FAR:
             _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, said)

@@ -21,7 +21,7 @@ from ..area.round_locator import RoundLocator, model_of
 from ..estimate import Status
 from ..frames import Framewise
 from .columns import LOCAL, STATUS
-from .edge import edge_box, edge_model
+from .edge import edge_box, edge_model, pair_models
 from .kind import NONE, PAIR, STRETCH, Kind
 
 __all__ = ["AreaEvidence"]
@@ -32,6 +32,9 @@ _ERRORS = np.array([0.01, 0.03, 0.1, 0.3])
 """As in a plane: model errors of what is none of the kinds, in shares of the readings' root mean square."""
 _MOMENTS: tuple[tuple[type[RoundContact], float], ...] = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
 """Squares of half widths over the second moment of the pressure along one direction."""
+_PAIRS, _GAP, _NEAR = 0.5, (0.25, 1.5), 12.0
+"""Share of two touches in what is none of the kinds, beside edges; half their distance, in depths; they are weighed
+where an edge is not less likely than the likeliest kind by more than this, in logarithms."""
 _BEYOND = 0.5
 """Depths beyond the outermost sensors up to which contacts are, if nothing else is said."""
 
@@ -98,6 +101,7 @@ class AreaEvidence(Framewise):
             reach, points = _BEYOND * float(np.asarray(array.depth).max()), array.points
             search = np.stack([points.min(axis=0) - reach, points.max(axis=0) + reach], axis=-1)
         self._box = search_of(array, search)[0]
+        self._gap = (_GAP[0] * depth, _GAP[1] * depth)
         self.friction = _check.friction(friction)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         size = LOCAL.first + LOCAL.each * len(names)
@@ -142,7 +146,9 @@ class AreaEvidence(Framewise):
         ]
         spare = np.array([len(array) - self.kinds[i].unknowns(self.friction) for i in self._single])
         most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
-        return array, pattern, models, np.maximum(spare, 0), most
+        edges = [model for j, model in enumerate(models) if self._kind(j).family == STRETCH]
+        pairs = pair_models(edges[0]) if edges and self._none >= 0 else []
+        return array, pattern, models, pairs, np.maximum(spare, 0), most
 
     def _weigh(
         self,
@@ -150,6 +156,7 @@ class AreaEvidence(Framewise):
         array: Any,
         pattern: npt.NDArray[np.bool_],
         models: list[tuple[Any, ...]],
+        pairs: list[tuple[Any, ...]],
         spare: npt.NDArray[np.intp],
         most: FloatArray,
         out: FloatArray,
@@ -175,7 +182,7 @@ class AreaEvidence(Framewise):
             kind, model, part = self._kind(j), models[j], parts[j]
             if kind.family == STRETCH:
                 box = edge_box(self._box, kind)
-                weigh_edge(w, at, model, self.friction, box, largest, nodes, weights, part)
+                weigh_edge(w, at[:, :2], model, self.friction, box, largest, nodes, weights, part)
             else:
                 box = np.array([*self._box.reshape(-1), *np.square(kind.half_width)])
                 weigh_kind(w, at, model, self.friction, box, _ratio(self._families[j]), nodes, weights, part)
@@ -186,7 +193,14 @@ class AreaEvidence(Framewise):
         explained = np.isfinite(evidence) & (chi2 <= most)
         evidence = np.where(explained, evidence, -np.inf)
         if self._none >= 0:
-            out[:, LOCAL.first + self._none * LOCAL.each] = self._of_none(evidence, chi2, total / len(array), spare)
+            none = self._of_none(evidence, chi2, total / len(array), spare)
+            if pairs:
+                edge = self._best_edge(parts)
+                near = largest - edge[:, 0] < _NEAR
+                two = self._of_pairs(w[near], edge[near], pairs, nodes, weights) - 0.5 * total[near]
+                none += np.log1p(-_PAIRS)
+                none[near] = np.logaddexp(none[near], two + np.log(_PAIRS))
+            out[:, LOCAL.first + self._none * LOCAL.each] = none
         out[:, [LOCAL.first + i * LOCAL.each for i in self._single]] = evidence
         status = np.where(explained.any(axis=1), Status.OK, Status.UNEXPLAINED)
         status = np.where(found.status == Status.NO_CONTACT, Status.NO_CONTACT, status)
@@ -213,6 +227,27 @@ class AreaEvidence(Framewise):
             - 0.5 * spare[:, None] * np.log(inflated[:, None])
         )
         return np.asarray(np.logaddexp.reduce(here, axis=(1, 2)))
+
+
+    def _best_edge(self, parts: FloatArray) -> FloatArray:
+        """The likeliest edge, shape (f, columns)."""
+        edges = np.stack([part for j, part in enumerate(parts) if self._kind(j).family == STRETCH])
+        return np.asarray(edges[edges[:, :, 0].argmax(axis=0), np.arange(edges.shape[1])])
+
+    def _of_pairs(
+        self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], nodes: FloatArray, weights: FloatArray
+    ) -> FloatArray:
+        """Log of the evidence of two touches that read like an edge, about those of its second moment."""
+        from ._edge_kernel import weigh_edge
+
+        y, z, length, direction = edge[:, [*LOCAL.position, *LOCAL.edge[:2]]].T
+        at, floor = np.column_stack([y, z, direction, length / np.sqrt(3)]), np.full(len(w), -np.inf)
+        box = edge_box(self._box, Kind("two touches", STRETCH, half_length=self._gap))
+        found, part = np.empty((len(pairs), len(w))), np.empty((len(w), LOCAL.each))
+        for each, model in zip(found, pairs, strict=True):
+            weigh_edge(w, at, model, self.friction, box, floor, nodes, weights, part)
+            each[:] = part[:, 0]
+        return np.asarray(np.logaddexp.reduce(found, axis=0) - np.log(len(pairs)))
 
 
 class _Loose(RoundLocator):

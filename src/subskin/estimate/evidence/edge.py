@@ -14,7 +14,7 @@ from ..area.edge_climb import FEWEST
 from ..area.round_locator import model_of
 from .kind import Kind
 
-__all__ = ["edge_box", "edge_model"]
+__all__ = ["edge_box", "edge_model", "pair_models"]
 
 _RULE_ERROR = 3e-5
 """Error of the rule along the edge, as a share of the reading."""
@@ -22,6 +22,8 @@ _WIDTH_ERROR = 1e-6
 """Share of the readings that is left of the higher powers of the half width."""
 _NARROW = 0.1
 """Depths up to which half widths are looked at in any case."""
+_FORCES = (0.5, 0.3, 0.7)
+"""Of two touches, the share of the force on the first."""
 
 
 def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple[Any, ...]:
@@ -46,6 +48,23 @@ def edge_model(response: RoundResponse, array: SensorArray, kind: Kind) -> tuple
     for count in range(1, largest + 1):
         rules[count, :, :count] = np.polynomial.legendre.leggauss(count)
     return sensors, first, _powers(sums, widest, most), terms, most, rules, depth, digits
+
+
+def pair_models(model: tuple[Any, ...]) -> list[tuple[Any, ...]]:
+    """The same of two touches, in place of an edge's two ends, about the middle of their force.
+
+    Parameters
+    ----------
+    model : tuple
+        That of an edge, as of `edge_model`.
+    """
+    found = []
+    for share in _FORCES:
+        middle = 1 - 2 * share
+        rules = np.zeros((3, 2, 2))
+        rules[2] = [[-1 - middle, 1 - middle], [2 * share, 2 - 2 * share]]
+        found.append((*model[:5], rules, *model[6:]))
+    return found
 
 
 def edge_box(search: FloatArray, kind: Kind) -> FloatArray:
