@@ -79,28 +79,31 @@ def _reach(pull, told):
 
 
 @compiled()
-def _widths(fit, told, low, high, nodes, weights, out):
-    """Of exp(S/2), a parabola in q, over the half width: log of its mean over its largest, mean and variance of q."""
-    q = fit[27]
-    out[0], out[1], out[2] = 0.0, q, 0.0
+def _parabola(at, pull, told, low, high, root, nodes, weights, out):
+    """Of exp(S/2), a parabola about `at`: log of its mean from low to high, mean and variance there; into out (3,).
+
+    S is largest at `at`; where that is an end, it falls from there by `pull`. Where `root` is set, the mean is one over
+    the root of what S is a parabola in.
+    """
+    out[0], out[1], out[2] = 0.0, at, 0.0
     if not high > low:
         return
     total = first = second = 0.0
     for side in range(2):
         end = high if side else low
-        pull = abs(fit[22]) if end != q else 0.0
-        to = min(q + _reach(pull, told), end) if side else max(q - _reach(pull, told), end)
-        begin, stop = math.sqrt(q), math.sqrt(to)
+        steep = abs(pull) if end != at else 0.0
+        to = min(at + _reach(steep, told), end) if side else max(at - _reach(steep, told), end)
+        begin, stop = (math.sqrt(at), math.sqrt(to)) if root else (at, to)
         for k in range(nodes.size):
-            a = begin + (stop - begin) * nodes[k]
-            by = a * a - q
-            share = weights[k] * abs(stop - begin) * math.exp(-abs(by) * (pull + 0.5 * told * abs(by)))
+            by = begin + (stop - begin) * nodes[k]
+            by = (by * by if root else by) - at
+            share = weights[k] * abs(stop - begin) * math.exp(-abs(by) * (steep + 0.5 * told * abs(by)))
             total += share
             first += share * by
             second += share * by * by
     if total > 0.0:
-        out[0] = math.log(total / (math.sqrt(high) - math.sqrt(low)))
-        out[1], out[2] = q + first / total, max(second / total - (first / total) ** 2, 0.0)
+        out[0] = math.log(total / (math.sqrt(high) - math.sqrt(low) if root else high - low))
+        out[1], out[2] = at + first / total, max(second / total - (first / total) ** 2, 0.0)
 
 
 @compiled()
@@ -108,7 +111,7 @@ def _at_length(fit, box, mu, nodes, weights, m, told, said):
     """Log of the integral over all but the length; mean and variance of the direction at it, into `said` (3,)."""
     _told(fit, (0, 1, 2, 4, 3), box, m, told)
     slope = -m[2, 4] / (told[2] + _FREE)  # of the direction, as the width's square grows
-    _widths(fit, told[4], box[8], box[9], nodes, weights, said)
+    _parabola(fit[27], fit[22], told[4], box[8], box[9], True, nodes, weights, said)
     log = said[0] + _log_turned(told[2])
     said[1], said[2] = fit[25] + slope * (said[1] - fit[27]), 1.0 / (told[2] + _FREE) + slope * slope * said[2]
     for j in range(2):
@@ -146,7 +149,7 @@ def _best_tops(w, model, mu, box, y, z, room, tops, trial, scan, start):
 
 
 @compiled()
-def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, trial, told, start, said):
+def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, trial, told, start, last, said):
     """As `_at_length`, over all lengths; all of the box but its lengths is in `only`."""
     m, low, high, length = room[3], box[6], box[7], best[26]
     _told(best, (0, 1, 2, 4, 3), box, m, told)
@@ -157,14 +160,18 @@ def _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fit, tria
         to = min(length + _reach(pull, long), end) if side else max(length - _reach(pull, long), end)
         if to == length:
             continue
+        before = length
         for k in range(UNKNOWNS):
-            start[k] = best[23 + k]
+            start[k] = last[k] = best[23 + k]
         for k in range(nodes.size):
-            only[6] = only[7] = length + (to - length) * nodes[k]
+            only[6] = only[7] = here = length + (to - length) * nodes[k]
             edge_climb(w, model, mu, only, start, _FINE, room, fit, trial)
             _at_length(fit, only, mu, nodes, weights, m, told, said)
-            for j in range(UNKNOWNS):
-                start[j] = fit[23 + j]
+            ahead = length + (to - length) * nodes[min(k + 1, nodes.size - 1)]
+            for j in range(UNKNOWNS):  # on along the valley
+                start[j] = fit[23 + j] + (fit[23 + j] - last[j]) * (ahead - here) / (here - before)
+                last[j] = fit[23 + j]
+            before = here
             if said[0] > largest:
                 kept = math.exp(largest - said[0]) if total > 0.0 else 0.0
                 total, first, second, largest = total * kept, first * kept, second * kept, said[0]
@@ -194,7 +201,7 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
         np.empty((UNKNOWNS, UNKNOWNS + 1)), np.empty(2 * UNKNOWNS), np.empty(UNKNOWNS),
     )  # fmt: skip
     fits, only, told, said = np.empty((4, SIZE)), box.copy(), np.empty(UNKNOWNS), np.empty(3)
-    scan, start = np.empty((_TURNS, 2)), np.empty(UNKNOWNS)
+    scan, start, last = np.empty((_TURNS, 2)), np.empty(UNKNOWNS), np.empty(UNKNOWNS)
     best = fits[0]
     for f in range(frames.shape[0]):
         w, row = frames[f], out[f]
@@ -210,8 +217,11 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
             start[0], start[1], start[2], start[3], start[4] = y, z, found[f, 2], found[f, 3], box[8]
             edge_climb(w, model, mu, box, start, _FINE, room, best, fits[3])
         _at_length(best, box, mu, nodes, weights, room[3], told, said)
+        log, turn, spread = said[0], said[1], said[2]
+        _parabola(best[26], best[21], told[3], box[6], box[7], False, nodes, weights, said)
+        said[0], said[1], said[2] = said[0] + log, turn, spread
         if box[7] > box[6] and said[0] > floor[f] - _FAR:
-            _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, said)
+            _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, last, said)
         row[0], row[1], row[2], row[3], row[7], row[8] = (
             said[0], best[17], best[23], best[24], math.sqrt(best[27]), best[26],
         )  # fmt: skip

@@ -26,8 +26,8 @@ from .kind import NONE, PAIR, STRETCH, Kind
 
 __all__ = ["AreaEvidence"]
 
-_NODES = 6
-"""Of Gauss and Legendre's rule over the half width, on each side of the best."""
+_NODES, _EDGE_NODES = 6, 4
+"""Of Gauss and Legendre's rule over the half width, on each side of the best; over an edge's length and width."""
 _ERRORS = np.array([0.01, 0.03, 0.1, 0.3])
 """As in a plane: model errors of what is none of the kinds, in shares of the readings' root mean square."""
 _MOMENTS: tuple[tuple[type[RoundContact], float], ...] = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
@@ -174,18 +174,17 @@ class AreaEvidence(Framewise):
         whole[:, pattern] = frames
         found = self._first(whole)
         at = np.column_stack([found.position, found.half_width])
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-        nodes, weights = 0.5 * (1 + nodes), 0.5 * weights
+        rule, short = (0.5 * (np.stack(np.polynomial.legendre.leggauss(k)) + [[1], [0]]) for k in (_NODES, _EDGE_NODES))
         parts = np.empty((len(self._single), len(frames), LOCAL.each))
         largest = np.full(len(frames), -np.inf)
         for j in sorted(range(len(parts)), key=lambda j: self._kind(j).family == STRETCH):  # edges ask how likely others are
             kind, model, part = self._kind(j), models[j], parts[j]
             if kind.family == STRETCH:
                 box = edge_box(self._box, kind)
-                weigh_edge(w, at[:, :2], model, self.friction, box, largest, nodes, weights, part)
+                weigh_edge(w, at[:, :2], model, self.friction, box, largest, *short, part)
             else:
                 box = np.array([*self._box.reshape(-1), *np.square(kind.half_width)])
-                weigh_kind(w, at, model, self.friction, box, _ratio(self._families[j]), nodes, weights, part)
+                weigh_kind(w, at, model, self.friction, box, _ratio(self._families[j]), *rule, part)
             largest = np.maximum(largest, part[:, 0])
             slot = LOCAL.first + self._single[j] * LOCAL.each
             out[:, slot : slot + LOCAL.each] = part
@@ -197,7 +196,7 @@ class AreaEvidence(Framewise):
             if pairs:
                 edge = self._best_edge(parts)
                 near = largest - edge[:, 0] < _NEAR
-                two = self._of_pairs(w[near], edge[near], pairs, nodes, weights) - 0.5 * total[near]
+                two = self._of_pairs(w[near], edge[near], pairs, short) - 0.5 * total[near]
                 none += np.log1p(-_PAIRS)
                 none[near] = np.logaddexp(none[near], two + np.log(_PAIRS))
             out[:, LOCAL.first + self._none * LOCAL.each] = none
@@ -235,17 +234,17 @@ class AreaEvidence(Framewise):
         return np.asarray(edges[edges[:, :, 0].argmax(axis=0), np.arange(edges.shape[1])])
 
     def _of_pairs(
-        self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], nodes: FloatArray, weights: FloatArray
+        self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], rule: FloatArray
     ) -> FloatArray:
         """Log of the evidence of two touches that read like an edge, about those of its second moment."""
         from ._edge_kernel import weigh_edge
 
         y, z, length, direction = edge[:, [*LOCAL.position, *LOCAL.edge[:2]]].T
-        at, floor = np.column_stack([y, z, direction, length / np.sqrt(3)]), np.full(len(w), -np.inf)
+        at, floor = np.column_stack([y, z, direction, length / np.sqrt(3)]), np.full(len(w), np.inf)
         box = edge_box(self._box, Kind("two touches", STRETCH, half_length=self._gap))
         found, part = np.empty((len(pairs), len(w))), np.empty((len(w), LOCAL.each))
         for each, model in zip(found, pairs, strict=True):
-            weigh_edge(w, at, model, self.friction, box, floor, nodes, weights, part)
+            weigh_edge(w, at, model, self.friction, box, floor, *rule, part)
             each[:] = part[:, 0]
         return np.asarray(np.logaddexp.reduce(found, axis=0) - np.log(len(pairs)))
 

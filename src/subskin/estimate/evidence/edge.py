@@ -18,7 +18,7 @@ __all__ = ["edge_box", "edge_model", "pair_models"]
 
 _RULE_ERROR = 3e-5
 """Error of the rule along the edge, as a share of the reading."""
-_WIDTH_ERROR = 1e-6
+_WIDTH_ERROR = 3e-5
 """Share of the readings that is left of the higher powers of the half width."""
 _NARROW = 0.1
 """Depths up to which half widths are looked at in any case."""
