@@ -64,9 +64,10 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     is narrower than a wedge of 0.1. Two touches are 0.5 to 3 apart, and a fifth as likely as a line; none of these,
     four fifths as likely.
 
-    Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and none of these, two
-    touches among them, a fifth as likely as a point. A vertex is narrower than a sphere of half width 0.45, a disc of
-    0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
+    Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and an edge, equally
+    likely; none of these, two fifths as likely, half of it two touches. A vertex is narrower than a sphere of half width
+    0.45, a disc of 0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04. An
+    edge is no wider than a vertex and at least twice as long as wide: its half length is 0.6 to 2, in any direction.
 
     Examples
     --------
@@ -274,7 +275,7 @@ def contact_type(
     """What kind of contact pressed, from readings of shape (..., n), by Bayesian evidence.
 
     For each kind the likelihood of the readings is averaged over the unknowns: position, evenly over `search`; half
-    width, evenly over the kind's range; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
+    width, evenly over the kind's range; half length and direction of an edge on an area, evenly; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
     Times the kind's prior this is its probability, up to a common factor. The averages are prepared on the first call
     and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but
     for a model error; it is told apart where readings are left beyond the unknowns (`TypeDecision.spare`).

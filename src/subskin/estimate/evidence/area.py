@@ -177,7 +177,8 @@ class AreaEvidence(Framewise):
         rule, short = (0.5 * (np.stack(np.polynomial.legendre.leggauss(k)) + [[1], [0]]) for k in (_NODES, _EDGE_NODES))
         parts = np.empty((len(self._single), len(frames), LOCAL.each))
         largest = np.full(len(frames), -np.inf)
-        for j in sorted(range(len(parts)), key=lambda j: self._kind(j).family == STRETCH):  # edges ask how likely others are
+        # edges last: they ask how likely the others are
+        for j in sorted(range(len(parts)), key=lambda j: self._kind(j).family == STRETCH):
             kind, model, part = self._kind(j), models[j], parts[j]
             if kind.family == STRETCH:
                 box = edge_box(self._box, kind)
@@ -195,7 +196,7 @@ class AreaEvidence(Framewise):
             none = self._of_none(evidence, chi2, total / len(array), spare)
             if pairs:
                 edge = self._best_edge(parts)
-                near = largest - edge[:, 0] < _NEAR
+                near = edge[:, 0] > largest - _NEAR
                 two = self._of_pairs(w[near], edge[near], pairs, short) - 0.5 * total[near]
                 none += np.log1p(-_PAIRS)
                 none[near] = np.logaddexp(none[near], two + np.log(_PAIRS))
