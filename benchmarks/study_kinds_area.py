@@ -32,7 +32,7 @@ from bench_round import finger
 from bench_shape import calibration_error
 
 SURE = 0.95
-LENGTHS, WIDTHS = (0.6, 1.0, 1.5, 2.0), (0.0, 0.2, 0.4)
+LENGTHS, WIDTHS = (0.6, 1.0, 1.5, 2.0), (0.0, 0.3, 0.6)
 _T, _W = np.polynomial.legendre.leggauss(30)
 Readings = np.ndarray
 Draw = Callable[[ss.Finger, np.random.Generator, int], Readings | tuple[Readings, np.ndarray]]
@@ -64,8 +64,10 @@ def patches(first: tuple[float, float], second: tuple[float, float] | None = Non
         one = rng.uniform(*first, size)
         widths = np.stack([one, one if second is None else rng.uniform(*second, size)], axis=-1)
         along, across = (np.sort(widths)[:, ::-1] ** 2 / (3 if family is ss.Patch else 5)).T
-        edge = (3 * (along - across) > LENGTHS[0] ** 2) & (5 * across < 0.45**2)
-        return tip.read(family(**drawn(tip, rng, size), half_widths=widths)), np.where(edge, "edge", "")
+        edge = (3 * (along - across) > LENGTHS[0] ** 2) & (5 * across < 0.77**2)
+        ball = (along < 2 * across) & (family is ss.EllipticHertz)
+        name = np.where(edge, "edge", np.where(ball, "round side", ""))
+        return tip.read(family(**drawn(tip, rng, size), half_widths=widths)), name
 
     return draw
 
@@ -125,7 +127,7 @@ NAMED: dict[str, Draw] = {
     "vertex": of(ss.Cone, 0.1, 0.49),
     "flat side": of(ss.RoundPunch, 0.35, 1.04),
     "round side": of(ss.RoundHertz, 0.45, 1.34),
-    "edge": edges((0.6, 2.0), (0.0, 0.45)),
+    "edge": edges((0.6, 2.0), (0.0, 0.77)),
 }
 _LAYER = ss.Layered(ss.Layer(ss.Material(young=1.0), thickness=2.0))
 OTHERS: dict[str, tuple[Draw, str]] = {
@@ -134,12 +136,12 @@ OTHERS: dict[str, tuple[Draw, str]] = {
     "wide cone, 0.49 to 0.8": (of(ss.Cone, 0.49, 0.8), ""),
     "beyond the end, sphere, 1.34 to 1.9": (of(ss.RoundHertz, 1.34, 1.9), "round side"),
     "beyond the end, disc, 1.04 to 1.6": (of(ss.RoundPunch, 1.04, 1.6), "flat side"),
-    "beyond the end, edge, 2 to 3": (edges((2.0, 3.0), (0.0, 0.45)), "edge"),
+    "beyond the end, edge, 2 to 3": (edges((2.0, 3.0), (0.0, 0.77)), "edge"),
     "short edge, 0.3 to 0.6": (edges((0.3, 0.6), (0.0, 0.2)), ""),
-    "wide edge, 1 to 2 by 0.5 to 0.8": (edges((1.0, 2.0), (0.5, 0.8)), ""),
     "even square, 0.3 to 1.2": (patches((0.3, 1.2)), ""),
     "oblong, 0.8 to 1.5 by 0.1 to 0.4": (patches((0.8, 1.5), (0.1, 0.4)), ""),
     "ellipse, 0.6 to 1.2 by 0.2 to 0.5": (patches((0.6, 1.2), (0.2, 0.5), ss.EllipticHertz), ""),
+    "ellipse, 0.8 to 1.2 by 0.7 to 1": (patches((0.8, 1.2), (0.7, 1.0), ss.EllipticHertz), ""),
     "two points, 0.5 to 3 apart": (two, ""),
     "sticks in its middle, friction 1": (sticks, "round side"),
     "bonded layer, 2 thick": (of(ss.PointLoad, skin=_LAYER), "point"),

@@ -43,14 +43,15 @@ _CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
 """On an area, half width over the root of the second moment along one direction: a^2/6, a^2/3, a^2/5."""
 _LAST = 0.6
 """Where the sides end there."""
-_LONG = (0.6, 2.0)
-"""Half lengths of an edge there, in depths; it is no wider than a vertex, and so at least twice as long as wide."""
+_LONG, _BAR = (0.6, 2.0), (5 / 3) ** 0.5
+"""Half lengths of an edge there, in depths; its largest half width over the least of these: then the second moment along
+it is at least twice that across."""
 _LOCAL_KINDS = (
     ("point", "point", (0.0, 0.0), 1.0),
     ("vertex", "cone", (0.1, _CONE * EDGE), 1.0),
     ("flat side", "round_punch", (_DISC * EDGE, _DISC * _LAST), 1.0),
     ("round side", "round_hertz", (_BALL * EDGE, _BALL * _LAST), 1.0),
-    ("edge", "edge", (0.0, _BALL * EDGE), 1.0),
+    ("edge", "edge", (0.0, _BAR * _LONG[0]), 1.0),
     ("none of these", "none", (0.0, 0.0), 0.4),
 )
 
@@ -67,7 +68,8 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and an edge, equally
     likely; none of these, two fifths as likely, half of it two touches. A vertex is narrower than a sphere of half width
     0.45, a disc of 0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04. An
-    edge is no wider than a vertex and at least twice as long as wide: its half length is 0.6 to 2, in any direction.
+    edge is at least 1.4 times as long as wide: its half length is 0.6 to 2, its half width at most 0.77, its direction
+    any.
 
     Examples
     --------
