@@ -7,9 +7,10 @@ normal point load straight above; touches over the array, leaning within 40 degr
 friction are the usual ones. Lengths are in depths. A frame is sure and wrong where a kind that is not the contact's is
 decided for (probability 0.95); "none of these" is never wrong here. The contact's kind follows the stated edges: what
 is narrower than a sphere of 0.45 is a vertex, whatever the profile; what has the second moments of an edge as long and
-as narrow as the kind, or longer, is an edge; other rectangles and ellipses are none. Named contacts have the half
-widths of the kinds. Calibration: the mean of |confidence - accuracy| of the most probable kind; over all with as many frames of the named
-contacts as of all others, right being the contact's own kind, or "none of these".
+as narrow as the kind, or longer, is an edge; an ellipse less than 1.4 times as long as wide is a round side, other
+rectangles and ellipses are none. Named contacts have the half widths of the kinds. Calibration: the mean of
+|confidence - accuracy| of the most probable kind; over all with as many frames of the named contacts as of all others,
+right being the contact's own kind, or "none of these".
 
 Edges, the second table: each length, in half lengths, has a third of the contacts at each of three half widths, in any
 direction; readings are those of 30 closed-form spheres side by side. "Direction" is the root mean square of its errors,

@@ -106,8 +106,9 @@ class TestFit:
         assert (np.abs(z - true) < 0.3e-3).all()
 
     def test_the_direction_of_an_edge(self, subskin, folder):
-        grid = 'layout = "grid"\nshape = [4, 4]\npitch = "2 mm"\ndepth = "2 mm"\nnoise = 1e-4\n\n[calibration]\nturn = "20 deg"\n'
-        (folder / "area.toml").write_text(f'[skin]\nkind = "half_space"\nyoung = "0.4 MPa"\n\n[sensors]\n{grid}')
+        grid = 'layout = "grid"\nshape = [4, 4]\npitch = "2 mm"\ndepth = "2 mm"\nnoise = 1e-4\n'
+        skin, turn = '[skin]\nkind = "half_space"\nyoung = "0.4 MPa"\n', '[calibration]\nturn = "20 deg"\n'
+        (folder / "area.toml").write_text(f"{skin}\n[sensors]\n{grid}\n{turn}")
         finger = ss.io.load("area.toml").finger
         at = np.linspace(-2e-3, 2e-3, 30)[:, None] * [np.cos(0.9), np.sin(0.9)]
         felt = finger.measure(ss.PointLoad(force=1 / 30, position=at)).sum(axis=0)

@@ -14,6 +14,7 @@ D = 2e-3  # m
 T, W = np.polynomial.legendre.leggauss(16)
 EDGE, FIRST, EACH = 4, 1, 11
 BOX = Kind("box", "edge", half_length=(0.6 * D, 2 * D))
+BAR = Kind("bar", "edge", half_width=(0.0, 0.8 * D), half_length=(0.6 * D, 2 * D))
 TIP = Kind("tip", "cone", half_width=(0.1 * D, 0.5 * D))
 FORCE = np.array([1.0, 0.2, -0.1])
 
@@ -25,13 +26,16 @@ def finger():
     return ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
 
 
-def edge(finger, position, direction, length, force=FORCE):
-    """Readings of point loads side by side, in closed form; batches of (...,) edges."""
+def edge(finger, position, direction, length, force=FORCE, width=None):
+    """Readings of point loads side by side, or of spheres, in closed form; batches of (...,) edges."""
     position, direction, length = (np.asarray(v, float) for v in (position, direction, length))
     along = np.stack([np.cos(direction), np.sin(direction)], axis=-1)[..., None, :]
-    at = position[..., None, :] + (T * length[..., None])[..., None] * along
-    force = np.asarray(force)[..., None, :]
-    return 0.5 * np.einsum("k,...kn->...n", W, finger.measure(ss.PointLoad(components=force, position=at)))
+    load = {
+        "components": np.asarray(force)[..., None, :],
+        "position": position[..., None, :] + (T * length[..., None])[..., None] * along,
+    }
+    each = ss.PointLoad(**load) if width is None else ss.RoundHertz(**load, half_width=np.asarray(width)[..., None])
+    return 0.5 * np.einsum("k,...kn->...n", W, finger.measure(each))
 
 
 def apart(one, other):
@@ -60,9 +64,7 @@ def test_edges_are_named_and_their_direction_is_told(finger):
 
 
 def test_a_wide_edge_has_the_width_of_its_spheres(finger):
-    at = np.array([0.1, 0.2]) * D + (T * 1.2 * D)[:, None] * [np.cos(0.7), np.sin(0.7)]
-    ball = ss.RoundHertz(components=FORCE, position=at, half_width=0.35 * D)
-    said = contact_type(finger, 0.5 * W @ finger.measure(ball))
+    said = contact_type(finger, edge(finger, (0.1 * D, 0.2 * D), 0.7, 1.2 * D, width=0.35 * D))
     assert said.name == "edge"
     np.testing.assert_allclose([said.half_width, said.half_length], [0.35 * D, 1.2 * D], rtol=1e-3)
     assert said.direction == pytest.approx(0.7, abs=2e-3)
@@ -93,33 +95,35 @@ def test_it_is_the_fit_of_the_closed_form_over_all_unknowns(finger, direction, l
 @pytest.mark.parametrize("noises", [1.0, pytest.param(10.0, marks=pytest.mark.long)])
 def test_the_evidence_is_the_plain_average_of_the_likelihood(finger, noises):
     """By importance sampling in all unknowns, of the closed form; and the mean direction with its spread."""
-    loud = ss.Finger(finger.skin, ss.SensorArray.grid(
-        (4, 4), 0.8 * D, D, transducer=ss.MeanPressure(), noise=noises * np.asarray(finger.array.noise)[0]))  # fmt: skip
-    noise, rng = np.asarray(loud.array.noise), np.random.default_rng(5)
-    frame = edge(loud, (0.3 * D, 0.1 * D), 1.0, 1.1 * D) + noise * rng.standard_normal(16)
-    seen = contact_type(loud, frame, (BOX, TIP))
+    size = noises * np.asarray(finger.array.noise)[0]
+    array = ss.SensorArray.grid((4, 4), 0.8 * D, D, transducer=ss.MeanPressure(), noise=size)
+    loud, noise, rng = ss.Finger(finger.skin, array), np.full(16, size), np.random.default_rng(5)
+    frame = edge(loud, (0.3 * D, 0.1 * D), 1.0, 1.1 * D, width=0.4 * D) + noise * rng.standard_normal(16)
+    seen = contact_type(loud, frame, (BAR, TIP))
     part = seen.table[FIRST : FIRST + EACH]
-    best = np.array([*part[2:4] / D, part[9], part[8] / D, *part[4:7]])
+    best = np.array([*part[2:4] / D, part[9], part[8] / D, part[7] / D, *part[4:7]])
 
     def readings(x):
-        return edge(loud, x[:, :2] * D, x[:, 2], x[:, 3] * D, x[:, 4:]) / noise
+        wide = np.maximum(x[:, 4], 1e-3) * D
+        return edge(loud, x[:, :2] * D, x[:, 2], x[:, 3] * D, x[:, 5:], wide) / noise
 
-    steps = 1e-4 * np.eye(7)
+    steps = 1e-4 * np.eye(8)
     jacobian = (readings(best + steps) - readings(best - steps)) / 2e-4
-    root = np.linalg.cholesky(np.linalg.inv(jacobian @ jacobian.T)) * 1.2
-    z = rng.standard_normal((1000, 7))
+    known = np.diag([0, 0, 0, 1, 1 / 0.2**2, 0, 0, 0])  # the ranges
+    root = np.linalg.cholesky(np.linalg.inv(jacobian @ jacobian.T + known)) * 1.2
+    z = rng.standard_normal((500, 8))
     x = best + z @ root.T
-    inside = (x[:, 3] > 0.6) & (x[:, 3] < 2.0)
-    density = -0.5 * (z**2).sum(1) - np.log(np.diag(root)).sum() - 3.5 * np.log(2 * np.pi)
-    log = -0.5 * ((readings(x) - frame / noise) ** 2).sum(1) - 3 * np.log(np.linalg.norm(x[:, 4:], axis=1)) - density
-    log = np.where(inside, log - np.log(np.pi) - np.log(2.0 - 0.6), -np.inf)
+    inside = (x[:, 3] > 0.6) & (x[:, 3] < 2.0) & (x[:, 4] > 0) & (x[:, 4] < 0.8)
+    density = -0.5 * (z**2).sum(1) - np.log(np.diag(root)).sum() - 4 * np.log(2 * np.pi)
+    log = -0.5 * ((readings(x) - frame / noise) ** 2).sum(1) - 3 * np.log(np.linalg.norm(x[:, 5:], axis=1)) - density
+    log = np.where(inside, log - np.log(np.pi) - np.log(2.0 - 0.6) - np.log(0.8), -np.inf)
     share = np.exp(log - log.max())
     plain = np.log(share.mean()) + log.max() + 2 * np.log(D)
-    assert seen.log_evidence[0] == pytest.approx(plain, abs=0.06 if noises == 1 else 0.15)
+    assert seen.log_evidence[0] == pytest.approx(plain, abs=0.15)
     turn = np.average(x[:, 2], weights=share)
     std = np.sqrt(np.average((x[:, 2] - turn) ** 2, weights=share))
-    assert seen.direction == pytest.approx(turn, abs=0.15 * std)
-    assert seen.direction_std == pytest.approx(std, rel=0.1)
+    assert seen.direction == pytest.approx(turn, abs=0.2 * std)
+    assert seen.direction_std == pytest.approx(std, rel=0.15)
 
 
 def test_a_quarter_turn_turns_the_direction_by_a_quarter(finger):
@@ -168,7 +172,7 @@ def test_usual_edges_and_kinds_of_ones_own(finger):
     usual = usual_kinds(finger)[EDGE]
     assert usual.family == "edge"
     along, across = usual.half_length[0] ** 2 / 3, usual.half_width[1] ** 2 / 5
-    assert np.sqrt((along + across) / across) == pytest.approx(2)  # times as long as wide, at least
+    assert np.sqrt((along + across) / across) == pytest.approx(2**0.5)  # times as long as wide, at least
     assert (usual.unknowns(1.0), usual.unknowns(0.0), BOX.unknowns(1.0)) == (8, 6, 7)
     for more, text in (
         ({"family": "edge"}, "half lengths"),

@@ -44,8 +44,8 @@ _CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
 _LAST = 0.6
 """Where the sides end there."""
 _LONG, _BAR = (0.6, 2.0), (5 / 3) ** 0.5
-"""Half lengths of an edge there, in depths; its largest half width over the least of these: then the second moment along
-it is at least twice that across."""
+"""Half lengths of an edge there, in depths; its largest half width over the least of these: then the second moment
+along it is at least twice that across."""
 _LOCAL_KINDS = (
     ("point", "point", (0.0, 0.0), 1.0),
     ("vertex", "cone", (0.1, _CONE * EDGE), 1.0),
@@ -66,10 +66,10 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     four fifths as likely.
 
     Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and an edge, equally
-    likely; none of these, two fifths as likely, half of it two touches. A vertex is narrower than a sphere of half width
-    0.45, a disc of 0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04. An
-    edge is at least 1.4 times as long as wide: its half length is 0.6 to 2, its half width at most 0.77, its direction
-    any.
+    likely; none of these, two fifths as likely, half of it two touches. A vertex is narrower than a sphere of half
+    width 0.45, a disc of 0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
+    An edge is at least 1.4 times as long as wide: its half length is 0.6 to 2, its half width at most 0.77, its
+    direction any.
 
     Examples
     --------
@@ -128,7 +128,10 @@ class TypeDecision(FrameTable):
     def _shown(self) -> list[Shown]:
         none = np.full(self.shape, np.nan)
         share = np.moveaxis(self.probability, -1, 0)
-        return [Shown(f"p({name})", p, none, "") for name, p in zip(self.names, share, strict=True)]
+        shown = [Shown(f"p({name})", p, none, "") for name, p in zip(self.names, share, strict=True)]
+        if np.isfinite(self.direction).any():
+            shown.append(Shown("direction", np.rad2deg(self.direction), np.rad2deg(self.direction_std), "deg"))
+        return shown
 
     def _columns(self) -> dict[str, Any]:
         share = np.moveaxis(self.probability, -1, 0)
@@ -277,9 +280,9 @@ def contact_type(
     """What kind of contact pressed, from readings of shape (..., n), by Bayesian evidence.
 
     For each kind the likelihood of the readings is averaged over the unknowns: position, evenly over `search`; half
-    width, evenly over the kind's range; half length and direction of an edge on an area, evenly; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
-    Times the kind's prior this is its probability, up to a common factor. The averages are prepared on the first call
-    and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but
+    width, evenly over the kind's range; half length and direction of an edge on an area, evenly; angle,
+    evenly within the friction cone; force, evenly on a logarithmic scale. Times the kind's prior this is its
+    probability, up to a common factor. The averages are prepared on the first call and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but
     for a model error; it is told apart where readings are left beyond the unknowns (`TypeDecision.spare`).
     Source: docs/deciding.md; MacKay, Information Theory, Inference, and Learning Algorithms (2003), chapter 28.
 

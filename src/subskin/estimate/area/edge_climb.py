@@ -35,8 +35,9 @@ def edge_project(w, model, mu, at, room, fit):
     """The best admissible forces on the edge `at` (5,), and how S changes there; all of fit.
 
     model: sensors, first, sums, terms and the largest q, as of `round_climb`; then rules on (-1, 1), nodes and weights
-    of so many nodes, shape (rules, 2, nodes), and what says how many: the least depth, and times what; room: scratch, which is shares (2, widths), the functions of a sensor
-    (functions, 3), and (COLUMNS, n); then m (5, 6).
+    of so many nodes, shape (rules, 2, nodes), the least depth, and how many nodes a rule needs, over 1 / arsinh of that
+    depth in half lengths; room: scratch, which is shares (2, widths), the functions of a sensor (functions, 3), and
+    (COLUMNS, n).
     """
     sensors, first, sums, terms, most, rules, depth, digits = model
     shares, part, b = room[0], room[1], room[2]
@@ -109,7 +110,7 @@ def edge_project(w, model, mu, at, room, fit):
 
 @compiled(borrows=True)
 def _step(fit, more, box, m, step):
-    """A damped step of all five within the box (10,), low and high of each, into `step`; what would leave ends there."""
+    """A damped step within the box (10,), low and high of each unknown, into `step`; what would leave it ends there."""
     for k in range(UNKNOWNS):
         at, pull = fit[23 + k], fit[18 + k]
         fixed = (at <= box[2 * k] and pull <= 0.0) or (at >= box[2 * k + 1] and pull >= 0.0)
@@ -145,7 +146,7 @@ def edge_climb(w, model, mu, box, start, tolerance, room, fit, trial):
     """Climb from `start` (5,) within box (10,), low and high of each unknown; the top is in fit.
 
     Ends with a step that would raise S by less than `tolerance`, which is still made where it helps. room: as of
-    `edge_project`, then step (10,) and the next point (5,).
+    `edge_project`, then m (5, 6), step (10,) and the next point (5,).
     """
     m, step, at = room[3], room[4], room[5]
     for k in range(UNKNOWNS):

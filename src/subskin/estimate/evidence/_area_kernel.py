@@ -39,7 +39,7 @@ def log_integral(fit, h, mu):
 
 @compiled()
 def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
-    """Fill out (f, 8 or more), NaN behind the eighth: log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width.
+    """Fill out: log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width, then NaN.
 
     frames (f, n), in units of noise; found (f, 3): y, z, half width of a contact near by, NaN where there is none;
     model, box: as of `round_climb`; ratio: of the kind's half width to that one, where their readings are most alike;

@@ -1,10 +1,10 @@
 """Compiled: the evidence of an edge with its direction, in frames whose contact was found by another kind.
 
-From the position that another kind found, edges of a few directions and lengths are tried, and the best are climbed from. Then Gauss and
-Legendre's rule over the length about the top: at each length all the rest is fitted anew. Position and forces are
-integrated over by Laplace's method; the direction as exp(k cos 2 delta), which wraps, of the same curvature; the width
-as a parabola in its square, between the ends of its range. Where the top is far less probable than another kind, it has
-to do.
+From the position that another kind found, edges of a few directions and lengths are tried, and the best are climbed
+from. Then Gauss and Legendre's rule over the length about the top: at each length all the rest is fitted anew. Position
+and forces are integrated over by Laplace's method; the direction as exp(k cos 2 delta), which wraps, of the same
+curvature; the width as a parabola in its square, between the ends of its range. Where another kind is far more
+probable, the length is one too.
 """
 
 from __future__ import annotations
@@ -221,7 +221,9 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
         _parabola(best[26], best[21], told[3], box[6], box[7], False, nodes, weights, said)
         said[0], said[1], said[2] = said[0] + log, turn, spread
         if box[7] > box[6] and said[0] > floor[f] - _FAR:
-            _over_lengths(w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, last, said)
+            _over_lengths(
+                w, model, mu, box, only, best, nodes, weights, room, fits[2], fits[3], told, start, last, said
+            )
         row[0], row[1], row[2], row[3], row[7], row[8] = (
             said[0], best[17], best[23], best[24], math.sqrt(best[27]), best[26],
         )  # fmt: skip

@@ -174,7 +174,7 @@ class AreaEvidence(Framewise):
         whole[:, pattern] = frames
         found = self._first(whole)
         at = np.column_stack([found.position, found.half_width])
-        rule, short = (0.5 * (np.stack(np.polynomial.legendre.leggauss(k)) + [[1], [0]]) for k in (_NODES, _EDGE_NODES))
+        rule, short = (_rule(count) for count in (_NODES, _EDGE_NODES))
         parts = np.empty((len(self._single), len(frames), LOCAL.each))
         largest = np.full(len(frames), -np.inf)
         # edges last: they ask how likely the others are
@@ -228,15 +228,12 @@ class AreaEvidence(Framewise):
         )
         return np.asarray(np.logaddexp.reduce(here, axis=(1, 2)))
 
-
     def _best_edge(self, parts: FloatArray) -> FloatArray:
         """The likeliest edge, shape (f, columns)."""
         edges = np.stack([part for j, part in enumerate(parts) if self._kind(j).family == STRETCH])
         return np.asarray(edges[edges[:, :, 0].argmax(axis=0), np.arange(edges.shape[1])])
 
-    def _of_pairs(
-        self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], rule: FloatArray
-    ) -> FloatArray:
+    def _of_pairs(self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], rule: FloatArray) -> FloatArray:
         """Log of the evidence of two touches that read like an edge, about those of its second moment."""
         from ._edge_kernel import weigh_edge
 
@@ -257,6 +254,12 @@ class _Loose(RoundLocator):
         options = super()._options(array, response, error)
         options[2] = 1e300
         return options
+
+
+def _rule(count: int) -> FloatArray:
+    """Nodes and weights of Gauss and Legendre's rule on (0, 1)."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return np.stack([0.5 * (1 + nodes), 0.5 * weights])
 
 
 def _tabulated(family: Any) -> type[RoundContact]:
