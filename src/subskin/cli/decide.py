@@ -54,7 +54,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--kind",
         action="append",
         metavar="NAME=FAMILY[:WIDTH[,LENGTH]][*PRIOR]",
-        help="a kind to weigh: its family (as in fit, or edge), half widths, of an edge half lengths, prior (1); repeat",
+        help="a kind to weigh: its family (as in fit, or edge), half widths, an edge's half lengths, prior (1); repeat",
     )
     parser.add_argument("--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)")
     add_frames(parser, "weigh", "table of probabilities", "draw the probabilities, frame by frame")
