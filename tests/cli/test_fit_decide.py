@@ -122,7 +122,7 @@ class TestFit:
         assert 0 < told["direction_std"][0] < 0.01
         assert told["direction"][1] is None
         ran = subskin("decide", "area.toml", "e.csv")
-        assert "twice as long as wide" in ran.out
+        assert "1.4 times as long as wide" in ran.out
         assert "direction" in subskin("decide", "area.toml", "e.csv", *kinds).out
         for wrong in ("box=edge: 0..0.5 mm", "tip=cone: 0.2..1 mm, 1..2 mm"):
             assert "half lengths" in subskin("decide", "area.toml", "e.csv", "--kind", wrong).err

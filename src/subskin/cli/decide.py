@@ -35,8 +35,8 @@ contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge 
 --sure, the answer is "cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of these" cannot
 be found. Of sensors on an area: a point, a vertex (cone), a flat and a round side (round_punch, round_hertz), an edge,
 none of these, two touches among them. A vertex is narrower than a sphere of half width 0.45 depth or a disc of 0.35; a
-side is wider, up to a sphere of 1.34 or a disc of 1.04. An edge is as narrow as a vertex and at least twice as long as
-wide: its half length is 0.6 to 2 depths. Its "direction", from +y towards +z, has a standard error.
+side is wider, up to a sphere of 1.34 or a disc of 1.04. An edge is at least 1.4 times as long as wide, its half
+length 0.6 to 2 depths; its "direction", from +y towards +z, comes with its standard error.
 """
 _KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
@@ -188,7 +188,7 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
         print(f"vertex: any contact narrower than a {body} of half width {narrow:.3g} mm", file=out)
         print(f"side: any contact from there to a {body} of half width {wide:.3g} mm", file=out)
         if body == "sphere":
-            print("edge: a contact as narrow as a vertex, at least twice as long as wide", file=out)
+            print("edge: a contact at least 1.4 times as long as wide", file=out)
     if first:
         shares = {
             name: [f"{v:.3f}" if v >= 0 else "-" for v in values]

@@ -2,8 +2,7 @@
 
 An edge is a force spread evenly along a straight stretch, of half length l, and across it as narrow spheres of half
 width a are: Gauss and Legendre's rule along the stretch, over round contacts of that width (`round_climb.py`). Unknowns
-are, in this order, y, z, the direction, l and q = a^2. After half a turn an edge is the same; the direction runs
-on.
+are, in this order, y, z, the direction, l and q = a^2. After half a turn an edge is the same.
 """
 
 from __future__ import annotations

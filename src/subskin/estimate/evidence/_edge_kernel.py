@@ -24,6 +24,7 @@ _DEEP = 24.0
 _TURNS = 6
 """Directions tried over half a turn, at each of two lengths."""
 _TOPS = 2
+"""How many of them are climbed from."""
 _FREE = 12.0 / math.pi**2
 """Information on a direction that may be any: that of an even chance over half a turn [1/rad^2]."""
 _ANY = math.pi / math.sqrt(12.0)
@@ -228,4 +229,5 @@ def weigh_edge(frames, found, model, mu, box, floor, nodes, weights, out):
             said[0], best[17], best[23], best[24], math.sqrt(best[27]), best[26],
         )  # fmt: skip
         row[4], row[5], row[6] = best[0], best[1], best[2]
-        row[9], row[10] = said[1] % math.pi, min(math.sqrt(said[2]), _ANY)
+        turn = said[1] % math.pi
+        row[9], row[10] = turn if turn < math.pi else 0.0, min(math.sqrt(said[2]), _ANY)
