@@ -45,8 +45,7 @@ def area() -> None:
 def round_on_area() -> None:
     tip = pad()
     tip.fit(tip.read(ss.RoundHertz(force=[1.0, 2.0], half_width=1e-3)), "round_hertz")
-    ss.decide.contact_type(tip, tip.read(ss.PointLoad(force=[1.0, 2.0])), [ss.decide.Kind("tip", "point")])
-    ss.decide.contact_type(tip, tip.read(ss.PointLoad(force=[1.0, 2.0])), [ss.decide.Kind("tip", "point")])
+    ss.decide.contact_type(tip, tip.read(ss.PointLoad(force=[1.0, 2.0])))
 
 
 def in_place() -> None:

@@ -105,6 +105,28 @@ class TestFit:
         (z,) = columns("k.csv", "position_z")
         assert (np.abs(z - true) < 0.3e-3).all()
 
+    def test_the_direction_of_an_edge(self, subskin, folder):
+        grid = 'layout = "grid"\nshape = [4, 4]\npitch = "2 mm"\ndepth = "2 mm"\nnoise = 1e-4\n'
+        skin, turn = '[skin]\nkind = "half_space"\nyoung = "0.4 MPa"\n', '[calibration]\nturn = "20 deg"\n'
+        (folder / "area.toml").write_text(f"{skin}\n[sensors]\n{grid}\n{turn}")
+        finger = ss.io.load("area.toml").finger
+        at = np.linspace(-2e-3, 2e-3, 30)[:, None] * [np.cos(0.9), np.sin(0.9)]
+        felt = finger.measure(ss.PointLoad(force=1 / 30, position=at)).sum(axis=0)
+        write_table("e.csv", {f"s{i}": np.array([felt[i], 0.0]) for i in range(16)})
+        kinds = ("--kind", "box=edge: 0..0.5 mm, 1..4 mm", "--kind", "tip=cone: 0.2..1 mm")
+        ran = subskin("decide", "area.toml", "e.csv", *kinds, "--json")
+        told = json.loads(ran.out)["columns"]
+        assert told["kind"] == ["box", "no contact"]
+        assert told["direction"][0] == pytest.approx(0.9 + np.deg2rad(20), abs=0.01)
+        assert told["half_length"][0] == pytest.approx(2e-3, rel=0.05)
+        assert 0 < told["direction_std"][0] < 0.01
+        assert told["direction"][1] is None
+        ran = subskin("decide", "area.toml", "e.csv")
+        assert "1.4 times as long as wide" in ran.out
+        assert "direction" in subskin("decide", "area.toml", "e.csv", *kinds).out
+        for wrong in ("box=edge: 0..0.5 mm", "tip=cone: 0.2..1 mm, 1..2 mm"):
+            assert "half lengths" in subskin("decide", "area.toml", "e.csv", "--kind", wrong).err
+
     def test_family_and_width(self, subskin, table):
         ran = subskin("fit", "finger.toml", "r.csv", "--family", "wedge", "--width", "0.1..1 mm", "--json")
         data = json.loads(ran.out)

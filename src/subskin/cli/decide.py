@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from collections import Counter
 from contextlib import ExitStack
@@ -23,6 +24,7 @@ _EXAMPLES = """\
   subskin decide finger.toml readings.csv -o kinds.csv
   subskin decide finger.toml readings.csv --kind "edge=wedge: 0.2..0.7 mm" --kind "can=hertz: 1..3 mm * 2" --sure 0.99
   subskin decide area.toml readings.csv --kind "coin=round_punch: 0.5..1.5 mm" --kind "ball=round_hertz: 0.5..2 mm"
+  subskin decide area.toml readings.csv --kind "box=edge: 0..0.5 mm, 1..4 mm" --kind "tip=cone: 0.2..1 mm"
   subskin simulate finger.toml -o - --contact wedge --half-width "0.5 mm" | subskin decide finger.toml - --json
 """
 _NOTES = """\
@@ -31,9 +33,10 @@ touches (pair, 0.5 to 3 depths apart), a tenth as likely; none of these (none), 
 contact narrower than a roller of half width 0.4 depth, a flat bar of 0.28 or a wedge of 0.49. A side is any wider
 contact, up to a roller of 2.4 or a bar of 1.7. A line is narrower than a wedge of 0.1. Where no kind is as probable as
 --sure, the answer is "cannot tell". "spare" counts the readings beyond the unknowns: with 0, "none of these" cannot
-be found. Of sensors on an area: a point, a vertex (cone), a flat and a round side (round_punch, round_hertz), none of
-these, two touches among them. A vertex is narrower than a sphere of half width 0.45 depth or a disc of 0.35; a side is
-wider, up to a sphere of 1.34 or a disc of 1.04.
+be found. Of sensors on an area: a point, a vertex (cone), a flat and a round side (round_punch, round_hertz), an edge,
+none of these, two touches among them. A vertex is narrower than a sphere of half width 0.45 depth or a disc of 0.35; a
+side is wider, up to a sphere of 1.34 or a disc of 1.04. An edge is at least 1.4 times as long as wide, its half
+length 0.6 to 2 depths; its "direction", from +y towards +z, comes with its standard error.
 """
 _KIND = re.compile(r"\s*(?P<name>[^=]+?)\s*=\s*(?P<family>\w+)\s*(:\s*(?P<width>[^*]+?)\s*)?(\*\s*(?P<prior>\S+)\s*)?")
 _HERE = {
@@ -50,8 +53,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kind",
         action="append",
-        metavar="NAME=FAMILY[:WIDTH][*PRIOR]",
-        help="a kind to weigh: its family (as in fit), half widths, and prior (1); repeat",
+        metavar="NAME=FAMILY[:WIDTH[,LENGTH]][*PRIOR]",
+        help="a kind to weigh: its family (as in fit, or edge), half widths, an edge's half lengths, prior (1); repeat",
     )
     parser.add_argument("--sure", type=float, default=0.95, metavar="P", help="probability to decide from (0.95)")
     add_frames(parser, "weigh", "table of probabilities", "draw the probabilities, frame by frame")
@@ -105,12 +108,15 @@ def _kind(text: str) -> Kind:
     rule, fix = "a kind is NAME=FAMILY[:WIDTH][*PRIOR]", '--kind "edge=wedge: 0.2..0.7 mm * 2"'
     if match is None:
         raise InvalidValueError(f'--kind "{text}"', rule, fix)
-    width = (0.0, 0.0) if match["width"] is None else quantity_range(match["width"], "m", "--kind")
+    sizes = [quantity_range(part, "m", "--kind") for part in (match["width"] or "0 m").split(",")]
+    if len(sizes) != 1 + (match["family"] == "edge"):
+        rule = "an edge has half widths, then half lengths; no other kind has lengths"
+        raise InvalidValueError(f'--kind "{text}"', rule, '--kind "box=edge: 0..0.5 mm, 1..4 mm"')
     try:
         prior = float(match["prior"] or 1.0)
     except ValueError:
         raise InvalidValueError(f'--kind "{text}"', rule, fix) from None
-    return Kind(match["name"], match["family"], width, prior)
+    return Kind(match["name"], match["family"], sizes[0], prior, half_length=sizes[1] if len(sizes) > 1 else (0.0, 0.0))
 
 
 def _counts(said: TypeDecision) -> dict[str, int]:
@@ -133,6 +139,7 @@ def _columns(answers: Answers) -> dict[str, Any]:
         "force": said.force,
         "angle": said.angle,
         "half_width": said.half_width,
+        **_edge(said, answers.file),
         "spare": said.spare,
         "status": status_names(said.status),
         "residual": said.residual,
@@ -152,6 +159,14 @@ def _where(said: TypeDecision, file: io.FingerFile) -> dict[str, Any]:
     return {"position_y": y, "position_z": z, "azimuth": said.azimuth + file.turn}
 
 
+def _edge(said: TypeDecision, file: io.FingerFile) -> dict[str, Any]:
+    """Length and direction of edges on an area, on the axes of the tables."""
+    if not file.finger.array.on_area:
+        return {}
+    direction = (said.direction + file.turn) % math.pi
+    return {"half_length": said.half_length, "direction": direction, "direction_std": said.direction_std}
+
+
 def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *, usual: bool, first: bool) -> None:
     from .answers import show_first, show_statuses
 
@@ -161,6 +176,8 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
         family = kind.family if isinstance(kind.family, str) else kind.family.__name__
         low, high = (1e3 * width for width in kind.half_width)
         widths = f"{low:.3g} to {high:.3g}" if high > 0 else "-"
+        short, long = (1e3 * length for length in kind.half_length)
+        widths += f", half length {short:.3g} to {long:.3g}" if long > 0 else ""
         kinds.append([kind.name, family, widths, number(kind.prior), str(count)])
     title = f"decided where the probability is {said.sure:g} or more"
     show(out, title, ["kind", "family", "half width [mm]", "prior", "frames"], kinds, left=2)
@@ -170,11 +187,14 @@ def _show(out: TextIO, said: TypeDecision, kept: Kept, counts: dict[str, int], *
         body = "roller" if ball.family == "hertz" else "sphere"
         print(f"vertex: any contact narrower than a {body} of half width {narrow:.3g} mm", file=out)
         print(f"side: any contact from there to a {body} of half width {wide:.3g} mm", file=out)
+        if body == "sphere":
+            print("edge: a contact at least 1.4 times as long as wide", file=out)
     if first:
         shares = {
             name: [f"{v:.3f}" if v >= 0 else "-" for v in values]
             for name, values in kept.first.items()
             if name[:2] == "p_"
         }
-        names = ["row", "kind", *shares, *_shown_at(kept.first), "half_width"]
+        turned = ["direction"] if any(math.isfinite(v) for v in kept.first.get("direction", ())) else []
+        names = ["row", "kind", *shares, *_shown_at(kept.first), "half_width", *turned]
         show_first(out, {**kept.first, **shares}, names, left=2)

@@ -15,7 +15,7 @@ from .._shown import Drawing
 from ..errors import InvalidValueError
 from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status
-from ..estimate.evidence import EDGE, END, AreaEvidence, Evidence, Kind, columns
+from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind, columns
 from ..estimate.shown import Shown
 from ..finger import Finger
 from ..loads import Load
@@ -43,12 +43,16 @@ _CONE, _DISC, _BALL = 6**0.5, 3**0.5, 5**0.5
 """On an area, half width over the root of the second moment along one direction: a^2/6, a^2/3, a^2/5."""
 _LAST = 0.6
 """Where the sides end there."""
+_LONG, _BAR = (0.6, 2.0), (5 / 3) ** 0.5
+"""Half lengths of an edge there, in depths; its largest half width over the least of these: then the second moment
+along it is at least twice that across."""
 _LOCAL_KINDS = (
     ("point", "point", (0.0, 0.0), 1.0),
     ("vertex", "cone", (0.1, _CONE * EDGE), 1.0),
     ("flat side", "round_punch", (_DISC * EDGE, _DISC * _LAST), 1.0),
     ("round side", "round_hertz", (_BALL * EDGE, _BALL * _LAST), 1.0),
-    ("none of these", "none", (0.0, 0.0), 0.2),
+    ("edge", "edge", (0.0, _BAR * _LONG[0]), 1.0),
+    ("none of these", "none", (0.0, 0.0), 0.4),
 )
 
 
@@ -61,9 +65,11 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     is narrower than a wedge of 0.1. Two touches are 0.5 to 3 apart, and a fifth as likely as a line; none of these,
     four fifths as likely.
 
-    Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and none of these, two
-    touches among them, a fifth as likely as a point. A vertex is narrower than a sphere of half width 0.45, a disc of
-    0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
+    Of sensors on an area a point, a vertex (cone), a flat and a round side (disc and sphere), and an edge, equally
+    likely; none of these, two fifths as likely, half of it two touches. A vertex is narrower than a sphere of half
+    width 0.45, a disc of 0.35 or a cone of 0.49; a side is any wider contact, up to a sphere of 1.34 or a disc of 1.04.
+    An edge is at least 1.4 times as long as wide: its half length is 0.6 to 2, its half width at most 0.77, its
+    direction any.
 
     Examples
     --------
@@ -76,7 +82,14 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     depth = float(np.asarray(finger.array.depth).min())
     kinds = _LOCAL_KINDS if finger.array.on_area else _KINDS
     return tuple(
-        Kind(name, family, (a * depth, b * depth), prior, stick=_STICK if family == "hertz" else 0.0)
+        Kind(
+            name,
+            family,
+            (a * depth, b * depth),
+            prior,
+            stick=_STICK if family == "hertz" else 0.0,
+            half_length=(_LONG[0] * depth, _LONG[1] * depth) if family == STRETCH else (0.0, 0.0),
+        )
         for name, family, (a, b), prior in kinds
     )
 
@@ -87,7 +100,7 @@ class TypeDecision(FrameTable):
 
     Parameters
     ----------
-    table : ndarray, shape (..., 1 + 6 kinds), on an area (..., 1 + 8 kinds)
+    table : ndarray, shape (..., 1 + 6 kinds), on an area (..., 1 + 11 kinds)
         The packed results, in columns of their own units; read them by name.
     used : ndarray of bool, shape (..., n)
         Which sensors each frame's answer rests on.
@@ -115,7 +128,10 @@ class TypeDecision(FrameTable):
     def _shown(self) -> list[Shown]:
         none = np.full(self.shape, np.nan)
         share = np.moveaxis(self.probability, -1, 0)
-        return [Shown(f"p({name})", p, none, "") for name, p in zip(self.names, share, strict=True)]
+        shown = [Shown(f"p({name})", p, none, "") for name, p in zip(self.names, share, strict=True)]
+        if np.isfinite(self.direction).any():
+            shown.append(Shown("direction", np.rad2deg(self.direction), np.rad2deg(self.direction_std), "deg"))
+        return shown
 
     def _columns(self) -> dict[str, Any]:
         share = np.moveaxis(self.probability, -1, 0)
@@ -123,7 +139,8 @@ class TypeDecision(FrameTable):
         found = {key: getattr(self, key) for key in ("position", "force", "angle", "half_width", "residual")}
         if self.columns is columns.LOCAL:
             y, z = np.moveaxis(found.pop("position"), -1, 0)
-            found = {"position_y": y, "position_z": z, **found, "azimuth": self.azimuth}
+            more = {key: getattr(self, key) for key in ("azimuth", "half_length", "direction", "direction_std")}
+            found = {"position_y": y, "position_z": z, **found, **more}
         return {"kind": self.name, **each, **found, **super()._columns()}
 
     @property
@@ -229,6 +246,26 @@ class TypeDecision(FrameTable):
         """Its half width [m]; 0 of a line or a point; half the distance of two touches."""
         return self._of_best(self.columns.half_width)
 
+    def _of_edge(self, number: int) -> FloatArray:
+        if not self.columns.edge:
+            return _check.read_only(np.full(self.shape, np.nan))
+        return self._of_best(self.columns.edge[number])
+
+    @property
+    def half_length(self) -> FloatArray:
+        """Its half length [m], of an edge on an area; NaN, as what follows, where the most probable kind is no edge."""
+        return self._of_edge(0)
+
+    @property
+    def direction(self) -> FloatArray:
+        """Direction of the edge, from +y towards +z, in [0, pi) [rad]."""
+        return self._of_edge(1)
+
+    @property
+    def direction_std(self) -> FloatArray:
+        """Its standard error [rad]; at most pi / sqrt(12), where it may be any."""
+        return self._of_edge(2)
+
 
 def contact_type(
     finger: Finger,
@@ -243,10 +280,11 @@ def contact_type(
     """What kind of contact pressed, from readings of shape (..., n), by Bayesian evidence.
 
     For each kind the likelihood of the readings is averaged over the unknowns: position, evenly over `search`; half
-    width, evenly over the kind's range; angle, evenly within the friction cone; force, evenly on a logarithmic scale.
-    Times the kind's prior this is its probability, up to a common factor. The averages are prepared on the first call
-    and kept with the finger. "None of these" is a contact of another shape or width, or near to one of the kinds but
-    for a model error; it is told apart where readings are left beyond the unknowns (`TypeDecision.spare`).
+    width, evenly over the kind's range; half length and direction of an edge on an area, evenly; angle, evenly within
+    the friction cone; force, evenly on a logarithmic scale. Times the kind's prior this is its probability, up to a
+    common factor. The averages are prepared on the first call and kept with the finger. "None of these" is a contact of
+    another shape or width, or near to one of the kinds but for a model error; it is told apart where readings are left
+    beyond the unknowns (`TypeDecision.spare`).
     Source: docs/deciding.md; MacKay, Information Theory, Inference, and Learning Algorithms (2003), chapter 28.
 
     Parameters

@@ -3,7 +3,7 @@
 from . import columns
 from .area import AreaEvidence
 from .evidence import Evidence
-from .kind import Kind
+from .kind import STRETCH, Kind
 from .shapes import EDGE, END
 
-__all__ = ["EDGE", "END", "AreaEvidence", "Evidence", "Kind", "columns"]
+__all__ = ["EDGE", "END", "STRETCH", "AreaEvidence", "Evidence", "Kind", "columns"]

@@ -21,7 +21,7 @@ _LOG_2PI = math.log(2 * math.pi)
 
 
 @compiled(borrows=True)
-def _log_integral(fit, h, mu):
+def log_integral(fit, h, mu):
     """Log of the integral of exp(S / 2) over position and forces at one width; forces alike on a logarithmic scale."""
     yy, yz, zz = h[0, 0], h[0, 1], h[1, 1]
     det = yy * zz - yz * yz
@@ -39,7 +39,7 @@ def _log_integral(fit, h, mu):
 
 @compiled()
 def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
-    """Fill out (f, 8): log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width.
+    """Fill out: log of the evidence but for chi-square at no load, chi-square, y, z, N, Ty, Tz, half width, then NaN.
 
     frames (f, n), in units of noise; found (f, 3): y, z, half width of a contact near by, NaN where there is none;
     model, box: as of `round_climb`; ratio: of the kind's half width to that one, where their readings are most alike;
@@ -74,7 +74,7 @@ def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
         total, largest = 0.0, -math.inf
         round_curvature(best, room[0])
         if not high > low:
-            largest, total = _log_integral(best, room[0], mu), 1.0
+            largest, total = log_integral(best, room[0], mu), 1.0
         else:
             h = room[0]
             minor = h[0, 0] * h[1, 1] - h[0, 1] * h[0, 1]
@@ -95,7 +95,7 @@ def weigh_kind(frames, found, model, mu, box, ratio, nodes, weights, out):
                     round_climb(w, model, mu, only, at_y, at_z, here * here, _FINE, room, fit, trial)
                     round_curvature(fit, room[0])
                     share = weights[k] * abs(stop - begin) / (math.sqrt(high) - math.sqrt(low))
-                    part = _log_integral(fit, room[0], mu)
+                    part = log_integral(fit, room[0], mu)
                     at_y, at_z = fit[36], fit[37]
                     if part > largest:
                         total = total * math.exp(largest - part) if total > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""Readings on an area -> how probable each kind of round contact makes them: what `decide.contact_type` weighs."""
+"""Readings on an area -> how probable each kind of contact makes them: what `decide.contact_type` weighs."""
 
 from __future__ import annotations
 
@@ -21,22 +21,26 @@ from ..area.round_locator import RoundLocator, model_of
 from ..estimate import Status
 from ..frames import Framewise
 from .columns import LOCAL, STATUS
-from .kind import NONE, PAIR, Kind
+from .edge import edge_box, edge_model, pair_models
+from .kind import NONE, PAIR, STRETCH, Kind
 
 __all__ = ["AreaEvidence"]
 
-_NODES = 6
-"""Of Gauss and Legendre's rule over the half width, on each side of the best."""
+_NODES, _EDGE_NODES = 6, 4
+"""Of Gauss and Legendre's rule over the half width, on each side of the best; over an edge's length and width."""
 _ERRORS = np.array([0.01, 0.03, 0.1, 0.3])
 """As in a plane: model errors of what is none of the kinds, in shares of the readings' root mean square."""
 _MOMENTS: tuple[tuple[type[RoundContact], float], ...] = ((Cone, 6.0), (RoundHertz, 5.0), (RoundPunch, 3.0))
 """Squares of half widths over the second moment of the pressure along one direction."""
+_PAIRS, _GAP, _NEAR = 0.5, (0.25, 1.5), 12.0
+"""Share of two touches in what is none of the kinds, beside edges; half their distance, in depths; they are weighed
+where an edge is not less likely than the likeliest kind by more than this, in logarithms."""
 _BEYOND = 0.5
 """Depths beyond the outermost sensors up to which contacts are, if nothing else is said."""
 
 
 class AreaEvidence(Framewise):
-    """The log of the probability of frames of readings under each kind of round contact; prepared once.
+    """The log of the probability of frames of readings under each kind of contact on an area; prepared once.
 
     Half widths are integrated over by a rule, position and forces by Laplace's method: positions alike over the search,
     half widths alike over the kind's range, magnitudes alike on a logarithmic scale (docs/deciding.md).
@@ -64,7 +68,7 @@ class AreaEvidence(Framewise):
     >>> finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
     >>> evidence = AreaEvidence(finger, [Kind("tip", "point"), Kind("coin", "round_punch", half_width=(1e-3, 2e-3))])
     >>> table, used = evidence(finger.read(ss.PointLoad(force=1.0)))
-    >>> bool(table[1] > table[9])  # the logarithms of their probabilities
+    >>> bool(table[1] > table[12])  # the logarithms of their probabilities
     True
     """
 
@@ -97,16 +101,15 @@ class AreaEvidence(Framewise):
             reach, points = _BEYOND * float(np.asarray(array.depth).max()), array.points
             search = np.stack([points.min(axis=0) - reach, points.max(axis=0) + reach], axis=-1)
         self._box = search_of(array, search)[0]
+        self._gap = (_GAP[0] * depth, _GAP[1] * depth)
         self.friction = _check.friction(friction)
         self._false_alarm = _check.scalar("false_alarm", false_alarm, above=0.0, at_most=0.5)
         size = LOCAL.first + LOCAL.each * len(names)
         super().__init__(array, needed=4 + 2 * (self.friction > 0), columns=size, status=STATUS)
         self.allow_for(finger, self.friction)
-        single = [local_family_of(families[i]) for i in self._single]
-        self._families: list[type[RoundContact]] = [
-            RoundHertz if issubclass(kind, PointLoad) else kind for kind in single
-        ]
+        self._families = [_tabulated(families[i]) for i in self._single]
         radius = np.sqrt(2.0) * max(float(np.abs(array.points - corner).max()) for corner in self._box.T)
+        radius += max(kind.half_length[1] for kind in self.kinds)
         widest = max(1.5 * depth, *(kind.half_width[1] for kind in self.kinds))
         every: set[type[RoundContact]] = {RoundHertz, *self._families}
         tables = {kind: tabulate_round(finger, kind, radius, widest) for kind in every}
@@ -116,7 +119,7 @@ class AreaEvidence(Framewise):
         self._first = _Loose(tables[RoundHertz], array, (y, z), widths, friction=friction, false_alarm=false_alarm)
 
     def __call__(self, readings: npt.ArrayLike) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Packed results, shape (..., 1 + 8 kinds), and the sensors used, shape (..., n).
+        """Packed results, shape (..., 1 + 11 kinds), and the sensors used, shape (..., n).
 
         Parameters
         ----------
@@ -125,6 +128,10 @@ class AreaEvidence(Framewise):
         """
         return self._frames(readings)
 
+    def _kind(self, number: int) -> Kind:
+        """One of those that are a contact."""
+        return self.kinds[self._single[number]]
+
     def _kernel(self) -> Any:
         return self._weigh
 
@@ -132,10 +139,16 @@ class AreaEvidence(Framewise):
         from scipy.special import chdtri
 
         array = self.array.select(pattern)
-        models = [model_of(table.select(pattern), array) for table in self._tables]
+        tables = [table.select(pattern) for table in self._tables]
+        models = [
+            edge_model(table, array, self._kind(j)) if self._kind(j).family == STRETCH else model_of(table, array)
+            for j, table in enumerate(tables)
+        ]
         spare = np.array([len(array) - self.kinds[i].unknowns(self.friction) for i in self._single])
         most = np.array([float(chdtri(max(k, 1), self._false_alarm)) for k in spare])
-        return array, pattern, models, np.maximum(spare, 0), most
+        edges = [model for j, model in enumerate(models) if self._kind(j).family == STRETCH]
+        pairs = pair_models(edges[0]) if edges and self._none >= 0 else []
+        return array, pattern, models, pairs, np.maximum(spare, 0), most
 
     def _weigh(
         self,
@@ -143,12 +156,14 @@ class AreaEvidence(Framewise):
         array: Any,
         pattern: npt.NDArray[np.bool_],
         models: list[tuple[Any, ...]],
+        pairs: list[tuple[Any, ...]],
         spare: npt.NDArray[np.intp],
         most: FloatArray,
         out: FloatArray,
     ) -> None:
         """Fill `out`, one row a frame."""
         from ._area_kernel import weigh_kind
+        from ._edge_kernel import weigh_edge
 
         out[:] = np.nan
         usable = ((frames > np.asarray(array.low)) & (frames < np.asarray(array.high))).all(axis=1)
@@ -159,20 +174,33 @@ class AreaEvidence(Framewise):
         whole[:, pattern] = frames
         found = self._first(whole)
         at = np.column_stack([found.position, found.half_width])
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        rule, short = (_rule(count) for count in (_NODES, _EDGE_NODES))
         parts = np.empty((len(self._single), len(frames), LOCAL.each))
-        for part, i, kind, model in zip(parts, self._single, self._families, models, strict=True):
-            box = np.array([*self._box.reshape(-1), *np.square(self.kinds[i].half_width)])
-            weigh_kind(
-                w, at, model, self.friction, box, _ratio(kind), 0.5 * (1 + nodes), 0.5 * weights, part
-            )  # fmt: skip
-            slot = LOCAL.first + i * LOCAL.each
+        largest = np.full(len(frames), -np.inf)
+        # edges last: they ask how likely the others are
+        for j in sorted(range(len(parts)), key=lambda j: self._kind(j).family == STRETCH):
+            kind, model, part = self._kind(j), models[j], parts[j]
+            if kind.family == STRETCH:
+                box = edge_box(self._box, kind)
+                weigh_edge(w, at[:, :2], model, self.friction, box, largest, *short, part)
+            else:
+                box = np.array([*self._box.reshape(-1), *np.square(kind.half_width)])
+                weigh_kind(w, at, model, self.friction, box, _ratio(self._families[j]), *rule, part)
+            largest = np.maximum(largest, part[:, 0])
+            slot = LOCAL.first + self._single[j] * LOCAL.each
             out[:, slot : slot + LOCAL.each] = part
         evidence, chi2 = parts[..., 0].T - 0.5 * total[:, None], parts[..., 1].T
         explained = np.isfinite(evidence) & (chi2 <= most)
         evidence = np.where(explained, evidence, -np.inf)
         if self._none >= 0:
-            out[:, LOCAL.first + self._none * LOCAL.each] = self._of_none(evidence, chi2, total / len(array), spare)
+            none = self._of_none(evidence, chi2, total / len(array), spare)
+            if pairs:
+                edge = self._best_edge(parts)
+                near = edge[:, 0] > largest - _NEAR
+                two = self._of_pairs(w[near], edge[near], pairs, short) - 0.5 * total[near]
+                none += np.log1p(-_PAIRS)
+                none[near] = np.logaddexp(none[near], two + np.log(_PAIRS))
+            out[:, LOCAL.first + self._none * LOCAL.each] = none
         out[:, [LOCAL.first + i * LOCAL.each for i in self._single]] = evidence
         status = np.where(explained.any(axis=1), Status.OK, Status.UNEXPLAINED)
         status = np.where(found.status == Status.NO_CONTACT, Status.NO_CONTACT, status)
@@ -200,6 +228,24 @@ class AreaEvidence(Framewise):
         )
         return np.asarray(np.logaddexp.reduce(here, axis=(1, 2)))
 
+    def _best_edge(self, parts: FloatArray) -> FloatArray:
+        """The likeliest edge, shape (f, columns)."""
+        edges = np.stack([part for j, part in enumerate(parts) if self._kind(j).family == STRETCH])
+        return np.asarray(edges[edges[:, :, 0].argmax(axis=0), np.arange(edges.shape[1])])
+
+    def _of_pairs(self, w: FloatArray, edge: FloatArray, pairs: list[tuple[Any, ...]], rule: FloatArray) -> FloatArray:
+        """Log of the evidence of two touches that read like an edge, about those of its second moment."""
+        from ._edge_kernel import weigh_edge
+
+        y, z, length, direction = edge[:, [*LOCAL.position, *LOCAL.edge[:2]]].T
+        at, floor = np.column_stack([y, z, direction, length / np.sqrt(3)]), np.full(len(w), np.inf)
+        box = edge_box(self._box, Kind("two touches", STRETCH, half_length=self._gap))
+        found, part = np.empty((len(pairs), len(w))), np.empty((len(w), LOCAL.each))
+        for each, model in zip(found, pairs, strict=True):
+            weigh_edge(w, at, model, self.friction, box, floor, *rule, part)
+            each[:] = part[:, 0]
+        return np.asarray(np.logaddexp.reduce(found, axis=0) - np.log(len(pairs)))
+
 
 class _Loose(RoundLocator):
     """Finds the nearest sphere, however little it explains."""
@@ -208,6 +254,20 @@ class _Loose(RoundLocator):
         options = super()._options(array, response, error)
         options[2] = 1e300
         return options
+
+
+def _rule(count: int) -> FloatArray:
+    """Nodes and weights of Gauss and Legendre's rule on (0, 1)."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return np.stack([0.5 * (1 + nodes), 0.5 * weights])
+
+
+def _tabulated(family: Any) -> type[RoundContact]:
+    """Of which round contacts the readings of a kind are made: a point is a sphere of no width, an edge is spheres."""
+    if family == STRETCH:
+        return RoundHertz
+    kind = local_family_of(family)
+    return RoundHertz if issubclass(kind, PointLoad) else kind
 
 
 def _ratio(family: type[RoundContact]) -> float:

@@ -15,8 +15,12 @@ class Columns(NamedTuple):
     position: tuple[int, ...]
     components: tuple[int, ...]
     half_width: int
+    edge: tuple[int, ...] = ()
 
 
 LONG = Columns(KIND, EACH, (POSITION,), (NORMAL, TANGENTIAL), HALF_WIDTH)
-LOCAL = Columns(KIND, 8, (2, 3), (4, 5, 6), 7)
-"""Of long contacts, and of contacts on an area; the log of the evidence and chi-square come first in both."""
+LOCAL = Columns(KIND, 11, (2, 3), (4, 5, 6), 7, (8, 9, 10))
+"""Of long contacts, and of contacts on an area; the log of the evidence and chi-square come first in both.
+
+On an area half length, direction and its standard error of an edge come last.
+"""

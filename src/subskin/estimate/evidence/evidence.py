@@ -16,7 +16,7 @@ from ...finger import Finger
 from ...response import Response, tabulate
 from ..frames import Framewise, packed, scan_geometry, sensor_rows
 from .columns import EACH, KIND, STATUS
-from .kind import NONE, PAIR, Kind
+from .kind import NONE, PAIR, STRETCH, Kind
 from .shapes import root_moment, shapes, sticking
 
 __all__ = ["Evidence"]
@@ -87,6 +87,9 @@ class Evidence(Framewise):
                 "at least one, each of its own name, is needed",
                 'Kind("edge", "wedge", ...), Kind("can", "hertz", ...)',
             )
+        if STRETCH in [kind.family for kind in self.kinds]:
+            rule = "an edge with its length is a kind on an area: sensors in a row do not see how long it is"
+            raise InvalidValueError('family = "edge"', rule, 'Kind("edge", "wedge", half_width=(0.2e-3, 1e-3))')
         self._single = [i for i, kind in enumerate(self.kinds) if kind.family not in (PAIR, NONE)]
         pair, none = ([i for i, k in enumerate(self.kinds) if k.family == f] for f in (PAIR, NONE))
         if not self._single or len(pair) > 1 or len(none) > 1:
