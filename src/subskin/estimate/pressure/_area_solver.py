@@ -18,8 +18,8 @@ from ._solver import TOLERANCE, backward, factored, forward, minimise
 _TURNS, _ROUNDS = 60, 50
 _STRIDE = 0.3
 """Longest step of a drag's tangent."""
-_SWAPPED = 0.1
-"""Share of the elements that may still be wrong where the drag moves on fine elements."""
+_WORTH = 0.5
+"""A step of the drag, in standard deviations, that is taken while fine elements are wrong; each costs a Hessian."""
 _ROUGHLY = 0.01
 """A step of the tangent after which coarse elements have said enough."""
 
@@ -141,12 +141,12 @@ def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
         on_area.slopes(level, w, b, work)
         for j in range(on.size):
             wrong += not on[j] and slope[j] < -tolerance
-        moves = leans and (coarse or wrong <= max(2, int(_SWAPPED * count)))
-        if moves:
+        moves = leans
+        if leans:
             _turn(level, work, count, along, crossed, turned)
             far = _next(t, turned, most, new)
             step = math.hypot(new[0] - t[0], new[1] - t[1])
-            moves = far >= near
+            moves = far >= (near if coarse or wrong == 0 else _WORTH)
             if coarse and wrong <= 2 and step < _ROUGHLY:
                 t[:] = new
                 return count
