@@ -48,7 +48,7 @@ def test_deviations_are_those_of_pressures_with_random_loads():
 
 
 def test_a_drag_that_is_found_adds_what_it_does_beside_the_heights():
-    """The block of the heights in the inverse of the Hessian of heights and tangents, less that of the heights alone."""
+    """The heights' block in the inverse of the Hessian of heights and tangents, less that of the heights alone."""
     parts, form = problem(3)
     t, heights = np.array([0.2, -0.3]), np.random.default_rng(2).uniform(0.0, 2.0, 30)
     columns = parts[0] + t[0] * parts[1] + t[1] * parts[2]
@@ -77,7 +77,7 @@ def touches(side: int, rng: np.random.Generator) -> list[ss.contact.Contact]:
 
 @pytest.mark.parametrize("side", [8, 16])
 def test_the_band_holds_the_pressure_however_large_the_array(side):
-    """The band of the weight's own prior held 0.93 of the patches at 8 x 8, 0.78 at 16 x 16, and was up to 9.4 rms wide."""
+    """The band of the weight's own prior held 0.78 of the patches at 16 x 16, and was 9.4 rms wide at 8 x 8."""
     rng, kind = np.random.default_rng(3), ss.MeanPressure()
     skin = ss.HalfSpace(ss.Material(young=0.4e6))
     drawn = touches(side, rng)

@@ -18,8 +18,10 @@ from ._solver import TOLERANCE, backward, factored, forward, minimise
 _TURNS, _ROUNDS = 60, 50
 _STRIDE = 0.3
 """Longest step of a drag's tangent."""
-_WORTH = 0.5
-"""A step of the drag, in standard deviations, that is taken while fine elements are wrong; each costs a Hessian."""
+_SWAPPED = 0.1
+"""Share of the elements that may still be wrong where the drag moves on fine elements."""
+_FEW = 2.0
+"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes."""
 _ROUGHLY = 0.01
 """A step of the tangent after which coarse elements have said enough."""
 
@@ -141,12 +143,13 @@ def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
         on_area.slopes(level, w, b, work)
         for j in range(on.size):
             wrong += not on[j] and slope[j] < -tolerance
-        moves = leans
-        if leans:
+        few = count * count < _FEW * on.size
+        moves = leans and (coarse or few or wrong <= max(2, int(_SWAPPED * count)))
+        if moves:
             _turn(level, work, count, along, crossed, turned)
             far = _next(t, turned, most, new)
             step = math.hypot(new[0] - t[0], new[1] - t[1])
-            moves = far >= (near if coarse or wrong == 0 else _WORTH)
+            moves = far >= near
             if coarse and wrong <= 2 and step < _ROUGHLY:
                 t[:] = new
                 return count

@@ -193,14 +193,14 @@ class ImageMapper(SurfaceMapper):
     def std(
         self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, pressure: FloatArray
     ) -> npt.NDArray[np.float64]:
-        """Standard deviation of a `pressure` (m,) found with the sensors `used` [Pa], (m,); 0 away from the contact.
+        """Standard deviation of a `pressure` (m,) found with the sensors `used`, at a `drag` (2,) and a `weight`, (m,).
 
-        It reaches one element beyond those that press.
+        In Pa; 0 more than one element away from those that press.
         """
         from scipy.ndimage import binary_dilation
 
         prior = self._surface.prior
-        near = np.flatnonzero(binary_dilation((pressure > 0).reshape(prior.shape), np.ones((3, 3))))
+        near = np.flatnonzero(binary_dilation((pressure > 0).reshape(prior.shape), np.ones((3, 3), dtype=bool)))
         parts = self._hats(used).among(near, 1 if self.shear == "none" else 3)
         out = np.zeros(pressure.size)
         out[near] = deviations(parts, drag, weight * prior.form[near][:, near], pressure[near])
