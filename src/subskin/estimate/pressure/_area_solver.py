@@ -20,6 +20,8 @@ _STRIDE = 0.3
 """Longest step of a drag's tangent."""
 _SWAPPED = 0.1
 """Share of the elements that may still be wrong where the drag moves on fine elements."""
+_FEW = 2.0
+"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes."""
 _ROUGHLY = 0.01
 """A step of the tangent after which coarse elements have said enough."""
 
@@ -141,7 +143,8 @@ def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
         on_area.slopes(level, w, b, work)
         for j in range(on.size):
             wrong += not on[j] and slope[j] < -tolerance
-        moves = leans and (coarse or wrong <= max(2, int(_SWAPPED * count)))
+        few = count * count < _FEW * on.size
+        moves = leans and (coarse or few or wrong <= max(2, int(_SWAPPED * count)))
         if moves:
             _turn(level, work, count, along, crossed, turned)
             far = _next(t, turned, most, new)

@@ -208,7 +208,7 @@ def roughly(level, work, r, out):
 def slopes(level, w, b, work):
     """Residual A x - b into r and the gradient of J into `slope`; every element that is > 0 is in the Hessian.
 
-    Where an element is not > 0 and its slope far uphill, single precision is enough; where not, it is found once more.
+    Where an element is not > 0 and its slope far from level, single precision is enough; where not, it is found again.
     """
     stencil, sizes, cost = level[4], level[5], level[6]
     x, slope, r, spread, columns, order = work[1], work[2], work[3], work[7], work[9], work[12]
@@ -237,5 +237,5 @@ def slopes(level, w, b, work):
             for i in range(r.size):
                 s += column[i] * r[i]
             slope[j] = s
-        elif not slope[j] > doubt:
+        elif abs(slope[j]) <= doubt:
             slope[j] = spread[j] + seen(level, work, r, j)

@@ -123,11 +123,6 @@ class Factors(Frozen):
         """Columns of the resolution matrix: what a pressure at each node of `which` alone looks like, (count, k)."""
         return (self.shapes[:count] / (self.squares + weight)) @ (self.basis @ self.columns[:count][which].T)
 
-    def std(self, weight: FloatArray, count: int) -> FloatArray:
-        """Standard deviation of the pressure at each of `count` nodes [Pa], shape (..., count)."""
-        known = (1.0 / (self.squares + weight[..., None])) @ (self.shapes[:count] ** 2).T
-        return np.asarray(np.sqrt(np.maximum(self.spread[:count] - known, 0.0) / weight[..., None]))
-
     def seen(self, weight: FloatArray, count: int) -> FloatArray:
         """What is left at each of `count` nodes of an even pressure of 1, shape (..., count)."""
         even = self.basis @ self.columns[:count].sum(axis=0)

@@ -15,6 +15,7 @@ from ..frames import sensor_rows
 from . import columns as column
 from ._operator import Factors
 from .area_surface import AreaSurface
+from .band import deviations
 from .hats import COARSE, TOGETHER, Hats
 from .image import PressureImage
 from .mapping import RULES, SHEARS, SurfaceMapper, known
@@ -188,6 +189,22 @@ class ImageMapper(SurfaceMapper):
             return Factors.of([sum(share * hats.columns(i) for i, share in enumerate(t) if share)], self._prior)
 
         return self._factors.get(used.tobytes(), lambda: _Leans(make, len(self.drags)))
+
+    def std(
+        self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, pressure: FloatArray
+    ) -> npt.NDArray[np.float64]:
+        """Standard deviation of a `pressure` (m,) found with the sensors `used`, at a `drag` (2,) and a `weight`, (m,).
+
+        In Pa; 0 more than one element away from those that press.
+        """
+        from scipy.ndimage import binary_dilation
+
+        prior = self._surface.prior
+        near = np.flatnonzero(binary_dilation((pressure > 0).reshape(prior.shape), np.ones((3, 3), dtype=bool)))
+        parts = self._hats(used).among(near, 1 if self.shear == "none" else 3)
+        out = np.zeros(pressure.size)
+        out[near] = deviations(parts, drag, weight * prior.form[near][:, near], pressure[near])
+        return out
 
     @property
     def drags(self) -> FloatArray:

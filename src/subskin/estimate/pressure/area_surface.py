@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,7 @@ class AreaSurface(Frozen):
     z: FloatArray
     hats: Hats
 
-    @property
+    @cached_property
     def prior(self) -> Membrane:
         """The prior of a traction of these elements."""
         return Membrane((len(self.y) - 2, len(self.z) - 2), (_step(self.y), _step(self.z)))

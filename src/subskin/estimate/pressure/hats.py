@@ -60,6 +60,16 @@ class Hats(Frozen):
             out[..., i] = self.gain[i] * self.tables[kind][component, y : y + ny, z : z + nz]
         return out.reshape(ny * nz, -1)
 
+    def among(self, chosen: npt.NDArray[np.intp], components: int) -> FloatArray:
+        """Readings of the first components of the `chosen` hats (k,), shape (components, k, n)."""
+        y, z = np.divmod(chosen, self.shape[1])
+        out = np.empty((components, chosen.size, self.kind.size))
+        for kind, table in enumerate(self.tables):
+            sensors = np.flatnonzero(self.kind == kind)
+            rows, columns = (at[:, None] + self.corner[sensors, i] for i, at in enumerate((y, z)))
+            out[:, :, sensors] = table[:components, rows, columns]
+        return out * self.gain
+
     def coarse(self) -> Hats:
         """Those of hats `COARSE` times as wide: a wide hat is a sum of narrow ones."""
         wide = [_widened(table) for table in self.tables]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._check import FloatArray, read_only
 from ..._shown import Drawing
@@ -24,6 +26,8 @@ class _AreaMapper(_Mapper, Protocol):
     """What an image asks of the `ImageMapper` that made it."""
 
     z: FloatArray
+
+    def std(self, used: npt.NDArray[np.bool_], drag: FloatArray, weight: float, pressure: FloatArray) -> FloatArray: ...
 
 
 def _pair(first: int, second: int, text: str) -> property:
@@ -111,10 +115,19 @@ class PressureImage(SurfaceMap):
         """Pressure at each node [Pa], >= 0, shape (..., ny, nz)."""
         return self._bordered(self.table[..., column.AREA_WIDTH :])
 
-    @property
+    @cached_property
     def pressure_std(self) -> FloatArray:
-        """Standard deviation of the pressure [Pa], noise and what smoothness leaves open, shape (..., ny, nz)."""
-        return self._bordered(self._on_area(Factors.std))
+        """Standard deviation of the pressure [Pa], shape (..., ny, nz): noise, and what smoothing and drag leave open.
+
+        It is 0 more than an element away from all that press. Each frame is worked out by itself (`band.py`).
+        """
+        flat = self.table.reshape(-1, self.table.shape[-1])
+        used, tangents = self.used.reshape(len(flat), -1), self.tangential_force / self.normal_force[..., None]
+        inner, weight = flat[:, column.AREA_WIDTH :], self.weight.reshape(-1)
+        out = np.full(inner.shape, np.nan)
+        for f in np.flatnonzero(np.isfinite(self.normal_force.reshape(-1))):
+            out[f] = self.mapper.std(used[f], tangents.reshape(-1, 2)[f], weight[f], inner[f])
+        return self._bordered(out)
 
     @property
     def pressure_interval(self) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -87,6 +87,18 @@ class Membrane(Frozen):
         """The form between nodes so many steps apart along y (0, 1) and along z (0, 1), shape (2, 2)."""
         (sy, my), (sz, mz) = ((np.array([2, -1]) / h, np.array([4, 1]) * h / 6) for h in self.steps)
         return np.outer(sy, mz) + np.outer(my, sz)
+
+    @cached_property
+    def form(self) -> Any:
+        """The form between all nodes, a sparse matrix of shape (m, m)."""
+        from scipy.sparse import diags_array, kron
+
+        (sy, my), (sz, mz) = (
+            tuple(diags_array([b, a, b], offsets=[-1, 0, 1], shape=(count, count)) for a, b in bands)
+            for count, h in zip(self.shape, self.steps, strict=True)
+            for bands in [((2 / h, -1 / h), (4 * h / 6, h / 6))]
+        )
+        return (kron(sy, mz) + kron(my, sz)).tocsr()
 
     @cached_property
     def _waves(self) -> tuple[FloatArray, FloatArray, FloatArray]:
