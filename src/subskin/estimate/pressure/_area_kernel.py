@@ -23,6 +23,8 @@ _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _EDGE = 0.02  # of the force
 _NEAR = 0.05
 """Where the search for the drag ends, in its standard deviations."""
+_ROUGHLY = 0.01
+"""A step of the drag's tangent after which coarse elements have said enough."""
 _BRIGHT = 0.05
 """Share of the largest height from which a coarse element is thought to be pressed."""
 
@@ -147,7 +149,7 @@ def _settle(level, t, most, w, b, on, work, scratch):
     for j in range(on.size):
         reach = max(reach, abs(downhill[j]))
     first, lean = on.copy(), t.copy()
-    count = together(level, t, most, w, b, on, _NEAR, False, reach, work, scratch)
+    count = together(level, t, most, w, b, on, _NEAR, 0.0, reach, work, scratch)
     if count < 0 and not on_area.crowded(work):
         on[:] = first
         t[:] = lean
@@ -189,7 +191,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
         lean, w = 0, _weight(basis[0], squares[0], b, kind, seen)
         _guess(basis[0], squares[0], spread, seen, w, on_coarse)
         reach = math.sqrt(power) * coarse[8]
-        together(coarse, t, most, w, b, on_coarse, _NEAR, True, reach, rough, scratch)
+        together(coarse, t, most, w, b, on_coarse, _NEAR, _ROUGHLY, reach, rough, scratch)
         if on_area.crowded(rough):
             return f
         if leans:

@@ -22,8 +22,6 @@ _SWAPPED = 0.1
 """Share of the elements that may still be wrong where the drag moves on fine elements."""
 _FEW = 2.0
 """Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes."""
-_ROUGHLY = 0.01
-"""A step of the tangent after which coarse elements have said enough."""
 
 
 @compiled()
@@ -118,10 +116,11 @@ def _heights(level, t, w, b, on, work):
 
 
 @compiled()
-def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
+def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
     """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
 
-    t (2,) and `on` are put right; scratch: what `_turn` leaves. On coarse elements near is enough.
+    t (2,) and `on` are put right; scratch: what `_turn` leaves. enough: a step of the tangent after which elements have
+    said enough that are coarse; 0 where they are not.
     """
     x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
@@ -144,13 +143,13 @@ def together(level, t, most, w, b, on, near, coarse, reach, work, scratch):
         for j in range(on.size):
             wrong += not on[j] and slope[j] < -tolerance
         few = count * count < _FEW * on.size
-        moves = leans and (coarse or few or wrong <= max(2, int(_SWAPPED * count)))
+        moves = leans and (enough > 0.0 or few or wrong <= max(2, int(_SWAPPED * count)))
         if moves:
             _turn(level, work, count, along, crossed, turned)
             far = _next(t, turned, most, new)
             step = math.hypot(new[0] - t[0], new[1] - t[1])
             moves = far >= near
-            if coarse and wrong <= 2 and step < _ROUGHLY:
+            if wrong <= 2 and step < enough:
                 t[:] = new
                 return count
         if wrong == 0 and not moves:
