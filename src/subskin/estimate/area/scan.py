@@ -43,8 +43,9 @@ def scan(w, near, basis, shapes, mu, c, s):
         i += 2
     steep = np.float32(mu) if mu < math.inf else ONE
     one, square = (ONE if mu < math.inf else NOUGHT), np.float32(mu * mu)
+    ones, twos, threes = c[:m], c[m : 2 * m], c[2 * m : whole]  # a sum in an index would keep it from vectors
     for p in range(m):
-        c0, c1, c2 = c[p], c[m + p], c[2 * m + p]
+        c0, c1, c2 = ones[p], twos[p], threes[p]
         r00, r01, r02, r11, r12, r22 = (
             shapes[0, p], shapes[1, p], shapes[2, p], shapes[3, p], shapes[4, p], shapes[5, p]
         )  # fmt: skip
@@ -84,12 +85,14 @@ def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
     and peak, the same as bytes, of which m are scratch; score (most,), at (most, 2): row and column.
     """
     most, count = score.size, 0
+    up, down = lead - stride, lead + stride
+    h0, h1, h2 = heights[up - 1 : up - 1 + m], heights[up : up + m], heights[up + 1 : up + 1 + m]
+    h3, h4, h5 = heights[lead - 1 : lead - 1 + m], heights[lead : lead + m], heights[lead + 1 : lead + 1 + m]
+    h6, h7, h8 = heights[down - 1 : down - 1 + m], heights[down : down + m], heights[down + 1 : down + 1 + m]
     for p in range(m):
-        q = lead + p
-        here = heights[q]
-        before = (here > heights[q - stride - 1]) & (here > heights[q - stride]) & (here > heights[q - stride + 1])
-        after = (here >= heights[q + stride - 1]) & (here >= heights[q + stride]) & (here >= heights[q + stride + 1])
-        peak[p] = before & after & (here > heights[q - 1]) & (here >= heights[q + 1])
+        before = max(max(h0[p], h1[p]), max(h2[p], h3[p]))
+        after = max(max(h5[p], h6[p]), max(h7[p], h8[p]))
+        peak[p] = (h4[p] > before) & (h4[p] >= after)
     over = ONE / (total + TINY)
     for word in range(m // 8):
         if words[word] == 0:
