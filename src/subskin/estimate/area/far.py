@@ -43,8 +43,8 @@ class Far(NamedTuple):
     table (regions, 4): its first direction, how many (none: ask the halves), the region to go on with where the bound
     rules this one out, and whether it is a last one; left (regions, 2): the root of what its directions leave, and of
     what they take; directions (all of them, n), of length one; seen (n + 1, regions): whether its loads may be read
-    most by a sensor, and at last 1 for frames whose strongest sensor is not sure; cluster (n, 9): the sensors nearest to
-    each; share (n + 1,): the most of a load's squares that these get, 1 at last.
+    most by a sensor, and at last 1 for frames whose strongest sensor is not sure; cluster (n, 9): the sensors nearest
+    to each; share (n + 1,): the most of a load's squares that these get, 1 at last.
     """
 
     table: npt.NDArray[np.int64]
@@ -61,8 +61,9 @@ def far_from(
 ) -> Far:  # fmt: skip
     """The tree of the positions between two boxes ((y low, y high), (z low, z high)); empty where there are none.
 
-    points (n, 2): the sensors; scale (n,): 1 / noise; leaves: what the directions of a region may leave of a unit reading, squared; coarse: how many
-    depths farther from the sensors the inner box is thought to be when positions are chosen.
+    points (n, 2): the sensors; scale (n,): 1 / noise; leaves: what the directions of a region may leave of a unit
+    reading, squared; coarse: how many depths farther from the sensors the inner box is thought to be when positions are
+    chosen.
     """
     from scipy.spatial import KDTree
 

@@ -233,8 +233,8 @@ def _each(
             status == _OK
             and may_reach(single, total, least, tile, *beyond)
             and outside(
-                w, single, sensors, first, table, terms, outer, nodes, tile, least, options, boxes, scratch, whole, c, s,
-                trials,
+                w, single, sensors, first, table, terms, outer, nodes, tile, least, options, boxes, scratch, whole, c,
+                s, trials,
             )
         ):  # fmt: skip
             status = _AMBIGUOUS
@@ -250,10 +250,10 @@ def project_frames(
 
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; sensors, first, table, terms:
     as of `field.field_at`, then those of the sensors near each tile; tiles, outer: `Tiles` of the search and of what is
-    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far` of
-    the search but its part over the sensors, and of what is beyond; options: mu, the thresholds of detection and of chi-square, ambiguity,
-    apart, broad, the reading from which the strongest names a tile, the deviation from which S need be no parabola, the
-    smallest step, the search, the table's error.
+    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far`
+    of the search but its part over the sensors, and of what is beyond; options: mu, the thresholds of detection and of
+    chi-square, ambiguity, apart, broad, the reading from which the strongest names a tile, the deviation from which S
+    need be no parabola, the smallest step, the search, the table's error.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]

@@ -16,8 +16,8 @@ _ROUNDING = 1.0 - 2e-5
 def may_reach(single, total, least, tile, table, left, directions, seen, cluster, share):
     """Whether chi-square explained by a load of any region may be `least`; of no region: it may.
 
-    single (n + 1,): readings in units of noise, whose squares add up to `total`; tile: the strongest of them, n where it
-    is not sure; the others as of `far.Far`.
+    single (n + 1,): readings in units of noise, whose squares add up to `total`; tile: the strongest of them, n where
+    it is not sure; the others as of `far.Far`.
     """
     regions, n = table.shape[0], directions.shape[1]
     if regions == 0:

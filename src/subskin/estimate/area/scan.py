@@ -43,9 +43,8 @@ def scan(w, near, basis, shapes, mu, c, s):
         i += 2
     steep = np.float32(mu) if mu < math.inf else ONE
     one, square = (ONE if mu < math.inf else NOUGHT), np.float32(mu * mu)
-    ones, twos, threes = c[:m], c[m : 2 * m], c[2 * m : whole]  # a sum in an index would keep it from vectors
     for p in range(m):
-        c0, c1, c2 = ones[p], twos[p], threes[p]
+        c0, c1, c2 = c[p], c[m + p], c[2 * m + p]
         r00, r01, r02, r11, r12, r22 = (
             shapes[0, p], shapes[1, p], shapes[2, p], shapes[3, p], shapes[4, p], shapes[5, p]
         )  # fmt: skip
@@ -86,12 +85,12 @@ def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
     """
     most, count = score.size, 0
     up, down = lead - stride, lead + stride
+    # parts of it, as an index that may be negative would keep the loop from vectors
     h0, h1, h2 = heights[up - 1 : up - 1 + m], heights[up : up + m], heights[up + 1 : up + 1 + m]
     h3, h4, h5 = heights[lead - 1 : lead - 1 + m], heights[lead : lead + m], heights[lead + 1 : lead + 1 + m]
     h6, h7, h8 = heights[down - 1 : down - 1 + m], heights[down : down + m], heights[down + 1 : down + 1 + m]
     for p in range(m):
-        before = max(max(h0[p], h1[p]), max(h2[p], h3[p]))
-        after = max(max(h5[p], h6[p]), max(h7[p], h8[p]))
+        before, after = max(h0[p], h1[p], h2[p], h3[p]), max(h5[p], h6[p], h7[p], h8[p])
         peak[p] = (h4[p] > before) & (h4[p] >= after)
     over = ONE / (total + TINY)
     for word in range(m // 8):

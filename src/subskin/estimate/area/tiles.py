@@ -19,7 +19,8 @@ from ...prepared import Prepared
 from ...radial import RadialResponse
 
 __all__ = [
-    "STRONG", "Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strongest", "tiles_of",
+    "STRONG", "Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strongest",
+    "tiles_of",
 ]  # fmt: skip
 
 STRONG = 0.7
