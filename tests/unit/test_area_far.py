@@ -24,8 +24,7 @@ def explained(spans, w):
     return ((w @ basis) ** 2).sum(axis=-1)
 
 
-@pytest.mark.parametrize("leaves", [0.003, 0.03])
-@pytest.mark.parametrize("friction", [0.0, 1.0])
+@pytest.mark.parametrize(("friction", "leaves"), [(0.0, 0.03), (1.0, 0.003)])
 @pytest.mark.parametrize("transducer", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
 def test_no_far_load_explains_more_than_its_bound(transducer, friction, leaves):
     """Random positions between the boxes, loads there with some noise as readings: the worst case for a bound."""

@@ -84,11 +84,11 @@ def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
     and peak, the same as bytes, of which m are scratch; score (most,), at (most, 2): row and column.
     """
     most, count = score.size, 0
-    up, down = lead - stride, lead + stride
+    above, under = lead - stride, lead + stride
     # parts of it, as an index that may be negative would keep the loop from vectors
-    h0, h1, h2 = heights[up - 1 : up - 1 + m], heights[up : up + m], heights[up + 1 : up + 1 + m]
+    h0, h1, h2 = heights[above - 1 : above - 1 + m], heights[above : above + m], heights[above + 1 : above + 1 + m]
     h3, h4, h5 = heights[lead - 1 : lead - 1 + m], heights[lead : lead + m], heights[lead + 1 : lead + 1 + m]
-    h6, h7, h8 = heights[down - 1 : down - 1 + m], heights[down : down + m], heights[down + 1 : down + 1 + m]
+    h6, h7, h8 = heights[under - 1 : under - 1 + m], heights[under : under + m], heights[under + 1 : under + 1 + m]
     for p in range(m):
         before, after = max(h0[p], h1[p], h2[p], h3[p]), max(h5[p], h6[p], h7[p], h8[p])
         peak[p] = (h4[p] > before) & (h4[p] >= after)
