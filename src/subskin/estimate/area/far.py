@@ -71,8 +71,8 @@ def far_from(
     n = response.sensors
     if not len(at) or n <= _FEW:
         nothing = np.empty((0, n), dtype=np.float32), np.empty((n + 1, 0), dtype=np.uint8)
-        table = np.empty((0, 4), dtype=np.int64)
-        return Far(table, np.empty((0, 2)), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1))
+        index = np.empty((0, 4), dtype=np.int64)
+        return Far(index, np.empty((0, 2)), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1))
     fields = response(at) * scale[:, None]
     hot = strongest(fields, friction) >= STRONG**2
     basis = orthonormal(fields)[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
@@ -137,7 +137,7 @@ def _divide(
     last = len(here) == 1 or 0 < len(directions) <= _FEW
     rows.append([0.0, float(last), np.sqrt(left), np.sqrt(1 - left)])
     found.append(directions)
-    seen.append(hot[these].any(axis=0))
+    seen.append(np.asarray(hot[these].any(axis=0)))
     if not last:
         y_or_z = at[here, np.ptp(at[here], axis=0).argmax()]
         order = here[np.argsort(y_or_z, kind="stable")]
