@@ -223,7 +223,10 @@ def outside(
         c,
         s[:m],
     )
-    for b in range(4):
+    reaches = False
+    for p in range(count):
+        reaches |= s[p] >= nodes[start + p, 3] * least
+    for b in range(4 if reaches else 0):
         best, top = -1, least
         for p in range(count):
             if s[p] >= nodes[start + p, 3] * top and nodes[start + p, 2] == b:

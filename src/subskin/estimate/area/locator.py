@@ -17,7 +17,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
-from .far import INNER, far_from
+from .far import INNER, Far, far_from
 from .tiles import Response, SomeSensors, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
@@ -30,6 +30,8 @@ _STRONG = 22.0
 """Noises from which the strongest reading is a sensor's that stands near the load (`tiles.py`)."""
 _CURVED = 0.02
 _MOST_FINE = 4_000_000
+_RING_LEAVES, _BEYOND_LEAVES, _LEAVES = 6e-4, 2e-4, 0.03
+"""What directions of a region leave of a unit reading, squared, a sensor: in the search and beyond; and the most."""
 
 
 class AreaLocator(Framewise):
@@ -143,12 +145,21 @@ class AreaLocator(Framewise):
         inner, outer = self._over_the_sensors()
         parts: tuple[Any, ...] = self._looked_at(response, [lambda: self.response], [0], pattern, cells, inner)
         sensors, first, *rest = parts
-        scale = 1 / np.asarray(array.noise)
-        far = far_from(self._read_by(lambda: self.response, pattern), scale, inner, outer, self._depth, self.friction)
+        far = self._far(self._read_by(lambda: self.response, pattern), array, inner, outer)
         return (
             sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
-            np.ascontiguousarray(terms).astype(np.int64), *rest, tuple(far), self._options(array, response, error),
+            np.ascontiguousarray(terms).astype(np.int64), *rest, far, self._options(array, response, error),
         )  # fmt: skip
+
+    def _far(self, response: Response, array: SensorArray, inner: FloatArray, outer: FloatArray) -> tuple[Any, ...]:
+        """Bounds for the search round its inner part, and for what is beyond; of a search that ends, the same."""
+        seen, boxes = (response, array.points, 1 / np.asarray(array.noise)), (inner, np.array(self.search), outer)
+        kind = self._depth, self.friction
+        ring_leaves, beyond_leaves = (min(per * response.sensors, _LEAVES) for per in (_RING_LEAVES, _BEYOND_LEAVES))
+        ring: Far = far_from(*seen, *boxes[:2], *kind, ring_leaves)
+        if self._beyond == 0:
+            return tuple(ring), tuple(ring)
+        return tuple(ring), tuple(far_from(*seen, *boxes[1:], *kind, beyond_leaves, 1.0))
 
     def _over_the_sensors(self) -> tuple[FloatArray, FloatArray]:
         """The part of the search where most touches stand, and how far loads are thought of."""

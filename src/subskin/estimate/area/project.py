@@ -132,7 +132,7 @@ def _each(
     frames, n = readings.shape
     w = full[:n]
     detection, largest, ambiguity, strong = options[1], options[2], options[3], options[6]
-    regions, left_out, directions = far
+    ring, beyond = far
     base = tiles[0].shape[0] - n - 2  # tiles that are looked at first, where there are any
     for f in range(frames):
         row = out[f]
@@ -146,7 +146,7 @@ def _each(
         hot, top = strongest(single, n)
         tile = hot if top >= strong * strong else n
         least = total - largest - ambiguity
-        over = tile < n and base > 0 and not may_reach(single, total, least, regions, left_out, directions)
+        over = tile < n and base > 0 and not may_reach(single, total, least, tile, *ring)
         best = second = -1
         left = bound = largest
         for attempt in range(0 if over else 1, 3):
@@ -228,9 +228,14 @@ def _each(
             and is_broad(w, tiles, fit, row, spread, options, trials[0])
         ):
             status = _AMBIGUOUS
-        if status == _OK and not over and outside(
-            w, single, sensors, first, table, terms, outer, nodes, tile, explained - ambiguity, options, boxes, scratch,
-            whole, c, s, trials,
+        least = explained - ambiguity
+        if (
+            status == _OK
+            and may_reach(single, total, least, tile, *beyond)
+            and outside(
+                w, single, sensors, first, table, terms, outer, nodes, tile, least, options, boxes, scratch, whole, c,
+                s, trials,
+            )
         ):  # fmt: skip
             status = _AMBIGUOUS
         row[_STATUS] = status
@@ -245,10 +250,10 @@ def project_frames(
 
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; sensors, first, table, terms:
     as of `field.field_at`, then those of the sensors near each tile; tiles, outer: `Tiles` of the search and of what is
-    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far`,
-    of all positions but those over the sensors; options: mu, the thresholds of detection and of chi-square, ambiguity,
-    apart, broad, the reading from which the strongest names a tile, the deviation from which S need be no parabola, the
-    smallest step, the search, the table's error.
+    beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far`
+    of the search but its part over the sensors, and of what is beyond; options: mu, the thresholds of detection and of
+    chi-square, ambiguity, apart, broad, the reading from which the strongest names a tile, the deviation from which S
+    need be no parabola, the smallest step, the search, the table's error.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]

@@ -13,17 +13,30 @@ _ROUNDING = 1.0 - 2e-5
 
 
 @compiled(borrows=True)
-def may_reach(single, total, least, table, left, directions):
+def may_reach(single, total, least, tile, table, left, directions, seen, cluster, share):
     """Whether chi-square explained by a load of any region may be `least`; of no region: it may.
 
-    single (n + 1,): readings in units of noise, whose squares add up to `total`; the others as of `far.Far`.
+    single (n + 1,): readings in units of noise, whose squares add up to `total`; tile: the strongest of them, n where
+    it is not sure; the others as of `far.Far`.
     """
     regions, n = table.shape[0], directions.shape[1]
     if regions == 0:
         return True
     goal = _ROUNDING * least
+    if share[tile] < 1.0:  # as much of a frame as its strongest sensors have stands against what a load gives them
+        here = np.float32(0)
+        for k in range(cluster.shape[1]):
+            w = single[cluster[tile, k]]
+            here += w * w
+        if here > share[tile] * total:
+            bound = math.sqrt(here * share[tile]) + math.sqrt(max(total - here, 0.0) * (1.0 - share[tile]))
+            if bound * bound < goal:
+                return False
     i = 0
     while i < regions:
+        if seen[tile, i] == 0:
+            i = table[i, 2]
+            continue
         begin, count = table[i, 0], table[i, 1]
         if count > 0:
             taken = np.float32(0)

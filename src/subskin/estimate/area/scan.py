@@ -84,12 +84,14 @@ def peaks(heights, lead, m, stride, total, share, words, peak, score, at):
     and peak, the same as bytes, of which m are scratch; score (most,), at (most, 2): row and column.
     """
     most, count = score.size, 0
+    above, under = lead - stride, lead + stride
+    # parts of it, as an index that may be negative would keep the loop from vectors
+    h0, h1, h2 = heights[above - 1 : above - 1 + m], heights[above : above + m], heights[above + 1 : above + 1 + m]
+    h3, h4, h5 = heights[lead - 1 : lead - 1 + m], heights[lead : lead + m], heights[lead + 1 : lead + 1 + m]
+    h6, h7, h8 = heights[under - 1 : under - 1 + m], heights[under : under + m], heights[under + 1 : under + 1 + m]
     for p in range(m):
-        q = lead + p
-        here = heights[q]
-        before = (here > heights[q - stride - 1]) & (here > heights[q - stride]) & (here > heights[q - stride + 1])
-        after = (here >= heights[q + stride - 1]) & (here >= heights[q + stride]) & (here >= heights[q + stride + 1])
-        peak[p] = before & after & (here > heights[q - 1]) & (here >= heights[q + 1])
+        before, after = max(h0[p], h1[p], h2[p], h3[p]), max(h5[p], h6[p], h7[p], h8[p])
+        peak[p] = (h4[p] > before) & (h4[p] >= after)
     over = ONE / (total + TINY)
     for word in range(m // 8):
         if words[word] == 0:

@@ -18,9 +18,14 @@ from ..._check import FloatArray
 from ...prepared import Prepared
 from ...radial import RadialResponse
 
-__all__ = ["Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "tiles_of"]
+__all__ = [
+    "STRONG", "Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strongest",
+    "tiles_of",
+]  # fmt: skip
 
-_STRONG, _ENERGY, _MOST_NEAR = 0.7, 0.98, 64
+STRONG = 0.7
+"""Share of the strongest reading from which a sensor may be the strongest one with noise."""
+_ENERGY, _MOST_NEAR = 0.98, 64
 _RINGS = (0.0, 0.5, 1.0, 1.6, 2.4, 3.4, 4.7, 6.3, 8.0)
 """Depths beyond the search at which nodes stand; the boxes end at the last."""
 _SAMPLES = 96
@@ -53,6 +58,15 @@ def directions(friction: float) -> FloatArray:
         drag = math.sin(angle) * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         out.append(np.column_stack([np.full(turns.size, math.cos(angle)), drag]))
     return np.concatenate(out)
+
+
+def strongest(fields: FloatArray, friction: float) -> FloatArray:
+    """Of each node and sensor, the largest share of the strongest reading that it may read; fields (nodes, n, 3)."""
+    hot = np.zeros(fields.shape[:2])
+    for force in directions(friction):
+        made = np.abs(fields @ force)
+        hot = np.maximum(hot, made / np.maximum(made.max(axis=1, keepdims=True), 1e-150))
+    return hot
 
 
 def _strength(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArray]:
@@ -216,7 +230,7 @@ def _add_sensors(
     hot, share = _strength(fields, friction)
     columns = z.size
     for sensor in range(response.sensors):
-        here = hot[:, sensor] >= _STRONG
+        here = hot[:, sensor] >= STRONG
         here[np.argmax(hot[:, sensor])] = True
         j, k = np.divmod(np.flatnonzero(here), columns)
         j0, j1 = max(j.min() - 1, 0), min(j.max() + 2, y.size)
@@ -262,7 +276,7 @@ def nodes_beyond(
         hot, near_share = _strength(fields, friction)
         for sensor in range(response.sensors + 1):
             whole = sensor == response.sensors
-            some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= _STRONG**2)
+            some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= STRONG**2)
             near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
             build.add(fields[some], near, (1, some.size), (float(sum(len(part) for part in nodes)), 0.0, 0.0, 0.0))
             nodes.append(every[some])
