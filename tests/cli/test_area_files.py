@@ -114,7 +114,10 @@ def test_a_file_is_calibrated_as_python_does(folder, subskin):
     np.testing.assert_allclose(file.origin, ORIGIN, atol=0.1e-3)
     assert file.turn == pytest.approx(found.turn, rel=1e-8) == pytest.approx(TURN, abs=0.02)
     mine, theirs = file.locate(readings), found.finger.locate(readings, friction=0)
-    np.testing.assert_allclose(mine.position, theirs.position, atol=1e-7)  # a digit of the file may change the climb
+    std = np.sqrt(np.diagonal(theirs.load.covariance, axis1=-2, axis2=-1)[:, :2])
+    off = np.abs(mine.position - theirs.position) / std
+    assert np.median(off) < 1e-4
+    assert off.max() < 0.2  # a digit of the file may change the climb, which ends where little is left to gain
     np.testing.assert_array_equal(mine.status, theirs.status)
     rest = ("--every", 2, "--skip-used", "--truth", "position_y,position_z", "-o", "located.csv")
     assert subskin("locate", "calibrated.toml", "touches.csv", *rest, "--figure", "truth.svg").code == 0
