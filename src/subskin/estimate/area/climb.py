@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ..._compiled import compiled
-from .cone import eliminate
+from .cone import eliminate, sums_of
 from .field import field_at
 
 FIT = 32
@@ -41,17 +41,7 @@ def project(w, sensors, first, table, terms, mu, y, z, a, whole, fit):
             b1 += a1 * r
             b2 += a2 * r
     else:
-        for i in range(w.size):
-            a0, a1, a2, r = a[5, i], a[6, i], a[7, i], w[i]
-            g00 += a0 * a0
-            g01 += a0 * a1
-            g02 += a0 * a2
-            g11 += a1 * a1
-            g12 += a1 * a2
-            g22 += a2 * a2
-            b0 += a0 * r
-            b1 += a1 * r
-            b2 += a2 * r
+        g00, g01, g02, g11, g12, g22, b0, b1, b2 = sums_of(a, w, 5)
     eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
     fit[11], fit[12], fit[13], fit[14], fit[15], fit[16] = g00, g01, g02, g11, g12, g22
     fit[29], fit[30] = y, z

@@ -19,6 +19,24 @@ _DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
 
 
 @compiled(inline=True)
+def sums_of(rows, w, first):
+    """The six numbers of G = A^T A, and the three of b; A has the rows first, first + 1 and first + 2."""
+    g00 = g01 = g02 = g11 = g12 = g22 = b0 = b1 = b2 = 0.0
+    for i in range(w.size):
+        a0, a1, a2, r = rows[first, i], rows[first + 1, i], rows[first + 2, i], w[i]
+        g00 += a0 * a0
+        g01 += a0 * a1
+        g02 += a0 * a2
+        g11 += a1 * a1
+        g12 += a1 * a2
+        g22 += a2 * a2
+        b0 += a0 * r
+        b1 += a1 * r
+        b2 += a2 * r
+    return g00, g01, g02, g11, g12, g22, b0, b1, b2
+
+
+@compiled(inline=True)
 def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
     """Fill fit: N, Ty, Tz, S, then the inverse of G in what is left free (00, 01, 02, 11, 12, 22), and 1 inside.
 

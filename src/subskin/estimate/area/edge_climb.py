@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
-from .cone import eliminate
+from .cone import eliminate, sums_of
 from .round_climb import round_field, shares_of
 
 UNKNOWNS = 5
@@ -61,18 +61,7 @@ def edge_project(w, model, mu, at, room, fit):
             for i in range(n):
                 b[12 + row, i] += by_y * one[3 + row, i] + by_z * one[6 + row, i]
                 b[15 + row, i] += to_y * one[3 + row, i] + to_z * one[6 + row, i]
-    g00 = g01 = g02 = g11 = g12 = g22 = b0 = b1 = b2 = 0.0
-    for i in range(n):
-        a0, a1, a2, r = b[0, i], b[1, i], b[2, i], w[i]
-        g00 += a0 * a0
-        g01 += a0 * a1
-        g02 += a0 * a2
-        g11 += a1 * a1
-        g12 += a1 * a2
-        g22 += a2 * a2
-        b0 += a0 * r
-        b1 += a1 * r
-        b2 += a2 * r
+    g00, g01, g02, g11, g12, g22, b0, b1, b2 = sums_of(b, w, 0)
     eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit)
     fit[11], fit[12], fit[13], fit[14], fit[15], fit[16] = g00, g01, g02, g11, g12, g22
     force, ty, tz, left = fit[0], fit[1], fit[2], 0.0

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from ..._compiled import compiled
-from .cone import eliminate
+from .cone import eliminate, sums_of
 
 COLUMNS = 24
 """Rows of scratch a sensor needs: 0-2 its readings under N, Ty, Tz; 3-5 their slopes in y, 6-8 in z, 9-11 in q; 12, 15,
@@ -94,18 +94,7 @@ def round_project(w, model, mu, y, z, q, room, fit):
     shares, part, twisted, b = room[2], room[3], room[4], room[5]
     shares_of(q, most, shares)
     round_field(sensors, first, sums, terms, shares, y, z, part, b)
-    g00 = g01 = g02 = g11 = g12 = g22 = b0 = b1 = b2 = 0.0
-    for i in range(w.size):
-        a0, a1, a2, r = b[0, i], b[1, i], b[2, i], w[i]
-        g00 += a0 * a0
-        g01 += a0 * a1
-        g02 += a0 * a2
-        g11 += a1 * a1
-        g12 += a1 * a2
-        g22 += a2 * a2
-        b0 += a0 * r
-        b1 += a1 * r
-        b2 += a2 * r
+    g00, g01, g02, g11, g12, g22, b0, b1, b2 = sums_of(b, w, 0)
     for k in range(39, SIZE):
         fit[k] = 0.0
     over = alone = 0.0
