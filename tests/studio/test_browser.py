@@ -176,6 +176,28 @@ def test_an_area_is_seen_from_above(opened):
     page.get_by_role("heading", name="From above").wait_for(state="hidden")
 
 
+def test_edits_made_at_once_all_count(opened):
+    """The second and the third are made while the answer to the first is on its way."""
+    page = opened.page
+    page.evaluate("""() => {
+      for (const [label, text] of [["count", "6"], ["pitch", "1.25"], ["depth", "1.75"]]) {
+        const input = [...document.querySelectorAll("label")].find((one) => one.textContent === label).control;
+        input.value = text;
+        input.dispatchEvent(new Event("change"));
+      }
+    }""")
+    fields = [page.get_by_label(label, exact=True) for label in ("count", "pitch", "depth")]
+    for _ in range(100):
+        if (seen := [field.input_value() for field in fields]) == ["6", "1.25", "1.75"]:
+            break
+        page.wait_for_timeout(30)
+    assert seen == ["6", "1.25", "1.75"]
+    for field, value in zip(fields, ("8", "1.5", "2"), strict=True):
+        field.fill(value)
+        field.press("Enter")
+    opened.ready()
+
+
 def test_what_is_kept_is_a_finger_and_a_program(opened, tmp_path):
     page = opened.page
     with page.expect_download() as kept:

@@ -10,12 +10,13 @@ import { saveMenu } from "./save.js";
 import { say } from "./say.js";
 import { Section } from "./section.js";
 import { Store, linked, where } from "./store.js";
-import { ask, follow, whenOpen } from "./wire.js";
+import { ask, busy, follow, whenOpen } from "./wire.js";
 import { Zoom } from "./zoom.js";
 
 export class FingerView {
   constructor() {
     this.store = new Store("finger");
+    this.unheard = []; // edits whose answer is on its way
     this.said = null;
     this.name = "finger.toml";
     this.section = new Section();
@@ -96,7 +97,14 @@ export class FingerView {
   look(change, how, kept, key = "") {
     const state = { ...this.store.state, ...change };
     if (change.touch) this.store.state = state; // fields of a touch add up while the answer is on its way
-    follow({ view: "finger", do: "look", state, how }, (said, more) => this.hear(said, kept, more, key));
+    if (change.text === undefined) { // and so do edits of the finger
+      if (how.edits && !how.moving) this.unheard.push(...how.edits);
+      if (this.unheard.length) how = { ...how, edits: [...this.unheard] };
+    }
+    follow({ view: "finger", do: "look", state, how }, (said, more) => {
+      this.unheard = this.unheard.filter((edit) => !how.edits?.includes(edit));
+      this.hear(said, kept, more, key);
+    });
   }
 
   set(key, value) {
@@ -149,7 +157,7 @@ export class FingerView {
   refine() {
     clearTimeout(this.finer);
     this.finer = setTimeout(() => {
-      if (!this.held) this.look({}, { refine: true }, false);
+      if (!this.held && !busy("finger")) this.look({}, { refine: true }, false); // what waits is not to be displaced
     }, 60);
   }
 
@@ -194,10 +202,12 @@ export class FingerView {
   }
 
   undo() {
+    this.unheard = [];
     if (this.store.undo()) this.look({}, {}, false);
   }
 
   redo() {
+    this.unheard = [];
     if (this.store.redo()) this.look({}, {}, false);
   }
 }

@@ -65,6 +65,9 @@ export function ask(message, heard = () => {}) {
   if (id) waits.set(id, heard);
 }
 
+// Whether an answer to what was asked as things move is on its way.
+export const busy = (view) => pending.get(view)?.busy ?? false;
+
 // Ask as things move: one is on its way, and of those that wait the latest goes next.
 export function follow(message, heard) {
   const state = pending.get(message.view) ?? { busy: false, next: null };
