@@ -187,11 +187,8 @@ def test_edits_made_at_once_all_count(opened):
       }
     }""")
     fields = [page.get_by_label(label, exact=True) for label in ("count", "pitch", "depth")]
-    for _ in range(100):
-        if (seen := [field.input_value() for field in fields]) == ["6", "1.25", "1.75"]:
-            break
-        page.wait_for_timeout(30)
-    assert seen == ["6", "1.25", "1.75"]
+    page.wait_for_timeout(700)  # an edit that is lost gives way to the old number with the last answer
+    assert [field.input_value() for field in fields] == ["6", "1.25", "1.75"]
     for field, value in zip(fields, ("8", "1.5", "2"), strict=True):
         field.fill(value)
         field.press("Enter")
