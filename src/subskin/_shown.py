@@ -27,7 +27,10 @@ class Presets(dict[str, dict[str, Any]]):
         return heads, [[name, *(self._cell(c, row[c]) for c in columns)] for name, row in self.items()]
 
     def _cell(self, column: str, value: Any) -> str:
-        return f"{value * self._units.get(column, (1.0, ''))[0]:.3g}" if isinstance(value, float) else str(value)
+        if not isinstance(value, float):
+            return str(value)
+        shown = f"{value * self._units.get(column, (1.0, ''))[0]:.3g}"
+        return f"{float(shown):.0f}" if "e+" in shown else shown
 
     def __repr__(self) -> str:
         heads, rows = self._table()

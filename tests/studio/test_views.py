@@ -30,6 +30,7 @@ from subskin.studio.views.calibrate import BenchFeed, CalibrateView
 from subskin.studio.views.design import DesignView
 from subskin.studio.views.finger import EXAMPLE, FingerView, window_of
 from subskin.studio.views.finger_state import FingerState
+from subskin.studio.views.fit_told import fit_told
 from subskin.studio.views.form import edited, finger_of, form_of
 from subskin.studio.views.memo.formula import tree_of, words_of
 from subskin.studio.views.memo.view import MemoState, look
@@ -461,7 +462,10 @@ def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monke
     told = fitted(fit="gain, origin")
     found = ss.calibrate(file.finger, readings, positions, force=40.0, fit=("gain", "origin"))
     assert (told["run"], told["fault"], told["r2"]) == ("ended", "", pytest.approx(found.r2))
-    np.testing.assert_allclose(told["touches"], positions)
+    np.testing.assert_allclose(told["touches"], positions, equal_nan=False)
+    errors = [p.std for p in found.parameters if p.name == "gain"]
+    errors += [1e3 * p.std for p in found.parameters if p.name == "origin"]
+    assert [float(row[3].split()[0]) for row in told["changes"] if row[3]] == pytest.approx(errors, rel=0.17)  # a digit
     view.answer("accept", {"name": "felt.toml"}, file)
     np.testing.assert_allclose(
         ss.load("felt.toml").finger.array.gain, found.finger.array.gain, rtol=1e-5, equal_nan=False
@@ -469,6 +473,25 @@ def test_touches_made_before_are_fitted_as_the_library_fits_them(tmp_path, monke
     assert "presses.csv, line 2" in fitted(text=text.replace("-0.00", "wide", 1))["fault"]
     assert "force" in fitted(fit="force")["fault"]  # what is fitted is not among what can be
     assert "s7" in fitted(text=text.replace("s7", "more"))["fault"]
+
+
+def test_gains_of_the_mean_have_the_spread_of_drawn_ones():
+    """Errors of ratios by their slopes, against ratios of gains drawn with the covariance of the fit."""
+    file, positions = finger_of(EXAMPLE), np.linspace(-5e-3, 5e-3, 15)
+    readings = file.finger.read(ss.LineLoad(np.full(15, 40.0), position=positions), np.random.default_rng(1))
+    found = ss.calibrate(file.finger, readings, positions, force=40.0, fit=("gain", "depth"))
+    at = [i for i, p in enumerate(found.parameters) if p.name == "gain"]
+    covariance = found.covariance.copy()
+    covariance[np.ix_(at, at)] += 0.1**2  # what moves all gains at once is no error of their ratios
+    found = replace(found, covariance=covariance)
+    drawn = np.random.default_rng(2).multivariate_normal(
+        np.asarray(found.finger.array.gain), found.covariance[np.ix_(at, at)], 20_000
+    )
+    spread = (drawn / drawn.mean(axis=1, keepdims=True)).std(axis=0)
+    told = fit_told(file, found, relative=True)["changes"]
+    errors = [float(error) for what, *_, error in told if what.startswith("gain")]
+    assert errors == pytest.approx(spread, rel=0.17)  # one digit
+    assert spread.max() < 0.03
 
 
 @pytest.mark.parametrize("port", [None, "demo?rate=200", "touch.parquet"])

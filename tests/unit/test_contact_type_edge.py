@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.special import ive
 
 import subskin as ss
 from subskin.decide import Kind, contact_type, usual_kinds
 from subskin.errors import InvalidValueError
+from subskin.estimate.evidence._edge_kernel import _log_turned
 
 D = 2e-3  # m
 T, W = np.polynomial.legendre.leggauss(16)
@@ -66,7 +70,7 @@ def test_edges_are_named_and_their_direction_is_told(finger):
 def test_a_wide_edge_has_the_width_of_its_spheres(finger):
     said = contact_type(finger, edge(finger, (0.1 * D, 0.2 * D), 0.7, 1.2 * D, width=0.35 * D))
     assert said.name == "edge"
-    np.testing.assert_allclose([said.half_width, said.half_length], [0.35 * D, 1.2 * D], rtol=1e-3)
+    np.testing.assert_allclose([said.half_width, said.half_length], [0.35 * D, 1.2 * D], rtol=1e-3, equal_nan=False)
     assert said.direction == pytest.approx(0.7, abs=2e-3)
     assert said.residual < 1e-3
 
@@ -189,3 +193,8 @@ def test_usual_edges_and_kinds_of_ones_own(finger):
     said = contact_type(row, row.read(ss.LineLoad(force=10.0)))
     assert np.isnan([said.direction, said.half_length, said.direction_std]).all()
     assert "direction" not in said.to_dict()
+
+
+@pytest.mark.parametrize("k", [0.0, 0.1, 1.0, 3.7, 3.8, 20.0, 1e3])
+def test_a_direction_is_spread_over_as_much_of_half_a_turn_as_the_bessel_function_says(k):
+    assert math.exp(_log_turned(4 * k)) == pytest.approx(ive(0, k), rel=1e-6)

@@ -51,7 +51,7 @@ def test_all_presets_have_sources_and_sense():
         assert sensor.low < rest < sensor.high
         assert len(sensor.source) > 20
     table = ss.SensorArray.presets()
-    assert "1.26e+05  Pa" in repr(table)
+    assert "126000  Pa" in repr(table)
     assert "<th>noise</th>" in table._repr_html_()
     assert pickle.loads(pickle.dumps(table)) == table
 
@@ -72,8 +72,9 @@ def test_a_gauge_reads_strain_by_its_bridge():
     assert array.transducers[0] == ss.NormalStrain()
     strained, at_rest = 120.0 * (1 + 2.0 * 1e-3), 120.0  # ohm, a factor of 2
     volts = 5.0 * (strained / (strained + 120.0) - at_rest / 240.0)
-    np.testing.assert_allclose(array.noise, 50e-9 / (volts / 1e-3), rtol=2e-3)  # a bridge is not quite straight
-    np.testing.assert_allclose(array.high, 20e-3 / (volts / 1e-3), rtol=2e-3)
+    # a bridge is not quite straight
+    np.testing.assert_allclose(array.noise, 50e-9 / (volts / 1e-3), rtol=2e-3, equal_nan=False)
+    np.testing.assert_allclose(array.high, 20e-3 / (volts / 1e-3), rtol=2e-3, equal_nan=False)
     np.testing.assert_array_equal(array.low, -array.high)
     np.testing.assert_array_equal(array.offset, 0.0)
 

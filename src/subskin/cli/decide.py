@@ -105,13 +105,13 @@ def _kind(text: str) -> Kind:
     from ..decide import Kind
 
     match = _KIND.fullmatch(text)
-    rule, fix = "a kind is NAME=FAMILY[:WIDTH][*PRIOR]", '--kind "edge=wedge: 0.2..0.7 mm * 2"'
+    rule, fix = "a kind is NAME=FAMILY[:WIDTH[,LENGTH]][*PRIOR]", '--kind "edge=wedge: 0.2..0.7 mm * 2"'
     if match is None:
         raise InvalidValueError(f'--kind "{text}"', rule, fix)
     sizes = [quantity_range(part, "m", "--kind") for part in (match["width"] or "0 m").split(",")]
     if len(sizes) != 1 + (match["family"] == "edge"):
-        rule = "an edge has half widths, then half lengths; no other kind has lengths"
-        raise InvalidValueError(f'--kind "{text}"', rule, '--kind "box=edge: 0..0.5 mm, 1..4 mm"')
+        sized = "an edge has half widths, then half lengths; no other kind has lengths"
+        raise InvalidValueError(f'--kind "{text}"', sized, '--kind "box=edge: 0..0.5 mm, 1..4 mm"')
     try:
         prior = float(match["prior"] or 1.0)
     except ValueError:

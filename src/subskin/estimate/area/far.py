@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._check import FloatArray
-from .tiles import STRONG, Response, orthonormal, strongest
+from .tiles import STRONG, Response, orthonormal, strength
 
 __all__ = ["INNER", "Far", "far_from"]
 
@@ -74,7 +74,7 @@ def far_from(
         index = np.empty((0, 4), dtype=np.int64)
         return Far(index, np.empty((0, 2)), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1))
     fields = response(at) * scale[:, None]
-    hot = strongest(fields, friction) >= STRONG**2
+    hot = strength(fields, friction)[0] >= STRONG**2
     basis = orthonormal(fields)[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
     beside = np.asarray(KDTree(at).query(at, _BESIDE)[1])
     rows: list[list[float]] = []

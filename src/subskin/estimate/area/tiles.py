@@ -19,7 +19,7 @@ from ...prepared import Prepared
 from ...radial import RadialResponse
 
 __all__ = [
-    "STRONG", "Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strongest",
+    "STRONG", "Response", "SomeSensors", "Tiles", "boxes_beyond", "nodes_beyond", "orthonormal", "strength",
     "tiles_of",
 ]  # fmt: skip
 
@@ -60,16 +60,7 @@ def directions(friction: float) -> FloatArray:
     return np.concatenate(out)
 
 
-def strongest(fields: FloatArray, friction: float) -> FloatArray:
-    """Of each node and sensor, the largest share of the strongest reading that it may read; fields (nodes, n, 3)."""
-    hot = np.zeros(fields.shape[:2])
-    for force in directions(friction):
-        made = np.abs(fields @ force)
-        hot = np.maximum(hot, made / np.maximum(made.max(axis=1, keepdims=True), 1e-150))
-    return hot
-
-
-def _strength(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArray]:
+def strength(fields: FloatArray, friction: float) -> tuple[FloatArray, FloatArray]:
     """Of each node and sensor: its largest reading over the strongest one's, and its mean share of the squares."""
     hot, share = np.zeros(fields.shape[:2]), np.zeros(fields.shape[:2])
     every = directions(friction)
@@ -227,7 +218,7 @@ def _add_sensors(
     y, z = _grid(box, step)
     steps = (float(y[1] - y[0]), float(z[1] - z[0]))
     fields = _fields(response, scale, y, z)
-    hot, share = _strength(fields, friction)
+    hot, share = strength(fields, friction)
     columns = z.size
     for sensor in range(response.sensors):
         here = hot[:, sensor] >= STRONG
@@ -273,7 +264,7 @@ def nodes_beyond(
         fields = response(at) * scale[:, None]
         share = _shares(response, scale, boxes, fields, at, which, np.array(ring), depth, friction)
         every = np.column_stack([at, which, share])
-        hot, near_share = _strength(fields, friction)
+        hot, near_share = strength(fields, friction)
         for sensor in range(response.sensors + 1):
             whole = sensor == response.sensors
             some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= STRONG**2)
