@@ -187,10 +187,7 @@ class _Early:
     def state(self) -> str:
         """In place of rate, losses and latency."""
         seconds = time.monotonic() - self.live.began
-        return (
-            f"PREVIEW of some frames: loops are compiled, once after installation, for {seconds:.0f} s now. "
-            "No frame is lost; events follow"
-        )
+        return f"PREVIEW of some frames: compiling, once, {seconds:.0f} s so far; no frame is lost"
 
     def tell(self, event: Event) -> None:
         """Nothing: between some frames there are gaps."""
