@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import sys
 from collections.abc import Callable
@@ -11,12 +12,43 @@ from pathlib import Path
 from typing import Any
 
 import numba as nb
+from numba.core.event import Event, Listener, register
 
 __all__ = ["compiled", "is_cached"]
 
 _ORDERED = {"nsz", "arcp", "contract"}  # not nnan, ninf: NaN and infinity have a meaning in every loop
 _FAST = _ORDERED | {"reassoc"}
 _IMPORT = re.compile(r"^from (\.[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+
+
+class _NoSearch(Listener):
+    """Python does not search for garbage while a loop of ours is compiled: nearly all that is made then is in use.
+
+    The search took a sixth of the time.
+    """
+
+    def __init__(self) -> None:
+        self._depth, self._searched = 0, False
+
+    def on_start(self, event: Event) -> None:
+        if _is_ours(event):
+            if self._depth == 0:
+                self._searched = gc.isenabled()
+                gc.disable()
+            self._depth += 1
+
+    def on_end(self, event: Event) -> None:
+        if _is_ours(event):
+            self._depth -= 1
+            if self._depth == 0 and self._searched:
+                gc.enable()
+
+
+def _is_ours(event: Event) -> bool:
+    return str(event.data["dispatcher"].py_func.__module__).startswith(f"{__package__}.")
+
+
+register("numba:compile", _NoSearch())  # type: ignore[no-untyped-call]
 
 
 def compiled(*, inline: bool = False, exact: bool = False, borrows: bool = False) -> Callable[[Any], Any]:

@@ -4,9 +4,14 @@ Numba looks at the text of the file that a function stands in, and not at the fi
 would go on calling the functions, and holding the constants, as they were.
 """
 
+import gc
 import os
 import subprocess
 import sys
+
+import numba as nb
+import pytest
+from numba.core.event import Listener, install_listener
 
 from subskin._compiled import is_cached
 
@@ -43,3 +48,44 @@ def test_what_was_kept_is_used_until_what_it_is_built_on_changes(tmp_path):
         os.utime(path, (later, later))
         assert run().split()[-1] == seen
         os.utime(path, (before, before))  # so that the next change is not seen by this one
+
+
+class _Seen(Listener):
+    """Whether Python searches for garbage when the compiling of a loop begins and has ended."""
+
+    def __init__(self):
+        self.searched = []
+
+    def on_start(self, event):
+        self.searched.append(gc.isenabled())
+
+    on_end = on_start
+
+
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize(("module", "meanwhile"), [("subskin.room", False), ("subskinned", True)])
+def test_no_search_for_garbage_while_a_loop_of_ours_is_compiled(module, meanwhile, before):
+    def below(x):
+        return x + 1
+
+    def above(x):
+        return 2 * inner(x)
+
+    def wrong(x):
+        return inner(x).no_such_part
+
+    for function in (below, above, wrong):
+        function.__module__ = module
+    was, seen, inner = gc.isenabled(), _Seen(), nb.njit(below)
+    (gc.enable if before else gc.disable)()
+    try:
+        with install_listener("numba:compile", seen):
+            with pytest.raises(nb.TypingError):
+                nb.njit(wrong)(1)
+            assert gc.isenabled() == before
+            assert nb.njit(above)(1) == 4
+            assert gc.isenabled() == before
+    finally:
+        (gc.enable if was else gc.disable)()
+    during = before and meanwhile
+    assert seen.searched == [during, during, during, before, during, before]  # wrong, below within it; above
