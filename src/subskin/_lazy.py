@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Callable
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -46,15 +47,20 @@ def _hint(package: str, path: str, name: str) -> str:
     """In which room of the package the name is public; nothing is imported for it."""
     if name.startswith("_"):  # public nowhere, and asked for by each tool that looks into modules
         return ""
-    folder = Path(path).parent
-    files = [file for file in folder.rglob("*.py*") if file.suffix in {".py", ".pyi"}]
-    rooms = {file: file.relative_to(folder).with_suffix("").parts for file in files}
-    rooms = {file: parts[:-1] if parts[-1] == "__init__" else parts for file, parts in rooms.items()}
-    for file in sorted(files, key=lambda file: (len(rooms[file]), file)):
-        hidden = any(part.startswith("_") for part in rooms[file])
-        if not hidden and f'"{name}"' in file.read_text("utf-8") and name in _public(_parsed(file)):
-            return f": it is public in another room. Fix: {'.'.join((package, *rooms[file], name))}"
+    for parts, file in _files(Path(path).parent):
+        if f'"{name}"' in file.read_text("utf-8") and name in _public(_parsed(file)):
+            return f": it is public in another room. Fix: {'.'.join((package, *parts, name))}"
     return ""
+
+
+@cache
+def _files(folder: Path) -> list[tuple[tuple[str, ...], Path]]:
+    """The public files of a package as parts of their dotted names, the rooms before what they hold."""
+    files = [file for file in folder.rglob("*.py*") if file.suffix in {".py", ".pyi"}]
+    parts = [file.relative_to(folder).with_suffix("").parts for file in files]
+    rooms = [p[:-1] if p[-1] == "__init__" else p for p in parts]
+    shown = [(room, file) for room, file in zip(rooms, files, strict=True) if not any(p[0] == "_" for p in room)]
+    return sorted(shown, key=lambda each: (len(each[0]), each[1]))
 
 
 def _parsed(file: Path) -> ast.Module:
