@@ -23,6 +23,7 @@ extensions = [
     "mathml",
     "names",
     "offline",
+    "sidebar",
 ]
 html_math_renderer = "mathml"
 default_role = "name"
