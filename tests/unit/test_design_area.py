@@ -281,7 +281,6 @@ def test_mixes_go_into_files(tmp_path):
     [
         ({"skins": (SkinChoice("plane", ss.HalfPlane(ss.Material(0.4e6))),)}, "solved in a plane"),
         ({"accuracy": Accuracy(position=1e-4, radius=1e-4)}, "points"),
-        ({"accuracy": Accuracy(position=1e-4, calibrated="blind"), "tolerances": None}, "sensors in a row"),
     ],
 )
 def test_what_is_not_worked_out_on_an_area_is_refused(change, message):

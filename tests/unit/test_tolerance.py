@@ -387,3 +387,37 @@ def test_a_calibration_knows_what_it_cannot_fit():
     assert wide.as_made.lost > 0.5
     assert wide.calibrated.lost < 0.1
     assert wide.calibrated.position > 20 * fitted.calibrated.position
+
+
+def on_area():
+    grid = ss.SensorArray.grid((4, 4), 3e-3, 3e-3, transducer=ss.MeanPressure(), noise=20.0)
+    return ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), grid)
+
+
+def test_a_blind_calibration_on_an_area_does_not_see_what_all_share():
+    """Where all sensors are, and the gain of all, no touch of unknown force and position tells."""
+    touches = Touches(1.0, 0.5, area=((-4e-3, 4e-3), (-4e-3, 4e-3)))
+    how = {"positions": 9, "angles": 4, "draws": 20, "share": 0.6827}
+    gains, moved = (
+        tolerance_outcome(on_area(), touches, amounts, method="blind", **how)
+        for amounts in ({"gains": 0.05, "noise": 20.0}, {"position": 6e-5, "noise": 20.0})
+    )
+    assert gains.presses == 200
+    assert gains.calibrated.force == pytest.approx(0.05 / 4, rel=0.4)  # of the mean of 16 gains
+    assert gains.calibrated.angle < 0.05 * gains.as_made.angle
+    assert moved.calibrated.position == pytest.approx(6e-5 / 4, rel=0.4)
+    assert moved.calibrated.angle < 0.1 * moved.as_made.angle
+
+
+@pytest.mark.long
+def test_what_a_blind_calibration_leaves_on_an_area_to_first_order_is_what_it_leaves():
+    """Against fingers that are drawn, calibrated by points and located by balls, one by one."""
+    touches = Touches(1.0, 0.5, area=((-4e-3, 4e-3), (-4e-3, 4e-3)), half_width=1e-3)
+    amounts, how = {"gains": 0.05, "noise": 20.0}, {"positions": 9, "angles": 4}
+    blind = {"self_calibration": "blind", "calibration_draws": 3, "calibration_touches": 200}
+    real = tolerance_budget(on_area(), touches, amounts, draws=1, **blind, **how).recovered[-1].blind
+    found = tolerance_outcome(on_area(), touches, amounts, method="blind", draws=20, share=0.6827, **how)
+    assert real.lost == 0
+    assert found.calibrated.lost < 0.01
+    for name in ("position", "angle", "force", "radius"):
+        assert getattr(found.calibrated, name) == pytest.approx(getattr(real, f"{name}_rms"), rel=0.7), name

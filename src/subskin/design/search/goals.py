@@ -52,7 +52,7 @@ class Accuracy:
     blind_spots : float, optional
         Largest share of touches of one kind outside the model that may be OK and wrong, as in `blind_spots`, in (0, 1].
     calibrated : {"known", "blind", "none"}, optional
-        Which finger is judged: calibrated on touches at known positions, blind (of rows), or as it was made.
+        Which finger is judged: calibrated on touches at known positions, blind, or as it was made.
 
     Raises
     ------
@@ -222,9 +222,6 @@ class Goals(Frozen):
                 raise InvalidValueError(f"{name} = {getattr(self.accuracy, name)!r}", rule, f"leave out the {name}")
 
     def _check_area(self) -> None:
-        if self.accuracy.calibrated == "blind" and self.tolerances != {}:
-            rule = "calibrate_blind takes sensors in a row; on an area positions have to be known"
-            raise InvalidValueError('calibrated = "blind"', rule, 'calibrated = "known"')
         if self.accuracy.radius is not None and self.touches.half_width is None:
             rule = "touches without a half width are points"
             raise InvalidValueError(f"radius = {self.accuracy.radius!r} m", rule, "Touches(..., half_width=1e-3)")

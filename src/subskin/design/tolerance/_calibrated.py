@@ -34,8 +34,8 @@ def _presses(study: Study, method: str, rng: np.random.Generator) -> tuple[Float
     if method == "known":
         position = touches.presses(count, finger)
         return straight(touches.force, study.dim, len(position)), position
-    drawn = touches.sample(count, rng, finger)
-    return np.stack([drawn.normal_force, drawn.tangential_force], axis=-1), np.asarray(drawn.position)
+    drawn = study.strokes(count, rng)
+    return np.asarray(drawn.components), np.asarray(drawn.position)
 
 
 def after_calibration(costs: Costs, off: Mapping[str, float], method: str) -> tuple[FloatArray, FloatArray]:
@@ -61,7 +61,7 @@ def after_calibration(costs: Costs, off: Mapping[str, float], method: str) -> tu
     columns, sizes = _columns(terms_for(study.finger, off), unit, off, study, presses)
     design = weight[:, None] * columns[:c]  # (c, n, m)
     if method == "blind":
-        free = study.unknown_slopes(presses[1], presses[0]) * weight[:, None]  # left free if blind
+        free = study.stroke_slopes(*presses) * weight[:, None]  # left free if blind
         u, s, _ = np.linalg.svd(free / np.linalg.norm(free, axis=1, keepdims=True), full_matrices=False)
         u = u * (s > 1e-6 * s[:, :1])[:, None]
         design = design - u @ (np.swapaxes(u, 1, 2) @ design)

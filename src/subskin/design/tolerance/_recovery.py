@@ -12,7 +12,6 @@ from ...calibration import calibrate_blind
 from ...calibration.known import explained, fitted
 from ...errors import ConvergenceError, InvalidValueError, SubskinError
 from ...finger import Finger
-from ..touches import Touches
 from ._costs import Costs, joined
 from ._study import Located, straight, stylus
 from .cost import Cost, Recovery
@@ -34,13 +33,10 @@ TERMS = {
 _TOGETHER = "together"
 
 
-def checked_method(name: str, touches: Touches, what: str) -> None:
-    """Refuse a calibration that there is not, or not on an area."""
+def checked_method(name: str, what: str) -> None:
+    """Refuse a calibration that there is not."""
     if name not in METHODS:
         raise InvalidValueError(f"{what} = {name!r}", f"there are {', '.join(METHODS)}", f'{what}="known"')
-    if name == "blind" and touches.area is not None:
-        rule = "calibrate_blind takes sensors in a row; on an area positions have to be known"
-        raise InvalidValueError(f'{what} = "blind"', rule, f'{what}="known"')
 
 
 def terms_for(finger: Finger, amounts: Mapping[str, float]) -> tuple[str, ...]:
@@ -134,7 +130,7 @@ def _calibrated(
             if rest in (tuple(fit), ()):
                 raise
             return found(rest)
-    readings = made.read(study.touches.sample(count, rng, study.finger), rng)
+    readings = made.read(study.strokes(count, rng), rng)
     priors: dict[str, Any] = _priors(study.finger, fit, amounts)
     return calibrate_blind(
         study.finger, readings, fit=fit, friction=study.friction, search=study.search, **priors

@@ -202,6 +202,20 @@ class Study:
         moved = np.einsum("tnld,tl->tnd", response.slopes(position), load)
         return np.concatenate([moved, *wider, response(position)], axis=-1)
 
+    def strokes(self, count: int, rng: np.random.Generator) -> Any:
+        """Touches of a blind calibration, drawn at random: as the finger's own, but on an area by a point."""
+        return replace(self.touches, half_width=None).sample(count, rng, self.finger)
+
+    def stroke_slopes(self, load: FloatArray, position: FloatArray) -> FloatArray:
+        """Readings of these by what is unknown of each, (t, n, u): its position and its components."""
+        if self.touches.half_width is None:
+            slopes = self.unknown_slopes(position, load)
+        else:
+            point = self.locator.response.at(0.0)
+            moved = np.einsum("tnld,tl->tnd", point.slopes(position), load)
+            slopes = np.concatenate([moved, point(position)], axis=-1)
+        return slopes if self.friction != 0 else slopes[..., : -self.dim]
+
     def slope(self) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Errors (p, a, k, n) per change of each reading, to first order, and where (p, a) there is no such thing.
 

@@ -211,8 +211,8 @@ def tolerance_budget(
         Where loads are looked for [m]; as in `Finger.locate`.
     self_calibration : str, sequence or mapping, optional
         "known": calibrate each finger first by presses straight down, of known force at known positions. "blind": by
-        touches like these of which only the tolerances are known, of a row alone. Each fits all that has a tolerance
-        and can be fitted; a mapping says otherwise, as {"blind": ("gain", "depth", "position")}.
+        touches like these (on an area on points) of which only the tolerances are known. Each fits all that has a
+        tolerance and can be fitted; a mapping says otherwise, as {"blind": ("gain", "depth", "position")}.
     calibration_draws, calibration_touches, calibration_presses : int, optional
         Fingers calibrated for each source; touches of each blind calibration, and presses of each at known positions.
     progress : callable, optional
@@ -273,6 +273,6 @@ def _methods(
     """What each kind of self-calibration fits, in the order of `METHODS`."""
     named = (given,) if isinstance(given, str) else tuple(given)
     for name in named:
-        checked_method(name, touches, "self_calibration")
+        checked_method(name, "self_calibration")
     own = given if isinstance(given, Mapping) else {}
     return {name: tuple(own.get(name, usual)) for name in METHODS if name in named}

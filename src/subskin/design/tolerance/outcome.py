@@ -91,7 +91,8 @@ def tolerance_outcome(
     """What all tolerances at once leave of a finger's touches, before and after it is calibrated.
 
     The calibration is one of least squares, to first order about the finger as it is: 60 presses straight down at known
-    positions with a known force, on an area about 64 on a grid; or 200 touches of which only the tolerances are known.
+    positions with a known force, on an area about 64 on a grid; or 200 touches (on an area on points) of which only
+    the tolerances are known.
     It fits what `tolerance_budget(self_calibration=...)` fits. What it cannot fit stays, and what it fits bends to make
     up for it. So dozens of fingers take less time than one calibration by `calibrate`.
 
@@ -104,7 +105,7 @@ def tolerance_outcome(
     tolerances : mapping of str to float, optional
         As in `tolerance_budget`.
     method : {"known", "blind"}, optional
-        The calibration; on an area it is "known".
+        The calibration.
     share : float, optional
         Share of the touches for which the errors hold [-].
     positions, angles, draws : int, optional
@@ -132,7 +133,7 @@ def tolerance_outcome(
     counts = {"positions": touches.usual_positions(12) if positions is None else positions, "angles": angles}
     for name, count in (counts | {"draws": draws}).items():
         whole(name, count)
-    checked_method(method, touches, "method")
+    checked_method(method, "method")
     part = _check.scalar("share", share, above=0.0, at_most=1.0)
     study = Study(finger, touches, *touches.loads(**counts, finger=finger), touches.friction, search)
     costs = Costs(study, draws, 0.95, whole("rng", rng, 0))
