@@ -128,6 +128,7 @@ def hessian(level, t, w, work, count):
             for i in range(own.shape[2]):
                 columns[at, i] = own[0, row, i] + t[0] * own[1, row, i] + t[1] * own[2, row, i]
     _products(columns, products, first, order[order.size - 1])
+    before = 0
     for i in range(count):
         a, row = index[i], lower[i]
         part = products[order[a]]
@@ -135,15 +136,15 @@ def hessian(level, t, w, work, count):
             row[k] = part[order[index[k]]]
         # index ascends: neighbours before a are a itself, the one on its left, and three in the line before
         row[i] += w * stencil[0, 0]
-        before = max(a - nz - 1, 0)
-        k = i - 1
-        while k >= 0 and index[k] >= before:
-            c = index[k]
-            apart = abs(c % nz - a % nz)
-            line = a // nz - c // nz
-            if apart <= 1 and line <= 1:
-                row[k] += w * stencil[line, apart]
-            k -= 1
+        z = a % nz
+        if z > 0 and i > 0 and index[i - 1] == a - 1:
+            row[i - 1] += w * stencil[0, 1]
+        while index[before] < a - nz - 1:
+            before += 1
+        for k in range(before, min(before + 3, i)):
+            apart = index[k] - (a - nz)
+            if apart <= 1 and 0 <= z + apart < nz:
+                row[k] += w * stencil[1, abs(apart)]
     return True
 
 
