@@ -102,6 +102,18 @@ def test_channels_that_err_together_are_weighed_together():
     assert errors[0] < 0.7 * errors[1]
 
 
+def test_errors_go_together_as_repeated_touches_say():
+    """Two channels feel one field, and err against each other from touch to touch."""
+    rng = np.random.default_rng(6)
+    at = np.repeat(lattice(1.5e-3), 4, axis=0)
+    field = 100 / (1 + (at**2).sum(axis=-1) / 9e-6)
+    tilt = rng.normal(0.0, 3.0, len(at))
+    table = MeasuredResponse.from_touches(np.column_stack([field + tilt, field - tilt]), at)
+    assert table.correlation[0, 1] < -0.5
+    # a table counts the mean of four as one touch, so that the spread left to it is that of a touch about the mean
+    np.testing.assert_allclose(table.noise, 3.0, rtol=0.25)
+
+
 def test_each_frame_has_its_status(finger, known):
     locate = InPlaceLocator(known)
     inside = finger.read(ss.PointLoad(2.0, position=(1e-3, 1e-3)))
