@@ -47,6 +47,9 @@ class MeasuredResponse(Frozen):
         default they do not.
     load : float, optional
         Normal force of the touches it was made from [N]: where a search for the force begins.
+    common : array_like, shape () or (n,), optional
+        Standard deviation of an error that all sensors of a frame have in common, such as the air's pressure since the
+        last tare [reading].
 
     Raises
     ------
@@ -72,6 +75,7 @@ class MeasuredResponse(Frozen):
     noise: FloatArray
     correlation: FloatArray | None = None
     load: float = 1.0
+    common: FloatArray | float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("y", "z"):
@@ -87,7 +91,9 @@ class MeasuredResponse(Frozen):
             raise GeometryError(f"values of shape {values.shape}", rule, "MeasuredResponse.from_touches(...)")
         object.__setattr__(self, "values", values)
         limits: dict[str, dict[str, Any]] = {"variance": {"at_least": 0.0}, "offset": {}, "noise": {"above": 0.0}}
-        for name, shape in (("variance", values.shape), ("offset", values.shape[2:3]), ("noise", values.shape[2:3])):
+        limits["common"] = {"at_least": 0.0}
+        for name in limits:
+            shape = values.shape if name == "variance" else values.shape[2:3]
             given = _check.real(name, getattr(self, name), **limits[name])
             if given.shape not in (shape, ()):
                 raise GeometryError(f"{name} of shape {given.shape}", f"{shape} is needed", f"{name}=...")
@@ -107,7 +113,8 @@ class MeasuredResponse(Frozen):
 
     def widened(self, factor: float) -> MeasuredResponse:
         """The same response with all its errors, noise and doubt, `factor` times as large."""
-        return replace(self, noise=factor * self.noise, variance=factor**2 * self.variance)
+        noise, common = factor * self.noise, factor * np.asarray(self.common)
+        return replace(self, noise=noise, common=common, variance=factor**2 * self.variance)
 
     def select(self, sensors: npt.ArrayLike) -> MeasuredResponse:
         """The response of some of the sensors.
@@ -120,7 +127,7 @@ class MeasuredResponse(Frozen):
         index = np.arange(self.sensors)[np.asarray(sensors)]
         assert self.correlation is not None
         parts = {name: getattr(self, name)[:, :, index] for name in ("values", "variance")}
-        parts |= {name: getattr(self, name)[index] for name in ("offset", "noise")}
+        parts |= {name: getattr(self, name)[index] for name in ("offset", "noise", "common")}
         return replace(self, **parts, correlation=self.correlation[np.ix_(index, index)])
 
     @property

@@ -1,4 +1,4 @@
-"""What a drawing and a robot leave open: sensors off their places and depths, and loads that are not alike."""
+"""What a drawing and a robot leave open: sensors off their positions and depths, loads and levels not alike."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def touches(count):
     return at + np.random.default_rng(9).uniform(-1e-3, 1e-3, at.shape)
 
 
-def off(rng, place=0.03, depth=0.08):
+def off(rng, position=0.03, depth=0.08):
     """A finger of which no sensor lies quite where it is drawn."""
-    y, z = PLATE.points.T + rng.normal(0.0, place * DEPTH, (2, len(PLATE)))
+    y, z = PLATE.points.T + rng.normal(0.0, position * DEPTH, (2, len(PLATE)))
     return ss.Finger(SKIN, replace(PLATE, y=y, z=z, depth=DEPTH * (1 + rng.normal(0.0, depth, len(PLATE)))))
 
 
@@ -65,7 +65,7 @@ def test_sensors_off_their_drawing_are_learned_from_few_touches(monkeypatch):
     true, at = off(rng), touches(16)
     readings = true.read(ss.PointLoad(rng.normal(1.0, 0.03, 16), position=at), rng)
     with_them = ss.calibrate(ss.Finger(SKIN, PLATE), readings, at, fit=FIT)
-    monkeypatch.setattr(process, "USUAL", np.full(3, 1e-6))
+    monkeypatch.setattr(process, "USUAL", np.full(4, 1e-6))
     without = ss.calibrate(ss.Finger(SKIN, PLATE), readings, at, fit=FIT)
     apart, std = table_error(with_them, true)
     other, _ = table_error(without, true)
@@ -73,19 +73,22 @@ def test_sensors_off_their_drawing_are_learned_from_few_touches(monkeypatch):
     assert 0.3 < np.sqrt(((apart / std) ** 2).mean()) < 1.5
 
 
-@pytest.mark.parametrize("truth", [(0.05, 0.02, 0.01), (0.01, 0.15, 0.01), (0.01, 0.02, 0.08)])
-def test_the_tolerance_that_is_large_is_found(truth):
-    """Residuals drawn from the process itself: each of the three stands out where it is the large one."""
+@pytest.mark.parametrize("large", range(4))
+def test_the_tolerance_that_is_large_is_found(large):
+    """Residuals drawn from the process itself: each stands out where it is the large one."""
+    truth = np.array([0.01, 0.02, 0.01, 0.5])
+    truth[large] = [0.05, 0.15, 0.08, 4.0][large]
     rng = np.random.default_rng(3)
     true, at = ss.Finger(SKIN, PLATE), touches(24)
     touch, sensor = np.divmod(np.arange(24 * 6), 6)
     forward = AreaForward(true, FIT)
     slopes = forward.slopes(forward.start(np.zeros(2)), at, np.tile([1.0, 0.0, 0.0], (24, 1)))[touch, sensor] / 10.0
+    slopes = np.column_stack([slopes, np.ones(144)])
     apart = (at[touch] - PLATE.points[sensor]) / DEPTH
     blank = process.Residuals(np.zeros(144), sensor, apart, np.ones(144), touch, slopes)
     zero = np.zeros(4)
-    real = process.Correlated(1.0, zero, zero, np.array(truth))
-    covariance = real.misfit(blank, blank) + real.of_loads(blank) + np.eye(144)
+    real = process.Correlated(1.0, zero, zero, truth)
+    covariance = real.misfit(blank, blank) + real.of_touches(blank) + np.eye(144)
     jacobian = np.ones((144, 1))
     tolerances = []
     for _ in range(3):
@@ -93,17 +96,30 @@ def test_the_tolerance_that_is_large_is_found(truth):
         found = process.correlated(replace(blank, value=drawn), jacobian, noise_like=False)
         tolerances.append(np.log(found.tolerances / process.USUAL))
     mean = np.exp(np.mean(tolerances, axis=0))
-    large = int(np.argmax(np.array(truth) / process.USUAL))
     assert np.argmax(mean) == large
     assert mean[large] * process.USUAL[large] == pytest.approx(truth[large], rel=0.5)
     expected = jacobian.T @ covariance @ jacobian
     np.testing.assert_allclose(process.scatter(real, blank, jacobian), expected, rtol=1e-9)
 
 
-def test_a_load_that_is_off_is_no_misfit_of_touches_to_come():
-    real = process.Correlated(1.0, np.zeros(4), np.zeros(4), np.array([0.0, 0.0, 0.1]))
-    slopes = np.array([[0, 0, 0, 20.0], [0, 0, 0, 10.0], [0, 0, 0, 5.0]])
-    two = process.Residuals(np.zeros(3), np.arange(3), np.zeros((3, 2)), np.ones(3), np.array([0, 0, 1]), slopes)
-    np.testing.assert_allclose(real.of_loads(two), [[4.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 0.25]])
-    assert not real.misfit(two, two).any()
-    assert not real.variance(two).any()
+def test_what_is_a_touchs_own_is_no_misfit_of_touches_to_come():
+    real = process.Correlated(1.0, np.zeros(4), np.zeros(4), np.array([0.0, 0.0, 0.1, 3.0]))
+    slopes = np.array([[0, 0, 0, 20.0, 1.0], [0, 0, 0, 10.0, 0.5], [0, 0, 0, 5.0, 1.0]])
+    three = process.Residuals(np.zeros(3), np.arange(3), np.zeros((3, 2)), np.ones(3), np.array([0, 0, 1]), slopes)
+    expected = [[4.0 + 9.0, 2.0 + 4.5, 0.0], [2.0 + 4.5, 1.0 + 2.25, 0.0], [0.0, 0.0, 0.25 + 9.0]]
+    np.testing.assert_allclose(real.of_touches(three), expected)
+    assert not real.misfit(three, three).any()
+    assert not real.variance(three).any()
+
+
+def test_levels_that_drift_are_no_misfit():
+    """Sensors err together from touch to touch: the finger knows by how much, and allows for it."""
+    rng = np.random.default_rng(2)
+    true, at = off(rng), touches(20)
+    readings = true.read(ss.PointLoad(1.0, position=at), rng) + rng.normal(0.0, 60.0, (20, 1))
+    found = ss.calibrate(ss.Finger(SKIN, PLATE), readings, at, fit=FIT).finger
+    assert np.asarray(found.measured.common) == pytest.approx(60.0, rel=0.5)
+    new = rng.uniform(-6e-3, 6e-3, (150, 2))
+    drifted = true.read(ss.PointLoad(1.0, position=new), rng) + rng.normal(0.0, 60.0, (150, 1))
+    still = replace(found, measured=replace(found.measured, common=0.0))
+    assert found.locate(drifted, friction=0).ok.mean() > still.locate(drifted, friction=0).ok.mean()

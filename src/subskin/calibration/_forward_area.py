@@ -88,7 +88,7 @@ class AreaForward(Forward):
     def slopes(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
         """Change of what unit gains would read with the sensor's y, z and depth [1/depth] and with the load, (m, n, 4).
 
-        Of a response measured in place sensors have no place and no depth: there it is 0.
+        A response measured in place knows of no position and no depth of a sensor: of these it is 0.
         """
         read = self.unit(p, positions, load)
         out = np.zeros((*read.shape, 4))

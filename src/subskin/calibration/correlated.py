@@ -22,8 +22,8 @@ _TELLING = 4.0
 """Spare residuals for each fitted number from which misfit shows: fewer can be white by what the fit took up."""
 _MOST = 200
 """Residuals from which the process is estimated, at most; and ten times as many to carry it into the errors."""
-USUAL = np.array([0.02, 0.05, 0.02])
-"""Tolerances without further knowledge: sensors' places and depths, as `calibrate_blind` has them, and loads."""
+USUAL = np.array([0.02, 0.05, 0.02, 1.0])
+"""Tolerances without further knowledge: sensors' positions and depths, as `calibrate_blind` has them; loads; levels."""
 _FACTOR = np.log(2.0)
 """Standard deviation of the logarithm of a tolerance: it is known to a factor of two."""
 _TRIED, _SETTLED, _ROUNDS = np.array([0.1, 0.3, 1.0, 3.0, 10.0]), 0.1, 6
@@ -39,15 +39,16 @@ class Correlated(Frozen):
     weights w; both have one value for each length, shape (4,). On an area the shared one is a function of the distance
     alone, as of every isotropic flat skin under straight loads, and both fall with it as a field does, 1 / (1 + r^2).
 
-    On an area `tolerances` are the standard deviations of a sensor's place along y and z and of its depth [depth], and
-    of the load of a touch [of the load]: to first order each changes readings by the `slopes` of the residuals. Those
-    of a sensor are misfit, the same for every touch; a load that is off is error, the same for every sensor.
+    On an area `tolerances` are the standard deviations of a sensor's y and z and of its depth [depth], of the load of a
+    touch [of the load] and of its level, an error that all sensors have in common [stated noise]: to first order each
+    changes readings by the `slopes` of the residuals. Those of a sensor are misfit, the same for every touch; what is a
+    touch's own is error.
     """
 
     noise: float
     own: FloatArray
     shared: FloatArray
-    tolerances: FloatArray = field(default_factory=lambda: np.zeros(3))
+    tolerances: FloatArray = field(default_factory=lambda: np.zeros(4))
 
     def misfit(self, a: Residuals, b: Residuals) -> FloatArray:
         """Covariance of the misfit, without the noise, of residuals `a` with `b`, shape (len(a), len(b))."""
@@ -64,7 +65,7 @@ class Correlated(Frozen):
                 if shared:  # even in the distance, so that it is smooth above the sensor
                     radial = np.exp(-0.5 * apart / length**2) + np.exp(-0.5 * through / length**2)
                     out += shared**2 * weight * fall * radial
-            return out + same * ((self._of_sensor * a.slopes) @ b.slopes.T)
+            return np.asarray(out + same * ((self._of_sensor * a.slopes) @ b.slopes.T))
         square = (a.at[:, None] - b.at) ** 2
         for length, own, shared in zip(LENGTHS, self.own, self.shared, strict=True):
             if own or shared:
@@ -78,23 +79,24 @@ class Correlated(Frozen):
         each = (self.own**2 + a.weight[:, None] ** 2 * self.shared**2 * radial).sum(axis=1)
         return np.asarray(each / (1.0 + square) ** 2 + a.slopes**2 @ self._of_sensor)
 
-    def of_loads(self, a: Residuals) -> FloatArray:
-        """Covariance of what loads that are off make of residuals `a`, shape (len(a), len(a))."""
-        load = a.slopes[:, 3]
-        return np.asarray(self.tolerances[2] ** 2 * (a.touch[:, None] == a.touch) * load[:, None] * load)
+    def of_touches(self, a: Residuals) -> FloatArray:
+        """Covariance of what loads and levels that are off make of residuals `a`, shape (len(a), len(a))."""
+        own = self.tolerances[2:] * a.slopes[:, 3:]
+        return np.asarray((a.touch[:, None] == a.touch) * (own @ own.T))
 
     @property
     def _of_sensor(self) -> FloatArray:
-        """Variances of a sensor's place and depth, by the columns of the slopes."""
-        place, depth = self.tolerances[:2] ** 2
-        return np.array([place, place, depth, 0.0])
+        """Variances of a sensor's position and depth, by the columns of the slopes."""
+        position, depth = self.tolerances[:2] ** 2
+        return np.array([position, position, depth, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
 class Residuals(Frozen):
     """Residuals (k,), each with its sensor, position relative to that [depth], and weight in a shared misfit.
 
-    With the touch of each, and `slopes` (k, 4): its change with the sensor's y, z and depth [1/depth] and with the load.
+    With the touch of each, and `slopes` (k, 5): its change with the sensor's y, z and depth [1/depth], with the load,
+    and with the level [1/stated noise].
     """
 
     value: FloatArray
@@ -138,7 +140,7 @@ def correlated(residuals: Residuals, jacobian: FloatArray, *, noise_like: bool) 
     enough = noise_like or free >= _TELLING * q.shape[1]
     if enough and likelihood.max() < likelihood[search.first, 0] + _WORTH:
         return None
-    tolerances = np.zeros(3)
+    tolerances = np.zeros(4)
     if part.at.ndim == 2:
         likelihood, scale, tolerances = search.over_tolerances(likelihood, scale)
     share = np.exp(likelihood - likelihood.max())
@@ -154,7 +156,7 @@ class _Search:
     def __init__(self, part: Residuals, across: FloatArray) -> None:
         self.part, self.across, self.left = part, across, across.T @ part.value
         self.sizes = np.array([(own, shared) for own in _SIZES for shared in _SIZES])
-        # along a row a misfit may have the length of a sensor's width; on an area it is the field's own, which is smooth
+        # along a row a misfit may have the length of a sensor's width; on an area it is the smooth field's own
         self.first = int(part.at.ndim == 2)
         self.kernels = [
             [
@@ -173,10 +175,10 @@ class _Search:
         return likelihood, scale
 
     def over_tolerances(self, likelihood: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The same at the likeliest tolerances (3,), and these over the noise; from the likelihoods without them."""
+        """The same at the likeliest tolerances (4,), and these over the noise; from the likelihoods without them."""
         zero, part = np.zeros(len(LENGTHS)), self.part
-        each = [Correlated(0.0, zero, zero, unit) for unit in np.eye(3)]
-        kernels = [one.misfit(part, part) + one.of_loads(part) for one in each]
+        each = [Correlated(0.0, zero, zero, unit) for unit in np.eye(4)]
+        kernels = [one.misfit(part, part) + one.of_touches(part) for one in each]
         kernels = [self.across.T @ kernel @ self.across for kernel in kernels]
         best = np.unravel_index(np.argmax(likelihood), likelihood.shape)
         variances, top = USUAL**2 / scale[best], -np.inf  # over that of the noise
@@ -203,7 +205,7 @@ class _Search:
 
 
 def _unusual(variances: FloatArray, scale: FloatArray) -> FloatArray:
-    """Minus the log prior of tolerances with these `variances` (3,) over the noise's, which is the `scale` (...)."""
+    """Minus the log prior of tolerances with these `variances` (4,) over the noise's, which is the `scale` (...)."""
     size = 0.5 * np.log(variances * np.maximum(scale, 1e-300)[..., None])
     return np.asarray((0.5 * ((size - np.log(USUAL)) / _FACTOR) ** 2).sum(axis=-1))
 
@@ -214,7 +216,7 @@ def scatter(process: Correlated, residuals: Residuals, jacobian: FloatArray) -> 
     part, j = residuals[rows], jacobian[rows]
     share = len(jacobian) / len(rows)
     out = process.noise**2 * jacobian.T @ jacobian
-    return np.asarray(out + share**2 * j.T @ (process.misfit(part, part) + process.of_loads(part)) @ j)
+    return np.asarray(out + share**2 * j.T @ (process.misfit(part, part) + process.of_touches(part)) @ j)
 
 
 def _likelihood(covariance: FloatArray, left: FloatArray) -> tuple[float, float]:

@@ -55,13 +55,14 @@ class _Kriging:
         rows = self.unsure.residuals.thinned(_MOST)
         self.seen, self.jacobian = self.unsure.residuals[rows], self.unsure.jacobian[rows]
         self.touch = np.nonzero(fit.seen)[0][rows]
-        self.alike = self.process.misfit(self.seen, self.seen) + self.process.of_loads(self.seen)
+        self.alike = self.process.misfit(self.seen, self.seen) + self.process.of_touches(self.seen)
         self.alike += self.process.noise**2 * np.eye(len(rows))
         self.array = fit.forward.apply(fit.p).array
         self.depth = float(np.mean(np.asarray(self.array.depth)))
         force = np.hypot(fit.load[:, 0], np.hypot(fit.load[:, 1], fit.load[:, 2]))
         self.force = float(np.median(force))
         self.noise = np.maximum(self.process.noise * fit.noise, fit.stated)
+        self.common = self.process.tolerances[3] * self.unsure.level
 
     def at(
         self, y: FloatArray, z: FloatArray, kept: npt.NDArray[np.bool_]
@@ -115,10 +116,12 @@ class _Kriging:
             alone = (fit.noise[i] / self.force) ** 2 * self.process.variance(here)
             variance[:, sensor, 1:] = alone[:, None]
         shape = (len(y), len(z), len(finger.array), 3)
-        offset, noise = np.array(finger.array.offset), np.ones(len(finger.array))
+        offset, noise, common = np.array(finger.array.offset), np.ones(len(finger.array)), np.zeros(len(finger.array))
         offset[live] += shift
-        noise[live] = self.noise
-        return MeasuredResponse(y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force)
+        noise[live], common[live] = self.noise, self.common
+        return MeasuredResponse(
+            y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force, common=common
+        )
 
     def held_out(self) -> tuple[float, int]:
         """Errors of positions over their standard errors, of touches each located by the others; and of how many.
@@ -137,7 +140,7 @@ class _Kriging:
             shape = (len(y), len(z), len(self.array), 1)
             near = MeasuredResponse(
                 y, z, values.reshape(shape), variance.reshape(shape), self.fit.offset + shift, self.noise,
-                load=self.force,
+                load=self.force, common=self.common,
             )  # fmt: skip
             found = InPlaceLocator(near, friction=0)(self.fit.data[t])
             if found.status == Status.OK:

@@ -66,11 +66,19 @@ class Uncertainty(Frozen):
         return self.of_model(rest, self.moved[touch], sensor, slopes, touch)
 
     def slopes(self, positions: FloatArray, load: FloatArray) -> FloatArray:
-        """What `Residuals` call slopes, of all sensors under touches on the finger, (m, n, 4); of a row, 0."""
+        """What `Residuals` call slopes, of all sensors under touches on the finger, (m, n, 5); of a row, 0."""
         fit = self._fit
-        if positions.ndim == 1:
-            return np.zeros((len(positions), fit.noise.size, 4))
-        return np.asarray((fit.gain / fit.noise)[:, None] * fit.forward.slopes(fit.p, positions, load))
+        out = np.zeros((len(positions), fit.noise.size, 5))
+        if positions.ndim == 2:
+            out[..., :4] = (fit.gain / fit.noise)[:, None] * fit.forward.slopes(fit.p, positions, load)
+            out[..., 4] = self.level / fit.noise
+        return out
+
+    @property
+    def level(self) -> FloatArray:
+        """Errors that sensors have in common go with their stated noise, (n,); without one, with their residuals."""
+        fit = self._fit
+        return np.asarray(np.where((fit.stated > 0).all(), fit.stated, fit.noise))
 
     def of_model(
         self,
@@ -85,7 +93,7 @@ class Uncertainty(Frozen):
         Without `touch` they are those of touches to come, each of another.
         """
         touch = -1 - np.arange(len(value)) if touch is None else touch
-        slopes = np.zeros((len(value), 4)) if slopes is None else slopes
+        slopes = np.zeros((len(value), 5)) if slopes is None else slopes
         sensors = np.asarray(self.array.y) if y.ndim == 1 else self.array.points
         at = (y - sensors[sensor]) / float(np.mean(np.asarray(self.array.depth)))
         weight = self._fit.gain / self._fit.noise
