@@ -47,6 +47,9 @@ class MeasuredResponse(Frozen):
         default they do not.
     load : float, optional
         Normal force of the touches it was made from [N]: where a search for the force begins.
+    common : array_like, shape () or (n,), optional
+        Standard deviation of an error that all sensors of a frame have in common, such as the air's pressure since the
+        last tare [reading].
 
     Raises
     ------
@@ -72,6 +75,7 @@ class MeasuredResponse(Frozen):
     noise: FloatArray
     correlation: FloatArray | None = None
     load: float = 1.0
+    common: FloatArray | float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("y", "z"):
@@ -87,7 +91,9 @@ class MeasuredResponse(Frozen):
             raise GeometryError(f"values of shape {values.shape}", rule, "MeasuredResponse.from_touches(...)")
         object.__setattr__(self, "values", values)
         limits: dict[str, dict[str, Any]] = {"variance": {"at_least": 0.0}, "offset": {}, "noise": {"above": 0.0}}
-        for name, shape in (("variance", values.shape), ("offset", values.shape[2:3]), ("noise", values.shape[2:3])):
+        limits["common"] = {"at_least": 0.0}
+        for name in limits:
+            shape = values.shape if name == "variance" else values.shape[2:3]
             given = _check.real(name, getattr(self, name), **limits[name])
             if given.shape not in (shape, ()):
                 raise GeometryError(f"{name} of shape {given.shape}", f"{shape} is needed", f"{name}=...")
@@ -107,7 +113,8 @@ class MeasuredResponse(Frozen):
 
     def widened(self, factor: float) -> MeasuredResponse:
         """The same response with all its errors, noise and doubt, `factor` times as large."""
-        return replace(self, noise=factor * self.noise, variance=factor**2 * self.variance)
+        noise, common = factor * self.noise, factor * np.asarray(self.common)
+        return replace(self, noise=noise, common=common, variance=factor**2 * self.variance)
 
     def select(self, sensors: npt.ArrayLike) -> MeasuredResponse:
         """The response of some of the sensors.
@@ -120,7 +127,7 @@ class MeasuredResponse(Frozen):
         index = np.arange(self.sensors)[np.asarray(sensors)]
         assert self.correlation is not None
         parts = {name: getattr(self, name)[:, :, index] for name in ("values", "variance")}
-        parts |= {name: getattr(self, name)[index] for name in ("offset", "noise")}
+        parts |= {name: getattr(self, name)[index] for name in ("offset", "noise", "common")}
         return replace(self, **parts, correlation=self.correlation[np.ix_(index, index)])
 
     @property
@@ -170,7 +177,8 @@ class MeasuredResponse(Frozen):
 
         All sensors share a length and a share of noise, found by likelihood; what changes of them has a size of its
         own for each and goes together: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), sections
-        2.2, 4.2 (Matern, nu = 5/2), 5.4 and 9.1. The part of a reading that is the same everywhere is free.
+        2.2, 4.2 (Matern, nu = 5/2), 5.4 and 9.1. The part of a reading that is the same everywhere is free. Touches
+        repeated at one position tell how channels err together from touch to touch.
 
         Parameters
         ----------
@@ -221,14 +229,17 @@ class MeasuredResponse(Frozen):
         length, ratio = _shape_of(at[thin], loads[thin], rest[thin], pitch)
         y, z = (nodes_of(c.min(), c.max(), length / _FINE if step is None else step) for c in at.T)
         values, left, square = _predicted(at, loads, rest, ratio, length, y, z)
-        scale = np.maximum(np.diag(square), 1e-12 * (data**2).mean(axis=0) + 1e-300)
-        together = square / np.sqrt(scale * scale[:, None])
+        floor = 1e-12 * (data**2).mean(axis=0) + 1e-300
+        # readings err by what a position has for itself, which goes together as what changes does, and by the touch
+        errors = ratio * square + within + np.diag(floor)
+        noise = np.sqrt(np.diag(errors))
+        together = errors / np.outer(noise, noise)
         # of few touches the correlation is known badly
         own = data.shape[1] / (len(rest) + data.shape[1])
         together = (1 - own) * together + own * np.eye(len(together))
         np.fill_diagonal(together, 1.0)
-        variance = left[:, :, None] * scale[:, None] / load**2
-        return cls(y, z, values / load, variance, zero, np.sqrt(ratio * scale + within), together, load=load)
+        variance = left[:, :, None] * np.maximum(np.diag(square), floor)[:, None] / load**2
+        return cls(y, z, values / load, variance, zero, noise, together, load=load)
 
 
 def nodes_of(low: float, high: float, step: float) -> FloatArray:
@@ -251,7 +262,7 @@ def _kernel(a: FloatArray, b: FloatArray, length: float) -> FloatArray:
 def _merged(
     at: FloatArray, loads: FloatArray, data: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Touches at one position with one load as their mean; and the variance of a touch about it, (n,).
+    """Touches at one position with one load as their mean; and the covariance of a touch about it, (n, n).
 
     What a position has for itself, such as a cell of the lattice, no repeat takes away: a mean counts as one touch.
     """
@@ -260,7 +271,8 @@ def _merged(
     sums = np.zeros((len(count), data.shape[1]))
     np.add.at(sums, group.reshape(-1), data)
     mean = sums / count[:, None]
-    within = ((data - mean[group.reshape(-1)]) ** 2).sum(axis=0) / max(len(data) - len(count), 1)
+    apart = data - mean[group.reshape(-1)]
+    within = apart.T @ apart / max(len(data) - len(count), 1)
     return at[first], loads[first], mean, within * float(np.mean(1 - 1 / count))
 
 

@@ -204,7 +204,7 @@ def test_a_file_answers_as_the_finger_does_to_the_last_bit(wrong_field, tmp_path
     ss.io.save_finger(file, tmp_path / "found.toml")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["found.response.npz", "found.toml"]
     again = ss.load(tmp_path / "found.toml")
-    for name in ("y", "z", "values", "variance", "offset", "noise", "correlation", "load"):
+    for name in ("y", "z", "values", "variance", "offset", "noise", "correlation", "load", "common"):
         np.testing.assert_array_equal(getattr(again.finger.measured, name), getattr(found.finger.measured, name))
     located, expected = again.locate(readings), found.finger.locate(readings, friction=0)
     np.testing.assert_array_equal(located.table, expected.table)

@@ -102,6 +102,54 @@ def test_channels_that_err_together_are_weighed_together():
     assert errors[0] < 0.7 * errors[1]
 
 
+def test_errors_go_together_as_repeated_touches_say():
+    """Two channels feel one field, and err against each other from touch to touch."""
+    rng = np.random.default_rng(6)
+    at = np.repeat(lattice(1.5e-3), 4, axis=0)
+    field = 100 / (1 + (at**2).sum(axis=-1) / 9e-6)
+    tilt = rng.normal(0.0, 3.0, len(at))
+    table = MeasuredResponse.from_touches(np.column_stack([field + tilt, field - tilt]), at)
+    assert table.correlation[0, 1] < -0.5
+    # a table counts the mean of four as one touch, so that the spread left to it is that of a touch about the mean
+    np.testing.assert_allclose(table.noise, 3.0, rtol=0.25)
+
+
+def test_an_error_in_common_is_told_from_the_field(finger, known):
+    """As of the air's pressure: chi-square is that of the whole covariance, positions and their errors hold."""
+    rng = np.random.default_rng(7)
+    known = replace(known, correlation=None)
+    table = replace(known, common=40.0 * NOISE)
+    at = rng.uniform(-4e-3, 4e-3, (200, 2))
+    readings = finger.read(ss.PointLoad(2.0, position=at), rng) + rng.normal(0.0, 40.0 * NOISE, (200, 1))
+    for friction, least in ((0.0, 0.97), (1.0, 0.9)):
+        found = InPlaceLocator(table, friction=friction)(readings)
+        assert found.ok.mean() > least
+        std = np.sqrt(np.diagonal(found.load.covariance, axis1=1, axis2=2))
+        held = (np.abs(found.position - at) < 1.96 * std[:, :2])[found.ok].mean()
+        assert 0.88 < held <= 1.0
+        without = InPlaceLocator(known, friction=friction)(readings)
+        assert without.ok.mean() < 0.5
+        # by a response without a doubt chi-square follows in one line
+        sure = replace(table, variance=0.0)
+        felt = sure(at[:5]) @ [2.0, 0.0, 0.0] + rng.normal(0.0, NOISE, (5, 9)) + rng.normal(0.0, 40.0, (5, 1)) + 5.0
+        found = InPlaceLocator(sure, friction=friction)(felt)
+        covariance = np.diag(sure.noise**2) + 1600.0 * NOISE**2
+        rest = felt - sure.offset - (sure(found.position) @ found.load.components[..., None])[..., 0]
+        expected = np.einsum("fi,ij,fj->f", rest, np.linalg.inv(covariance), rest)
+        np.testing.assert_allclose(found.residual, expected, rtol=1e-6)
+        # and so do standard errors, by differences of the response
+        ahead, back = (found.position[:, None] + side * 1e-5 * np.eye(2) for side in (1, -1))
+        slopes = (sure(ahead) - sure(back)) @ found.load.components[:, None, :, None] / 2e-5
+        columns = [slopes[..., 0].swapaxes(1, 2), sure(found.position)[..., : 1 if friction == 0 else 3]]
+        jacobian = np.concatenate(columns, axis=-1)
+        bound = np.linalg.inv(jacobian.swapaxes(1, 2) @ np.linalg.inv(covariance) @ jacobian)
+        np.testing.assert_allclose(found.load.covariance[:, :2, :2], bound[:, :2, :2], rtol=2e-2, atol=1e-12)
+    # what all have in common is taken off of the errors of none
+    few = InPlaceLocator(replace(table, common=1e6), friction=0)(readings)
+    apart = InPlaceLocator(replace(table, common=1e6), friction=0)(readings + 1e3)
+    np.testing.assert_allclose(few.position, apart.position, atol=2e-6)
+
+
 def test_each_frame_has_its_status(finger, known):
     locate = InPlaceLocator(known)
     inside = finger.read(ss.PointLoad(2.0, position=(1e-3, 1e-3)))

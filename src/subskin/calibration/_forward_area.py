@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ __all__ = ["AREA_TERMS", "AreaForward", "forward_of", "with_origin"]
 
 AREA_TERMS = ("origin", "turn", "depth", "depths", "position", "poisson", "thickness")
 _TURN = 0.2
+_STEP = 1e-3
+"""Of a depth, by which a sensor is moved to see the readings change."""
 _BLOCK = 4096
 
 
@@ -81,6 +84,26 @@ class AreaForward(Forward):
             read = (known(positions) * components[..., None, : known.components]).sum(axis=-1)
             return np.asarray(read / np.asarray(self.finger.array.gain))
         return self.apply(p).measure(PointLoad(components=components, position=positions), linear=True)
+
+    def slopes(self, p: FloatArray, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """Change of what unit gains would read with the sensor's y, z and depth [1/depth] and with the load, (m, n, 4).
+
+        A response measured in place knows of no position and no depth of a sensor: of these it is 0.
+        """
+        read = self.unit(p, positions, load)
+        out = np.zeros((*read.shape, 4))
+        out[..., 3] = read
+        if self.finger.measured is None:
+            found = self.apply(p)
+            depths = np.asarray(found.array.depth)
+            step = _STEP * float(depths.mean())
+            for k, move in enumerate(np.eye(2)):  # a sensor that moves on is a touch that falls back
+                ahead, back = (self.unit(p, positions + side * step * move, load) for side in (1, -1))
+                out[..., k] = (back - ahead) / (2 * _STEP)
+            higher = replace(found, array=replace(found.array, depth=depths - step))
+            touches = PointLoad(components=load, position=positions)
+            out[..., 2] = (read - higher.measure(touches, linear=True)) / _STEP
+        return out
 
     def from_origins(
         self, p: FloatArray, origins: Sequence[Any], positions: FloatArray, load: FloatArray

@@ -55,12 +55,14 @@ class _Kriging:
         rows = self.unsure.residuals.thinned(_MOST)
         self.seen, self.jacobian = self.unsure.residuals[rows], self.unsure.jacobian[rows]
         self.touch = np.nonzero(fit.seen)[0][rows]
-        self.alike = self.process.misfit(self.seen, self.seen) + self.process.noise**2 * np.eye(len(rows))
+        self.alike = self.process.misfit(self.seen, self.seen) + self.process.of_touches(self.seen)
+        self.alike += self.process.noise**2 * np.eye(len(rows))
         self.array = fit.forward.apply(fit.p).array
         self.depth = float(np.mean(np.asarray(self.array.depth)))
         force = np.hypot(fit.load[:, 0], np.hypot(fit.load[:, 1], fit.load[:, 2]))
         self.force = float(np.median(force))
         self.noise = np.maximum(self.process.noise * fit.noise, fit.stated)
+        self.common = self.process.tolerances[3] * self.unsure.level
 
     def at(
         self, y: FloatArray, z: FloatArray, kept: npt.NDArray[np.bool_]
@@ -85,9 +87,9 @@ class _Kriging:
             shift = (change / unsure.size)[-n:]
             of_numbers[..., -n:] = 0.0  # a load's reading is without it
         values, variance = fit.gain * fit.forward.unit(fit.p, nodes, straight / self.force), np.empty((len(nodes), n))
-        scale = fit.noise / self.force
+        scale, slopes = fit.noise / self.force, unsure.slopes(nodes, straight)
         for i in range(n):
-            here = unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i))
+            here = unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i), slopes[:, i])
             known = self.process.misfit(here, seen)
             away = of_numbers[:, i] - known @ solved
             left = self.process.variance(here) - (known * cho_solve(factor, known.T).T).sum(axis=1)
@@ -108,15 +110,18 @@ class _Kriging:
         for j in (1, 2):
             drag = np.tile(np.eye(3)[j], (len(nodes), 1))
             values[:, live, j] = fit.gain * fit.forward.unit(fit.p, nodes, drag)
+        slopes = self.unsure.slopes(nodes, np.tile([self.force, 0.0, 0.0], (len(nodes), 1)))
         for i, sensor in enumerate(live):  # of what the field misses under drag, touches here are not asked
-            here = self.unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i))
+            here = self.unsure.of_model(np.zeros(len(nodes)), nodes, np.full(len(nodes), i), slopes[:, i])
             alone = (fit.noise[i] / self.force) ** 2 * self.process.variance(here)
             variance[:, sensor, 1:] = alone[:, None]
         shape = (len(y), len(z), len(finger.array), 3)
-        offset, noise = np.array(finger.array.offset), np.ones(len(finger.array))
+        offset, noise, common = np.array(finger.array.offset), np.ones(len(finger.array)), np.zeros(len(finger.array))
         offset[live] += shift
-        noise[live] = self.noise
-        return MeasuredResponse(y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force)
+        noise[live], common[live] = self.noise, self.common
+        return MeasuredResponse(
+            y, z, values.reshape(shape), variance.reshape(shape), offset, noise, load=self.force, common=common
+        )
 
     def held_out(self) -> tuple[float, int]:
         """Errors of positions over their standard errors, of touches each located by the others; and of how many.
@@ -135,7 +140,7 @@ class _Kriging:
             shape = (len(y), len(z), len(self.array), 1)
             near = MeasuredResponse(
                 y, z, values.reshape(shape), variance.reshape(shape), self.fit.offset + shift, self.noise,
-                load=self.force,
+                load=self.force, common=self.common,
             )  # fmt: skip
             found = InPlaceLocator(near, friction=0)(self.fit.data[t])
             if found.status == Status.OK:

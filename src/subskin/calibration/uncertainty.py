@@ -45,10 +45,16 @@ class Uncertainty(Frozen):
         self._inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
 
     @cached_property
+    def _on_finger(self) -> tuple[FloatArray, FloatArray]:
+        """The touches' positions and loads on the finger."""
+        fit = self._fit
+        at, load = fit.forward.moved(fit.p, fit.origin, fit.positions, fit.load)
+        return np.asarray(at), np.asarray(load)
+
+    @property
     def moved(self) -> FloatArray:
         """The touches' positions on the finger, (m,) or (m, 2)."""
-        fit = self._fit
-        return np.asarray(fit.forward.moved(fit.p, fit.origin, fit.positions, fit.load)[0])
+        return self._on_finger[0]
 
     @cached_property
     def residuals(self) -> Residuals:
@@ -56,15 +62,43 @@ class Uncertainty(Frozen):
         fit = self._fit
         touch, sensor = np.nonzero(fit.seen)
         rest = ((fit.data - fit.gain * fit.unit - fit.offset) / fit.noise)[fit.seen]
-        return self.of_model(rest, self.moved[touch], sensor)
+        slopes = self.slopes(*self._on_finger)[touch, sensor]
+        return self.of_model(rest, self.moved[touch], sensor, slopes, touch)
 
-    def of_model(self, value: FloatArray, y: FloatArray, sensor: npt.NDArray[np.intp]) -> Residuals:
-        """Residuals `value` (k,) of the sensors `sensor` (k,) at touches at `y` (k,), or (k, 2), on the finger."""
+    def slopes(self, positions: FloatArray, load: FloatArray) -> FloatArray:
+        """What `Residuals` call slopes, of all sensors under touches on the finger, (m, n, 5); of a row, 0."""
+        fit = self._fit
+        out = np.zeros((len(positions), fit.noise.size, 5))
+        if positions.ndim == 2:
+            out[..., :4] = (fit.gain / fit.noise)[:, None] * fit.forward.slopes(fit.p, positions, load)
+            out[..., 4] = self.level / fit.noise
+        return out
+
+    @property
+    def level(self) -> FloatArray:
+        """Errors that sensors have in common go with their stated noise, (n,); without one, with their residuals."""
+        fit = self._fit
+        return np.asarray(np.where((fit.stated > 0).all(), fit.stated, fit.noise))
+
+    def of_model(
+        self,
+        value: FloatArray,
+        y: FloatArray,
+        sensor: npt.NDArray[np.intp],
+        slopes: FloatArray | None = None,
+        touch: npt.NDArray[np.intp] | None = None,
+    ) -> Residuals:
+        """Residuals `value` (k,) of the sensors `sensor` (k,) at touches at `y` (k,), or (k, 2), on the finger.
+
+        Without `touch` they are those of touches to come, each of another.
+        """
+        touch = -1 - np.arange(len(value)) if touch is None else touch
+        slopes = np.zeros((len(value), 5)) if slopes is None else slopes
         sensors = np.asarray(self.array.y) if y.ndim == 1 else self.array.points
         at = (y - sensors[sensor]) / float(np.mean(np.asarray(self.array.depth)))
         weight = self._fit.gain / self._fit.noise
         weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
-        return Residuals(value, sensor, at, weight[sensor])
+        return Residuals(value, sensor, at, weight[sensor], touch, slopes)
 
     @cached_property
     def noise_like(self) -> bool:

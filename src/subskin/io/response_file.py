@@ -16,7 +16,7 @@ from .files import read_bytes, replacing
 
 __all__ = ["checksum", "read_response", "response_path", "write_both"]
 
-_NAMES = ("y", "z", "values", "variance", "offset", "noise", "correlation", "load")
+_NAMES = ("y", "z", "values", "variance", "offset", "noise", "correlation", "load", "common")
 _LARGEST = 1 << 31
 _ENDING = ".response.npz"
 

@@ -37,15 +37,24 @@ def _doubt(variance, i, load):
 
 
 @compiled()
-def _cost(r, values, variance, load, mu, low, high, g, b, fit):
-    """Chi-square left of a frame r (n,) at a node; the components into fit."""
+def _cost(r, common, values, variance, load, mu, low, high, g, b, fit):
+    """Chi-square left of a frame r (n,) at a node; the components into fit.
+
+    The errors' covariance is that of the independent ones and `common` (n,) times its transpose, by whose part
+    everything is less (Sherman and Morrison).
+    """
     for k in range(6):
         g[k] = 0.0
     b[0] = b[1] = b[2] = 0.0
-    out = 0.0
+    out, size, along = 0.0, 1.0, 0.0
+    s0 = s1 = s2 = 0.0
     for i in range(r.size):
         v = _doubt(variance, i, load)
         w, a0 = 1.0 / v, values[i, 0]
+        wc = w * common[i]
+        size += wc * common[i]
+        along += wc * r[i]
+        s0 += wc * a0
         g[0] += w * a0 * a0
         b[0] += w * a0 * r[i]
         if values.shape[1] == 3:
@@ -57,7 +66,19 @@ def _cost(r, values, variance, load, mu, low, high, g, b, fit):
             g[5] += w * a2 * a2
             b[1] += w * a1 * r[i]
             b[2] += w * a2 * r[i]
+            s1 += wc * a1
+            s2 += wc * a2
         out += w * r[i] * r[i]
+    out -= along * along / size
+    b[0] -= along * s0 / size
+    b[1] -= along * s1 / size
+    b[2] -= along * s2 / size
+    g[0] -= s0 * s0 / size
+    g[1] -= s0 * s1 / size
+    g[2] -= s0 * s2 / size
+    g[3] -= s1 * s1 / size
+    g[4] -= s1 * s2 / size
+    g[5] -= s2 * s2 / size
     _eliminated(g, b, mu, low, high, fit)
     return out - fit[3]
 
@@ -108,7 +129,7 @@ def _between(table, p, q, out):
 
 
 @compiled()
-def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, doubt):
+def _settle(r, common, values, variance, mu, low, high, p, q, load, fit, g, b, here, doubt):
     """From node (p, q) to the best position, where it ends in fit[29], fit[30], in nodes; fit is that of `climb.py`.
 
     Gauss-Newton steps; the doubt changes with the position too. A step that worsens it is halved. The likelihood would
@@ -124,7 +145,7 @@ def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, dou
         for i in range(r.size):
             for c in range(values.shape[3]):
                 doubt[0, i, c] = max(doubt[0, i, c], 0.0)
-        cost = _cost(r, here[0], doubt[0], load, mu, low, high, g, b, fit)
+        cost = _cost(r, common, here[0], doubt[0], load, mu, low, high, g, b, fit)
         if cost > last + 1e-9 and abs(step_p) + abs(step_q) > 1e-6:
             p, q, step_p, step_q = p - 0.5 * step_p, q - 0.5 * step_q, 0.5 * step_p, 0.5 * step_q
             continue
@@ -133,9 +154,21 @@ def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, dou
         for k in range(17, 29):
             fit[k] = 0.0
         gp = gq = 0.0
+        size, level, cp, cq = 1.0, 0.0, 0.0, 0.0
+        for i in range(r.size):
+            rest = r[i]
+            for c in range(values.shape[3]):
+                rest -= fit[c] * here[0, i, c]
+            wc = common[i] / _doubt(doubt[0], i, load)
+            size += wc * common[i]
+            level += wc * rest
+        level /= size  # the likeliest error in common
+        fit[17] = level * level
+        for c in range(3):
+            b[c] = 0.0
         for i in range(r.size):
             v = _doubt(doubt[0], i, load)
-            rest, dv, dw = r[i], 0.0, 0.0
+            rest, dv, dw = r[i] - level * common[i], 0.0, 0.0
             up = uq = 0.0
             for c in range(values.shape[3]):
                 rest -= fit[c] * here[0, i, c]
@@ -150,9 +183,18 @@ def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, dou
             fit[20] += up * up / v
             fit[21] += up * uq / v
             fit[22] += uq * uq / v
+            cp += common[i] * up / v
+            cq += common[i] * uq / v
             for c in range(values.shape[3]):
                 fit[23 + c] += here[0, i, c] * up / v
                 fit[26 + c] += here[0, i, c] * uq / v
+                b[c] += common[i] * here[0, i, c] / v
+        fit[20] -= cp * cp / size
+        fit[21] -= cp * cq / size
+        fit[22] -= cq * cq / size
+        for c in range(values.shape[3]):
+            fit[23 + c] -= b[c] * cp / size
+            fit[26 + c] -= b[c] * cq / size
         for k in range(6):
             fit[11 + k] = g[k]
         fit[29], fit[30] = p, q
@@ -172,14 +214,14 @@ def _settle(r, values, variance, mu, low, high, p, q, load, fit, g, b, here, dou
 
 
 @compiled()
-def in_place_frames(readings, rows, mix, y, z, values, variance, typical, options, out):
+def in_place_frames(readings, rows, mix, common, y, z, values, variance, typical, options, out):
     """Fill `out`, one row a frame; those that lack a sensor are left with status -1.
 
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; mix (n, n): what makes readings
-    of errors that are independent, of variance 1 by noise; y, z: first node and step; values, variance (k, l, n, c), of
-    mixed readings; typical (3,): a load like the calibration's; options: mu, least and largest N, nodes
-    from one to the next of the scan, the thresholds of detection and of chi-square, ambiguity, and the chi-square from
-    which a frame is scanned again at every node.
+    of errors that are independent, of variance 1 by noise; common (n,): standard deviations of the error that they have
+    in common; y, z: first node and step; values, variance (k, l, n, c), of mixed readings; typical (3,): a load like
+    the calibration's; options: mu, least and largest N, nodes from one to the next of the scan, the thresholds of
+    detection and of chi-square, ambiguity, and the chi-square from which a frame is scanned again at every node.
     """
     frames, n = readings.shape
     mu, low, high = options[0], options[1], options[2]
@@ -193,13 +235,16 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
         row = out[f]
         row[:] = math.nan
         row[_RIVAL_CHI2] = math.inf
-        total, usable = 0.0, True
+        total, size, along, usable = 0.0, 1.0, 0.0, True
         for i in range(n):
             usable &= rows[2, i] < readings[f, i] < rows[3, i]
             r[i] = 0.0
             for j in range(n):
                 r[i] += mix[i, j] * (readings[f, j] - rows[0, j])
             total += r[i] * r[i]
+            size += common[i] * common[i]
+            along += common[i] * r[i]
+        total -= along * along / size
         if not (usable and total < 1e30):
             row[_STATUS] = _PENDING
             continue
@@ -213,7 +258,7 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
                 for j in range(first):
                     for k in range(second):
                         p, q = j * apart, k * apart
-                        cost[j, k] = _cost(r, values[p, q], variance[p, q], load, mu, low, high, g, b, fit)
+                        cost[j, k] = _cost(r, common, values[p, q], variance[p, q], load, mu, low, high, g, b, fit)
                         if cost[j, k] < best:
                             best = cost[j, k]
                             score[0], score[1], score[2] = fit[0], fit[1], fit[2]
@@ -246,7 +291,7 @@ def in_place_frames(readings, rows, mix, y, z, values, variance, typical, option
             top = rival = -1
             for e in range(count):
                 p, q = float(at[e, 0]), float(at[e, 1])
-                ends[e] = _settle(r, values, variance, mu, low, high, p, q, load, fits[e], g, b, here, doubt)
+                ends[e] = _settle(r, common, values, variance, mu, low, high, p, q, load, fits[e], g, b, here, doubt)
                 if top < 0 or ends[e] < ends[top]:
                     top = e
             for e in range(count):

@@ -169,8 +169,9 @@ class InPlaceLocator(Framewise):
         values = np.ascontiguousarray(np.einsum("ij,kljc->klic", mix, values, optimize=True))
         doubt = np.sqrt(variance).swapaxes(2, 3)[..., None, :] * mix  # (k, l, c, n, n)
         variance = np.ascontiguousarray((np.matmul(doubt, root) ** 2).sum(axis=-1).swapaxes(2, 3))
+        common = mix @ np.asarray(self.response.common)[pattern]
         steps = (np.array([nodes[0], nodes[1] - nodes[0]]) for nodes in (y, z))
-        return (sensor_rows(self.array.select(pattern)), mix, *steps, values, variance, typical, options)
+        return (sensor_rows(self.array.select(pattern)), mix, common, *steps, values, variance, typical, options)
 
     def _nodes(self) -> tuple[FloatArray, FloatArray, tuple[slice, slice]]:
         """Nodes y and z within the search, and where they are among all."""
