@@ -312,6 +312,8 @@ def checked_touches(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Readings (m, n), positions (m,) and loads (N, T) (m, 2), checked; on an area (m, 2) and (N, Ty, Tz) (m, 3)."""
     data = checked_readings(readings, len(finger.array))
+    if not len(data):
+        raise GeometryError(f"readings of shape {data.shape}", "a finger learns from touches", "a row for each touch")
     y = _check.real("positions", positions, unit="m")
     if finger.array.on_area:
         if y.shape != (len(data), 2):
