@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .._shown import html_table, lines
 from ..contact.families import Family, LocalFamily, families, local_families
 from ..errors import InvalidValueError
 from ..estimate import Status
@@ -23,6 +24,8 @@ _STD, _FAR, _FORCE = 5.0, 0.3, 0.3
 
 On an area the standard error is that in the direction in which it is worst.
 """
+
+_HEADS = ("", "OK", "OK and wrong", "unexplained")
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,15 @@ class BlindSpots:
         last = f" and {named[-1]}" if len(named) > 1 else ""
         listed = ", ".join(named[:-1]) + last if last else named[0]
         return f"With {spare} this finger is OK and wrong most often about {listed}."
+
+    def __repr__(self) -> str:
+        return lines(self.sentence, [_HEADS, *self._shown()])
+
+    def _repr_html_(self) -> str:
+        return html_table(self.sentence, self._shown(), _HEADS)
+
+    def _shown(self) -> list[tuple[str, str, str, str]]:
+        return [(r.text, *(f"{100 * s:.1f} %" for s in (r.ok, r.wrong, r.unexplained))) for r in self.rows]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers and texts, for JSON."""
