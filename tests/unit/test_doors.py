@@ -42,6 +42,8 @@ def test_quantities_are_converted():
     np.testing.assert_allclose(given.xx, SKIN.stress(plain, 2e-3, [0.0, 1e-3]).xx, rtol=1e-12)
     ends = (U.Quantity(-4, "mm"), U.Quantity(4, "mm"))
     assert FINGER.locator(search=ends).response.stop == pytest.approx(4e-3)
+    relaxing = ss.Relaxation(share=U.Quantity(20, "percent"), time=U.Quantity(150, "ms"))
+    assert (relaxing.share.tolist(), relaxing.time.tolist()) == ([0.2], [0.15])
 
 
 @pytest.mark.parametrize(
@@ -57,6 +59,9 @@ def test_quantities_are_converted():
         lambda: FINGER.locator(search=(U.Quantity(-4, "Pa"), U.Quantity(4, "Pa"))),
         lambda: FINGER.locator(friction=U.Quantity(1, "N")),
         lambda: FINGER.locate(U.Quantity(np.zeros(5), "Pa")),
+        lambda: ss.Relaxation(share=0.2, time=U.Quantity(1, "m")),
+        lambda: ss.Relaxation(share=U.Quantity(0.2, "Pa"), time=1.0),
+        lambda: FINGER.blind_spots(count=10, friction=U.Quantity(0.5, "N")),
     ],
 )
 def test_a_quantity_of_another_dimension_is_refused(make):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import _check
 from .._shown import html_table, lines
 from ..contact.families import Family, LocalFamily, families, local_families
 from ..errors import InvalidValueError
@@ -212,7 +213,7 @@ def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
     above = array.points[live]
     fields = np.abs(finger.receptive_field(above if array.on_area else above[:, 0])[..., live, 0])
     force = snr / float((fields / np.asarray(array.noise)[live]).max())
-    friction = float(options.get("friction", 1.0))
+    friction = _check.friction(options.get("friction", 1.0))
     friction = friction if np.isfinite(friction) else 1.0
     if not array.on_area:
         return Touches(force, friction)
