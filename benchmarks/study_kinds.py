@@ -9,8 +9,8 @@ never wrong here. The contact's kind follows the stated edges: narrower than a r
 profile. Named contacts are those that 0.1 knew: right is the most probable kind. Calibration over all: as many frames
 of the named contacts as of all others. Right is the contact's own kind; "none of these" where it has no kind, touches
 twice, or where the finger is not what it is taken for. ECE 0.2 counts that last answer as wrong, as release 0.2 did.
-Sorts "beside" were left out of the priors' choice, but seen when families were chosen, as were "after" when hollow
-pressures and those between even and round were added; sorts "later" were drawn up when all was fixed. The calibration of
+Sorts "beside" were left out of the priors' choice, but seen when families were chosen, as were "after" when
+hollow pressures were added; sorts "later" were drawn up when all was fixed. The calibration of
 each stands by itself.
 """
 

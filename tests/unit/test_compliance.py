@@ -136,7 +136,7 @@ def test_a_thinner_skin_and_a_flat_one():
     [
         (finger(noise=0.0), PARTICLE, "depends on the noise"),
         (ss.Finger(SKIN, ss.SensorArray([0.0, 1e-3, 2e-3], depth=1e-3, noise=1e-4)), PARTICLE, "four unknowns"),
-        (ss.Finger(SKIN, ss.SensorArray.line(4, pitch=1e-3, depth=1e-3, noise=1e-4)), PARTICLE, "two different readings"),
+        (ss.Finger(SKIN, ss.SensorArray.line(4, 1e-3, depth=1e-3, noise=1e-4)), PARTICLE, "two different readings"),
         (finger(ss.HalfPlane(RUBBER)), PARTICLE, "touch all along"),
         (finger(transducer=ss.EnergyDensity()), PARTICLE, "linear"),
     ],

@@ -173,7 +173,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ('unit = "kPa"', 'unit = "kPaa"', 21, 'no unit "kPaa" is known. Fix: did you mean "kPa"'),
         ('"1e-3 mm"', '"1e-3 s"', 22, 'unit = "1e-3 s": a value in m is needed'),
         ('column = "x"', 'colum = "x"', 22, 'key "colum": no such key is known. Fix: did you mean "column"'),
-        ("early = 0.3", 'force = "cell"', 24, 'force = "cell": a table of column, unit is needed. Fix: force = { column = "cell"'),
+        ("early = 0.3", 'force = "cell"', 24, "a table of column, unit is needed. Fix: force = { column"),
         ("early = 0.3", "early = 3", 24, "early = 3: has to be <= 1"),
         ("early = 0.3", 'hold = "0 s"', 24, 'hold = "0 s": has to be > 0'),
         ("early = 0.3", "[tare]\ndrift = -1", 25, "drift = -1: has to be >= 0"),
@@ -202,7 +202,8 @@ def test_every_error_is_said_at_once():
     with pytest.raises(FileError) as caught:
         parse_finger(wrong, "my.toml")
     text = str(caught.value)
-    assert text.startswith('my.toml, line 11: [sensors] key "nose": no such key is known. Fix: did you mean "noise". Also')
+    assert text.startswith('my.toml, line 11: [sensors] key "nose": no such key is known.')
+    assert 'Fix: did you mean "noise". Also' in text
     for said in ('line 3: young = "0.4 N": a value in Pa is needed', "line 7: count = 4.5: a whole number is needed"):
         assert said in text
 

@@ -32,13 +32,7 @@ def test_a_roller_that_sticks_is_partial_slip():
 
 @pytest.mark.parametrize(
     ("number", "pressure"),
-    [
-        (-5, lambda t: 1 - t**2),
-        (-4, lambda t: 1 + 3 * t**2),
-        (-3, lambda t: 1 - 0.6 * t),
-        (-2, lambda t: 1 + 0.6 * t),
-        (-1, lambda t: (1 - t**2) ** 0.25),
-    ],
+    [(-4, lambda t: 1 - t**2), (-3, lambda t: 1 + 3 * t**2), (-2, lambda t: 1 - 0.6 * t), (-1, lambda t: 1 + 0.6 * t)],
 )
 def test_a_shape_is_its_pressure(number, pressure):
     """Against the same pressure drawn by straight lines; its position is the centroid.
@@ -53,19 +47,9 @@ def test_a_shape_is_its_pressure(number, pressure):
     a, y = 1.1, 0.3
     drawn = ss.PressureProfile(y=y + a * (t - centroid), pressure=p / a)
     made = Response.of_lines(TIP, shape.lines, shape.weights, ENDS, 1.5)
-    np.testing.assert_allclose(made(y, a)[0, :, 0], TIP.read(drawn), atol=3e-4 if number in (-3, -2) else 3e-6)
+    np.testing.assert_allclose(made(y, a)[0, :, 0], TIP.read(drawn), atol=3e-4 if number > -3 else 3e-6)
     spread = np.sqrt(np.trapezoid(p * (t - centroid) ** 2, t))
     assert root_moment(shape.lines, shape.weights) == pytest.approx(spread, rel=1e-4)
-
-
-def test_a_pressure_between_even_and_round_is_not_surely_round():
-    """A roller was sure (0.97) before such a shape was weighed."""
-    t = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 401))
-    pressure = (1 - t**2) ** 0.25
-    pressure = pressure / np.trapezoid(pressure, 0.9 * t)
-    said = contact_type(TIP, [TIP.read(ss.PressureProfile(y=y + 0.9 * t, pressure=pressure)) for y in (0.0, 0.5)])
-    assert said.name.tolist() == ["none of these", "cannot tell"]
-    assert (said.probability[:, -1] > 0.5).all()
 
 
 def test_shapes_begin_at_the_sides_edge_and_leave_out_what_is_named():

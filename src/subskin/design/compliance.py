@@ -126,7 +126,8 @@ def skin_compliance(
     Parameters
     ----------
     finger : Finger
-        With the noise of its sensors, four or more of them; five or more, where they lie alike on both sides. A flat skin needs a particle on a flat that ends.
+        With the noise of its sensors, four or more of them; five or more, where they lie alike on both sides. A flat
+        skin needs a particle on a flat that ends.
     particle : ParticleOnFlat
         The smallest feature of interest.
     force : array_like, shape (f,)

@@ -112,7 +112,8 @@ class Rival(_Found):
     def __repr__(self) -> str:
         known = int(np.isfinite(self.chi2).sum())
         more = span(self.chi2[np.isfinite(self.chi2)])
-        return f"Rival(in {known} of {self.chi2.size} frames, chi-square larger by {more}; {Load(self.position, self.components)!r})"
+        load = Load(self.position, self.components)
+        return f"Rival(in {known} of {self.chi2.size} frames, chi-square larger by {more}; {load!r})"
 
     @property
     def chi2(self) -> FloatArray:

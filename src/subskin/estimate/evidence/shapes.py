@@ -28,16 +28,12 @@ _FAMILIES: tuple[tuple[type[SpreadContact], float], ...] = (
     (Hertz, _BEYOND),
     (FlatPunch, _BEYOND),
 )
-_SHARE = 0.5
-"""Of a shape that lies between two others, beside theirs."""
 _HOLLOW = 3.0
 """Of a pressure that is less in the middle: by how much its edges have more, over the middle."""
 _PRESSURES = (
-    ((1.0, 0.0, -1.0), 1.0), ((1.0, 0.0, _HOLLOW), _SHARE), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5),
+    ((1.0, 0.0, -1.0), 1.0), ((1.0, 0.0, _HOLLOW), 0.5), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5),
 )  # fmt: skip
 """Powers of t, and shares: a parabola, a hollow pressure, and pressures that rise to either side."""
-_BETWEEN = 0.25
-"""Power of 1 - t^2 midway between an even pressure's, 0, and a roller's, 1/2: trapezoids, bars with rounded edges."""
 _NODES = 40
 
 
@@ -64,14 +60,6 @@ def _polynomial(*coefficients: float) -> tuple[FloatArray, FloatArray]:
     return t - (weights * t).sum(), weights
 
 
-def _power(exponent: float) -> tuple[FloatArray, FloatArray]:
-    """A pressure of (1 - t^2) to this power."""
-    from scipy.special import roots_jacobi
-
-    t, weights = roots_jacobi(_NODES, exponent, exponent)
-    return t, weights / weights.sum()
-
-
 def sticking() -> tuple[FloatArray, FloatArray]:
     """A roller that sticks in its middle: its drag is the roller's, less the same on the zone that sticks.
 
@@ -86,9 +74,8 @@ def sticking() -> tuple[FloatArray, FloatArray]:
 def shapes(kinds: Sequence[Kind], depth: float) -> tuple[OtherShape, ...]:
     """Contacts that none of the `kinds` is, with their shares, for sensors at `depth` [m] or deeper.
 
-    An even pressure, one that rises evenly to either side, a parabola's, a hollow one, one between even and round,
-    wedges, rollers and flat bars: each family alike probable, and each from the edge of the sides on, where it is none
-    of the kinds.
+    An even pressure, one that rises evenly to either side, a parabola's, wedges, rollers and flat bars: each family
+    alike probable, a hollow pressure half as much; each from the edge of the sides on, where it is none of the kinds.
     """
     named: dict[type, list[tuple[float, float]]] = {}
     for kind in kinds:
@@ -100,8 +87,8 @@ def shapes(kinds: Sequence[Kind], depth: float) -> tuple[OtherShape, ...]:
         unit = depth / root_moment(lines, weights)
         left = _without((EDGE * unit, end * unit), named.get(family, []))
         found += [OtherShape(lines, weights, ends, (ends[1] - ends[0]) / sum(b - a for a, b in left)) for ends in left]
-    pressures = [(*_polynomial(*coefficients), share) for coefficients, share in _PRESSURES]
-    for lines, weights, share in (*pressures, (*_power(_BETWEEN), _SHARE)):
+    for coefficients, share in _PRESSURES:
+        lines, weights = _polynomial(*coefficients)
         unit = depth / root_moment(lines, weights)
         found.append(OtherShape(lines, weights, (EDGE * unit, END * unit), share))
     total = sum(shape.share for shape in found)
