@@ -120,7 +120,7 @@ class BlindSpots:
     def _repr_html_(self) -> str:
         return html_table(self.sentence, self._shown(), _HEADS)
 
-    def _shown(self) -> list[tuple[str, str, str, str]]:
+    def _shown(self) -> list[tuple[str, ...]]:
         return [(r.text, *(f"{100 * s:.1f} %" for s in (r.ok, r.wrong, r.unexplained))) for r in self.rows]
 
     def to_dict(self) -> dict[str, Any]:

@@ -148,8 +148,8 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
     _, line, keys, seen, rule, fix = found[0]
     others = {item[1]: f"line {item[1]}: {item[3]}: {item[4]}" for item in found if item[1] not in (0, line)}
     if others:
-        more = f"Also {'; '.join(list(others.values())[:_MORE_SHOWN])}"
-        rule, fix = (rule, f"{fix}. {more}") if fix else (f"{rule}. {more}", "")
+        also = f"Also {'; '.join(list(others.values())[:_MORE_SHOWN])}"
+        rule, fix = (rule, f"{fix}. {also}") if fix else (f"{rule}. {also}", "")
     return located(text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix)
 
 

@@ -151,7 +151,11 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     plain(axes.xaxis)
     wide.axhline(1.0, color=BLUE, linewidth=0.5)
     for letter, m in zip("abc", chosen, strict=True):
-        above = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "bottom"}  # where no curve goes
+        above: dict[str, Any] = {
+            "transform": axes.get_xaxis_transform(),
+            "ha": "center",
+            "va": "bottom",
+        }  # where no curve goes
         axes.text(moduli[m], 1.01, letter, fontweight="bold", color=BLACK, **above)
     # beneath the axes: bands can be narrower than their names, and curves go anywhere
     beneath: dict[str, Any] = {"loc": "upper center", "ncols": 3, "frameon": False}
