@@ -9,8 +9,9 @@ never wrong here. The contact's kind follows the stated edges: narrower than a r
 profile. Named contacts are those that 0.1 knew: right is the most probable kind. Calibration over all: as many frames
 of the named contacts as of all others. Right is the contact's own kind; "none of these" where it has no kind, touches
 twice, or where the finger is not what it is taken for. ECE 0.2 counts that last answer as wrong, as release 0.2 did.
-Sorts "beside" were left out of the priors' choice, but seen when families were chosen; sorts "after" were drawn up when
-all was fixed. The calibration of each stands by itself.
+Sorts "beside" were left out of the priors' choice, but seen when families were chosen, as were "after" when
+hollow pressures were added; sorts "later" were drawn up when all was fixed. The calibration of
+each stands by itself.
 """
 
 from __future__ import annotations
@@ -241,6 +242,17 @@ AFTER: dict[str, tuple[Draw, str]] = {
     "after: depths off by 8 %": (deeper, "round side"),
     "after: sensors moved by 0.03": (moved, "line"),
 }
+LATER: dict[str, tuple[Draw, str]] = {
+    "later: fourth power": (profile(lambda rng, size: np.tile(1 - _ACROSS**4, (size, 1))), ""),
+    "later: cosine": (profile(lambda rng, size: np.tile(np.cos(np.pi / 2 * _ACROSS), (size, 1))), ""),
+    "later: one edge rounded": (
+        profile(lambda rng, size: np.sqrt(np.minimum(1, 1 - rng.choice([-1, 1], (size, 1)) * _ACROSS))),
+        "",
+    ),
+    "later: two steps": (profile(lambda rng, size: np.tile(1.0 + (np.abs(_ACROSS) < 0.5), (size, 1))), ""),
+    "later: rim": (profile(lambda rng, size: np.tile(0.5 + np.abs(_ACROSS), (size, 1))), ""),
+}
+GROUPS = {"ALL": OTHERS, "BESIDE": BESIDE, "AFTER": AFTER, "LATER": LATER}
 FAULTS += tuple(list(BESIDE)[-2:] + list(AFTER)[-2:])
 
 
@@ -288,10 +300,12 @@ def main() -> None:
     """Run and print."""
     options = arguments(__doc__, frames=1000)
     rows = []
+    every = {name: (label, *sort) for label, group in GROUPS.items() for name, sort in group.items()}
     cases = [(n, pitch, noise) for pitch in (0.5, 0.75) for n in (4, 6, 8) for noise in (1e-3, 1e-2)]
     for sensors, pitch, noise in cases:
         tip = finger(sensors, pitch, noise)
-        half, other, beside, after = [], [], [], []
+        half: list[dict[str, Any]] = []
+        found: dict[str, list[dict[str, Any]]] = {label: [] for label in GROUPS}
         head = f"{sensors} sensors, {pitch} depth, {noise:.1%}"
         start, count = time.perf_counter(), 0
         for i, (name, (family, _, width)) in enumerate(KINDS.items()):
@@ -299,23 +313,23 @@ def main() -> None:
             half.append(got)
             rows.append([head, name, f"{got['wrong']:.1%}", "", f"{got['own']:.1%}", f"{got['none']:.1%}",
                          f"{got['unexplained']:.1%}", f"{got['best']:.1%}"])  # fmt: skip
-        for i, (name, (draw, kind)) in enumerate((OTHERS | BESIDE | AFTER).items()):
+        for i, (name, (label, draw, kind)) in enumerate(every.items()):
             got = asked(tip, draw, kind, options.frames, 200 + i, name in FAULTS)
-            (beside if name in BESIDE else after if name in AFTER else other).append(got)
+            found[label].append(got)
             names, times = np.unique(got["names"], return_counts=True)
             most = names[times.argmax()] if times.size else ""
             rows.append([head, name, f"{got['wrong']:.1%}", most, f"{got['own']:.1%}", f"{got['none']:.1%}",
                          f"{got['unexplained']:.1%}", f"{got['best']:.1%}"])  # fmt: skip
             count += options.frames
         took = (time.perf_counter() - start) / (count + len(KINDS) * options.frames)
-        error, before = (all_of(half, other, key, options.frames) for key in ("right", "before"))
+        error, before = (all_of(half, found["ALL"], key, options.frames) for key in ("right", "before"))
         named = calibration_error(*(np.concatenate([g[key] for g in half]) for key in ("top", "right")))
         best = np.mean([g["best"] for g in half])
-        wrong = np.mean([g["wrong"] for g in other])
+        wrong = np.mean([g["wrong"] for g in found["ALL"]])
         sure = np.mean([g["own"] for g in half])
         rows.append([head, "ALL", f"{wrong:.1%}", "", f"{best:.2%}, {sure:.2%} named right, sure", f"ECE {error:.4f}",
                      f"0.2 {before:.4f}, of named {named:.4f}", f"{1e6 * took:.0f} us"])  # fmt: skip
-        for label, part in (("BESIDE", beside), ("AFTER", after)):
+        for label, part in list(found.items())[1:]:
             away = all_of(half, part, "right", options.frames)
             rows.append([head, label, f"{np.mean([g['wrong'] for g in part]):.1%}", "", "", f"ECE {away:.4f}", "", ""])
     columns = ["finger", "contact", "sure and wrong", "mostly", "sure and right", "sure of none", "unexplained", "best"]

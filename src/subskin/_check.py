@@ -9,10 +9,16 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .errors import GeometryError, InvalidValueError, UnknownOptionError, ValidityWarning
+from .errors import GeometryError, InvalidValueError, UnknownOptionError, ValidityWarning, printable
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+
+_SHOWN = 80  # letters of a value in a message
+
+
+_NO_NUMBERS = "SUMmc"
+"""Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
 
 
 def _seen(name: str, array: FloatArray, bad: npt.NDArray[np.bool_]) -> str:
@@ -42,7 +48,7 @@ def real(
     value = without_unit(name, value, unit, fix)
     unmasked(name, value)
     try:
-        if np.asarray(value).dtype.kind in "SU":  # NumPy would read a number out of the text
+        if np.asarray(value).dtype.kind in _NO_NUMBERS:
             raise TypeError
         array = np.array(value, dtype=np.float64)
     except OverflowError:
@@ -75,12 +81,16 @@ def readings(value: npt.ArrayLike, name: str = "readings") -> FloatArray:
         return value
     value = without_unit(name, value, "", 'numbers in the unit of the gain: q.m_as("Pa")')
     try:
+        if np.asarray(value).dtype.kind in _NO_NUMBERS:
+            raise TypeError
         if isinstance(value, np.ma.MaskedArray):
             return np.ma.filled(value.astype(np.float64), np.nan)
         return np.asarray(value, dtype=np.float64)
+    except OverflowError:
+        raise InvalidValueError(f"{name} = {shown(value)}", "it is beyond the largest float") from None
     except (TypeError, ValueError):
-        rule = "numbers are needed, NaN for a missing one"
-        raise InvalidValueError(f"{name} = {repr(value)[:60]}", rule, f"{name}=[0.1, 0.2]") from None
+        rule = "real numbers are needed, NaN for a missing one"
+        raise InvalidValueError(f"{name} = {shown(value)}", rule, f"{name}=[0.1, 0.2]") from None
 
 
 def unmasked(name: str, value: object, fix: str = "") -> None:
@@ -120,9 +130,9 @@ def _has_unit(value: object) -> bool:
 
 
 def shown(value: object) -> str:
-    """A value as a message has it, be it one that cannot be written out."""
+    """A value as a message has it, its end left off where it is long, be it one that cannot be written out."""
     try:
-        return repr(value)
+        return printable(repr(value), _SHOWN)
     except Exception:  # an int of more digits than Python writes, or an object whose own way fails
         return f"a {type(value).__name__}"
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Drawing", "Presets", "html_table", "lines", "many_of", "span", "with_error"]
+__all__ = ["Drawing", "Presets", "html_table", "lines", "many_of", "parameter_rows", "span", "with_error"]
 
 
 class Presets(dict[str, dict[str, Any]]):
@@ -68,6 +68,16 @@ def with_error(value: float, std: float, unit: str) -> str:
     digits = power - (std / 10**power < 3)
     shown = (f"{round(v, -digits) + 0.0:.{max(-digits, 0)}f}" for v in (value, std))
     return f"{' +- '.join(shown)} {unit}".strip()
+
+
+def parameter_rows(parameters: Iterable[Any]) -> list[tuple[str, str, str]]:
+    """Name, sensor and value with its error of each number that a calibration fitted; metres as millimetres."""
+    rows = []
+    for p in parameters:
+        scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
+        value = with_error(scale * p.value, scale * p.std, unit)
+        rows.append((p.name, "" if p.sensor is None else str(p.sensor), value))
+    return rows
 
 
 def span(values: npt.ArrayLike, unit: str = "", digits: int = 3) -> str:

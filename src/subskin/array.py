@@ -305,5 +305,9 @@ class SensorArray(LaidOut, Frozen):
 
     def inside(self, readings: FloatArray) -> npt.NDArray[np.bool_]:
         """Which `readings`, shape (..., n), are finite and within the range, be the sensor live or not."""
+        readings = _check.readings(readings)
+        if readings.shape[-1:] != (len(self),):
+            rule = f"the last axis has to be the {len(self)} sensors"
+            raise GeometryError(f"readings of shape {readings.shape}", rule, f"shape (frames, {len(self)})")
         within = (readings > np.asarray(self.low)) & (readings < np.asarray(self.high))
         return np.asarray(within & np.isfinite(readings))

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from . import _check
 from ._check import FloatArray
 from ._frozen import Frozen
+from ._shown import lines, span
 from .errors import GeometryError
 
 __all__ = ["Load"]
@@ -86,6 +87,24 @@ class Load(Frozen):
                 seen = f"covariance of shape {square.shape}"
                 raise GeometryError(seen, f"{(*batch, k, k)} is needed", "leave out covariance")
             object.__setattr__(self, "covariance", square)
+
+    def __repr__(self) -> str:
+        rows = self._shown()
+        if not self.shape:
+            return f"Load({', '.join(f'{name} {value}' for name, value in rows)})"
+        return lines(f"Load of shape {self.shape}", rows)
+
+    def _shown(self) -> list[tuple[str, str]]:
+        """Each quantity's least and largest, in the units of people."""
+        at = [self.position] if self.dim == 1 else np.moveaxis(self.position, -1, 0)
+        rows = [(name, span(1e3 * where, "mm", 4)) for name, where in zip("yz", at, strict=False)]
+        rows.append(("force", span(self.force, "N/m" if self.dim == 1 else "N", 4)))
+        rows.append(("angle", span(np.rad2deg(self.angle), "deg", 4)))
+        if self.dim == 2:
+            rows.append(("azimuth", span(np.rad2deg(self.azimuth), "deg", 4)))
+        if self.moment is not None:
+            rows.append(("moment", span(1e3 * self.moment, "N mm", 4)))
+        return rows
 
     @property
     def dim(self) -> int:

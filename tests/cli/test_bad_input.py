@@ -257,6 +257,14 @@ def test_a_missing_reading_is_not_bad_input(subskin, written, folder):
         assert subskin(*COMMANDS[name], "-o", "out.csv").code == 0
 
 
+def test_a_table_without_rows_is_said(subskin, refused, written):
+    written(TABLE[: TABLE.index("\n") + 1])
+    assert refused("calibrate").startswith("readings of shape (0, 4): a finger learns from touches")
+    ran = subskin("fit", "finger.toml", "t.csv", "-o", "out.csv")
+    assert (ran.code, ran.err) == (0, "subskin: warning: t.csv has no rows\n")
+    assert "any family would explain" not in ran.out
+
+
 def test_a_misspelt_option_shows_the_usage_of_its_command(capsys):
     with pytest.raises(SystemExit) as left:
         main(["replay", "rec.parquet", "--fingr", "other.toml"])

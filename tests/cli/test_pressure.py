@@ -49,6 +49,7 @@ def test_it_writes_the_map_the_totals_and_a_figure(tip, folder, subskin):
     )
     assert done.code == 0, done.err
     assert "nothing beyond noise" in done.out
+    assert "subskin locate and fit object to more" in done.out
     found = ss.pressure_map(finger, frames)
     mapped, totals = table(folder / "map.csv"), table(folder / "forces.csv")
     assert len(mapped["row"]) == 2 * len(found.y)  # the untouched frame has none

@@ -10,6 +10,7 @@ import pytest
 import subskin as ss
 from subskin.design import skin_compliance
 from subskin.design.compliance import Regime
+from subskin.plot import compliance_figure
 
 RUBBER = ss.Material(0.4e6, 0.5)
 SKIN = ss.Round(RUBBER, radius=8e-3, core_radius=2e-3)
@@ -134,7 +135,8 @@ def test_a_thinner_skin_and_a_flat_one():
     ("tip", "particle", "rule"),
     [
         (finger(noise=0.0), PARTICLE, "depends on the noise"),
-        (ss.Finger(SKIN, ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, noise=1e-4)), PARTICLE, "four unknowns"),
+        (ss.Finger(SKIN, ss.SensorArray([0.0, 1e-3, 2e-3], depth=1e-3, noise=1e-4)), PARTICLE, "four unknowns"),
+        (ss.Finger(SKIN, ss.SensorArray.line(4, 1e-3, depth=1e-3, noise=1e-4)), PARTICLE, "two different readings"),
         (finger(ss.HalfPlane(RUBBER)), PARTICLE, "touch all along"),
         (finger(transducer=ss.EnergyDensity()), PARTICLE, "linear"),
     ],
@@ -142,6 +144,22 @@ def test_a_thinner_skin_and_a_flat_one():
 def test_what_cannot_be_asked(tip, particle, rule):
     with pytest.raises(ss.SubskinError, match=rule):
         skin_compliance(tip, particle, 40.0, young=0.2e6)
+
+
+def test_sensors_that_are_not_alike_on_both_sides_tell_the_width_as_four():
+    row = ss.SensorArray(y=[-1.2e-3, -0.5e-3, 0.1e-3, 0.7e-3], depth=0.8e-3, noise=2e-5)
+    found = skin_compliance(ss.Finger(SKIN, row), PARTICLE, 40.0, young=0.2e6, accuracy=0.0)
+    assert 0 < found.width_std[0, 0, 0] < 10
+
+
+def test_a_flat_that_ends_is_drawn():
+    flat = ss.pressing.ParticleOnFlat(0.4e-3, 30e-6, flat_half_width=3e-3)
+    tip = finger(ss.Layered(ss.Layer(RUBBER, 4e-3)))
+    figure = compliance_figure(skin_compliance(tip, flat, 40.0, young=[0.1e6, 0.2e6, 2e6]))
+    (body,) = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]
+    known = np.isfinite(body.get_ydata())
+    assert known.any()
+    assert np.abs(body.get_xdata()[known]).max() <= 3.0
 
 
 @pytest.mark.parametrize("bad", [{"force": 0.0}, {"force": 40.0, "young": -1.0}, {"force": 40.0, "accuracy": -0.1}])

@@ -42,6 +42,8 @@ def test_quantities_are_converted():
     np.testing.assert_allclose(given.xx, SKIN.stress(plain, 2e-3, [0.0, 1e-3]).xx, rtol=1e-12)
     ends = (U.Quantity(-4, "mm"), U.Quantity(4, "mm"))
     assert FINGER.locator(search=ends).response.stop == pytest.approx(4e-3)
+    relaxing = ss.Relaxation(share=U.Quantity(20, "percent"), time=U.Quantity(150, "ms"))
+    assert (relaxing.share.tolist(), relaxing.time.tolist()) == ([0.2], [0.15])
 
 
 @pytest.mark.parametrize(
@@ -57,6 +59,9 @@ def test_quantities_are_converted():
         lambda: FINGER.locator(search=(U.Quantity(-4, "Pa"), U.Quantity(4, "Pa"))),
         lambda: FINGER.locator(friction=U.Quantity(1, "N")),
         lambda: FINGER.locate(U.Quantity(np.zeros(5), "Pa")),
+        lambda: ss.Relaxation(share=0.2, time=U.Quantity(1, "m")),
+        lambda: ss.Relaxation(share=U.Quantity(0.2, "Pa"), time=1.0),
+        lambda: FINGER.blind_spots(count=10, friction=U.Quantity(0.5, "N")),
     ],
 )
 def test_a_quantity_of_another_dimension_is_refused(make):
@@ -95,6 +100,20 @@ def test_usual_and_dimensionless_ones_pass_in_silence():
         lambda: ss.Material(young=LONG),
         lambda: ss.SensorArray(y=[0.0, HUGE], depth=2e-3),
         lambda: ss.LineLoad(force=LONG),
+        lambda: ss.LineLoad(force=np.array([40.0 + 1j])),
+        lambda: ss.Material(young=np.datetime64("2020-01-01")),
+        lambda: FINGER.locate(LONG),
+        lambda: FINGER.locate(np.zeros(5) + 1j),
+        lambda: FINGER.locate(np.zeros(5, dtype="M8[s]")),
+        lambda: FINGER.locator(scan_step=1e-300),
+        lambda: FINGER.array.usable(None),
+        lambda: FINGER.array.usable("x"),
+        lambda: FINGER.array.usable(np.zeros(4)),
+        lambda: ss.pressing.Cylinder(radius=np.zeros((0, 3))),
+        lambda: ss.pressing.ParticleOnFlat(4e-4, 3e-5, flat_half_width=[1e-2, 2e-2]),
+        lambda: ss.Tare(FINGER)(np.zeros((3, 5)), 1.0),
+        lambda: ss.Tare(FINGER)(np.zeros((3, 5)), {}),
+        lambda: ss.Tare(FINGER)(np.zeros((3, 5)), np.ma.masked_array(np.arange(3.0), [False, True, False])),
         lambda: ss.SensorArray.line(count=np.nan, pitch=1e-3, depth=2e-3),
         lambda: ss.SensorArray.line(count="x", pitch=1e-3, depth=2e-3),
         lambda: ss.SensorArray.line(count=1e9, pitch=1e-3, depth=2e-3),

@@ -144,7 +144,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ('"5 mm"', '["5 mm", "6 mm"]', 9, "one for each of the 4 sensors"),
         ('"5 mm"', "5 mm", 9, "not TOML"),
         ("[skin]", "[skin", 2, "not TOML"),
-        ("count = 4", "count = 4.5", 7, "integer"),
+        ("count = 4", "count = 4.5", 7, "count = 4.5: a whole number is needed"),
         ("count = 4", "count = 0", 7, "count = 0: a whole number from 1 to 10000 is needed"),
         ("count = 4", "count = 99999999", 7, "from 1 to 10000"),
         ("count = 4", "count = 5", 12, "offset of shape (4,): one value, or one for each of the 5 sensors"),
@@ -156,7 +156,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ('"normal_strain"', "3", 10, "kind = 3"),
         ("noise = 12", "noise = -1", 11, "noise = -1: has to be >= 0"),
         ("noise = 12", 'noise = "3 m"', 11, 'noise = "3 m": a value in Pa is needed'),
-        ("noise = 12", "exact = 1", 11, "boolean"),
+        ("noise = 12", "exact = 1", 11, "true or false is needed"),
         ('low = "-1 psi"', "low = 2\nhigh = 1", 13, "low has to be < high"),
         ("friction = 0", "friction = -1", 16, "friction = -1: has to be >= 0"),
         ("friction = 0", "false_alarm = 0.9", 16, "(0, 0.5]"),
@@ -173,6 +173,7 @@ def test_gain_has_the_unit_of_readings_per_measured_unit():
         ('unit = "kPa"', 'unit = "kPaa"', 21, 'no unit "kPaa" is known. Fix: did you mean "kPa"'),
         ('"1e-3 mm"', '"1e-3 s"', 22, 'unit = "1e-3 s": a value in m is needed'),
         ('column = "x"', 'colum = "x"', 22, 'key "colum": no such key is known. Fix: did you mean "column"'),
+        ("early = 0.3", 'force = "cell"', 24, "a table of column, unit is needed. Fix: force = { column"),
         ("early = 0.3", "early = 3", 24, "early = 3: has to be <= 1"),
         ("early = 0.3", 'hold = "0 s"', 24, 'hold = "0 s": has to be > 0'),
         ("early = 0.3", "[tare]\ndrift = -1", 25, "drift = -1: has to be >= 0"),
@@ -193,6 +194,18 @@ def test_a_wrong_file_is_refused_with_its_line(old, new, line, said):
     assert text.startswith("my.toml, line" if line else "my.toml")
     if line:
         assert text.startswith(f"my.toml, line {line}:"), text
+
+
+def test_every_error_is_said_at_once():
+    """Found by a newcomer who ran a command seven times for seven errors of one file."""
+    wrong = GOOD.replace('"0.4 MPa"', '"0.4 N"').replace("count = 4", "count = 4.5").replace("noise = 12", "nose = 12")
+    with pytest.raises(FileError) as caught:
+        parse_finger(wrong, "my.toml")
+    text = str(caught.value)
+    assert text.startswith('my.toml, line 11: [sensors] key "nose": no such key is known.')
+    assert 'Fix: did you mean "noise". Also' in text
+    for said in ('line 3: young = "0.4 N": a value in Pa is needed', "line 7: count = 4.5: a whole number is needed"):
+        assert said in text
 
 
 SENSORS = """

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from subskin.errors import FileError, InvalidValueError
+from subskin.errors import FileError, InvalidValueError, ValidityWarning
 from subskin.io.files import replacing, write_bytes
 from subskin.io.tables import read_table, write_table
 
@@ -51,9 +51,23 @@ def test_an_empty_cell_is_a_missing_reading(tmp_path):
     np.testing.assert_array_equal(table.readings(["a", "b", "c"]), expected)
 
 
-@pytest.mark.parametrize("text", ["a,b\r\n1,2\r\n", "\ufeffa,b\n1,2\n", "a, b \n 1, 2\n", "a,b\n\n1,2\n\n", "a,b\n1,2"])
+@pytest.mark.parametrize("text", ["a,b\r\n1,2\r\n", "\ufeffa,b\n1,2\n", "a, b \n 1, 2\n", "a,b\n\n1,2\n\n"])
 def test_harmless_differences(tmp_path, text):
     np.testing.assert_array_equal(table_of(tmp_path, text).readings(["a", "b"]), [[1, 2]])
+
+
+def test_a_last_line_that_does_not_end_is_said(tmp_path):
+    """Where a copy stopped within the last number, a shorter number is read."""
+    with pytest.warns(ValidityWarning, match="t.csv: its last line does not end"):
+        table = table_of(tmp_path, "a,b\n1,2.5\n1,2.")
+    np.testing.assert_array_equal(table.readings(["a", "b"]), [[1, 2.5], [1, 2]])
+
+
+def test_a_table_of_names_alone_has_no_rows(tmp_path):
+    for text in ("a,b\n", "a,b"):
+        table = table_of(tmp_path, text)
+        assert table.readings(["a", "b"]).shape == (0, 2)
+        assert table.numbers("a", finite=True).shape == (0,)
 
 
 def test_bad_tables(tmp_path):

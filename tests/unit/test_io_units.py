@@ -48,6 +48,7 @@ def test_whole_millimetres_are_the_same_number_as_metres(count):
         ("mm", "m", "begin with a number"),
         ("", "m", "begin with a number"),
         ("2 mm mm", "m", "a unit is a name"),
+        ("33 N/15mm", "N/m", 'write e.g. "40 N/m"'),
         ("2 m**99999", "m", "a unit is a name"),
         ("2 __import__('os')", "m", "a unit is a name"),
         ("20 degC", "K", "no fixed ratio"),

@@ -133,6 +133,15 @@ def test_every_status(tip, frames):
     assert found.residual[3] > 100
 
 
+def test_what_a_row_of_eight_cannot_object_to():
+    """docs/pressure.md: readings of a skin that is pulled are explained, by a map and by no single contact."""
+    few = finger(8, 1.5e-3, noise=1e-4)
+    touch = ss.LineLoad(30.0, 0.2, np.linspace(-5e-3, 5e-3, 40))
+    pulled = -few.read(touch, np.random.default_rng(1))
+    assert (ss.pressure_map(few, pulled).status == ss.Status.AMBIGUOUS).all()
+    assert (few.locate(pulled).status == ss.Status.UNEXPLAINED).all()
+
+
 def test_what_no_pressure_explains_is_said_so(tip, frames):
     wild = frames.copy()
     wild[:, 6] += 400 * NOISE  # one reading that is far off

@@ -129,6 +129,7 @@ def test_a_transducer_of_ones_own_in_a_file():
     [
         ("normal_strian", 'did you mean "normal_strain"'),
         ("tilt", "known: normal_strain"),
+        ("strain", "one of normal_strain (strain along the depth, eps_x), "),
         ("no_such_package.gauges:Tilt", "no_such_package.gauges cannot be imported (No module named"),
         (f"{__name__}:Slant", "has no Slant"),
         (f"{__name__}.Slant", "has no Slant"),

@@ -15,6 +15,7 @@ from subskin.io import parse_finger
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
 FINGER = ss.Finger(SKIN, ss.SensorArray.line(count=8, pitch=1.5e-3, depth=2e-3, noise=5e-4))
+MANY = ss.LineLoad(40.0, 0.2, np.linspace(-5e-3, 5e-3, 100))
 TOUCH = ss.Hertz(force=40.0, angle=0.3, position=0.8e-3, half_width=0.4e-3)
 
 
@@ -127,6 +128,31 @@ def test_the_others_say_what_they_are(found):
     readings = FINGER.read(ss.LineLoad(40.0, position=positions))
     known = ss.calibrate(FINGER, readings, positions, force=40.0, fit=("depth", "origin"))
     assert repr(known).startswith("Calibration on 9 touches: R^2 1.00000; sensors 8 OK\n  origin")
+    unknown = ss.calibrate_blind(FINGER, FINGER.read(MANY))
+    title, *rows = repr(unknown).splitlines()
+    assert title == f"BlindCalibration on {unknown.used.sum()} of 100 touches: sensors 8 OK"
+    assert rows[8].startswith("  depth")
+    assert rows[8].endswith(" mm")
+    still = ss.Tare(FINGER)(np.zeros((30, 8)), 0.01 * np.arange(30))
+    assert repr(still).splitlines()[:2] == ["Tared of 30 frames", "  free of contact  30 frames"]
+
+
+def test_loads_and_tables_are_said_in_the_units_of_people(found):
+    assert repr(ss.Load(1e-3, [30.0, 40.0])) == "Load(y 1 mm, force 50 N/m, angle 53.13 deg)"
+    local = ss.Load([1e-3, -2e-3], [4.0, 0.0, -3.0], moment=2e-3)
+    assert repr(local) == "Load(y 1 mm, z -2 mm, force 5 N, angle 36.87 deg, azimuth -90 deg, moment 2 N mm)"
+    many = repr(ss.Load([-1e-3, 2e-3], [[30.0, 40.0], [3.0, 4.0]])).splitlines()
+    assert many[:3] == ["Load of shape (2,)", "  y      -1 to 2 mm", "  force  5 to 50 N/m"]
+    assert repr(found.second).startswith("Rival(in ")
+    spots = FINGER.blind_spots(count=20)
+    head, names, *rows = repr(spots).splitlines()
+    assert head == spots.sentence
+    assert names.split("  ")[-1] == "unexplained"
+    assert len(rows) == len(spots.rows)
+    assert "<th>OK and wrong</th>" in spots._repr_html_()
+    health = repr(ss.calibration.sensor_health(FINGER, FINGER.read(MANY))).splitlines()
+    assert health[0].startswith(f"SensorHealth from {len(MANY.position)} touches: 100 % explained")
+    assert [line.split()[:2] for line in health[1:]] == [[str(i), "OK"] for i in range(8)]
 
 
 def legends(figure):

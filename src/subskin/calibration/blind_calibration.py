@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
+from .._shown import html_table, lines, many_of, parameter_rows
 from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate
 from ..finger import Finger
@@ -134,6 +136,16 @@ class BlindCalibration(Frozen):
     steady: bool
     unknown: tuple[str, ...]
     _learning: Learning = field(repr=False)
+
+    def __repr__(self) -> str:
+        return lines(self._title(), parameter_rows(self.parameters))
+
+    def _repr_html_(self) -> str:
+        return html_table(self._title(), parameter_rows(self.parameters), ("parameter", "sensor", "value"))
+
+    def _title(self) -> str:
+        health = many_of(Counter(h.name for h in self.health).items())
+        return f"BlindCalibration on {int(self.used.sum())} of {self.used.size} touches: sensors {health}"
 
     @property
     def rank(self) -> int:

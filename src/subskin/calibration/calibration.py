@@ -15,7 +15,7 @@ from .. import _check
 from .._axes import on_finger, turned
 from .._check import FloatArray
 from .._frozen import Frozen
-from .._shown import html_table, lines, many_of, with_error
+from .._shown import html_table, lines, many_of, parameter_rows
 from ..errors import GeometryError
 from ..finger import Finger
 from ._forward_area import forward_of
@@ -151,22 +151,14 @@ class Calibration(Frozen):
         return self.score.r2
 
     def __repr__(self) -> str:
-        return lines(self._title(), self._shown())
+        return lines(self._title(), parameter_rows(self.parameters))
 
     def _repr_html_(self) -> str:
-        return html_table(self._title(), self._shown(), ("parameter", "sensor", "value"))
+        return html_table(self._title(), parameter_rows(self.parameters), ("parameter", "sensor", "value"))
 
     def _title(self) -> str:
         health = many_of(Counter(h.name for h in self.health).items())
         return f"Calibration on {self.score.touches} touches: R^2 {self.r2:.5f}; sensors {health}"
-
-    def _shown(self) -> list[tuple[str, str, str]]:
-        rows = []
-        for p in self.parameters:
-            scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
-            value = with_error(scale * p.value, scale * p.std, unit)
-            rows.append((p.name, "" if p.sensor is None else str(p.sensor), value))
-        return rows
 
     @property
     def weak(self) -> npt.NDArray[np.bool_]:
@@ -312,6 +304,8 @@ def checked_touches(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Readings (m, n), positions (m,) and loads (N, T) (m, 2), checked; on an area (m, 2) and (N, Ty, Tz) (m, 3)."""
     data = checked_readings(readings, len(finger.array))
+    if not len(data):
+        raise GeometryError(f"readings of shape {data.shape}", "a finger learns from touches", "a row for each touch")
     y = _check.real("positions", positions, unit="m")
     if finger.array.on_area:
         if y.shape != (len(data), 2):

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
+from .._shown import html_table, lines, with_error
 from ..errors import ConvergenceError
 from ..estimate.estimate import Status
 from ..estimate.search import Locator
@@ -71,6 +72,20 @@ class SensorHealth(Frozen):
     explained_now: float
     touches: int
     health: tuple[Health, ...]
+
+    def __repr__(self) -> str:
+        return lines(self._title(), self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_table(self._title(), self._shown(), ("sensor", "state", "gain over what it was"))
+
+    def _title(self) -> str:
+        now, then = (f"{100 * share:.3g} %" for share in (self.explained_now, self.explained))
+        return f"SensorHealth from {self.touches} touches: {now} explained ({then} by the finger as it was)"
+
+    def _shown(self) -> list[tuple[str, str, str]]:
+        each = zip(self.health, self.gain_ratio, self.std, strict=True)
+        return [(str(i), state.name, with_error(ratio, std, "")) for i, (state, ratio, std) in enumerate(each)]
 
     @property
     def changed(self) -> npt.NDArray[np.bool_]:

@@ -105,6 +105,8 @@ def answers_of(
                 yield Answers(file, block, first + begin + chosen, begin + chosen, found)
             first += len(readings)
         rows.check(first)
+    if not first:
+        print(f"subskin: warning: {printable(table.name)} has no rows", file=sys.stderr)
     for doubt in join(tared).doubts if tared else ():
         print(f"subskin: warning: {printable(doubt)}", file=sys.stderr)
 

@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
 
         def people(out: TextIO) -> None:
             show_statuses(out, kept.status, _HERE)
-            if not spare:
+            if not spare and any(kept.status.values()):
                 what = "any family would explain these as well (subskin decide weighs them)"
                 print(f"no reading to spare: {what}", file=out)
             if blind:

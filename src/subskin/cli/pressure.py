@@ -115,6 +115,9 @@ def run(options: argparse.Namespace) -> int:
 
         def people(out: TextIO) -> None:
             show_statuses(out, kept.status, _HERE)
+            if not mapper.array.on_area:
+                print("some pressure explains nearly any readings of a row: ok says nothing of whether the finger's "
+                      "model is right; subskin locate and fit object to more", file=out)  # fmt: skip
             if options.out is None and options.totals is None:
                 show_first(
                     out,

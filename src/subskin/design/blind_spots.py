@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from .. import _check
+from .._shown import html_table, lines
 from ..contact.families import Family, LocalFamily, families, local_families
 from ..errors import InvalidValueError
 from ..estimate import Status
@@ -23,6 +25,8 @@ _STD, _FAR, _FORCE = 5.0, 0.3, 0.3
 
 On an area the standard error is that in the direction in which it is worst.
 """
+
+_HEADS = ("", "OK", "OK and wrong", "unexplained")
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,15 @@ class BlindSpots:
         last = f" and {named[-1]}" if len(named) > 1 else ""
         listed = ", ".join(named[:-1]) + last if last else named[0]
         return f"With {spare} this finger is OK and wrong most often about {listed}."
+
+    def __repr__(self) -> str:
+        return lines(self.sentence, [_HEADS, *self._shown()])
+
+    def _repr_html_(self) -> str:
+        return html_table(self.sentence, self._shown(), _HEADS)
+
+    def _shown(self) -> list[tuple[str, ...]]:
+        return [(r.text, *(f"{100 * s:.1f} %" for s in (r.ok, r.wrong, r.unexplained))) for r in self.rows]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers and texts, for JSON."""
@@ -200,7 +213,7 @@ def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
     above = array.points[live]
     fields = np.abs(finger.receptive_field(above if array.on_area else above[:, 0])[..., live, 0])
     force = snr / float((fields / np.asarray(array.noise)[live]).max())
-    friction = float(options.get("friction", 1.0))
+    friction = _check.friction(options.get("friction", 1.0))
     friction = friction if np.isfinite(friction) else 1.0
     if not array.on_area:
         return Touches(force, friction)

@@ -22,6 +22,8 @@ __all__ = ["Regime", "SkinCompliance", "skin_compliance"]
 
 _STEP = 0.05
 """Step of the logarithms by which width, height and force are varied."""
+_EXACT = 1e-6
+"""To what share of themselves differences of readings are known; what is left below it is nothing."""
 _SEEN = 5.0
 _BESIDE = 4.0
 """A contact wider than so many particles is one with the flat beside it."""
@@ -124,7 +126,8 @@ def skin_compliance(
     Parameters
     ----------
     finger : Finger
-        With the noise of its sensors, four or more of them. A flat skin needs a particle on a flat that ends.
+        With the noise of its sensors, four or more of them; five or more, where they lie alike on both sides. A flat
+        skin needs a particle on a flat that ends.
     particle : ParticleOnFlat
         The smallest feature of interest.
     force : array_like, shape (f,)
@@ -192,6 +195,15 @@ def skin_compliance(
     )
 
 
+def _differing(finger: Finger) -> int:
+    """How many readings of a particle at the middle differ: two sensors alike on both sides of it read the same."""
+    a = finger.array
+    rows = np.stack([np.asarray(v, dtype=np.float64) for v in (a.y, a.depth, a.gain, a.noise)])[:, np.argsort(a.y)]
+    mirrored = rows[:, ::-1] * [[-1.0], [1.0], [1.0], [1.0]]
+    alike = bool(np.allclose(rows, mirrored, rtol=1e-9, atol=1e-9 * float(np.abs(rows[0]).max())))
+    return (len(a) + 1) // 2 if alike else len(a)
+
+
 def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
     if len(finger.array) < 4:
         raise InvalidValueError(
@@ -210,6 +222,12 @@ def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
             f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",
             "flat_half_width= of the particle's flat, or a round skin",
         )  # fmt: skip
+    if _differing(finger) < 3:
+        raise InvalidValueError(
+            f"{len(finger.array)} sensors, alike on both sides of the particle",
+            "they have two different readings for its width, its height and the force",
+            "a finger with five sensors or more",
+        )
 
 
 def _own_modulus(finger: Finger) -> float:
@@ -322,7 +340,7 @@ def _deviation(slopes: FloatArray) -> float:
     first, others = slopes[:, 0], slopes[:, 1:]
     left = first - others @ np.linalg.lstsq(others, first, rcond=None)[0]
     size = float(np.linalg.norm(left))
-    return 1 / size if size > 1e-9 * float(np.linalg.norm(first)) else np.inf
+    return 1 / size if size > _EXACT * float(np.linalg.norm(first)) else np.inf
 
 
 def _recommended(
@@ -346,9 +364,9 @@ def _recommended(
         return f"at {forces[f]:.3g} N/m {_WHY[Regime(int(regime[t, m, f]))]}"
 
     if not usable[t, m]:
-        near = (
-            f"{head} comes nearest, with {100 * worst[t, m]:.2g} %" if np.isfinite(worst[t, m]) else "none comes near"
-        )
+        off = worst[t, m]
+        error = f"{100 * off:.2g} %" if off < 10 else f"an error of {off:.2g} times the width"
+        near = f"{head} comes nearest, with {error}" if np.isfinite(off) else "none comes near"
         return (t, m), (
             f"no skin tried finds the particle's width to {100 * wanted:.0f} % at any of the forces; {near}; "
             "sensors of less error, less deep or closer together would"

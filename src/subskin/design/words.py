@@ -190,7 +190,7 @@ def remedies_of(study: DesignStudy) -> tuple[str, ...]:
     if no:
         listed = f"{', '.join(no[:-1])} or {no[-1]}" if len(no) > 1 else no[0]
         out.append(f"No way was found to meet the goals with {listed} alone.")
-    out.append("All this counts noise alone.")
+    out.append("What would do was looked for with noise alone.")
     return tuple(out)
 
 

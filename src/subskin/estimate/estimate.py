@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .._check import FloatArray
 from .._frozen import Frozen
-from .._shown import Drawing
+from .._shown import Drawing, span
 from ..errors import GeometryError
 from ..loads import Load, polar_covariance
 from .layout import LINE, Layout
@@ -108,6 +108,12 @@ class Rival(_Found):
     @property
     def _first(self) -> int:  # type: ignore[override]
         return self.layout.rival
+
+    def __repr__(self) -> str:
+        known = int(np.isfinite(self.chi2).sum())
+        more = span(self.chi2[np.isfinite(self.chi2)])
+        load = Load(self.position, self.components)
+        return f"Rival(in {known} of {self.chi2.size} frames, chi-square larger by {more}; {load!r})"
 
     @property
     def chi2(self) -> FloatArray:

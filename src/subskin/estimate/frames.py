@@ -77,7 +77,7 @@ class Framewise(ABC):
         self._prepared = Prepared(_MOST_PATTERNS)
         self._all = array.live
         noise, gain = np.asarray(array.noise)[self._all], np.abs(np.asarray(array.gain)[self._all])
-        self._reckoned = bool((noise > 1 / _WILD).all() and (gain < _WILD * noise).all())
+        self._reckoned = bool((noise > 1 / _WILD).all() and (gain / _WILD < noise).all())
         self._sensors = self._all.size
         self._every = bool(self._all.all())
         self._enough = int(self._all.sum()) >= needed and self._reckoned

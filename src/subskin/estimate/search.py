@@ -19,6 +19,7 @@ from .layout import LINE, WIDE
 __all__ = ["Locator"]
 
 _SCAN_WIDTHS = 12
+_MOST_SCANNED = 1_000_000
 _LIMITS: dict[str, dict[str, Any]] = {
     "half_width": {"unit": "m", "at_least": 0.0},
     "normal_force": {"unit": "N/m", "at_least": 0.0, "finite": False},
@@ -122,6 +123,9 @@ class Locator(Framewise):
         step = self._shallowest / (16 if wide else 32)
         if scan_step is not None:
             step = _check.scalar("scan_step", scan_step, unit="m", above=0.0)
+            if not response.stop - response.start < _MOST_SCANNED * step:
+                rule = f"at most {_MOST_SCANNED:.0e} positions are scanned"
+                raise InvalidValueError(f"scan_step = {step:.3g} m", rule, "scan_step=None")
         count = max(int(np.ceil((response.stop - response.start) / step - 1e-9)) + 1, 3)
         self._scan = np.linspace(response.start, response.stop, count)
         self._squares = np.linspace(*self.half_width, _SCAN_WIDTHS if ends[1] > ends[0] else 1) ** 2

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, BinaryIO
@@ -17,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._check import FloatArray
-from ..errors import FileError
+from ..errors import FileError, ValidityWarning
 
 __all__ = ["MISSING", "CsvPart", "CsvReader", "csv_head", "csv_rows", "number_of"]
 
@@ -151,7 +152,12 @@ class CsvReader:
                 continue
             block, self._held = data[:end], data[end:]
             if block or first:
-                yield self._part(block, at_end)
+                part = self._part(block, at_end)
+                if at_end and block and not block.endswith(b"\n"):
+                    said = "its last line does not end: where the file was cut off, its last number may be too short"
+                    text = f"{self.name}: {said}. Fix: copy it again, or end the line"
+                    warnings.warn(text, ValidityWarning, stacklevel=2)
+                yield part
                 first = False
             if at_end:
                 return
@@ -186,6 +192,8 @@ class CsvReader:
 
     def _columns(self, block: bytes, rows: int) -> list[FloatArray | list[str]]:
         """The columns of a plain block."""
+        if not rows:
+            return [np.empty(0) for _ in range(self._width)]
         joined = block[:-1].replace(b"\n", b",")
         values = _numbers(joined, rows * self._width)
         if values is not None:

@@ -17,8 +17,17 @@ _Model = TypeVar("_Model")
 
 _LONGEST = 1_000_000
 _MOST_ERRORS = 100  # that are looked through for the first
+_MORE_SHOWN = 5  # errors beside the first
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)(?:\s*\.\s*(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+))*)\s*=""")
+_NEEDED = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "text in quotation marks",
+    "bool_type": "true or false",
+    "list_type": "a list, as [...],",
+}
+"""What pydantic misses, by its kind of error."""
 _PART = re.compile(r'"[^"]*"|\'[^\']*\'|[A-Za-z0-9_-]+')
 
 
@@ -123,12 +132,24 @@ def _explained(text: str, name: str, model: Any, errors: Any) -> FileError:
         elif error["type"] == "list_type" and isinstance(error["input"], dict):
             seen, rule = f"[{_dotted(keys)}]", "there may be several, so each is headed by twice the brackets"
             fix = f"[[{_dotted(keys)}]]"
+        elif error["type"] in _NEEDED:
+            rule, fix = f"{_NEEDED[error['type']]} is needed", ""
+        elif error["type"] in ("model_type", "model_attributes_type", "dict_type"):
+            first, *more = _keys(model, keys)
+            held = f"{first} = {short(error['input'])}, " if isinstance(error["input"], str) else f"{first} = ..., "
+            rule = f"a table of {', '.join((first, *more))} is needed"
+            fix = f"{key} = {{ {held}... }}" if len(path) > 1 else f"[{key}]"
         else:
             what = error["msg"][:1].lower() + error["msg"][1:]
             rule, fix = what.replace("input should be", "it has to be"), ""
         found.append((error["type"] != "extra_forbidden", key_line(text, keys) or 0, keys, seen, rule, fix))
     # a key that is not known comes first: it is often the misspelt name of one that is missing
-    *_, keys, seen, rule, fix = min(found, key=lambda item: item[:2])
+    found.sort(key=lambda item: item[:2])
+    _, line, keys, seen, rule, fix = found[0]
+    others = {item[1]: f"line {item[1]}: {item[3]}: {item[4]}" for item in found if item[1] not in (0, line)}
+    if others:
+        also = f"Also {'; '.join(list(others.values())[:_MORE_SHOWN])}"
+        rule, fix = (rule, f"{fix}. {also}") if fix else (f"{rule}. {also}", "")
     return located(text, name, keys if len(keys) > 1 or not seen.endswith("missing") else (*keys, ""), seen, rule, fix)
 
 

@@ -21,7 +21,7 @@ _COUNT = re.compile(rf"\s*({_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(\D.*?)\s*", re.D
 _WORD, _POWER = r"[A-Za-zµμ°Ω%]+", r"(?:\^-?\d|\*\*-?\d)?"
 _UNIT = re.compile(rf"(?:1|{_WORD}){_POWER}(?:\s*[*/·]\s*{_WORD}{_POWER}){{0,4}}")
 _COMMON = (  # what a misspelt unit may have meant
-    *("m", "mm", "cm", "um", "µm", "inch", "mil", "meter", "metre", "millimeter", "millimetre", "centimeter"),
+    *("m", "mm", "cm", "um", "µm", "inch", "thou", "meter", "metre", "millimeter", "millimetre", "centimeter"),
     *("micrometer", "Pa", "kPa", "MPa", "GPa", "hPa", "bar", "mbar", "psi", "pascal", "N", "mN", "kN", "newton"),
     *("deg", "rad", "degree", "radian", "s", "ms", "us", "min", "Hz", "kHz", "V", "mV", "ohm", "kohm", "percent"),
 )
@@ -37,13 +37,13 @@ def _registry() -> Any:
     return registry
 
 
-def _unit(text: str, name: str) -> Any:
-    """The pint unit that `text` names."""
+def _unit(text: str, name: str, to: str = "m") -> Any:
+    """The pint unit that `text` names, where one of the dimension of `to` is wanted."""
     import pint
 
     seen = f"{name}: unit {_short(text)}"
     if len(text) > 40 or not _UNIT.fullmatch(text):
-        raise InvalidValueError(seen, "a unit is a name such as mm, kPa or N/m", 'write e.g. "2 mm"')
+        raise InvalidValueError(seen, "a unit is a name such as mm, kPa or N/m", f'write e.g. "{_example(to)}"')
     try:
         return _registry().parse_units(text.replace("·", "*"))
     except pint.UndefinedUnitError:
@@ -127,7 +127,7 @@ def quantity(value: object, to: str, name: str) -> float:
             raise InvalidValueError(seen, "it has to begin with a number", fix)
         number = float(match[1])
         if match[2]:
-            factor = _factor(_unit(match[2], name), to, seen)
+            factor = _factor(_unit(match[2], name, to), to, seen)
             inverse = round(1 / factor) if 1e-15 < factor < 1 else 0
             # divide where that is exact: 7 mm is then the same number as 0.007
             exact = inverse and math.isclose(1 / factor, inverse, rel_tol=1e-12)

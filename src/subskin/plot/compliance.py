@@ -111,9 +111,10 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
         skin, particle, force=float(found.force[f]) / scale, window=2 * reach, nodes=_NODES, max_strain=np.inf
     )
     y, um = pressed.y * MM, 1e6
-    body = (particle.protrusion - particle.height(pressed.y)) * um
-    ended = ~np.isfinite(body)
-    top = np.where(ended, np.nan, body) + np.where(ended, 0.0, pressed.gap) * um
+    height = particle.height(pressed.y)
+    ended = ~np.isfinite(height)  # beyond the flat there is nothing
+    body = np.where(ended, np.nan, particle.protrusion - height) * um
+    top = body + np.where(ended, 0.0, pressed.gap) * um
     floor, ceiling = -0.6 * particle.protrusion * um, 3.5 * particle.protrusion * um
     axes.fill_between(y, np.minimum(top, ceiling), ceiling, color=SKY, alpha=0.5, linewidth=0)
     axes.plot(y, top, color=BLUE)
@@ -150,7 +151,12 @@ def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int
     plain(axes.xaxis)
     wide.axhline(1.0, color=BLUE, linewidth=0.5)
     for letter, m in zip("abc", chosen, strict=True):
-        axes.text(moduli[m], 102.0, letter, ha="center", va="bottom", fontweight="bold", color=BLACK)
+        above: dict[str, Any] = {
+            "transform": axes.get_xaxis_transform(),
+            "ha": "center",
+            "va": "bottom",
+        }  # where no curve goes
+        axes.text(moduli[m], 1.01, letter, fontweight="bold", color=BLACK, **above)
     # beneath the axes: bands can be narrower than their names, and curves go anywhere
     beneath: dict[str, Any] = {"loc": "upper center", "ncols": 3, "frameon": False}
     axes.add_artist(axes.legend(handles=lines, bbox_to_anchor=(0.5, -0.22), **beneath))

@@ -68,7 +68,7 @@ class Indenter(Frozen, ABC):
     def __post_init__(self) -> None:
         for size in fields(self):  # type: ignore[arg-type]  # those that have sizes are dataclasses
             value = getattr(self, size.name)
-            if size.name in _SIZES and not value == size.default == np.inf:
+            if size.name in _SIZES and not (size.default == np.inf and isinstance(value, float) and value == np.inf):
                 object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
 
 

@@ -62,7 +62,9 @@ class ContactSolution(Frozen):
     lateral: FloatArray
 
     def __repr__(self) -> str:
-        where = f"half_width={1e3 * self.half_width:.4g} mm, depth={1e3 * self.depth:.4g} mm"
+        where = f"half_width={1e3 * self.half_width:.4g} mm"
+        if np.isfinite(self.depth):  # a half plane leaves it open
+            where += f", depth={1e3 * self.depth:.4g} mm"
         return f"ContactSolution({self.status.name}, force={self.force:.4g} N/m, {where}: {self.reason})"
 
     @property

@@ -121,7 +121,8 @@ def _greatest_strain(pressed: ContactSolution) -> float:
 def _slope(pressed: ContactSolution, height: FloatArray) -> float:
     """Greatest slope of a line, such as that between the undeformed bodies, over a sixteenth of what touches."""
     span = max(1, int((pressed.pressure > 0).sum()) // 16)
-    rises = np.abs(height[span:] - height[:-span])
+    known = np.where(np.isfinite(height), height, np.nan)  # a body may have ended
+    rises = np.abs(known[span:] - known[:-span])
     touching = np.concatenate([[0], np.cumsum(pressed.pressure > 0)])
     whole = touching[span + 1 :] - touching[: -span - 1] == span + 1
     return float(rises.max(initial=0.0, where=whole & np.isfinite(rises))) / (span * pressed.case.step)

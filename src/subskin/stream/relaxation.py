@@ -69,8 +69,8 @@ class Relaxation(Frozen):
     rest: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        time = _check.real("time", np.atleast_1d(np.asarray(self.time, dtype=np.float64)), unit="s", above=0.0)
-        share = _check.real("share", np.atleast_1d(np.asarray(self.share, dtype=np.float64)), at_least=0.0)
+        time = np.atleast_1d(_check.real("time", self.time, unit="s", above=0.0))
+        share = np.atleast_1d(_check.real("share", self.share, at_least=0.0))
         if time.ndim != 1 or share.ndim not in (1, 2) or len(share) != len(time):
             raise GeometryError(
                 f"share of shape {share.shape}, time of shape {time.shape}",

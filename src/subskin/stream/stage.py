@@ -108,9 +108,12 @@ class Stage(Frozen, ABC, Generic[State, Out]):
         Out
             As in `step`, whose errors it raises.
         """
-        frames, clock = _check.readings(readings), None if time is None else np.asarray(time)
+        frames, clock = _check.readings(readings), None if time is None else _check.real("time", time, unit="s")
         if frames.ndim < 2:
             return self.step(None, frames, clock)[1]
+        if clock is not None and clock.shape != frames.shape[:1]:
+            rule = f"one for each frame, {frames.shape[:1]}, is needed"
+            raise GeometryError(f"time of shape {clock.shape}", rule, "a time for each frame")
         state, parts = None, []
         for first in range(0, max(len(frames), 1), CHUNK):
             part = slice(first, first + CHUNK)

@@ -14,6 +14,7 @@ from scipy.special import chdtri
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
+from .._shown import lines
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.frames import check_noise
 from ..finger import Finger
@@ -92,6 +93,12 @@ class Tared(Frozen):
     own: FloatArray
     noise: FloatArray
     differences: bool = False
+
+    def __repr__(self) -> str:
+        free, frozen = int(np.sum(self.free)), int(np.atleast_2d(self.frozen).any(axis=0).sum())
+        known = np.isfinite(self.offset.reshape(-1, self.own.size)).any(axis=0)
+        rows = [("free of contact", f"{free} frames"), ("offsets known", f"{int(known.sum())} of {known.size} sensors")]
+        return lines(f"Tared of {np.size(self.free)} frames", [*rows, ("frozen at times", f"{frozen} sensors")])
 
     @classmethod
     def join(cls, parts: Sequence[Tared]) -> Tared:

@@ -65,6 +65,10 @@ def class_of(kind: str) -> type[Transducer]:
     if not (module and name):
         close = difflib.get_close_matches(kind, list(known), n=1)
         fix = f'did you mean "{close[0]}"' if close else f"known: {', '.join(known)}, or mypackage.mymodule:MyGauge"
+        holding = [name for name in known if kind and kind in name.split("_")]
+        if len(holding) > 1:  # "strain": along the depth, along the surface, or of shear
+            about = {name: str(known[name].__doc__).split(" [")[0] for name in holding}
+            fix = f"one of {', '.join(f'{name} ({what[0].lower()}{what[1:]})' for name, what in about.items())}"
         raise InvalidValueError(seen, "no such kind of sensor is known", fix)
     try:
         home = import_module(module)

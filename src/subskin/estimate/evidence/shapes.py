@@ -28,8 +28,12 @@ _FAMILIES: tuple[tuple[type[SpreadContact], float], ...] = (
     (Hertz, _BEYOND),
     (FlatPunch, _BEYOND),
 )
-_PRESSURES = (((1.0, 0.0, -1.0), 1.0), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5))
-"""Powers of t, and shares: a parabola, and pressures that rise to either side."""
+_HOLLOW = 3.0
+"""Of a pressure that is less in the middle: by how much its edges have more, over the middle."""
+_PRESSURES = (
+    ((1.0, 0.0, -1.0), 1.0), ((1.0, 0.0, _HOLLOW), 0.5), ((1.0, -_LEAN), 0.5), ((1.0, _LEAN), 0.5),
+)  # fmt: skip
+"""Powers of t, and shares: a parabola, a hollow pressure, and pressures that rise to either side."""
 _NODES = 40
 
 
@@ -71,7 +75,7 @@ def shapes(kinds: Sequence[Kind], depth: float) -> tuple[OtherShape, ...]:
     """Contacts that none of the `kinds` is, with their shares, for sensors at `depth` [m] or deeper.
 
     An even pressure, one that rises evenly to either side, a parabola's, wedges, rollers and flat bars: each family
-    alike probable, and each from the edge of the sides on, where it is none of the kinds.
+    alike probable, a hollow pressure half as much; each from the edge of the sides on, where it is none of the kinds.
     """
     named: dict[type, list[tuple[float, float]]] = {}
     for kind in kinds:
