@@ -15,7 +15,7 @@ from subskin.design.search import Accuracy, Effort, Mix, Room, SensorKind, SkinC
 from subskin.design.search.look import looked_at
 from subskin.design.tolerance import tolerance_outcome
 from subskin.design.words import in_words, tolerances_of, verdict_of
-from subskin.errors import GeometryError, InvalidValueError
+from subskin.errors import GeometryError
 
 SKIN = ss.HalfSpace(ss.Material(young=1e6, poisson=0.45))
 BOX, WIDER = ((-4e-3, 4e-3), (-3e-3, 3e-3)), ((-6e-3, 6e-3), (-6e-3, 6e-3))
@@ -165,8 +165,6 @@ def test_what_does_not_belong_together_is_refused():
         tolerance_budget(row, TOUCHES, {"depth": 1e-5})
     with pytest.raises(GeometryError, match="sensors in a row"):
         row.blind_spots(TOUCHES)
-    with pytest.raises(InvalidValueError, match="calibrate_blind takes sensors in a row"):
-        tolerance_outcome(pad(), TOUCHES, {"depth": 1e-5}, method="blind")
     with pytest.raises(GeometryError, match="a narrower area"):
         tolerance_budget(pad(), replace(TOUCHES, area=((-9e-3, 9e-3), BOX[1])), {"depth": 1e-5}, search=WIDER)
 
