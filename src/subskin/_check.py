@@ -15,8 +15,6 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
 _SHOWN = 80  # letters of a value in a message
-
-
 _NO_NUMBERS = "SUMmc"
 """Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
 

@@ -136,14 +136,16 @@ def test_an_error_in_common_is_told_from_the_field(finger, known):
         covariance = np.diag(sure.noise**2) + 1600.0 * NOISE**2
         rest = felt - sure.offset - (sure(found.position) @ found.load.components[..., None])[..., 0]
         expected = np.einsum("fi,ij,fj->f", rest, np.linalg.inv(covariance), rest)
-        np.testing.assert_allclose(found.residual, expected, rtol=1e-6)
+        np.testing.assert_allclose(found.residual, expected, rtol=1e-6, equal_nan=False)
         # and so do standard errors, by differences of the response
         ahead, back = (found.position[:, None] + side * 1e-5 * np.eye(2) for side in (1, -1))
         slopes = (sure(ahead) - sure(back)) @ found.load.components[:, None, :, None] / 2e-5
         columns = [slopes[..., 0].swapaxes(1, 2), sure(found.position)[..., : 1 if friction == 0 else 3]]
         jacobian = np.concatenate(columns, axis=-1)
         bound = np.linalg.inv(jacobian.swapaxes(1, 2) @ np.linalg.inv(covariance) @ jacobian)
-        np.testing.assert_allclose(found.load.covariance[:, :2, :2], bound[:, :2, :2], rtol=2e-2, atol=1e-12)
+        np.testing.assert_allclose(
+            found.load.covariance[:, :2, :2], bound[:, :2, :2], rtol=2e-2, atol=1e-12, equal_nan=False
+        )
     # what all have in common is taken off of the errors of none
     few = InPlaceLocator(replace(table, common=1e6), friction=0)(readings)
     apart = InPlaceLocator(replace(table, common=1e6), friction=0)(readings + 1e3)

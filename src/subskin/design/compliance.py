@@ -14,9 +14,10 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..contact import Contact, LineLoad, PressureProfile
-from ..errors import GeometryError, InvalidValueError, NotLinearError, ValidityWarning
+from ..errors import GeometryError, InvalidValueError, ValidityWarning
 from ..finger import Finger
 from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
+from ._compliance_case import check_case
 
 __all__ = ["Regime", "SkinCompliance", "skin_compliance"]
 
@@ -168,7 +169,7 @@ def skin_compliance(
     thick = own if thickness is None else np.atleast_1d(_check.real("thickness", thickness, unit="m", above=0.0))
     wanted = _check.scalar("width_wanted", width_wanted, above=0.0)
     share = _check.scalar("accuracy", accuracy, at_least=0.0)
-    _suits(finger, particle)
+    check_case(finger, particle)
     shape = (thick.size, moduli.size, forces.size)
     names = ("half_width", "load_share", "reading_share", "seen", "width_std", "saturated")
     values = {name: np.full(shape, np.nan) for name in names}
@@ -193,41 +194,6 @@ def skin_compliance(
     return SkinCompliance(
         finger, particle, _check.read_only(thick), moduli, forces, **arrays, regime=regime, best=best, reason=reason
     )
-
-
-def _differing(finger: Finger) -> int:
-    """How many readings of a particle at the middle differ: two sensors alike on both sides of it read the same."""
-    a = finger.array
-    rows = np.stack([np.asarray(v, dtype=np.float64) for v in (a.y, a.depth, a.gain, a.noise)])[:, np.argsort(a.y)]
-    mirrored = rows[:, ::-1] * [[-1.0], [1.0], [1.0], [1.0]]
-    alike = bool(np.allclose(rows, mirrored, rtol=1e-9, atol=1e-9 * float(np.abs(rows[0]).max())))
-    return (len(a) + 1) // 2 if alike else len(a)
-
-
-def _suits(finger: Finger, particle: ParticleOnFlat) -> None:
-    if len(finger.array) < 4:
-        raise InvalidValueError(
-            f"{len(finger.array)} sensors",
-            "width, height, position and force are four unknowns",
-            "a finger with four sensors or more",
-        )
-    if not (np.asarray(finger.array.noise) > 0).all():
-        raise InvalidValueError("noise = 0", "the answer depends on the noise of the sensors", "noise=1e-4")
-    if not all(t.linear for t in finger.array.transducers):
-        raise NotLinearError(
-            "a transducer that is not linear", "a modulus scales the readings of linear ones only", "NormalStrain()"
-        )
-    if np.isinf(finger.skin.period) and np.isinf(particle.flat_half_width):
-        raise GeometryError(
-            f"a flat skin, {type(finger.skin).__name__}, on a flat without end", "they would touch all along",
-            "flat_half_width= of the particle's flat, or a round skin",
-        )  # fmt: skip
-    if _differing(finger) < 3:
-        raise InvalidValueError(
-            f"{len(finger.array)} sensors, alike on both sides of the particle",
-            "they have two different readings for its width, its height and the force",
-            "a finger with five sensors or more",
-        )
 
 
 def _own_modulus(finger: Finger) -> float:
