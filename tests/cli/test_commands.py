@@ -88,6 +88,8 @@ class TestTheWholeWay:
         assert "R^2 0.999" in ran.out.split("held out")[0].splitlines()[-1]
         file = load("calibrated.toml")
         assert file.origin == pytest.approx(12.5e-3, abs=2e-5)
+        shown = ran.out.split("origin")[1].split()  # to the second digit of its standard error
+        assert shown[0] == f"{1e3 * file.origin:.{len(shown[1].partition('.')[2])}f}"
         np.testing.assert_allclose(file.finger.array.depth[0], 5.6e-3, rtol=5e-3)
         assert file.finger.array.gain[2] == 0
         text = (recorded / "calibrated.toml").read_text()

@@ -24,7 +24,7 @@ from subskin.design.search import (
 )
 from subskin.design.search import grid as grid_module
 from subskin.design.search.remedy import remedies
-from subskin.design.words import held, in_words, reasons_of, tolerances_of, verdict_of
+from subskin.design.words import held, in_words, reasons_of, tolerances_of, usual_goals_of, verdict_of
 from subskin.errors import ConvergenceError, GeometryError, InvalidValueError, NotLinearError
 
 SKIN = ss.HalfPlane(ss.Material(young=0.4e6))
@@ -301,6 +301,21 @@ def test_blind_spots_are_a_goal_where_they_are_asked_for(off):
     found = rank_fingers(replace(off[1].grid, goals=strict))
     assert not found.fingers[0].meets
     assert "touches outside the model" in verdict_of(found)
+
+
+def test_without_a_goal_for_blind_spots_the_usual_one_is_taken_and_named(off):
+    """With 1 there is none: no check, and the report's table alone."""
+    accuracy, grid = replace(GOALS.accuracy, blind_spots=None), off[1].grid
+    judged, silent = (
+        rank_fingers(replace(grid, goals=replace(off[1].goals, tolerances={}, accuracy=each)))
+        for each in (accuracy, replace(accuracy, blind_spots=1.0))
+    )
+    checks = {check.criterion.name: check.criterion.wanted for check in judged.fingers[0].checks}
+    assert checks["blind_spots"] == 0.2
+    assert "at most 20 % of each kind" in usual_goals_of(judged)
+    assert "blind_spots" not in [check.criterion.name for check in silent.fingers[0].checks]
+    assert silent.fingers[0].unopposed is not None
+    assert usual_goals_of(silent) == usual_goals_of(off[1]) == ""
 
 
 def test_without_tolerances_the_usual_ones_are_counted_and_named(off):

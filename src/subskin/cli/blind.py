@@ -11,7 +11,7 @@ from .. import io
 from ..errors import FileError, InvalidValueError
 from ..io.files import check_target, write_bytes
 from ..io.units import quantity
-from .common import add_figure, check_figure, chosen_rows, give, listed, number, show
+from .common import add_figure, check_figure, chosen_rows, give, known_to, listed, number, show
 
 if TYPE_CHECKING:
     from ..calibration import BlindCalibration, BlindParameter, Calibration, Parameter
@@ -223,9 +223,9 @@ def _show(out: TextIO, file: io.FingerFile, found: BlindCalibration) -> None:
 
 def _cells(p: BlindParameter) -> list[str]:
     scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
-    values = [number(p.drawn * scale, 5), number(p.prior * scale, 2), number(p.value * scale, 5)]
+    values = [number(p.drawn * scale, 5), number(p.prior * scale, 2), known_to(p.value * scale, p.std * scale)]
     best = "0" if p.limit < 1e-6 * p.prior else number(p.limit * scale, 2)
-    return [*values, number(p.std * scale, 2), best, unit, _SAID[p.known.name]]
+    return [*values, known_to(p.std * scale, p.std * scale), best, unit, _SAID[p.known.name]]
 
 
 def _touches(count: float) -> str:

@@ -12,7 +12,7 @@ from .. import io
 from ..errors import ConvergenceError, InvalidValueError
 from .blind import add_blind, learnt, named, refuse_blind_options, run_blind, sensors_of, show_health
 from .choose import add_choose, choice_as_json, chosen, show_choice
-from .common import add_json, add_rows, chosen_rows, describe, give, listed, number, show
+from .common import add_json, add_rows, chosen_rows, describe, give, known_to, listed, number, show
 from .frames import AREA_COLUMNS, warn_of_depths
 from .response_table import add_response, run_table, save_apart
 
@@ -234,7 +234,8 @@ def _show(out: TextIO, file: io.FingerFile, found: Calibration, score: Score | N
     rows = []
     for p in found.parameters:
         scale, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
-        rows.append([p.name, named(file, p), number(p.value * scale, 6), number(p.std * scale, 2), unit])
+        value, std = p.value * scale, p.std * scale
+        rows.append([p.name, named(file, p), known_to(value, std), known_to(std, std), unit])
     show(out, "parameters", ["name", "sensor", "value", "std. error", "unit"], rows, left=2)
     health = [
         [name, state.name.lower(), number(found.score.r2_sensor[i], 5), number(_noise(found)[i], 3)]

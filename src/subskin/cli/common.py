@@ -200,6 +200,18 @@ def number(value: float, digits: int = 4) -> str:
     return "-" if not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
 
+def known_to(value: float, std: float) -> str:
+    """A number for people, to the second digit of its standard error."""
+    if not (math.isfinite(value) and 0 < std < math.inf):
+        return number(value, 6)
+    decimals = 1 - math.floor(math.log10(std))
+    if 0 <= decimals < 9:
+        return f"{round(value, decimals) + 0.0:.{decimals}f}"
+    rounded = round(value, decimals)
+    whole = math.floor(math.log10(abs(rounded))) + 1 if rounded else 1
+    return number(rounded, max(whole + decimals, 1))
+
+
 def show(out: TextIO, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
     """A table for people; the first `left` columns are text, the rest numbers."""
     from rich import box

@@ -109,9 +109,9 @@ def _show(out: TextIO, options: argparse.Namespace, study: design.search.DesignS
     first = (
         f"Finger 1: {verdict}" if best.meets else f"No finger within the limits meets every goal. Finger 1: {verdict}"
     )
-    said = [first, words.tolerances_of(study), *([] if best.unopposed is None else [best.unopposed.sentence])]
-    would = words.remedies_of(study)
-    for sentence in (*said, *would):
+    outside = "" if best.unopposed is None else best.unopposed.sentence
+    said = [first, words.tolerances_of(study), words.usual_goals_of(study), outside]
+    for sentence in (*filter(None, said), *words.remedies_of(study)):
         print(_wrapped(sentence), file=out)
     print(_wrapped(f"Columns: {design.finger_table.legend_of(study)}"), file=out)
     print(file=out)
@@ -153,6 +153,7 @@ def _as_json(study: design.search.DesignStudy, written: list[Path]) -> dict[str,
         "judged": study.goals.accuracy.calibrated,
         "tolerances": {} if best.outcome is None else dict(best.outcome.amounts),
         "tolerances_stated": study.goals.tolerances is not None,
+        "blind_spots_stated": study.goals.accuracy.blind_spots is not None,
         "fingers": [one(f) for f in study.fingers],
         "files": [str(path) for path in written],
     }

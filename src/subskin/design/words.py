@@ -26,6 +26,7 @@ __all__ = [
     "tolerances_of",
     "unit_of",
     "unseen",
+    "usual_goals_of",
     "verdict_of",
 ]
 
@@ -156,6 +157,18 @@ def tolerances_of(study: DesignStudy) -> str:
     )
     who = "The tolerances that were stated" if stated else "No tolerances were stated. The usual ones"
     return f"{who} are counted, as standard deviations: {listed}."
+
+
+def usual_goals_of(study: DesignStudy) -> str:
+    """Which goal was taken because none was stated; nothing where all were."""
+    accuracy = study.goals.accuracy
+    if accuracy.blind_spots is not None or study.fingers[0].unopposed is None:
+        return ""
+    most = in_words(accuracy.outside, "")
+    return (
+        f"No goal was stated for touches outside the model. The usual one is taken: at most {most} of each kind "
+        "of them may be OK and wrong."
+    )
 
 
 def remedies_of(study: DesignStudy) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from ..design.words import (
     row_in_words,
     tolerances_of,
     unit_of,
+    usual_goals_of,
     verdict_of,
 )
 from ..plot import (
@@ -74,7 +75,8 @@ def design_report(study: DesignStudy, goals_text: str) -> Document:
     blocks: list[Block] = [Heading("What to build"), Paragraph(_verdict(study), lead=True)]
     would = remedies_of(study)
     blocks += [Heading("What would do", 2), Bullets(would)] if would else []
-    blocks += [Paragraph(tolerances_of(study)), _checks(study, best)]
+    said = " ".join(filter(None, (tolerances_of(study), usual_goals_of(study))))
+    blocks += [Paragraph(said), _checks(study, best)]
     blocks += [_section(study, best), Heading("The fingers"), Paragraph(_ranked(study))]
     blocks += [
         TextTable(columns, rows, legend_of(study), left, frozenset({0})),

@@ -27,6 +27,8 @@ WIDEST = 2.5
 """Pitches go up to this many times the largest depth, unless the room ends before."""
 _FELT = 3.0
 """Depths beyond a row at which a touch is hardly felt."""
+_OUTSIDE = 0.2
+"""Share of touches outside the model that may be OK and wrong where no goal says so."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ class Accuracy:
     feature : float, optional
         Distance at which two touches have to read as two, 95 % of pairs [m].
     blind_spots : float, optional
-        Largest share of touches of one kind outside the model that may be OK and wrong, as in `blind_spots`, in (0, 1].
+        Largest share of touches of one kind outside the model that may be OK and wrong, as in `blind_spots`, in (0, 1];
+        0.2 if left out. With 1 they are not looked at.
     calibrated : {"known", "blind", "none"}, optional
         Which finger is judged: calibrated on touches at known positions, blind, or as it was made.
 
@@ -89,6 +92,11 @@ class Accuracy:
             raise InvalidValueError(
                 "no accuracy is wanted", "one of position, angle and force is needed", "state the position"
             )
+
+    @property
+    def outside(self) -> float:
+        """Share of touches of one kind outside the model that may be OK and wrong: as stated, or the usual one."""
+        return _OUTSIDE if self.blind_spots is None else self.blind_spots
 
 
 @dataclass(frozen=True)

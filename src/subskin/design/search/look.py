@@ -45,8 +45,7 @@ def _designed(grid: DesignGrid, aim: Aim) -> DesignedFinger:
     found = _two_touches(goals, finger, quality) if goals.on_area else limen(finger, goals, "point")
     nothing = (None, None, None, found, np.nan)
     design = DesignedFinger(best.row, finger, best.values, quality, *nothing, (), (), (), _edge(goals, finger))
-    design = _checked(grid, design)
-    return _studied(grid, design) if design.meets else design
+    return _tried(grid, _checked(grid, design))
 
 
 def _two_touches(goals: Goals, finger: Finger, quality: AreaQuality | PlacementQuality) -> AreaLimen | None:
@@ -77,31 +76,40 @@ def freed_from(grid: DesignGrid, finger: DesignedFinger) -> DesignedFinger | Non
         finger, row=row, finger=made, values=values, quality=quality, outcome=None, unopposed=None,
         edge=_edge(grid.goals, made), two_points=_two_touches(grid.goals, made, quality),
     )  # fmt: skip
-    moved = _checked(grid, moved)
-    return _studied(grid, moved) if moved.meets else moved
+    return _tried(grid, _checked(grid, moved))
+
+
+def _tried(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
+    """Looked at for as long as it meets the goals; tolerances last, for they take longest."""
+    for more in (_opposed, _studied):
+        design = more(grid, design) if design.meets else design
+    return design
+
+
+def _opposed(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
+    """With its blind spots, where they are judged."""
+    if grid.goals.accuracy.outside == 1 or design.unopposed is not None or not _locates(design):
+        return design
+    return _checked(grid, replace(design, unopposed=_unopposed(grid, design)))
 
 
 def _studied(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
-    """With its tolerances, and its blind spots where a goal asks for them."""
-    if not _locates(design):
-        return design
+    """With what its tolerances leave."""
     goals, amounts = grid.goals, _amounts(grid, design)
-    if amounts and design.outcome is None:
-        method = "blind" if goals.accuracy.calibrated == "blind" else "known"
-        search, seed = design.quality.search, goals.effort.seed
-        outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
-        design = replace(design, outcome=outcome)
-    if goals.accuracy.blind_spots is not None and design.unopposed is None:
-        design = replace(design, unopposed=_unopposed(grid, design))
-    return _checked(grid, design)
+    if not amounts or design.outcome is not None or not _locates(design):
+        return design
+    method = "blind" if goals.accuracy.calibrated == "blind" else "known"
+    search, seed = design.quality.search, goals.effort.seed
+    outcome = tolerance_outcome(design.finger, goals.touches, amounts, method=method, rng=seed, search=search)
+    return _checked(grid, replace(design, outcome=outcome))
 
 
 def finished(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
     """All that the table of fingers says."""
+    design = _studied(grid, _opposed(grid, design))
     if grid.goals.on_area:
-        return _studied(grid, design)
-    wide = apart(limen(design.finger, grid.goals, "wide", positions=9))
-    return replace(_studied(grid, design), wide=wide)
+        return design
+    return replace(design, wide=apart(limen(design.finger, grid.goals, "wide", positions=9)))
 
 
 def explained(grid: DesignGrid, design: DesignedFinger) -> DesignedFinger:
@@ -174,7 +182,7 @@ def _checks(grid: DesignGrid, design: DesignedFinger, left: ErrorsKept | None) -
         checks.append(Check(feature, design.point if np.isfinite(design.point) else np.inf))
     if accuracy.edge is not None:
         checks.append(Check(Criterion("edge", "error of an edge's direction", "rad", accuracy.edge), design.edge))
-    if accuracy.blind_spots is not None and design.unopposed is not None:
-        outside = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.blind_spots)
+    if accuracy.outside < 1 and design.unopposed is not None:
+        outside = Criterion("blind_spots", "touches outside the model OK and wrong", "", accuracy.outside)
         checks.append(Check(outside, design.unopposed.wrong))
     return tuple(checks)
