@@ -35,5 +35,5 @@ error = 1e3 * np.linalg.norm(located.position - truth, axis=-1)[located.ok]
 print(
     f"error of position: median {np.median(error):.3f} mm, worst {error.max():.3f} mm, of {located.ok.sum()} ok touches"
 )
-ss.plot.save(located.plot(truth=truth), out / "area.png")
+ss.plot.save(located.plot(found.finger, truth=truth), out / "area.png")
 print(f"-> {out / 'area.png'}")

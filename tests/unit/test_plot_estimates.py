@@ -352,6 +352,22 @@ class TestAbove:
         ellipses = next(part for part in self.drawn().axes[0].collections if isinstance(part, EllipseCollection))
         assert len(ellipses.get_offsets()) == 30
 
+    def test_the_ellipses_lie_in_the_picture(self):
+        covariance = np.broadcast_to(1.6e-9 * np.eye(2), (40, 2, 2))
+        axes = plot.truth_above(self.TRUE + self.ERROR, self.TRUE, covariance=covariance).axes[0]
+        ellipses = next(part for part in axes.collections if isinstance(part, EllipseCollection))
+        at, half = np.asarray(ellipses.get_offsets()), 0.5 * ellipses._widths.max()
+        for (low, high), along in zip((axes.get_xlim(), axes.get_ylim()), at.T, strict=True):
+            assert low < along.min() - half
+            assert along.max() + half < high
+
+    def test_frames_and_their_finger_show_its_sensors(self):
+        skin = ss.HalfSpace(ss.Material(0.4e6))
+        finger = ss.Finger(skin, ss.SensorArray.grid((3, 3), 2e-3, depth=2e-3, noise=1e-4))
+        frames = finger.locate(finger.read(ss.PointLoad(1.0, position=[(0.0, 0.0), (1e-3, 0.0)])))
+        sensors = next(line for line in frames.plot(finger).axes[0].lines if line.get_label() == "sensor")
+        np.testing.assert_allclose(np.column_stack(sensors.get_data()), 1e3 * finger.array.points)
+
     def test_shapes_are_checked(self):
         with pytest.raises(GeometryError, match="both need the shape"):
             plot.truth_above(self.TRUE, self.TRUE[:3])

@@ -204,7 +204,8 @@ def estimate_figure(
     found : Estimate, shape () or (m,)
         Of a frame, or of frames in the order of time.
     finger : Finger, optional
-        The finger of a single frame: it is drawn too, with the field of the load that was found.
+        The finger of a single frame: it is drawn too, with the field of the load that was found. Of many frames on an
+        area its sensors are drawn.
     truth : array_like, shape (m,) or (m, 2), optional
         True positions [m], against which those found are drawn; of touches on an area (y, z), seen from above.
     origin : float, optional
@@ -224,10 +225,11 @@ def estimate_figure(
     >>> [axes.get_ylabel() for axes in found.plot().axes]
     ['position along the skin, $y$ [mm]', 'force [N/m]']
     """
-    if found.layout.dim == 2 and finger is None:
+    if found.layout.dim == 2 and (finger is None or found.shape):
         frames = found if found.shape else found[None]
         square = frames.table[:, frames.layout.square[:2, :2]]
-        return truth_above(frames.position, truth, status=frames.status, covariance=square)
+        sensors = None if finger is None else finger.array.points
+        return truth_above(frames.position, truth, status=frames.status, covariance=square, sensors=sensors)
     if truth is not None:
         where = _check.real("truth", truth, unit="m") - origin
         return truth_against_estimate(np.atleast_1d(where), found if found.shape else found[None])

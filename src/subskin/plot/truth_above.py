@@ -22,6 +22,8 @@ __all__ = ["truth_above"]
 _SHOWN = 0.06
 """Share of the picture's width that an error is drawn long, in the median."""
 _ROUND = (1, 2, 5)
+_WIDEST = 0.25
+"""Share of the picture's width that is kept free at most beyond a position for its ellipse."""
 _95 = 5.991464547107979
 """Chi-square of two unknowns that holds 95 %."""
 
@@ -87,9 +89,12 @@ def truth_above(
         axes.add_collection(LineCollection(list(lines), colors=BLACK, linewidths=0.5, zorder=1.5))
         axes.plot(*true.T, "+", color=BLACK, ms=3.5, mew=0.6, zorder=1.6, label="true position")
         at = ends
+    doubt = np.zeros_like(at)
     if covariance is not None and len(at) <= MANY // 10:
         good = known & (kinds == Status.OK)
         _ellipses(axes, at[good], np.asarray(covariance)[good], scale)
+        square = np.asarray(covariance)[:, [0, 1], [0, 1]]
+        doubt[good] = scale * MM * np.sqrt(_95 * np.where(np.isfinite(square), square, 0.0))[good]
     for kind in Status:
         chosen = (kinds == kind) & known
         if chosen.any():
@@ -97,6 +102,8 @@ def truth_above(
             style: dict[str, Any] = {"color": look.colour, "ms": 3.0, "mew": 0, "zorder": 2}
             axes.plot(*at[chosen].T, look.marker, label=f"found, {look.name} ({chosen.sum()})", **style)
     every = np.concatenate([true, at[known], *([] if points is None else [points])])
+    doubt = np.minimum(doubt, _WIDEST * np.ptp(every, axis=0).max())[known]
+    every = np.concatenate([every, at[known] - doubt, at[known] + doubt])
     low, high = every.min(axis=0), every.max(axis=0)
     room = 0.06 * max(float((high - low).max()), 1e-3)
     axes.set(xlabel="$y$ [mm]", ylabel="$z$ [mm]")
@@ -132,6 +139,9 @@ def _ellipses(axes: Any, at: FloatArray, covariance: FloatArray, scale: float) -
         facecolors=SKY, edgecolors="none", alpha=0.3, zorder=1.0,
     )  # fmt: skip
     axes.add_collection(drawn)
+    axes.plot(
+        [], [], "o", color=SKY, alpha=0.3, ms=6, mew=0, label="95 % ellipse"
+    )  # a collection has no key of its own
 
 
 def _said(true: FloatArray, at: FloatArray, scale: float, good: npt.NDArray[np.bool_], known: bool) -> str:
