@@ -22,7 +22,7 @@ def row(count, noise=1e-3):
 def test_the_figure_says_where_two_points_are_not_told():
     found = two_point_limen(row(3, noise=1e-2), Touches(1.0, span=(-2, 2)))
     figure = two_point_figure(found)
-    marks = [line for line in figure.axes[0].lines if "not told" in str(line.get_label())]
+    marks = [line for line in figure.axes[0].lines if "read as one" in str(line.get_label())]
     never = np.isinf(found.separation).any(axis=(1, 2))
     assert marks[0].get_xdata().tolist() == (found.position[never] * 1e3).tolist()
     share = figure.axes[1].lines[0].get_ydata()

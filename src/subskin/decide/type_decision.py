@@ -283,7 +283,7 @@ def contact_type(
     width, evenly over the kind's range; half length and direction of an edge on an area, evenly; angle, evenly within
     the friction cone; force, evenly on a logarithmic scale. Times the kind's prior this is its probability, up to a
     common factor. The averages are prepared on the first call and kept with the finger. "None of these" is a contact of
-    another shape or width, or near to one of the kinds but for a model error; it is told apart where readings are left
+    another shape or width, or near to one of the kinds but for a model error; it is noticed where readings are left
     beyond the unknowns (`TypeDecision.spare`).
     Source: docs/deciding.md; MacKay, Information Theory, Inference, and Learning Algorithms (2003), chapter 28.
 

@@ -184,7 +184,7 @@ class FrameTable(Frozen, ABC):
         return []
 
     def _more(self) -> str:
-        """What else a person is told of a single frame."""
+        """What else a person sees of a single frame."""
         return ""
 
     @property

@@ -33,7 +33,7 @@ class TouchTable(StrictTable):
 
 
 class AccuracyTable(StrictTable):
-    """[accuracy]: what 95 % of the weakest touches are to be told to."""
+    """[accuracy]: the errors that 95 % of the weakest touches keep."""
 
     position: Length | None = None
     angle: _Angle | None = None

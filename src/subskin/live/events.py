@@ -1,4 +1,4 @@
-"""What happens in a stream, told once and with its time: contact, slip, overload, sensors that are lost."""
+"""What happens in a stream, reported once and with its time: contact, slip, overload, sensors that are lost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Event", "Switch", "Watch", "WatchState"]
 BoolArray = npt.NDArray[np.bool_]
 
 _CONTACT, _SLIP_RISK, _SLIP, _OVERLOAD, _SENSOR = (2, 1), (3, 25), (4, 25), (2, 10), (3, 5)
-"""Frames one after the other until it is told that something began, and that it ended."""
+"""Frames one after the other until it is reported that something began, and that it ended."""
 _NOTHING, _INCOMPLETE = int(Status.NO_CONTACT), int(Status.INCOMPLETE)
 _HOLDS, _AT_RISK, _SLIPS = int(SlipVerdict.HOLDS), int(SlipVerdict.AT_RISK), int(SlipVerdict.SLIPS)
 _FIRM = 1e-2
@@ -131,7 +131,7 @@ class WatchState(NamedTuple):
 class Watch:
     """Tells events from what the chain makes of each frame.
 
-    Contact is told from the status of the tared frames, and does not wait until `Tare` is sure that the skin is free:
+    Contact is known by the status of the tared frames, and does not wait until `Tare` is sure that the skin is free:
     on after 2 frames that no noise makes, off after 3 whose mean is noise. Where the offsets have drifted under a long
     touch, noise is not what is left, and contact ends with `Tare`.
 

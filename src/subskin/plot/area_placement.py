@@ -51,12 +51,12 @@ def area_placement_figure(quality: AreaQuality) -> Figure:
     panels[0].set_ylabel("z of the touch [mm]")
     unsure = 100 * (quality["ambiguous"] + np.nan_to_num(quality["unfelt"]))
     panels[0].set_title(f"position: {_told(MM * quality['position_95'], 'mm')} for 95 %")
-    panels[1].set_title(f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told")
+    panels[1].set_title(f"unsure: {unsure:.2g} % of touches" if unsure >= 0.01 else "no touch is unsure")
     return figure
 
 
 def _told(value: float, unit: str) -> str:
-    return f"{value:.3g} {unit}" if np.isfinite(value) else "not told"
+    return f"{value:.3g} {unit}" if np.isfinite(value) else "not determined"
 
 
 def _kept(quality: AreaQuality, name: str) -> FloatArray:

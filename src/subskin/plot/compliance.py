@@ -28,7 +28,7 @@ from .style import BLACK, BLUE, DASHED, DOUBLE, GREEN, GREY, MM, SKY, VERMILLION
 __all__ = ["compliance_figure", "figure_17"]
 
 _LOOKS = {
-    Regime.TOLD: ("#D9F0E6", "width told"),
+    Regime.TOLD: ("#D9F0E6", "width estimated"),
     Regime.TIP: ("#F7E3D6", "too stiff"),
     Regime.MIXED: ("#EFE6F2", "width hidden"),
     Regime.BLURRED: ("#D6E8F5", "too soft"),
@@ -128,7 +128,7 @@ def _sketch(axes: Axes, beneath: Axes, found: SkinCompliance, t: int, m: int, f:
 
 
 def _curves(axes: Axes, found: SkinCompliance, t: int, f: int, chosen: tuple[int, ...]) -> None:
-    """Shares against the modulus, over bands of what can be told; the half width on an axis of its own."""
+    """Shares against the modulus, over bands of what can be estimated; the half width on an axis of its own."""
     moduli = found.young / 1e6
     ends = _between(moduli)
     regimes = found.regime[t, :, f]

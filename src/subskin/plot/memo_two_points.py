@@ -121,7 +121,7 @@ def _positions(axes: Axes, figure: Figure, finger: Finger) -> None:
 
 
 def figure_19() -> Figure:
-    """Three sensors: what the third says of the pair's metamer, and which separations are told along the skin."""
+    """Three sensors: what the third says of the pair's metamer, and which separations read as two along the skin."""
     pair, three = _finger(np.array([-1.0, 1.0]) * _APART), _finger(np.array([-1.0, 1.0, 0.0]) * _APART)
     one, force = _metamer(pair)
     figure = new_figure(DOUBLE, 122.0)
@@ -155,7 +155,7 @@ def _readings(axes: Axes, finger: Finger, one: float, force: float) -> None:
 
 
 def _hidden(axes: Axes, pitch: float) -> None:
-    """Where two equal points are not told from one, at two noises."""
+    """Where two equal points read as one, at two noises."""
     finger = _finger(np.array([-1.0, 0.0, 1.0]) * pitch)
     found = two_point_limen(finger, Touches(1.0, span=(-2.5, 2.5)), shares=0.5, positions=161, largest=2.0)
     # the square of a distance that passes through 0 is smooth there: drawn finer than it was computed
@@ -164,7 +164,7 @@ def _hidden(axes: Axes, pitch: float) -> None:
     square = RectBivariateSpline(np.log(found.step), found.position, square)(step, position)
     for factor, colour, name in ((10.0, "#CFE3F1", "noise 1 %"), (1.0, BLUE, "noise 0.1 %")):
         axes.contourf(position, np.exp(step), square / factor**2, levels=[-np.inf, 1.0], colors=[colour])
-        axes.fill_between([], [], color=colour, linewidth=0, label=f"not told, {name} of full scale")
+        axes.fill_between([], [], color=colour, linewidth=0, label=f"read as one, {name} of full scale")
     axes.plot(finger.array.y, [0.035] * 3, "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
     axes.set_yscale("log")
     plain(axes.yaxis, [0.05, 0.1, 0.2, 0.5, 1.0, 2.0])

@@ -59,9 +59,9 @@ def placement_figure(quality: PlacementQuality) -> Figure:
     _map(figure, panels[1], quality, np.rad2deg(quality.angle_std), "std of the angle [°]")
     panels[0].set_ylabel("angle of the touch [°]")
     worst, unsure = MM * quality["position_worst"], 100 * (quality["ambiguous"] + quality["unfelt"])
-    told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not told at worst"
+    told = f"{worst:.3g} mm at worst" if np.isfinite(worst) else "not determined at worst"
     panels[0].set_title(f"position: {told}")
-    panels[1].set_title(f"not told for sure: {unsure:.2g} % of touches" if unsure >= 0.01 else "all are told")
+    panels[1].set_title(f"unsure: {unsure:.2g} % of touches" if unsure >= 0.01 else "no touch is unsure")
     return figure
 
 
@@ -172,7 +172,7 @@ def placement_study_figure(
         axes.set(yscale="log", xlabel="pitch / depth")
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     left.set_ylabel(f"std of the position / depth, {_MEASURES[measure]}")
-    right.set(ylabel="not told for sure [% of touches]", ylim=(0.8 * _FLOOR, 130))
+    right.set(ylabel="unsure touches [%]", ylim=(0.8 * _FLOOR, 130))
     right.axhline(100 * most, color=GREY, lw=0.6, ls=(0, (4, 3)))
     legend(figure, left, ncols=6)
     return figure

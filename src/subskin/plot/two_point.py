@@ -34,13 +34,13 @@ def two_point_figure(found: TwoPointLimen) -> Figure:
     >>> finger = ss.Finger(ss.HalfPlane(ss.Material(young=0.4e6)), array)
     >>> found = ss.design.two_point_limen(finger, ss.design.Touches(force=40.0), shares=0.5, positions=5)
     >>> [axes.get_ylabel() for axes in two_point_figure(found).axes]
-    ['least separation told [mm]', 'touches told [%]']
+    ['least separation read as two [mm]', 'touches read as two [%]']
     """
     figure = new_figure(DOUBLE, 72.0)
     over_position, told = figure.subplots(1, 2, width_ratios=[1.25, 1.0])
     _over_position(over_position, found)
     _told(told, found)
-    title = f"Two points told from {_RIVAL[found.against]}, angle {found.angle}"
+    title = f"Two points or {_RIVAL[found.against]}, angle {found.angle}"
     heading(figure, title)
     legend(figure, over_position, ncols=4)
     return figure
@@ -58,7 +58,7 @@ def _over_position(axes: Axes, found: TwoPointLimen) -> None:
     axes.plot(position, told, "o-", color=BLUE, ms=2.5, label=_split(float(found.share[order[0]])))
     never = position[np.isinf(worst).any(axis=1)]
     if never.size:
-        label = f"some not told within {ceiling:.3g} mm"
+        label = f"some read as one within {ceiling:.3g} mm"
         axes.plot(never, np.full(never.size, ceiling), "^", color=VERMILLION, label=label)
     sensors = MM * np.asarray(found.finger.array.y)[found.finger.array.live]
     axes.set_yscale("log")
@@ -67,7 +67,7 @@ def _over_position(axes: Axes, found: TwoPointLimen) -> None:
     axes.set_ylim(0.5 * least, 1.3 * ceiling if never.size or not finite.size else 1.5 * float(finite.max()))
     axes.plot(sensors, np.full(sensors.size, 0.58 * least), "o", ms=4, mfc="white", mec=BLACK, mew=0.9, label="sensors")
     plain(axes.yaxis)
-    axes.set(xlabel="middle of the two points [mm]", ylabel="least separation told [mm]")
+    axes.set(xlabel="middle of the two points [mm]", ylabel="least separation read as two [mm]")
 
 
 def _split(share: float) -> str:
@@ -75,7 +75,7 @@ def _split(share: float) -> str:
 
 
 def _told(axes: Axes, found: TwoPointLimen) -> None:
-    """Share of the touches told from each separation on."""
+    """Share of the touches that read as two from each separation on."""
     values = MM * np.sort(found.separation.reshape(-1))
     ends = MM * found.step[[0, -1]]
     x = np.concatenate([ends[:1], values[np.isfinite(values)], ends[1:]])
@@ -83,7 +83,7 @@ def _told(axes: Axes, found: TwoPointLimen) -> None:
     axes.step(x, y, where="post", color=BLUE)
     least = max(0.5 * float(values[0]), float(ends[0])) if np.isfinite(values[0]) else float(ends[1]) / 10
     axes.set(xscale="log", xlim=(least, float(ends[1])), ylim=(0, 105))
-    axes.set(xlabel="separation [mm]", ylabel="touches told [%]")
+    axes.set(xlabel="separation [mm]", ylabel="touches read as two [%]")
     plain(axes.xaxis)
 
 
@@ -123,7 +123,9 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
     figure = new_figure(DOUBLE, 76.0)
     left, right = figure.subplots(1, 2, sharey=True)
     least = relative.min(axis=1)
-    relative, least = (np.where(np.isfinite(v), v, np.nan) for v in (relative, least))  # lines break at nothing told
+    relative, least = (
+        np.where(np.isfinite(v), v, np.nan) for v in (relative, least)
+    )  # lines break where all read as one
     for c, count in enumerate(study.count):
         left.plot(study.pitch, relative[c, :, m], "o-", color=_COLOURS[c], ms=3.0, label=f"{count} sensors")
         right.plot(100 * study.noise, least[c], "o-", color=_COLOURS[c], ms=3.0)
@@ -137,7 +139,7 @@ def two_point_study_figure(study: TwoPointStudy, depth: int = 0, noise: int | No
     left.set_ylabel("worst least separation [depths]")
     left.set_title(f"noise {100 * study.noise[m]:.3g} %", fontweight="normal")
     right.set_title("at the best pitch", fontweight="normal")
-    title = f"Two points told from {_RIVAL[study.against]}"
+    title = f"Two points or {_RIVAL[study.against]}"
     heading(figure, title)
     legend(figure, left, ncols=7)
     return figure

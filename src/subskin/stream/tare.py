@@ -198,7 +198,7 @@ class Tare(Stage[TareState, Tared]):
             object.__setattr__(self, name, _check.read_only(np.broadcast_to(value, n).copy()))
         if np.isnan(known).any():
             raise InvalidValueError("known = nan", "a standard deviation is needed", "known = np.inf")
-        check_noise(array, "a touch is told from the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
+        check_noise(array, "a touch is known by the sensors' noise", "Tare(finger, noise=1e-4)", self.noise)
         for name in ("guard", "settle", "patience"):
             _check.scalar(name, getattr(self, name), unit="s", above=0.0)
         _check.scalar("false_alarm", self.false_alarm, above=0.0, at_most=0.5)

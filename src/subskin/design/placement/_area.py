@@ -192,7 +192,7 @@ class AreaField(Frozen):
 
 
 class Told(NamedTuple):
-    """Bounds at touches of shape (...): covariance of (y, z, (a), N, Ty, Tz), infinite where one is not told; rank."""
+    """Bounds at touches of shape (...): covariance of (y, z, (a), N, Ty, Tz), infinite where one is open; rank."""
 
     covariance: FloatArray
     rank: npt.NDArray[np.intp]

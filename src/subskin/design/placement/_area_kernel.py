@@ -35,7 +35,7 @@ def survey(readings, truth, spread, sensors, first, table, terms, fields, forms,
     """Fill `out` (touches, 3): probability that `locate` calls it AMBIGUOUS, that a rival wins, that it is not noticed.
 
     readings (touches, n): in units of noise; truth (touches, 2); spread (touches, 3): variances yy, yz, zz of the
-    position found, infinite where it is not told; sensors, first, table, terms: as of `field.field_at`; fields
+    position found, infinite where it is not determined; sensors, first, table, terms: as of `field.field_at`; fields
     (nodes, 3, n): readings under unit forces at the nodes where loads are looked for, those along z beside each other;
     forms (2, nodes, 6): A^T A and its inverse; grid: first y, step, count, then of z; box: ends of y and z; limits:
     least chi-square of a contact, `ambiguity`, distance within which two minima are one, and within which they are not

@@ -241,7 +241,7 @@ def _broad(b, basis, edges, scan, c, s, f, ambiguity, wide, a, told):
 
 @compiled()
 def survey(table, start, step, scan, mu, cone, force, limits, positions, directions, bounds, out):
-    """Fill `out` (7, p, k): what each touch is told to, and how probably it is mistaken; rows are named above.
+    """Fill `out` (7, p, k): the errors of each touch, and how probably it is mistaken; rows are named above.
 
     table (cells, 5, 2, n): whitened receptive field, with its start and step; scan: start, step and number of the
     positions at which loads are looked for; limits: least chi-square of a contact, `ambiguity`, distance within which
@@ -301,7 +301,7 @@ def survey(table, start, step, scan, mu, cone, force, limits, positions, directi
                 inside = min(f - scan_start, scan_stop - f)
                 if inside * inside < _SURE * _SURE * v_y:
                     unsure = max(unsure, _normal(-inside / math.sqrt(v_y)))
-            else:  # neither position nor angle is told
+            else:  # neither position nor angle is determined
                 unsure = 1.0
             _minima(near, asked, count, c, s, total, left, minimum)
             clear, odds, size = 1.0, 0.0, math.sqrt(total)

@@ -25,7 +25,7 @@ from ..touches import Touches
 AMBIGUITY = 13.8
 FALSE_ALARM = 1e-6
 MARGIN = 1.5
-"""As `finger.locate` has them if it is not told otherwise."""
+"""As `finger.locate` has them if nothing else is stated."""
 
 MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
 """Rows of a survey, in the order of the compiled code."""

@@ -74,7 +74,7 @@ def study_area(
     dict of str to ndarray, shape (s, c)
         One of each `AREA_MEASURES`. Largest on the grid, 95 % quantile and mean of standard deviations: `position_...`
         in the direction in which it is worst [m], `angle_...` of the force's direction [rad], `force_...` relative to
-        the force, `radius_...` [m], 0 for points. They are infinite where an unknown is not told, and all of the touch
+        the force, `radius_...` [m], 0 for points. They are infinite where an unknown is open, and all of the touch
         then. `rank`: unknowns that the readings tell at most. `ambiguous`, `wrong`, `unfelt`, `log_det`: as in
         `study_row`; where the rank is too low all touches are ambiguous, and the other two NaN. NaN everywhere where
         sensors of their width would overlap.

@@ -47,7 +47,7 @@ class AreaLimen(Frozen):
     largest : float
         That distance [m].
     needed : float
-        Distance from the readings of the best single touch that is told, in units of noise.
+        Distance from the readings of the best single touch that is noticed, in units of noise.
     """
 
     finger: Finger
@@ -72,8 +72,8 @@ def two_point_area(
 ) -> AreaLimen:
     """From which distance on two touches on an area read as two, and not as one.
 
-    The two share the force and press straight down. They are told where the best single touch of the kind, located as
-    `fit` does, leaves so large a chi-square that a test of it with so many `false_alarm` has the `power`: as
+    The two share the force and press straight down. They read as two where the best single touch of the kind, located
+    as `fit` does, leaves so large a chi-square that a test of it with so many `false_alarm` has the `power`: as
     `two_point_limen` has it for rows.
 
     Parameters
@@ -85,7 +85,7 @@ def two_point_area(
     pairs : int, optional
         Pairs drawn at random, of any direction; both touches lie on the area, where that is wide enough.
     power, false_alarm : float, optional
-        Share of frames of two that are told, and of frames of one that are taken for two.
+        Share of frames of two that read as two, and of frames of one that do.
     largest : float, optional
         Largest distance that is tried [m]; four least depths, or the shorter side of the area if that is less.
     search : optional
@@ -160,7 +160,7 @@ def _from_which_on(
 def edge_direction(
     finger: Finger, touches: Touches, length: float, *, positions: int = 7, directions: int = 6
 ) -> FloatArray:
-    """How well the direction of a straight edge is told: its Cramer-Rao bounds [rad], shape (p, p, directions).
+    """How well the direction of a straight edge is found: its Cramer-Rao bounds [rad], shape (p, p, directions).
 
     The edge is a line of so much `length` on which the force of the touches, straight down, is spread evenly; its
     position, direction and all components of its force are unknown.
@@ -179,7 +179,7 @@ def edge_direction(
     Returns
     -------
     ndarray, shape (p, p, directions)
-        Standard deviations [rad]; infinite where the direction is not told.
+        Standard deviations [rad]; infinite where the readings leave it open.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def edge_direction(
 
     Examples
     --------
-    A longer edge is told more easily.
+    The direction of a longer edge is found better.
 
     >>> import subskin as ss
     >>> from subskin.design.two_point import edge_direction

@@ -27,7 +27,7 @@ _SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)
 _RATIO = 1.14
 """Of a separation tried to the one before."""
 _LEAST = {"point": 1 / 500, "wide": 1 / 50}
-"""Least separation tried, of the largest: a wide contact is told at larger ones."""
+"""Least separation tried, of the largest: a wide contact reads as two at larger ones."""
 _LARGEST = 2.0
 """Largest separation tried, in depths."""
 
@@ -82,7 +82,7 @@ class TwoPointLimen(Frozen):
 
     @property
     def worst(self) -> float:
-        """The largest of `separation` [m]; infinite where two points somewhere are never told."""
+        """The largest of `separation` [m]; infinite where two points somewhere always read as one."""
         return float(self.separation.max())
 
     @property

@@ -44,7 +44,7 @@ class TwoPointStudy(Frozen):
     noise : ndarray, shape (m,)
         Noise, as a share of the largest reading under one point of the whole force, square to the skin [-].
     worst, median : ndarray, shape (c, k, s, m)
-        Least separation that is told, the worst and the median over the touches [m]; infinite where it is not told.
+        Least separation that reads as two, the worst and the median over the touches [m]; infinite where none does.
     """
 
     finger: Finger

@@ -58,7 +58,7 @@ class Observable(Frozen):
 
     @property
     def words(self) -> str:
-        """What cannot be told, as a sentence; empty where all can."""
+        """What the readings leave open, as a sentence; empty where nothing."""
         said = []
         for row in self.blind:
             lead = row / row[np.argmax(np.abs(row))]
@@ -72,7 +72,7 @@ class Observable(Frozen):
             for name, s in zip(NAMES, self.std, strict=True)
             if np.isfinite(s)
         ]
-        blind = f"; not told: {self.words}" if self.words else ""
+        blind = f"; not determined: {self.words}" if self.words else ""
         return f"Observable({self.rank} of 5 unknowns: {', '.join(told) or 'none by itself'}{blind})"
 
 

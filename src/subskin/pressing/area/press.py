@@ -104,8 +104,8 @@ class _Gap:
 def _believable(pressed: LocalSolution, limit: float) -> None:
     """Raise where the strain is above the limit, warn where strains or slopes are not small.
 
-    The strain is told by the greatest displacement over the contact's width, or over the thickness of the skin: half of
-    a / R beneath a sphere, whose greatest strain is 0.51 a / R at nu = 1/2.
+    The strain is judged by the greatest displacement over the contact's width, or over the thickness of the skin: half
+    of a / R beneath a sphere, whose greatest strain is 0.51 a / R at nu = 1/2.
     """
     long = max(2 * float(pressed.half_width.max()), pressed.case.step)
     short = max(pressed.area / long, pressed.case.step)

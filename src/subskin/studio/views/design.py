@@ -29,7 +29,7 @@ _FIELDS = (
     ("touch", "span", "length that is touched"),
     ("touch", "area", "sides of the area that is touched"),
     ("touch", "edge", "length of an edge"),
-    ("touch", "feature", "two edges told apart from"),
+    ("touch", "feature", "two edges that read as two"),
     ("touch", "largest_strain", "largest strain"),
     ("accuracy", "position", "error of the position"),
     ("accuracy", "angle", "error of the angle"),

@@ -82,7 +82,7 @@ def _particle(young: float, force: float, wide: float, tall: float) -> dict[str,
             ),
             panel("Pressure", "position along the skin, y [mm]", "p [kPa]", pressures, low=0.0),
             panel(
-                "What is told of the particle",
+                "What is estimated of the particle",
                 "log₁₀ of the modulus in MPa",
                 "share [%]",
                 curves,
