@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from ._check import FloatArray
 from ._frozen import Frozen
+from ._radial_kernel import readings_at
 from .contact import LocalContact, PointLoad
 from .errors import ConvergenceError, GeometryError
 from .finger import Finger
@@ -142,15 +143,13 @@ class RadialResponse(Frozen):
         position : array_like, shape (..., 2)
             Where the load presses, (y, z) [m].
         """
-        delta, cell, t, _ = self._cells(position)
-        values = np.einsum(
-            "...fk,...k->...f", self.coefficients[self.kind, cell], t[..., None] ** np.arange(DEGREE + 1)
-        )
-        zeta, out = delta[..., 0] + 1j * delta[..., 1], np.zeros((*t.shape, 3))
-        for component, order, part, function, sign in self.terms.tolist():
-            shape = zeta**order
-            out[..., component] += sign * values[..., function] * (shape.imag if part else shape.real)
-        return out * self.gain[:, None]
+        at = np.asarray(position, dtype=np.float64)
+        out = np.empty((*at.shape[:-1], self.sensors, 3))
+        readings_at(
+            self.points, self.depth, self.gain, self.kind, self.coefficients, self.terms, PER_OCTAVE,
+            np.ascontiguousarray(at.reshape(-1, 2)), out.reshape(-1, self.sensors, 3),
+        )  # fmt: skip
+        return out
 
     def slopes(self, position: npt.ArrayLike) -> FloatArray:
         """How the readings change as the load moves along y and along z [1/N/m], shape (..., n, 3, 2).

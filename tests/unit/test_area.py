@@ -57,6 +57,7 @@ def test_tables_are_the_forward_model(transducer, functions):
     assert np.abs(table(at) - truth).max() < 2e-9 * np.abs(truth).max()
     assert table.coefficients.shape[2] <= functions
     assert (table.pair is not None) == (functions == 2)
+    assert np.isnan(table([(np.nan, 0.0), (0.0, np.inf)])).all()
 
 
 @pytest.mark.parametrize("transducer", [ss.NormalStrain(), LateralStrain(0.4)], ids=["pair", "harmonics"])

@@ -39,6 +39,7 @@ ORDER = (
     "prepared",
     "_search",
     "response",
+    "_radial_kernel",
     "radial",
     "radial_round",
     "pressing",
