@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Mapping
 from typing import Any, TypeAlias
@@ -14,6 +15,7 @@ from .errors import GeometryError, InvalidValueError, UnknownOptionError, Validi
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
+_PASSED = {__name__.partition(".")[0], "numpy", *sys.stdlib_module_names}
 _SHOWN = 80  # letters of a value in a message
 _NO_NUMBERS = "SUMmc"
 """Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
@@ -148,7 +150,18 @@ def doubt(name: str, value: float, unit: str, meant: float, meant_unit: str) -> 
         The unit that was probably meant.
     """
     said = f"{name} = {value:.6g} {unit}: if {value:.6g} {meant_unit} was meant, write {value * meant:.6g}."
-    warnings.warn(f"{said} Values are in {unit}", ValidityWarning, stacklevel=2)
+    warn(f"{said} Values are in {unit}")
+
+
+def warn(message: str, category: type[Warning] = ValidityWarning) -> None:
+    """Warn at the caller's line: the nearest one that is neither of this package nor of what it calls itself through.
+
+    Python 3.12 has `skip_file_prefixes` for that; dataclasses and caches write frames of their own between.
+    """
+    frame, level = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _PASSED:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)
 
 
 def scalar(
