@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Mapping
 from typing import Any, TypeAlias
@@ -14,6 +15,7 @@ from .errors import GeometryError, InvalidValueError, UnknownOptionError, Validi
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
+_PASSED = {__name__.partition(".")[0], "numpy", *sys.stdlib_module_names}
 _SHOWN = 80  # letters of a value in a message
 _NO_NUMBERS = "SUMmc"
 """Kinds of arrays out of which NumPy would make numbers: text, dates, complex ones less their imaginary part."""
@@ -98,6 +100,13 @@ def unmasked(name: str, value: object, fix: str = "") -> None:
         raise InvalidValueError(seen, "only readings can be missing", fix or f"{name}.compressed()")
 
 
+def noun(name: str, value: object, kind: type | tuple[type, ...], fix: str) -> None:
+    """Refuse what is none of the nouns that are needed: another thing, or the class instead of one of it."""
+    if not isinstance(value, kind):
+        kinds = " or ".join(one.__name__ for one in (kind if isinstance(kind, tuple) else (kind,)))
+        raise InvalidValueError(f"{name} = {shown(value)}", f"a{'n' * (kinds[0] in 'AEIOU')} {kinds} is needed", fix)
+
+
 def without_unit(name: str, value: Any, unit: str, fix: str = "") -> Any:
     """A quantity of pint, or a list of them, as numbers in the SI `unit`; anything else as it is.
 
@@ -148,7 +157,18 @@ def doubt(name: str, value: float, unit: str, meant: float, meant_unit: str) -> 
         The unit that was probably meant.
     """
     said = f"{name} = {value:.6g} {unit}: if {value:.6g} {meant_unit} was meant, write {value * meant:.6g}."
-    warnings.warn(f"{said} Values are in {unit}", ValidityWarning, stacklevel=2)
+    warn(f"{said} Values are in {unit}")
+
+
+def warn(message: str, category: type[Warning] = ValidityWarning) -> None:
+    """Warn at the caller's line: the nearest one that is neither of this package nor of what it calls itself through.
+
+    Python 3.12 has `skip_file_prefixes` for that; dataclasses and caches write frames of their own between.
+    """
+    frame, level = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _PASSED:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)
 
 
 def scalar(
@@ -216,15 +236,20 @@ def ends(name: str, value: object, fix: str) -> tuple[float, float] | None:
         return None
     if type(value) is tuple and len(value) == 2 and type(value[0]) is type(value[1]) is float:
         return value  # the usual case, in no time
-    value = without_unit(name, value, "m", fix)
+    return pair(name, value, fix, "m")
+
+
+def pair(name: str, value: object, fix: str, unit: str = "") -> tuple[float, float]:
+    """Two numbers in the SI `unit`; whether they ascend is for others to say."""
+    value = without_unit(name, value, unit, fix)
     unmasked(name, value)
     try:
-        pair = np.asarray(value)
+        both = np.asarray(value)
     except ValueError:  # rows of different lengths
-        pair = np.empty(0)
-    if pair.shape != (2,) or pair.dtype.kind not in "iuf":
+        both = np.empty(0)
+    if both.shape != (2,) or both.dtype.kind not in "iuf":
         raise InvalidValueError(f"{name} = {shown(value)}", "two ascending numbers are needed", fix)
-    return float(pair[0]), float(pair[1])
+    return float(both[0]), float(both[1])
 
 
 def values(**options: Any) -> dict[str, float | None]:

@@ -132,14 +132,8 @@ class Finger(Frozen):
         observable = _Verb(".estimate.area")
 
     def __post_init__(self) -> None:
-        if not isinstance(self.skin, Skin):
-            raise InvalidValueError(f"skin = {self.skin!r}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
-        if not isinstance(self.array, SensorArray):
-            raise InvalidValueError(
-                f"array = {self.array!r}",
-                "a SensorArray is needed",
-                "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)",
-            )
+        _check.noun("skin", self.skin, Skin, "HalfPlane(Material(young=0.4e6))")
+        _check.noun("array", self.array, SensorArray, "SensorArray.line(count=4, pitch=6e-3, depth=5e-3)")
         if not isinstance(self.spread, Spread | None):
             rule = "a Spread is needed, or none"
             raise InvalidValueError(f"spread = {self.spread!r}", rule, "Spread([0.0], straight=[1.0], leaning=[1.0])")
@@ -250,6 +244,7 @@ class Finger(Frozen):
         ndarray, shape (..., n)
             In the transducers' units.
         """
+        _check.noun("contact", contact, (Contact, LocalContact), "LineLoad(force=40.0)")
         shape = contact.shape
         return self._measured(contact.expand(2) if shape else contact, shape, linear)
 

@@ -23,6 +23,8 @@ _MOST = 300
 """Touches from which lengths and noise are found, at most."""
 _FINE, _MARGIN = 6.0, 1e-6
 """Nodes a length; how far beyond the touches nodes may stand, of a step."""
+_WIDEST = 1000
+"""Nodes along a side at most: one position in a wrong unit would ask for millions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +252,12 @@ def nodes_of(low: float, high: float, step: float) -> FloatArray:
     >>> nodes_of(0.0, 5e-3, 1e-3).tolist()
     [0.0, 0.001, 0.002, 0.003, 0.004, 0.005]
     """
-    return np.linspace(low, high, max(int(np.ceil((high - low) / step - _MARGIN)) + 1, 4))
+    steps = (high - low) / step
+    if not steps < _WIDEST:
+        seen = f"touches from {low:.6g} to {high:.6g} m, for a response with nodes {step:.3g} m apart"
+        rule = f"a response has at most {_WIDEST} nodes along a side"
+        raise GeometryError(seen, rule, "leave out touches far from the others, or write all of them in one unit")
+    return np.linspace(low, high, max(int(np.ceil(steps - _MARGIN)) + 1, 4))
 
 
 def _kernel(a: FloatArray, b: FloatArray, length: float) -> FloatArray:

@@ -167,7 +167,7 @@ def test_inputs_stay_as_they_are():
         (lambda: Kind("cannot tell", "line"), "called so"),
         (lambda: Kind("no contact", "line"), "called so"),
         (lambda: contact_type(TIP, frames(), Kind("a", "line")), "several kinds"),
-        (lambda: contact_type(frames(), TIP), "a Finger comes first"),
+        (lambda: contact_type(frames(), TIP), "a Finger is needed"),
         (lambda: contact_type(TIP, ["a"] * 6), "numbers are needed"),
         (lambda: contact_type(TIP, frames(), search=1.0), "two ascending"),
         (lambda: contact_type(TIP, frames(), sure="0.9"), "real number"),

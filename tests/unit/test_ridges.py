@@ -158,7 +158,7 @@ def test_what_cannot_be_asked():
         press_ridges(FINGER, 2e-3, 1e-5, force=40.0, radius=20e-3, sensor=-1)
     with pytest.raises(ss.errors.InvalidValueError, match="a Contact is needed"):
         ridge_gain(FINGER, 40.0, ridges)
-    with pytest.raises(ss.errors.InvalidValueError, match="Ridges are needed"):
+    with pytest.raises(ss.errors.InvalidValueError, match="a Ridges is needed"):
         ridge_gain(FINGER, TOUCH, 2e-3)
     with pytest.raises(ss.errors.GeometryError, match="broadcast"):
         ridge_gain(FINGER, ss.Hertz(40.0, half_width=[1e-3, 2e-3]), Ridges([1e-3, 2e-3, 3e-3]))

@@ -197,6 +197,24 @@ def test_workers_that_write_elsewhere_are_found_out(file, tmp_path):
     assert not shards_done(tmp_path / "t.zarr").any()
 
 
+def test_a_damaged_store_is_said(file, tmp_path):
+    """Each byte of what says of the store what it is, and of which shards are finished, changed: an error, or no harm."""
+    store, rng = tmp_path / "touches.zarr", np.random.default_rng(0)
+    save_touches(file, store)
+    said = set()
+    for path in (store / "zarr.json", store / "done" / "c" / "0"):
+        whole = path.read_bytes()
+        for at in (0, *rng.integers(len(whole), size=25)):
+            for broken in (whole[:at], whole[:at] + bytes([whole[at] ^ 0x15]) + whole[at + 1 :]):
+                path.write_bytes(broken)
+                try:
+                    save_touches(file, store)
+                except FileError as error:
+                    said.add(str(error).partition(":")[2][:14])
+        path.write_bytes(whole)
+    assert " it is damaged" in said
+
+
 def test_another_file_is_refused(file, tmp_path, monkeypatch):
     store, other = tmp_path / "t.zarr", parse_finger(FINGER.replace("1e-4", "2e-4"))
     small = parse_touches(TOUCHES.replace("2500", "100"), finger=file.finger)

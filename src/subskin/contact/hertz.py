@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Self
 
@@ -11,7 +10,6 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..errors import ValidityWarning
 from ..material import Material
 from .functions import jinc, root
 from .spread import SpreadContact, pressing
@@ -80,7 +78,7 @@ class Hertz(SpreadContact, name="hertz"):
                 f"half width / radius = {float(np.max(a / r)):.3g}: above {_WIDEST} Hertz's parabola is no "
                 "longer the cylinder and the slopes are not small; take less force or a stiffer skin"
             )
-            warnings.warn(message, ValidityWarning, stacklevel=2)
+            _check.warn(message)
         return cls(force=force, angle=angle, position=position, half_width=a, **parameters)
 
     def unit_transform(self, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:  # noqa: D102

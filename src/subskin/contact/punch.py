@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..errors import ValidityWarning
 from .base import Spectrum, Transforms
 from .functions import jinc, root
 from .proportional import scaled
@@ -58,7 +57,7 @@ class FlatPunch(SpreadContact, name="punch"):
                 "|moment| > normal force * half_width / 2: one edge of the punch pulls on the skin; a punch "
                 "that does not stick lifts there, and its contact is narrower than given"
             )
-            warnings.warn(message, ValidityWarning, stacklevel=3)
+            _check.warn(message)
 
     @property
     def _m(self) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Self
 
@@ -11,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..errors import InvalidValueError, ValidityWarning
+from ..errors import InvalidValueError
 from ..material import Material
 from .functions import root
 from .spread import SpreadContact, pressing
@@ -81,7 +80,7 @@ class Wedge(SpreadContact, name="wedge"):
                 f"the wedge's flanks slope by cot(theta/2) = {float(np.max(slope)):.3g}: linear theory is "
                 f"for small slopes, up to about {_STEEPEST}; take a blunter wedge (vertex_angle > 2.56 rad)"
             )
-            warnings.warn(message, ValidityWarning, stacklevel=2)
+            _check.warn(message)
         a = pressing(force, angle, "wedge") / (slope * material.plane_strain_modulus)
         return cls(force=force, angle=angle, position=position, half_width=a)
 

@@ -328,10 +328,7 @@ def contact_type(
     _check.scalar("sure", sure, above=0.5)
     if not sure < 1:
         raise InvalidValueError(f"sure = {sure}", "has to be in (0.5, 1)", "sure=0.95")
-    if not isinstance(finger, Finger):
-        raise InvalidValueError(
-            f"finger = {repr(finger)[:60]}", "a Finger comes first, then its readings", "contact_type(finger, readings)"
-        )
+    _check.noun("finger", finger, Finger, "contact_type(finger, readings): the finger comes first")
     if isinstance(kinds, Kind | str):
         raise InvalidValueError(f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))")
     chosen = usual_kinds(finger) if kinds is None else tuple(kinds)

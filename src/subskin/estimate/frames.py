@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from functools import partial
@@ -15,7 +14,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
-from ..errors import GeometryError, InvalidValueError, ValidityWarning
+from ..errors import GeometryError, InvalidValueError
 from ..prepared import Prepared
 from ..response import Response
 from .estimate import Status
@@ -91,7 +90,7 @@ class Framewise(ABC):
         """The same estimator, its standard errors widened by the finger's spread; none is OK of one without trust."""
         if not finger.trusted:
             said = "the finger's model is not that of its touches, and was accepted: no frame of it is OK"
-            warnings.warn(said, ValidityWarning, stacklevel=3)
+            _check.warn(said)
         usual = finger.trusted and finger.spread is None
         self._allowed = None if usual else (finger.spread, friction, finger.trusted)
         return self

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, BinaryIO
@@ -17,8 +16,9 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray
-from ..errors import FileError, ValidityWarning
+from ..errors import FileError
 
 __all__ = ["MISSING", "CsvPart", "CsvReader", "csv_head", "csv_rows", "number_of"]
 
@@ -156,7 +156,7 @@ class CsvReader:
                 if at_end and block and not block.endswith(b"\n"):
                     said = "its last line does not end: where the file was cut off, its last number may be too short"
                     text = f"{self.name}: {said}. Fix: copy it again, or end the line"
-                    warnings.warn(text, ValidityWarning, stacklevel=2)
+                    _check.warn(text)
                 yield part
                 first = False
             if at_end:

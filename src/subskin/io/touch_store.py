@@ -104,13 +104,12 @@ def save_touches(
     [[0, 1], []]
     """
     zarr, target, touches = _zarr(path), Path(path).absolute(), file.touches
-    if target.exists():
-        _refuse_other(zarr, path, file)
-    else:
+    if not target.exists():
         check_target(path)
         _make(zarr, target, file)
+    about, done = _opened(zarr, path)
+    _refuse_other(about, path, file)
     group = zarr.open_group(target, mode="r+")
-    done = group["done"][:]
     missing = np.flatnonzero(~done)
     if progress is not None:
         progress(sum(len(touches.rows(int(k))) for k in np.flatnonzero(done)))
@@ -155,7 +154,7 @@ def shards_done(path: str | Path) -> npt.NDArray[np.bool_]:
     Traceback (most recent call last):
     subskin.errors.FileError: touches.zarr: it holds no touches to learn from. Fix: name another folder.
     """
-    return np.asarray(_opened(_zarr(path), path)["done"][:])
+    return _opened(_zarr(path), path)[1]
 
 
 def cost_of_touches(file: TouchesFile) -> TouchesCost:
@@ -269,23 +268,30 @@ def _about(file: TouchesFile) -> dict[str, Any]:
     }
 
 
-def _opened(zarr: Any, path: str | Path) -> Any:
+def _opened(zarr: Any, path: str | Path) -> tuple[dict[str, Any], npt.NDArray[np.bool_]]:
+    """What the store at `path` says of itself, and which of its shards are finished."""
     try:
         group = zarr.open_group(Path(path).absolute(), mode="r")
-    except (OSError, ValueError, KeyError, TypeError):
+    except Exception:  # of Zarr, of its codecs, of what reads JSON
         group = None
     if group is None or "meaning" not in group.attrs or "done" not in group:
         raise FileError(str(path), "it holds no touches to learn from", "name another folder")
-    return group
+    try:
+        about = {**group.attrs, "meaning": json.loads(group.attrs["meaning"]), "subskin": group.attrs["subskin"]}
+        for name in _ORDER:
+            group[name].shards  # noqa: B018 - whether it can be opened
+        return about, np.asarray(group["done"][:], dtype=bool)
+    except Exception as wrong:
+        fix = "remove it, or name another folder, and compute it again"
+        raise FileError(str(path), f"it is damaged ({str(wrong)[:80] or type(wrong).__name__})", fix) from None
 
 
-def _refuse_other(zarr: Any, path: str | Path, file: TouchesFile) -> None:
+def _refuse_other(about: Mapping[str, Any], path: str | Path, file: TouchesFile) -> None:
     """Refuse a store of anything but the touches of `file`."""
-    was = _opened(zarr, path).attrs
     fix = "another -o, or the file as it was, which the store keeps as its attribute touches"
-    if was["subskin"] != __version__:
-        raise FileError(str(path), f"subskin {was['subskin']} began it, and this is {__version__}", fix)
-    before, now = json.loads(was["meaning"]), json.loads(_about(file)["meaning"])
+    if about["subskin"] != __version__:
+        raise FileError(str(path), f"subskin {about['subskin']} began it, and this is {__version__}", fix)
+    before, now = about["meaning"], json.loads(_about(file)["meaning"])
     if before != now:
         raise FileError(str(path), f"it holds touches of another file: {_difference(before, now)}", fix)
 

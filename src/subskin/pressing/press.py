@@ -144,18 +144,13 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
     >>> finger.read(pressed.contact).shape
     (4,)
     """
-    if not isinstance(skin, Skin):
-        raise InvalidValueError(f"skin = {type(skin).__name__}", "a Skin is needed", "HalfPlane(Material(young=0.4e6))")
+    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
     if isinstance(indenter, LocalIndenter):
         given = {"force": force, "depth": depth, "moment": moment, "tilt": tilt, "friction": friction}
         given |= {"tangential": tangential, "slide": slide, "torsion": torsion, "twist": twist}
         area = {"nodes": nodes, "window": window, "period": period, "datum": datum, "tolerance": tolerance}
         return press_area(skin, indenter, given, position, area, after, max_strain)
-    if not isinstance(indenter, Indenter):
-        seen = f"indenter = {type(indenter).__name__}"
-        raise InvalidValueError(
-            seen, "an Indenter is needed", "Cylinder(radius=8e-3), Sphere(radius=8e-3), or a Profile"
-        )
+    _check.noun("indenter", indenter, Indenter, "Cylinder(radius=8e-3), Sphere(radius=8e-3), or a Profile")
     for name, value in (("torsion", torsion), ("twist", twist)):
         if value is not None:
             raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")

@@ -6,9 +6,10 @@ import warnings
 
 import numpy as np
 
+from .. import _check
 from .._check import FloatArray
 from ..contact import PressureProfile
-from ..errors import InvalidValueError, SingularPointWarning, ValidityWarning
+from ..errors import InvalidValueError, SingularPointWarning
 from .certificate import Certificate
 from .indenter import Profile
 from .solution import ContactSolution, PressStatus
@@ -37,9 +38,9 @@ def believable(pressed: ContactSolution, limit: float) -> None:
     large = not_small(f"a force of {pressed.force:.6g} N/m", strain, slope, limit)
     if isinstance(pressed.indenter, Profile) and _cut_short(pressed):
         message = "the contact reaches the end of the profile, which is taken for a sharp end of the body"
-        warnings.warn(message, ValidityWarning, stacklevel=4)
+        _check.warn(message)
     if large:
-        warnings.warn(large, ValidityWarning, stacklevel=4)
+        _check.warn(large)
 
 
 def not_small(seen: str, strain: float, slope: float, limit: float) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import numpy.typing as npt
 
@@ -81,7 +79,7 @@ def blank_singular(contact: Contact, x: FloatArray, y: FloatArray, *components: 
         if bad.any():
             where = float(np.broadcast_to(position, bad.shape)[bad][0])
             message = f"the stress is infinite on the surface at y = {where:.6g} m; NaN is returned there"
-            warnings.warn(message, SingularPointWarning, stacklevel=5)
+            _check.warn(message, SingularPointWarning)
             for component in components:
                 component[bad] = np.nan
 
@@ -96,7 +94,7 @@ def blank_local(
         message = (
             f"the stress is infinite on the surface at (y, z) = ({at[0]:.6g}, {at[1]:.6g}) m; NaN is returned there"
         )
-        warnings.warn(message, SingularPointWarning, stacklevel=5)
+        _check.warn(message, SingularPointWarning)
         for component in components:
             nan = complex(np.nan, np.nan) if np.iscomplexobj(component) else np.nan
             component[np.broadcast_to(bad, component.shape)] = nan

@@ -73,6 +73,7 @@ class Skin(Frozen, PressedSurface):
         SingularPointWarning
             A point of the surface where the stress is infinite; every component in the plane is NaN there.
         """
+        _check.noun("contact", contact, (Contact, LocalContact), "LineLoad(force=40.0)")
         points = (x, y) if z is None else (x, y, z)  # a skin of one's own may know no z
         return self.at(*points)(contact)
 

@@ -60,8 +60,7 @@ class HalfPlane(Skin):
     plane: Literal["strain", "stress"] = "strain"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
+        _check.noun("material", self.material, Material, "Material(young=0.4e6)")
         if self.plane not in ("strain", "stress"):
             raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"', 'plane="strain"')
 

@@ -10,9 +10,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray, each_read_only
 from ..contact import Contact, LocalContact
-from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import Deferred, State, Tilt, Wave
 from ._area_influence import of_half_space
@@ -54,8 +54,7 @@ class HalfSpace(Skin):
     material: Material
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
+        _check.noun("material", self.material, Material, "Material(young=0.4e6)")
 
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102

@@ -49,8 +49,7 @@ class Layer:
     LOOSE: ClassVar = {"bonded": "", "frictionless": ", sliding"}
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise InvalidValueError(f"material = {self.material!r}", "a Material is needed", "Material(young=0.4e6)")
+        _check.noun("material", self.material, Material, "Material(young=0.4e6)")
         fix = "leave out a layer that is not there"
         value = _check.scalar("thickness", self.thickness, unit="m", above=0.0, fix=fix)
         object.__setattr__(self, "thickness", value)

@@ -209,10 +209,8 @@ def _broken_up(
     contact: Contact, ridges: Ridges, depth: float
 ) -> tuple[tuple[FloatArray, FloatArray], LineLoads, FloatArray]:
     """The contact's ends, the contact as line loads, and the ridges' share of each, all of the batch's shape."""
-    if not isinstance(contact, Contact):
-        raise InvalidValueError(f"contact = {contact!r}", "a Contact is needed", "Hertz(40.0, half_width=2e-3)")
-    if not isinstance(ridges, Ridges):
-        raise InvalidValueError(f"ridges = {ridges!r}", "Ridges are needed", "Ridges(pitch=3e-3)")
+    _check.noun("contact", contact, Contact, "Hertz(40.0, half_width=2e-3)")
+    _check.noun("ridges", ridges, Ridges, "Ridges(pitch=3e-3)")
     shape = _check.broadcast(contact=np.empty(contact.shape), ridges=np.empty(ridges.batch))
     low, high = (np.broadcast_to(end, shape) for end in contact.support)
     lines = line_loads(contact, ridges.breaks(low, high), depth)

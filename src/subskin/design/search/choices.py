@@ -47,10 +47,7 @@ class SensorKind:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.transducer, Transducer):
-            raise InvalidValueError(
-                f"transducer = {self.transducer!r}", "a Transducer is needed", "transducer=MeanPressure()"
-            )
+        _check.noun("transducer", self.transducer, Transducer, "transducer=MeanPressure()")
         self.transducer.linearise(np.zeros(0))  # refuses what cannot be made linear
         object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
         for name in ("width", "resolution"):

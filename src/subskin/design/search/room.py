@@ -13,6 +13,11 @@ from ..placement import PATTERNS
 
 __all__ = ["Effort", "Room"]
 
+_MOST = 10_000
+"""Sensors, at most."""
+_DEEPEST = 1000
+"""Times the shallowest depth that a search goes to at most: it steps by shares of a depth."""
+
 
 @dataclass(frozen=True)
 class Room:
@@ -48,18 +53,19 @@ class Room:
     layouts: tuple[str, ...] = ("grid", "hexagonal")
 
     def __post_init__(self) -> None:
-        low, high = self.count
-        if int(low) != low or int(high) != high or not 3 <= low <= high:
-            raise InvalidValueError(
-                f"count = {list(self.count)!r}", "two whole numbers are needed, 3 <= fewest <= most", "3 and 12"
-            )
-        shallow, deep = self.depth
-        if not (0 < shallow <= deep < np.inf):
-            raise GeometryError(
-                f"depth = {list(self.depth)!r} m", "0 < shallowest <= deepest is needed", "depth=(1e-3, 4e-3)"
-            )
-        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, above=0.0))
-        if not (self.longest_row >= (low - 1) * self.least_pitch * (1 - 1e-9)):
+        fewest, most = _check.pair("count", self.count, "count=(3, 12)")
+        low = _check.whole("the fewest of count", fewest, at_least=3, at_most=_MOST, fix="count=(3, 12)")
+        high = _check.whole("the most of count", most, at_least=low, at_most=_MOST, fix="count=(3, 12)")
+        object.__setattr__(self, "count", (low, high))
+        shallow, deep = _check.pair("depth", self.depth, "depth=(1e-3, 4e-3)", "m")
+        object.__setattr__(self, "depth", (shallow, deep))
+        if not 0 < shallow <= deep <= _DEEPEST * shallow:
+            rule = f"0 < shallowest <= deepest <= {_DEEPEST} times the shallowest is needed"
+            raise GeometryError(f"depth = {list(self.depth)!r} m", rule, "depth=(1e-3, 4e-3)")
+        object.__setattr__(self, "least_pitch", _check.scalar("least_pitch", self.least_pitch, unit="m", above=0.0))
+        longest = _check.scalar("longest_row", self.longest_row, unit="m", above=0.0, finite=False)
+        object.__setattr__(self, "longest_row", longest)
+        if not (longest >= (low - 1) * self.least_pitch * (1 - 1e-9)):
             raise GeometryError(
                 f"longest_row = {self.longest_row:.6g} m",
                 f"{low} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",

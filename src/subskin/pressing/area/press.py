@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ...errors import GeometryError, InvalidValueError, ValidityWarning
+from ...errors import GeometryError, InvalidValueError
 from ...skin import Skin
 from ..body import LocalIndenter
 from ..solution import PressStatus
@@ -119,4 +118,4 @@ def _believable(pressed: LocalSolution, limit: float) -> None:
         slope = max(slope, float(rises.max(initial=0.0)) / (span * pressed.case.step))
     large = not_small(f"a force of {pressed.force:.6g} N", strain, slope, limit)
     if large:
-        warnings.warn(large, ValidityWarning, stacklevel=4)
+        _check.warn(large)
