@@ -204,7 +204,7 @@ class SensorArray(LaidOut, Frozen):
         """Positions (y, z) of the sensors [m], shape (n, 2)."""
         return _check.read_only(np.stack([np.asarray(self.y), np.asarray(self.z)], axis=-1))
 
-    @property
+    @cached_property
     def on_area(self) -> bool:
         """Whether some sensor stands beside the row z = 0."""
         return bool(np.any(self.z))
