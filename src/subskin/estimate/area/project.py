@@ -16,6 +16,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..layout import AREA
 from .climb import FIT, climb
+from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
 from .reach import may_reach
@@ -30,6 +31,17 @@ _SMALL = 24
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _FORCES, _RESIDUAL = AREA.components, AREA.residual
 _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
+
+
+@compiled(inline=True)
+def nearby(w, sensors, first, near_sensors, near_first, index, t, part):
+    """Readings, sensors and rows of tables of those that count in tile t, where these are few; else all."""
+    i0, k = index[t, 0], index[t, 1]
+    near = w, sensors, first
+    if 4 * k < 3 * w.size and w.size > _SMALL:
+        its_first = near_first[i0 + t : i0 + t + k + 1]
+        near = part[:k], near_sensors[4 * i0 : 4 * (i0 + k)].reshape((4, k)), its_first
+    return near
 
 
 @compiled(borrows=True)
@@ -55,10 +67,9 @@ def search(
     )
     for p in range(lead + m, lead + m + stride + 2):
         heights[p] = np.float32(-1)
-    few = 4 * k < 3 * w.size and w.size > _SMALL
+    near_w, its_sensors, its_first = nearby(w, sensors, first, near_sensors, near_first, index, t, part)
+    few = near_w.size < w.size
     straight = 0.02 * options[5] if few else 0.0
-    near_w, its_sensors = part[:k], near_sensors[4 * i0 : 4 * (i0 + k)].reshape((4, k))
-    its_first = near_first[i0 + t : i0 + t + k + 1]
     if few:
         for i in range(k):
             e = near[i0 + i]
@@ -125,7 +136,7 @@ def strongest(single, n):
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, fall, ratio,
+    out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, lanes, ratio,
     more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch."""
@@ -192,8 +203,9 @@ def _each(
             spread = widest_variance(row)
             if not (options[7] * options[7] < spread < options[5] * options[5] * 100.0):
                 break
+            near = nearby(w, sensors, first, near_sensors, near_first, tiles[0], t, part)
             shape = look_round(
-                w, sensors, first, table, terms, options, fit, row, scratch, whole, trials, fall, ratio, more
+                w, near, sensors, first, table, terms, options, fit, row, scratch, whole, trials, lanes, ratio, more
             )  # fmt: skip
             if shape >= 0:
                 break
@@ -266,9 +278,9 @@ def project_frames(
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
     scratch = np.empty((ROWS, n + 1))
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
-    fall, ratio, more = np.empty(8), np.empty(8), np.zeros(3)
+    lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
         options, out, c, s, heights, lead, words, peak, full, single, part, scratch, scratch.view(np.int64), score, at,
-        fits, trials, fall, ratio, more,
+        fits, trials, lanes, ratio, more,
     )  # fmt: skip

@@ -16,6 +16,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..layout import AREA, ROUND, TWIST, Layout
 from .climb import FIT, climb
+from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, covariance, is_broad, look_round, unsure, widest_variance
 from .project import FEW, MOST_CHI2, search, strongest, whitened
@@ -121,7 +122,7 @@ def _spread_of_moment(top, fit, point, moves, row, at):
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
     outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part,
-    scratch, whole, score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides,
+    scratch, whole, score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat, tops, others, only, sides,
     point, bare, columns,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
@@ -201,7 +202,8 @@ def _each(
             spread = widest_variance(point)
             if options[7] * options[7] < spread < broad * broad * 100.0:
                 shape = look_round(
-                    v, sensors, first, flat, terms, options, fit, point, scratch, whole, trials, fall, ratio, more
+                    v, (v, sensors, first), sensors, first, flat, terms, options, fit, point, scratch, whole, trials, lanes,
+                    ratio, more,
                 )  # fmt: skip
             told = True
             y, z, q = trials[2, 29], trials[2, 30], found[38]
@@ -322,7 +324,7 @@ def project_round(
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
     scratch = np.empty((ROWS, n + 1))
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
-    fall, ratio, more = np.empty(8), np.empty(8), np.zeros(3)
+    lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     starts, levels = np.empty((2 * widths.size + 4, 4)), np.empty(widths.size)
     room = (
         np.empty((3, 3)), np.empty((8, 4)), np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)),
@@ -335,6 +337,6 @@ def project_round(
     _each(
         readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
         outer, nodes, boxes, widths, far, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single,
-        part, scratch, scratch.view(np.int64), score, at, fits, trials, fall, ratio, more, starts, levels, room, flat,
+        part, scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat,
         tops, others, only, sides, point, np.empty(n + 1), columns,
     )  # fmt: skip
