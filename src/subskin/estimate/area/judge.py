@@ -13,7 +13,7 @@ from ..layout import AREA
 from .climb import ROUND, climb, drops
 from .cone import eliminate
 from .fall import beyond_near, falls
-from .scan import scan
+from .scan import shares, within
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
@@ -95,7 +95,7 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
     """
     index, origin, near, basis, shapes = tiles
     t = index.shape[0] - 1
-    k, nodes, rows, stride = w.size, index[t, 3], index[t, 5], index[t, 6]
+    k, padded, nodes, rows, stride = w.size, index[t, 1], index[t, 3], index[t, 5], index[t, 6]
     columns = stride - 1
     y, z, hy, hz = fit[29], fit[30], origin[t, 2], origin[t, 3]
     yy, yz, zz = row[_COVARIANCE], row[_COVARIANCE + 1], row[_COVARIANCE + 5]
@@ -112,12 +112,12 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
                 continue
             p = j * stride + e
             c0 = c1 = c2 = 0.0
+            at = index[t, 2] + 3 * padded * p
+            b0, b1, b2 = basis[at : at + k], basis[at + padded : at + padded + k], basis[at + 2 * padded :]
             for i in range(k):
-                at = index[t, 2] + 3 * i * nodes + p
-                r = w[near[index[t, 0] + i]]
-                c0 += r * basis[at]
-                c1 += r * basis[at + nodes]
-                c2 += r * basis[at + 2 * nodes]
+                c0 += w[i] * b0[i]
+                c1 += w[i] * b1[i]
+                c2 += w[i] * b2[i]
             if c0 * c0 + c1 * c1 + c2 * c2 < fit[3] - options[3]:
                 continue  # not even a load that pulls
             at = index[t, 4] + p
@@ -236,15 +236,14 @@ def outside(
     i0, k, m, count, start = index[t, 0], index[t, 1], index[t, 3], index[t, 6], int(origin[t, 0])
     if count == 0:
         return False
-    scan(
-        single,
-        near[i0 : i0 + k],
-        basis[index[t, 2] : index[t, 2] + 3 * k * m].reshape((k, 3 * m)),
-        shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)),
-        options[0],
-        c,
-        s[:m],
-    )
+    shares(single, near[i0 : i0 + k], basis[index[t, 2] : index[t, 2] + 3 * k * m].reshape((k, 3 * m)), c)
+    reaches = False
+    for p in range(count):  # not even a load that pulls, at most nodes of most frames
+        free = c[p] * c[p] + c[m + p] * c[m + p] + c[2 * m + p] * c[2 * m + p]
+        reaches |= free >= nodes[start + p, 3] * least
+    if not reaches:
+        return False
+    within(shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)), options[0], c, s[:m])
     reaches = False
     for p in range(count):
         reaches |= s[p] >= nodes[start + p, 3] * least

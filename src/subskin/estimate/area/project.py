@@ -24,6 +24,7 @@ from .scan import NOUGHT, peaks, scan
 
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
+_SIZE = np.int32(0x7FFFFFFF)
 _TINY = 12
 """Sensors that may leave two tops near each other."""
 _SMALL = 24
@@ -64,6 +65,7 @@ def search(
         mu,
         c,
         heights[lead : lead + m],
+        index[t, 7] == 1,
     )
     for p in range(lead + m, lead + m + stride + 2):
         heights[p] = np.float32(-1)
@@ -123,20 +125,24 @@ def whitened(frame, rows, w, single):
 
 
 @compiled(inline=True)
-def strongest(single, n):
-    """The sensor with the largest reading, and its square."""
-    hot, top = np.int64(0), NOUGHT
+def strongest(single, bits, n):
+    """The sensor with the largest reading, and its square; bits: the readings as integers, which are as quick to rank.
+
+    Numbers without their sign rank as their bits do.
+    """
+    largest = np.int32(0)
     for i in range(n):
-        square = single[i] * single[i]
-        if square > top:
-            hot, top = i, square
-    return hot, top
+        largest = max(largest, bits[i] & _SIZE)
+    hot = np.int64(0)
+    while bits[hot] & _SIZE != largest:
+        hot += 1
+    return hot, single[hot] * single[hot]
 
 
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, lanes, ratio,
+    out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, whole, score, at, fits, trials, lanes, ratio,
     more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch."""
@@ -154,7 +160,7 @@ def _each(
         if not total < MOST_CHI2:
             row[_STATUS] = _PENDING
             continue
-        hot, top = strongest(single, n)
+        hot, top = strongest(single, bits, n)
         tile = hot if top >= strong * strong else n
         least = total - largest - ambiguity
         over = tile < n and base > 0 and not may_reach(single, total, least, tile, *ring)
@@ -276,11 +282,11 @@ def project_frames(
     words = np.zeros(widest // 8 + 1, dtype=np.uint64)
     peak = words.view(np.uint8)
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
-    scratch = np.empty((ROWS, n + 1))
+    scratch, bits = np.empty((ROWS, n + 1)), single.view(np.int32)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, c, s, heights, lead, words, peak, full, single, part, scratch, scratch.view(np.int64), score, at,
+        options, out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, scratch.view(np.int64), score, at,
         fits, trials, lanes, ratio, more,
     )  # fmt: skip
