@@ -15,7 +15,8 @@ from .cone import on_cone
 from .field import CELLS, ONE, REST, cell_of
 
 LANES = 136
-"""Numbers of scratch, eight a row: the fall, room, y, z, chi-square left, A^T rho (3), A^T A (6); then `beyond_near`."""
+"""Numbers of scratch, eight a row: fall, room in the cone, y, z, chi-square left, A^T rho (3), A^T A (6); then the sums
+of `beyond_near`."""
 _OTHERS = 112
 _MIDDLE, _DIGITS = np.int64(1 << 45), np.int64((1 << 52) - 1)
 
@@ -46,7 +47,7 @@ def beyond_near(v, sensors, first, table, terms, mu, fit, a, whole, trial, lanes
 
 @compiled(borrows=True)
 def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, best, lanes):
-    """How much lower S is than at the top in fit, at `reach` standard deviations round it; into lanes[:8], and the least.
+    """How much lower S is than at the top in fit, `reach` standard deviations round it: into lanes[:8]; and the least.
 
     root: Cholesky's of the covariance of (y, z), three numbers; lanes: as of `LANES`. A position higher than that in
     `best` goes there. Outside the box S is taken to fall as at the top.

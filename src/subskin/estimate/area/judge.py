@@ -93,7 +93,7 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
 
     At the nodes of the finest grid S is exact, the cone included: there A^T A and A^T w follow from the basis.
     """
-    index, origin, near, basis, shapes = tiles
+    index, origin, _, basis, shapes = tiles
     t = index.shape[0] - 1
     k, padded, nodes, rows, stride = w.size, index[t, 1], index[t, 3], index[t, 5], index[t, 6]
     columns = stride - 1

@@ -20,11 +20,11 @@ from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
 from .reach import may_reach
-from .scan import NOUGHT, peaks, scan
+from .scan import peaks, scan
 
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
-_SIZE = np.int32(0x7FFFFFFF)
+_SIZE, _WORD, _INDEX = np.int64(0x7FFFFFFF), np.int64(32), np.int64(0xFFFFFFFF)
 _TINY = 12
 """Sensors that may leave two tops near each other."""
 _SMALL = 24
@@ -130,20 +130,18 @@ def strongest(single, bits, n):
 
     Numbers without their sign rank as their bits do.
     """
-    largest = np.int32(0)
-    for i in range(n):
-        largest = max(largest, bits[i] & _SIZE)
-    hot = np.int64(0)
-    while bits[hot] & _SIZE != largest:
-        hot += 1
+    largest = np.int64(0)
+    for i in range(n):  # the first of equals
+        largest = max(largest, (np.int64(bits[i] & _SIZE) << _WORD) + (n - 1 - i))
+    hot = n - 1 - (largest & _INDEX)
     return hot, single[hot] * single[hot]
 
 
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, whole, score, at, fits, trials, lanes, ratio,
-    more,
+    out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, whole, score, at, fits, trials, lanes,
+    ratio, more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch."""
     frames, n = readings.shape
@@ -287,6 +285,6 @@ def project_frames(
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, scratch.view(np.int64), score, at,
-        fits, trials, lanes, ratio, more,
+        options, out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, scratch.view(np.int64),
+        score, at, fits, trials, lanes, ratio, more,
     )  # fmt: skip

@@ -121,9 +121,9 @@ def _spread_of_moment(top, fit, point, moves, row, at):
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
-    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, bits, part,
-    scratch, whole, score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat, tops, others, only, sides,
-    point, bare, columns,
+    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, bits,
+    part, scratch, whole, score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat, tops, others,
+    only, sides, point, bare, columns,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
     frames, n = readings.shape
@@ -202,8 +202,8 @@ def _each(
             spread = widest_variance(point)
             if options[7] * options[7] < spread < broad * broad * 100.0:
                 shape = look_round(
-                    v, (v, sensors, first), sensors, first, flat, terms, options, fit, point, scratch, whole, trials, lanes,
-                    ratio, more,
+                    v, (v, sensors, first), sensors, first, flat, terms, options, fit, point, scratch, whole, trials,
+                    lanes, ratio, more,
                 )  # fmt: skip
             told = True
             y, z, q = trials[2, 29], trials[2, 30], found[38]
@@ -337,6 +337,6 @@ def project_round(
     _each(
         readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
         outer, nodes, boxes, widths, far, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single,
-        bits, part, scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat,
-        tops, others, only, sides, point, np.empty(n + 1), columns,
+        bits, part, scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more, starts, levels, room,
+        flat, tops, others, only, sides, point, np.empty(n + 1), columns,
     )  # fmt: skip

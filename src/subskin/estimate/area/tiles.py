@@ -36,9 +36,9 @@ class Tiles(NamedTuple):
     """Tiles as compiled loops want them.
 
     table (tiles, 8): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
-    then rows, and nodes of a row, the last of which is none; whether the basis lies node by node; origin (tiles, 4): y and z of its first node and both
-    steps, or instead of y the first of `nodes`; near, basis and shapes as of `scan.scan`, one tile after the other.
-    A sensor that is one more than there are reads nothing.
+    then rows, and nodes of a row, the last of which is none; whether the basis lies node by node; origin (tiles, 4): y
+    and z of its first node and both steps, or instead of y the first of `nodes`; near, basis and shapes as of
+    `scan.scan`, one tile after the other. A sensor that is one more than there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
