@@ -56,7 +56,7 @@ def shares_by_node(w, basis, nodes, c):
     return total
 
 
-@compiled(borrows=True)
+@compiled(inline=True)
 def scan(w, near, basis, shapes, mu, c, s, by_node):
     """S at each node into s (nodes,), and the squares of the readings that count.
 
@@ -68,7 +68,7 @@ def scan(w, near, basis, shapes, mu, c, s, by_node):
     return total
 
 
-@compiled(borrows=True)
+@compiled(inline=True)
 def within(shapes, mu, c, s):
     """S at each node, of what the basis takes, for loads that press within the cone; as of `scan`."""
     m = s.size
