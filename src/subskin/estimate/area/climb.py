@@ -165,6 +165,7 @@ def climb(w, sensors, first, table, terms, mu, box, y, z, tolerance, smallest, s
             n, ty, tz = fit[0] - i0 * my - j0 * mz, fit[1] - i1 * my - j1 * mz, fit[2] - i2 * my - j2 * mz
             if gain > 0.0 and fit[10] > 0.0 and n >= 0.0 and ty * ty + tz * tz <= mu * mu * n * n:
                 fit[0], fit[1], fit[2], fit[29], fit[30] = n, ty, tz, to_y, to_z
+                fit[18], fit[19] = gy - yy * my - yz * mz, gz - yz * my - zz * mz
                 fit[3] += gain
                 fit[17] -= gain
             return

@@ -95,7 +95,7 @@ def on_cone(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
         step = min(max(step, -0.3), 0.3)
         one = 1.0 / math.sqrt(1.0 + step * step)  # a turn by atan(step), which ends where one by step does
         c, s = one * (c - s * step), one * (s + c * step)
-        if abs(step) < 1e-7:  # the next would be of its square
+        if abs(step) < 1e-5:  # the next would be of its square
             break
     along = b0 + mu * (b1 * c + b2 * s)
     g_e1, g_e2 = g01 + mu * (g11 * c + g12 * s), g02 + mu * (g12 * c + g22 * s)

@@ -12,9 +12,17 @@ from ..._compiled import compiled
 
 ROWS = 14
 """Rows of scratch a sensor needs."""
-_SHIFT, _ONE, _EXPONENT = np.int64(46), np.int64(1023 << 52), np.int64(0x7FF << 52)
-_REST, _FIRST, _TWICE = np.int64((1 << 46) - 1), np.int64(1023 << 6), np.int64(2046 << 52)
-_CELLS = 64.0
+CELLS, ONE, REST = 64.0, np.int64(1023 << 52), np.int64((1 << 46) - 1)
+"""Cells of an octave; the bits of 1.0; those that say where in its cell a number is."""
+_SHIFT, _EXPONENT = np.int64(46), np.int64(0x7FF << 52)
+_FIRST, _TWICE = np.int64(1023 << 6), np.int64(2046 << 52)
+
+
+@compiled(inline=True)
+def cell_of(bits, last):
+    """The cell in which a number of these bits lies, the `last` one at most."""
+    cell = (bits >> _SHIFT) - _FIRST
+    return cell if cell < last else last
 
 
 @compiled(inline=True)
@@ -36,20 +44,19 @@ def field_at(sensors, first, table, terms, y, z, a, whole):
         a[2, i] = 1.0 + (dy * dy + dz * dz) * sensors[2, i]
     for i in range(n):
         bits = whole[2, i]
-        cell = (bits >> _SHIFT) - _FIRST
-        whole[3, i] = first[i] + (cell if cell < last else last)
+        whole[3, i] = first[i] + cell_of(bits, last)
         whole[4, i] = _TWICE - (bits & _EXPONENT)
-        whole[2, i] = (bits & _REST) | _ONE
+        whole[2, i] = (bits & REST) | ONE
     if terms.shape[0] == 0:
         for i in range(n):
-            k, t = np.uint64(whole[3, i]), a[2, i] * _CELLS - (_CELLS + 0.5)
+            k, t = np.uint64(whole[3, i]), a[2, i] * CELLS - (CELLS + 0.5)
             f1, f2, f3 = table[k, 1], table[k, 2], table[k, 3]
             g1, g2, g3 = table[k, 5], table[k, 6], table[k, 7]
             a[5, i], a[6, i] = table[k, 0] + t * (f1 + t * (f2 + t * f3)), f1 + t * (2.0 * f2 + 3.0 * t * f3)
             a[7, i], a[8, i] = table[k, 4] + t * (g1 + t * (g2 + t * g3)), g1 + t * (2.0 * g2 + 3.0 * t * g3)
         for i in range(n):
             scale = sensors[3, i]
-            slope = -2.0 * _CELLS * scale * a[4, i] * sensors[2, i]
+            slope = -2.0 * CELLS * scale * a[4, i] * sensors[2, i]
             a[5, i], a[6, i], a[7, i], a[8, i] = scale * a[5, i], slope * a[6, i], scale * a[7, i], slope * a[8, i]
     else:
         _harmonics(sensors, table, terms, a, whole)
@@ -61,8 +68,8 @@ def _harmonics(sensors, table, terms, a, whole):
     for i in range(sensors.shape[1]):
         for row in range(5, 14):
             a[row, i] = 0.0
-        k, t, dy, dz = whole[3, i], a[2, i] * _CELLS - (_CELLS + 0.5), a[0, i], a[1, i]
-        steep = 2.0 * _CELLS * a[4, i] * sensors[2, i]
+        k, t, dy, dz = whole[3, i], a[2, i] * CELLS - (CELLS + 0.5), a[0, i], a[1, i]
+        steep = 2.0 * CELLS * a[4, i] * sensors[2, i]
         for j in range(terms.shape[0]):
             row, order, part, scale = 5 + terms[j, 0], terms[j, 1], terms[j, 2], sensors[3, i] * terms[j, 4]
             e = 4 * terms[j, 3]

@@ -12,7 +12,8 @@ from ..._compiled import compiled
 from ..layout import AREA
 from .climb import ROUND, climb, drops
 from .cone import eliminate
-from .scan import scan
+from .fall import beyond_near, falls
+from .scan import shares, within
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
@@ -24,6 +25,8 @@ _NEAR, _FAR = 2.5, 4.0
 """Standard deviations at which S is looked at round the top; the farther only where it is no parabola at the nearer."""
 _ODD, _LEVEL, _HIGHER = 1.25, 4.0, 0.1
 """Ratio of variances from which it is none; least fall to the farther distance; what counts as higher than the top."""
+_CLOSE = 0.25
+"""Depths off the top up to which `fall.falls` is asked."""
 _COVARIANCE = AREA.covariance
 
 
@@ -90,9 +93,9 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
 
     At the nodes of the finest grid S is exact, the cone included: there A^T A and A^T w follow from the basis.
     """
-    index, origin, near, basis, shapes = tiles
+    index, origin, _, basis, shapes = tiles
     t = index.shape[0] - 1
-    k, nodes, rows, stride = w.size, index[t, 3], index[t, 5], index[t, 6]
+    k, padded, nodes, rows, stride = w.size, index[t, 1], index[t, 3], index[t, 5], index[t, 6]
     columns = stride - 1
     y, z, hy, hz = fit[29], fit[30], origin[t, 2], origin[t, 3]
     yy, yz, zz = row[_COVARIANCE], row[_COVARIANCE + 1], row[_COVARIANCE + 5]
@@ -109,12 +112,12 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
                 continue
             p = j * stride + e
             c0 = c1 = c2 = 0.0
+            at = index[t, 2] + 3 * padded * p
+            b0, b1, b2 = basis[at : at + k], basis[at + padded : at + padded + k], basis[at + 2 * padded :]
             for i in range(k):
-                at = index[t, 2] + 3 * i * nodes + p
-                r = w[near[index[t, 0] + i]]
-                c0 += r * basis[at]
-                c1 += r * basis[at + nodes]
-                c2 += r * basis[at + 2 * nodes]
+                c0 += w[i] * b0[i]
+                c1 += w[i] * b1[i]
+                c2 += w[i] * b2[i]
             if c0 * c0 + c1 * c1 + c2 * c2 < fit[3] - options[3]:
                 continue  # not even a load that pulls
             at = index[t, 4] + p
@@ -159,13 +162,14 @@ def beside(w, sensors, first, table, terms, options, best, second, row, scratch,
 
 
 @compiled(borrows=True)
-def look_round(w, sensors, first, table, terms, options, fit, row, scratch, whole, trials, fall, ratio, more):
+def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch, whole, trials, lanes, ratio, more):
     """How S falls round the top: 0 about as a parabola, 1 less so, 2 so little that there is no one answer.
 
     `more` is what the variance of (y, z) gains: the second moment of exp(S / 2) about the top, whose width is looked
-    at in eight directions. -1: S is larger a few deviations off; trials[2, 29] and [2, 30] say where.
+    at in eight directions. -1: S is larger a few deviations off; trials[2, 29] and [2, 30] say where. near: w, sensors
+    and first of the sensors that count.
     """
-    trial, best, root = trials[0], trials[2], trials[1, :3]
+    trial, best, root, fall = trials[0], trials[2], trials[1, :3], lanes[:8]
     c = _COVARIANCE
     root[0] = math.sqrt(row[c])
     root[1] = row[c + 1] / root[0]
@@ -173,12 +177,30 @@ def look_round(w, sensors, first, table, terms, options, fit, row, scratch, whol
     more[0] = more[1] = more[2] = 0.0
     mu, box = options[0], options[9:13]
     base, shape, widest = fit[3], 0, 0.0
+    close = 10.0 * _CLOSE * options[5] / math.sqrt(widest_variance(row)) if terms.shape[0] == 0 else 0.0
+    v, its_sensors, its_first = near if fit[10] > 0.0 else (w, sensors, first)
+    if close >= _NEAR:
+        for k in range(lanes.size):
+            lanes[k] = 0.0
+        if v.size < w.size:
+            beyond_near(v, its_sensors, its_first, table, terms, mu, fit, scratch, whole, trial, lanes)
     best[3] = base + _HIGHER
     for far in range(2):
         reach = _FAR if far else _NEAR
-        drops(
-            w, sensors, first, table, terms, mu, box, fit, base, root, reach, scratch, whole, trial, best, fall
-        )  # fmt: skip
+        if reach <= close:
+            least = falls(
+                v, its_sensors, its_first, table, mu, box, fit, root, reach, scratch, whole, trial, best, lanes
+            )  # fmt: skip
+            if v.size < w.size and _ODD * least < reach * reach:  # then all sensors are asked
+                v, its_sensors, its_first = w, sensors, first
+                best[3] = base + _HIGHER
+                for k in range(lanes.size):
+                    lanes[k] = 0.0
+                falls(v, sensors, first, table, mu, box, fit, root, reach, scratch, whole, trial, best, lanes)
+        else:
+            drops(
+                w, sensors, first, table, terms, mu, box, fit, base, root, reach, scratch, whole, trial, best, fall
+            )  # fmt: skip
         if best[3] > base + _HIGHER:
             return -1
         for k in range(ratio.size):
@@ -214,15 +236,14 @@ def outside(
     i0, k, m, count, start = index[t, 0], index[t, 1], index[t, 3], index[t, 6], int(origin[t, 0])
     if count == 0:
         return False
-    scan(
-        single,
-        near[i0 : i0 + k],
-        basis[index[t, 2] : index[t, 2] + 3 * k * m].reshape((k, 3 * m)),
-        shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)),
-        options[0],
-        c,
-        s[:m],
-    )
+    shares(single, near[i0 : i0 + k], basis[index[t, 2] : index[t, 2] + 3 * k * m].reshape((k, 3 * m)), c)
+    reaches = False
+    for p in range(count):  # not even a load that pulls, at most nodes of most frames
+        free = c[p] * c[p] + c[m + p] * c[m + p] + c[2 * m + p] * c[2 * m + p]
+        reaches |= free >= nodes[start + p, 3] * least
+    if not reaches:
+        return False
+    within(shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)), options[0], c, s[:m])
     reaches = False
     for p in range(count):
         reaches |= s[p] >= nodes[start + p, 3] * least

@@ -16,13 +16,15 @@ import numpy as np
 from ..._compiled import compiled
 from ..layout import AREA
 from .climb import FIT, climb
+from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, beside, covariance, is_broad, look_round, outside, unsure, widest_variance
 from .reach import may_reach
-from .scan import NOUGHT, peaks, scan
+from .scan import peaks, scan
 
 FEW, _AGAIN = 4, 3
 MOST_CHI2 = 1e30
+_SIZE, _WORD, _INDEX = np.int64(0x7FFFFFFF), np.int64(32), np.int64(0xFFFFFFFF)
 _TINY = 12
 """Sensors that may leave two tops near each other."""
 _SMALL = 24
@@ -30,6 +32,17 @@ _SMALL = 24
 _OK, _AMBIGUOUS, _NO_CONTACT, _UNEXPLAINED, _PENDING = 0.0, 1.0, 2.0, 3.0, -1.0
 _FORCES, _RESIDUAL = AREA.components, AREA.residual
 _RIVAL, _RIVAL_CHI2, _STATUS = AREA.rival, AREA.rival_chi2, AREA.status
+
+
+@compiled(inline=True)
+def nearby(w, sensors, first, near_sensors, near_first, index, t, part):
+    """Readings, sensors and rows of tables of those that count in tile t, where these are few; else all."""
+    i0, k = index[t, 0], index[t, 1]
+    near = w, sensors, first
+    if 4 * k < 3 * w.size and w.size > _SMALL:
+        its_first = near_first[i0 + t : i0 + t + k + 1]
+        near = part[:k], near_sensors[4 * i0 : 4 * (i0 + k)].reshape((4, k)), its_first
+    return near
 
 
 @compiled(borrows=True)
@@ -52,13 +65,13 @@ def search(
         mu,
         c,
         heights[lead : lead + m],
+        index[t, 7] == 1,
     )
     for p in range(lead + m, lead + m + stride + 2):
         heights[p] = np.float32(-1)
-    few = 4 * k < 3 * w.size and w.size > _SMALL
+    near_w, its_sensors, its_first = nearby(w, sensors, first, near_sensors, near_first, index, t, part)
+    few = near_w.size < w.size
     straight = 0.02 * options[5] if few else 0.0
-    near_w, its_sensors = part[:k], near_sensors[4 * i0 : 4 * (i0 + k)].reshape((4, k))
-    its_first = near_first[i0 + t : i0 + t + k + 1]
     if few:
         for i in range(k):
             e = near[i0 + i]
@@ -112,21 +125,23 @@ def whitened(frame, rows, w, single):
 
 
 @compiled(inline=True)
-def strongest(single, n):
-    """The sensor with the largest reading, and its square."""
-    hot, top = np.int64(0), NOUGHT
-    for i in range(n):
-        square = single[i] * single[i]
-        if square > top:
-            hot, top = i, square
-    return hot, top
+def strongest(single, bits, n):
+    """The sensor with the largest reading, and its square; bits: the readings as integers, which are as quick to rank.
+
+    Numbers without their sign rank as their bits do.
+    """
+    largest = np.int64(0)
+    for i in range(n):  # the first of equals
+        largest = max(largest, (np.int64(bits[i] & _SIZE) << _WORD) + (n - 1 - i))
+    hot = n - 1 - (largest & _INDEX)
+    return hot, single[hot] * single[hot]
 
 
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials, fall, ratio,
-    more,
+    out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, whole, score, at, fits, trials, lanes,
+    ratio, more,
 ):  # fmt: skip
     """As `project_frames`, with its scratch."""
     frames, n = readings.shape
@@ -143,7 +158,7 @@ def _each(
         if not total < MOST_CHI2:
             row[_STATUS] = _PENDING
             continue
-        hot, top = strongest(single, n)
+        hot, top = strongest(single, bits, n)
         tile = hot if top >= strong * strong else n
         least = total - largest - ambiguity
         over = tile < n and base > 0 and not may_reach(single, total, least, tile, *ring)
@@ -192,8 +207,9 @@ def _each(
             spread = widest_variance(row)
             if not (options[7] * options[7] < spread < options[5] * options[5] * 100.0):
                 break
+            near = nearby(w, sensors, first, near_sensors, near_first, tiles[0], t, part)
             shape = look_round(
-                w, sensors, first, table, terms, options, fit, row, scratch, whole, trials, fall, ratio, more
+                w, near, sensors, first, table, terms, options, fit, row, scratch, whole, trials, lanes, ratio, more
             )  # fmt: skip
             if shape >= 0:
                 break
@@ -264,11 +280,11 @@ def project_frames(
     words = np.zeros(widest // 8 + 1, dtype=np.uint64)
     peak = words.view(np.uint8)
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
-    scratch = np.empty((ROWS, n + 1))
+    scratch, bits = np.empty((ROWS, n + 1)), single.view(np.int32)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
-    fall, ratio, more = np.empty(8), np.empty(8), np.zeros(3)
+    lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, c, s, heights, lead, words, peak, full, single, part, scratch, scratch.view(np.int64), score, at,
-        fits, trials, fall, ratio, more,
+        options, out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, scratch.view(np.int64),
+        score, at, fits, trials, lanes, ratio, more,
     )  # fmt: skip

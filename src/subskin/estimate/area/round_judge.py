@@ -137,6 +137,7 @@ def contact_outside(
             mu,
             c,
             s[:m],
+            False,
         )
         for p in range(count):
             b = int(nodes[start + p, 2])

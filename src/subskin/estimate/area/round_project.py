@@ -16,6 +16,7 @@ import numpy as np
 from ..._compiled import compiled
 from ..layout import AREA, ROUND, TWIST, Layout
 from .climb import FIT, climb
+from .fall import LANES
 from .field import ROWS
 from .judge import FINE, MOST, covariance, is_broad, look_round, unsure, widest_variance
 from .project import FEW, MOST_CHI2, search, strongest, whitened
@@ -120,9 +121,9 @@ def _spread_of_moment(top, fit, point, moves, row, at):
 @compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
-    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, part,
-    scratch, whole, score, at, fits, trials, fall, ratio, more, starts, levels, room, flat, tops, others, only, sides,
-    point, bare, columns,
+    outer, nodes, boxes, widths, far, options, box, most, out, c, s, heights, lead, words, peak, full, single, bits,
+    part, scratch, whole, score, at, fits, trials, lanes, ratio, more, starts, levels, room, flat, tops, others,
+    only, sides, point, bare, columns,
 ):  # fmt: skip
     """As `project_round`, with its scratch."""
     frames, n = readings.shape
@@ -140,7 +141,7 @@ def _each(
         if not total < MOST_CHI2:
             row[at_status] = _PENDING
             continue
-        hot, top = strongest(single, n)
+        hot, top = strongest(single, bits, n)
         tile = hot if top >= strong * strong else n
         best = second = -1
         count = 0
@@ -158,7 +159,7 @@ def _each(
                     single[i] = v[i]
                 again = n + 1
                 if attempt == 0:
-                    hot, top = strongest(single, n)
+                    hot, top = strongest(single, bits, n)
                     again = hot if top >= strong * strong else n
                 begun = _starts(
                     v, single, sensors, first, tables, terms, tiles, near_sensors, near_first, widths, again, few,
@@ -201,7 +202,8 @@ def _each(
             spread = widest_variance(point)
             if options[7] * options[7] < spread < broad * broad * 100.0:
                 shape = look_round(
-                    v, sensors, first, flat, terms, options, fit, point, scratch, whole, trials, fall, ratio, more
+                    v, (v, sensors, first), sensors, first, flat, terms, options, fit, point, scratch, whole, trials,
+                    lanes, ratio, more,
                 )  # fmt: skip
             told = True
             y, z, q = trials[2, 29], trials[2, 30], found[38]
@@ -320,9 +322,9 @@ def project_round(
     words = np.zeros(widest // 8 + 1, dtype=np.uint64)
     peak = words.view(np.uint8)
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
-    scratch = np.empty((ROWS, n + 1))
+    scratch, bits = np.empty((ROWS, n + 1)), single.view(np.int32)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
-    fall, ratio, more = np.empty(8), np.empty(8), np.zeros(3)
+    lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     starts, levels = np.empty((2 * widths.size + 4, 4)), np.empty(widths.size)
     room = (
         np.empty((3, 3)), np.empty((8, 4)), np.empty((2, sums.shape[2])), np.empty((sums.shape[1] // 4, 3)),
@@ -335,6 +337,6 @@ def project_round(
     _each(
         readings, rows, sensors, first, tables, terms, sums, harmonics, turns, turned, tiles, near_sensors, near_first,
         outer, nodes, boxes, widths, far, options, box, limits[2], out, c, s, heights, lead, words, peak, full, single,
-        part, scratch, scratch.view(np.int64), score, at, fits, trials, fall, ratio, more, starts, levels, room, flat,
-        tops, others, only, sides, point, np.empty(n + 1), columns,
+        bits, part, scratch, scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more, starts, levels, room,
+        flat, tops, others, only, sides, point, np.empty(n + 1), columns,
     )  # fmt: skip

@@ -18,14 +18,9 @@ HALF, ONE, TWO, NOUGHT = np.float32(0.5), np.float32(1), np.float32(2), np.float
 
 
 @compiled(borrows=True)
-def scan(w, near, basis, shapes, mu, c, s):
-    """S at each node into s (nodes,), and the squares of the readings that count.
-
-    w (n,), single; near (k,): the sensors that count, k even; basis (k, 3 nodes); shapes (9, nodes): columns of A in
-    the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22; c (at least 3 nodes): scratch.
-    """
+def shares(w, near, basis, c):
+    """What each basis takes of the readings w into c (3 nodes,), and the squares of the readings that count."""
     k, whole = basis.shape
-    m = whole // 3
     for p in range(whole):
         c[p] = NOUGHT
     i, total = 0, NOUGHT
@@ -41,6 +36,42 @@ def scan(w, near, basis, shapes, mu, c, s):
         for p in range(whole):
             c[p] += w0 * basis[i, p] + w1 * basis[i + 1, p]
         i += 2
+    return total
+
+
+@compiled(borrows=True)
+def shares_by_node(w, basis, nodes, c):
+    """The same of a basis (nodes, 3, k) that lies node by node, in which all sensors count."""
+    k, total = basis.size // (3 * nodes), NOUGHT
+    flat = basis.reshape((basis.size,))
+    most = min(k, w.size)
+    for i in range(most):
+        total += w[i] * w[i]
+    for p in range(nodes):
+        for j in range(3):
+            row, along = flat[(3 * p + j) * k : (3 * p + j + 1) * k], NOUGHT
+            for i in range(most):
+                along += w[i] * row[i]
+            c[j * nodes + p] = along
+    return total
+
+
+@compiled(inline=True)
+def scan(w, near, basis, shapes, mu, c, s, by_node):
+    """S at each node into s (nodes,), and the squares of the readings that count.
+
+    w (n,), single; near (k,): the sensors that count, k even; basis (k, 3 nodes); shapes (9, nodes): columns of A in
+    the basis, 00 01 02 11 12 22, and 1 over 00, 11, 22; c (at least 3 nodes): scratch; by_node: as of `Tiles`.
+    """
+    total = shares_by_node(w, basis, s.size, c) if by_node else shares(w, near, basis, c)
+    within(shapes, mu, c, s)
+    return total
+
+
+@compiled(inline=True)
+def within(shapes, mu, c, s):
+    """S at each node, of what the basis takes, for loads that press within the cone; as of `scan`."""
+    m = s.size
     steep = np.float32(mu) if mu < math.inf else ONE
     one, square = (ONE if mu < math.inf else NOUGHT), np.float32(mu * mu)
     for p in range(m):
@@ -62,7 +93,6 @@ def scan(w, near, basis, shapes, mu, c, s):
         bound = on if on > up else up
         free = c0 * c0 + c1 * c1 + c2 * c2
         s[p] = free if (n > NOUGHT) & (t2 <= square * n * n) else bound
-    return total
 
 
 @compiled(inline=True)

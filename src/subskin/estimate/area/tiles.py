@@ -36,10 +36,10 @@ _AT_ONCE = 32  # nodes whose readings fit a processor's cache
 class Tiles(NamedTuple):
     """Tiles as compiled loops want them.
 
-    table (tiles, 7): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
-    then rows, and nodes of a row, the last of which is none; origin (tiles, 4): y and z of its first node and both
-    steps, or instead of y the first of `nodes`; near, basis and shapes as of `scan.scan`, one tile after the other.
-    A sensor that is one more than there are reads nothing.
+    table (tiles, 8): where the sensors of a tile begin, how many; where the basis, how many nodes; where the shapes;
+    then rows, and nodes of a row, the last of which is none; whether the basis lies node by node; origin (tiles, 4): y
+    and z of its first node and both steps, or instead of y the first of `nodes`; near, basis and shapes as of
+    `scan.scan`, one tile after the other. A sensor that is one more than there are reads nothing.
     """
 
     table: npt.NDArray[np.int64]
@@ -137,6 +137,7 @@ class _Builder:
         near: npt.NDArray[np.intp],
         shape: tuple[int, int],
         origin: tuple[float, float, float, float],
+        by_node: bool = False,
     ) -> None:
         """A tile of nodes that have `fields` (nodes, n, 3), of which the sensors `near` count."""
         basis, shapes = orthonormal(fields[:, near])
@@ -146,7 +147,9 @@ class _Builder:
         at = (np.arange(rows)[:, None] * stride + np.arange(columns)).reshape(-1)
         full, wide = np.zeros((k, 3, nodes)), np.zeros((9, nodes))
         full[: near.size, :, at], wide[:, at] = np.moveaxis(basis, 0, -1), shapes
-        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride))
+        if by_node:  # where single nodes are looked at
+            full = np.ascontiguousarray(np.moveaxis(full, -1, 0).swapaxes(1, 2))
+        self.rows.append((self.sizes[0], k, self.sizes[1], nodes, self.sizes[2], rows, stride, by_node))
         self.origins.append(origin)
         for i, part in enumerate((np.append(near, [n] * (k - near.size)), full.reshape(-1), wide.reshape(-1))):
             self.parts[i].append(part)
@@ -210,7 +213,7 @@ def _add_tiles(
     build.add(fields, every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
     y, z = _grid(box, finer)
     steps = (float(y[1] - y[0]), float(z[1] - z[0]))
-    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps))
+    build.add(_fields(response, scale, y, z), every, (y.size, z.size), (float(y[0]), float(z[0]), *steps), True)
 
 
 def _add_sensors(

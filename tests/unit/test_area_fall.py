@@ -1,0 +1,83 @@
+"""How far S falls round its top, eight positions at once, against least squares by NumPy at each of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.estimate.area.climb import FIT, ROUND, climb
+from subskin.estimate.area.fall import LANES, beyond_near, falls
+from subskin.estimate.area.field import ROWS
+
+BOX = np.array([-5.0, 5.0, -5.0, 5.0])
+ROOT = np.array([0.05, 0.01, 0.04])
+NEAR = np.array([5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14])  # all but the corners
+
+
+def case(kind, friction, angle=0.3, noise=0.0):
+    """A finger's response, whitened readings, the loop's sensors and tables, and the climbed top."""
+    array = ss.SensorArray.grid((4, 4), 1.0, 1.0, transducer=kind, noise=1e-3)
+    tip = ss.Finger(ss.HalfSpace(ss.Material(young=1.0)), array)
+    load = ss.PointLoad(force=1.0, angle=angle, azimuth=0.7, position=(0.2, -0.3))
+    locator = tip.locator()
+    _, sensors, first, table, terms, *_ = locator._prepare(np.ones(16, dtype=bool))
+    w = np.asarray(tip.read(load)) * 1e3 + noise * np.random.default_rng(5).normal(size=16)
+    scratch, fit = np.zeros((ROWS, 17)), np.zeros(FIT)
+    climb(
+        w, sensors, first, table, terms, friction, BOX, 0.2, -0.3, 1e-9, 1e-12, 0.0, -np.inf, scratch,
+        scratch.view(np.int64), fit, np.zeros(FIT),
+    )  # fmt: skip
+    return locator.response, w, sensors, first, table, terms, fit, scratch
+
+
+def quick(w, sensors, first, table, friction, fit, scratch, lanes, reach=2.5):
+    best = np.full(FIT, np.inf)
+    least = falls(
+        w, sensors, first, table, friction, BOX, fit, ROOT, reach, scratch, scratch.view(np.int64), np.zeros(FIT), best,
+        lanes,
+    )  # fmt: skip
+    assert least == min(lanes[:8].min(), reach**2)
+    return lanes[:8].copy()
+
+
+def by_numpy(response, w, fit, friction, reach=2.5):
+    """Falls of S at the same positions: least squares, or the best of a fine turn of the cone where it binds."""
+    out = []
+    for c, s in reach * ROUND:
+        at = fit[29:31] + np.array([ROOT[0] * c, ROOT[1] * c + ROOT[2] * s])
+        a = response(at) * 1e3
+        force = np.linalg.lstsq(a, w, rcond=None)[0]
+        if force[0] < 0 or np.hypot(*force[1:]) > friction * force[0]:
+            turns = np.linspace(0, 2 * np.pi, 20001)
+            edge = np.stack([np.ones_like(turns), friction * np.cos(turns), friction * np.sin(turns)])
+            made = a @ edge
+            explained = np.maximum(w @ made, 0.0) ** 2 / (made**2).sum(axis=0)
+            left = w @ w - explained.max()
+        else:
+            left = ((w - a @ force) ** 2).sum()
+        out.append(left - fit[17])
+    return np.array(out)
+
+
+@pytest.mark.parametrize(("friction", "angle"), [(1.0, 0.3), (0.5, 0.46)], ids=["free", "on the cone"])
+@pytest.mark.parametrize("kind", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
+def test_falls_are_those_of_least_squares(kind, friction, angle):
+    response, w, sensors, first, table, _, fit, scratch = case(kind, friction, angle, noise=1.0)
+    found = quick(w, sensors, first, table, friction, fit, scratch, np.zeros(LANES))
+    assert np.allclose(found, by_numpy(response, w, fit, friction), rtol=5e-3, atol=0.05)
+
+
+def test_sensors_left_out_count_as_at_the_top():
+    """Without noise what they add is a parabola, which the sums at the top give; without these a part is missing."""
+    response, w, sensors, first, table, terms, fit, scratch = case(ss.NormalStrain(), 1.0)
+    near, its_first = np.ascontiguousarray(sensors[:, NEAR]), np.append(first[NEAR], first[-1])
+    whole, lanes = scratch.view(np.int64), np.zeros(LANES)
+    expected = by_numpy(response, w, fit, 1.0, reach=0.5)
+    without = quick(w[NEAR], near, its_first, table, 1.0, fit, scratch, lanes, reach=0.5)
+    lanes[:] = 0.0
+    beyond_near(w[NEAR], near, its_first, table, terms, 1.0, fit, scratch, whole, np.zeros(FIT), lanes)
+    found = quick(w[NEAR], near, its_first, table, 1.0, fit, scratch, lanes, reach=0.5)
+    wrong = np.abs(found / expected - 1).max()
+    assert wrong < 0.03
+    assert wrong < 0.3 * np.abs(without / expected - 1).max()
