@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,16 @@ from .errors import ConvergenceError, GeometryError
 
 __all__ = ["MeasuredResponse"]
 
-_LENGTHS = np.geomspace(1.0, 16.0, 9)
-"""Lengths tried over which readings change, in distances between touches."""
-_NOISES = np.geomspace(1e-6, 1.0, 13)
+_LENGTHS, _FINER = np.geomspace(1.0, 32.0, 6), (2**0.5, 2**0.25)
+"""Lengths tried over which readings change, in distances between touches; then factors about the best."""
+_SMOOTH = (1.5, 2.5)
+"""Smoothness nu tried: a field in silicone has slopes that change smoothly, above the struts of a lattice they jump."""
+_NOISES = np.geomspace(1e-6, 1.0, 37)
 """Variances of the noise tried, of that of what changes."""
 _MOST = 300
 """Touches from which lengths and noise are found, at most."""
-_FINE, _MARGIN = 6.0, 1e-6
-"""Nodes a length; how far beyond the touches nodes may stand, of a step."""
+_FINE, _BETWEEN, _MARGIN = 6.0, 2.5, 1e-6
+"""Nodes a length, and from one touch to the next, at least; how far beyond the touches nodes may stand, of a step."""
 _WIDEST = 1000
 """Nodes along a side at most: one position in a wrong unit would ask for millions."""
 
@@ -177,10 +180,10 @@ class MeasuredResponse(Frozen):
     ) -> MeasuredResponse:
         """The response by touches at known positions alone, each sensor's by a Gaussian process over (y, z).
 
-        All sensors share a length and a share of noise, found by likelihood; what changes of them has a size of its
-        own for each and goes together: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), sections
-        2.2, 4.2 (Matern, nu = 5/2), 5.4 and 9.1. The part of a reading that is the same everywhere is free. Touches
-        repeated at one position tell how channels err together from touch to touch.
+        All sensors share a smoothness (Matern, nu = 3/2 or 5/2), a length and a share of noise, found by likelihood;
+        what changes of them has a size of its own for each and goes together: Rasmussen and Williams, Gaussian
+        Processes for Machine Learning (2006), sections 2.2, 4.2, 5.4 and 9.1. The part of a reading that is the same
+        everywhere is free. Touches repeated at one position tell how channels err together from touch to touch.
 
         Parameters
         ----------
@@ -194,7 +197,7 @@ class MeasuredResponse(Frozen):
             Readings without a load [reading]. Where they are not known and every touch carries the same force, leave
             it and locate with this `normal_force`.
         step : float, optional
-            Between nodes [m]; by default a sixth of the length.
+            Between nodes [m]; by default a sixth of the length, and no more than 0.4 of the distance of touches.
 
         Returns
         -------
@@ -228,9 +231,10 @@ class MeasuredResponse(Frozen):
             raise GeometryError("positions on one line", "they have to cover an area", "touches at several y and z")
         at, loads, rest, within = _merged(at, loads / load, rest)
         thin = np.arange(0, len(rest), -(-len(rest) // _MOST))
-        length, ratio = _shape_of(at[thin], loads[thin], rest[thin], pitch)
-        y, z = (nodes_of(c.min(), c.max(), length / _FINE if step is None else step) for c in at.T)
-        values, left, square = _predicted(at, loads, rest, ratio, length, y, z)
+        smooth, length, ratio = _shape_of(at[thin], loads[thin], rest[thin], pitch)
+        step = min(length / _FINE, pitch / _BETWEEN) if step is None else step
+        y, z = (nodes_of(c.min(), c.max(), step) for c in at.T)
+        values, left, square = _predicted(at, loads, rest, ratio, smooth, length, y, z)
         floor = 1e-12 * (data**2).mean(axis=0) + 1e-300
         # readings err by what a position has for itself, which goes together as what changes does, and by the touch
         errors = ratio * square + within + np.diag(floor)
@@ -260,10 +264,10 @@ def nodes_of(low: float, high: float, step: float) -> FloatArray:
     return np.linspace(low, high, max(int(np.ceil(steps - _MARGIN)) + 1, 4))
 
 
-def _kernel(a: FloatArray, b: FloatArray, length: float) -> FloatArray:
-    """How alike readings at positions `a` (p, 2) and `b` (q, 2) are, (p, q)."""
-    r = np.sqrt(5.0 * ((a[:, None] - b) ** 2).sum(axis=-1)) / length
-    return np.asarray((1.0 + r + r * r / 3.0) * np.exp(-r))
+def _kernel(a: FloatArray, b: FloatArray, smooth: float, length: float) -> FloatArray:
+    """How alike readings at positions `a` (p, 2) and `b` (q, 2) are, (p, q); `smooth` is 3/2 or 5/2."""
+    r = np.sqrt(2.0 * smooth * ((a[:, None] - b) ** 2).sum(axis=-1)) / length
+    return np.asarray((1.0 + r + (smooth > 2.0) * r * r / 3.0) * np.exp(-r))
 
 
 def _merged(
@@ -283,31 +287,43 @@ def _merged(
     return at[first], loads[first], mean, within * float(np.mean(1 - 1 / count))
 
 
-def _shape_of(at: FloatArray, loads: FloatArray, data: FloatArray, pitch: float) -> tuple[float, float]:
-    """The likeliest length [m] and variance of the noise, of that of what changes."""
+def _shape_of(at: FloatArray, loads: FloatArray, data: FloatArray, pitch: float) -> tuple[float, float, float]:
+    """The likeliest smoothness, length [m] and variance of the noise, of that of what changes."""
     # directions in which no reading that is the same everywhere shows
     free = np.linalg.qr(loads, mode="complete")[0][:, loads.shape[1] :]
-    left, best = free.T @ data[:, np.ptp(data, axis=0) > 0], (-np.inf, pitch, 1.0)
-    for length in pitch * _LENGTHS:
-        alike = _kernel(at, at, length) * (loads @ loads.T)
+    left = free.T @ data[:, np.ptp(data, axis=0) > 0]
+
+    def tried(smooth: float, length: float) -> tuple[float, float, float, float]:
+        """The likelihood at the best of the noises; and what was tried."""
+        alike = _kernel(at, at, smooth, length) * (loads @ loads.T)
         size, turn = np.linalg.eigh(free.T @ alike @ free)
-        square = (turn.T @ left) ** 2
-        for ratio in _NOISES:
-            each = np.maximum(size, 0.0) + ratio
-            scale = np.maximum((square / each[:, None]).mean(axis=0), 1e-300)
-            value = -0.5 * (np.log(each).sum() * left.shape[1] + len(left) * np.log(scale).sum())
-            best = max(best, (float(value), float(length), float(ratio)))
-    return best[1], best[2]
+        each = np.maximum(size, 0.0) + _NOISES[:, None]
+        scale = np.maximum((1.0 / each) @ (turn.T @ left) ** 2 / len(left), 1e-300)
+        values = -0.5 * (np.log(each).sum(axis=1) * left.shape[1] + len(left) * np.log(scale).sum(axis=1))
+        k = int(np.argmax(values))
+        return float(values[k]), smooth, length, float(_NOISES[k])
+
+    best = max(tried(smooth, float(length)) for smooth, length in product(_SMOOTH, pitch * _LENGTHS))
+    for factor in _FINER:
+        best = max(best, tried(best[1], best[2] / factor), tried(best[1], best[2] * factor))
+    return best[1:]
 
 
 def _predicted(
-    at: FloatArray, loads: FloatArray, data: FloatArray, noise: float, length: float, y: FloatArray, z: FloatArray
+    at: FloatArray,
+    loads: FloatArray,
+    data: FloatArray,
+    noise: float,
+    smooth: float,
+    length: float,
+    y: FloatArray,
+    z: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """At the nodes y (k,), z (l,): values (k, l, n, c), variances (k, l, c) over what changes; and that, (n, n)."""
     from scipy.linalg import cho_factor, cho_solve
 
     nodes, count = np.stack(np.meshgrid(y, z, indexing="ij"), axis=-1).reshape(-1, 2), loads.shape[1]
-    factor = cho_factor(_kernel(at, at, length) * (loads @ loads.T) + noise * np.eye(len(at)))
+    factor = cho_factor(_kernel(at, at, smooth, length) * (loads @ loads.T) + noise * np.eye(len(at)))
     solved = cho_solve(factor, loads)
     doubt = np.linalg.inv(loads.T @ solved)
     level = doubt @ solved.T @ data  # the same everywhere, (c, n)
@@ -315,7 +331,7 @@ def _predicted(
     weights = cho_solve(factor, rest)
     square = rest.T @ weights / (len(at) - count)
     values, variance = np.empty((len(nodes), data.shape[1], count)), np.empty((len(nodes), count))
-    near = _kernel(nodes, at, length)
+    near = _kernel(nodes, at, smooth, length)
     for j in range(count):
         known = near * loads[:, j]
         values[..., j] = known @ weights + level[j]

@@ -10,7 +10,7 @@ import pytest
 
 import subskin as ss
 from subskin.estimate.area import InPlaceLocator
-from subskin.measured import MeasuredResponse
+from subskin.measured import MeasuredResponse, _shape_of
 
 NOISE = 1.0
 
@@ -112,6 +112,31 @@ def test_errors_go_together_as_repeated_touches_say():
     assert table.correlation[0, 1] < -0.5
     # a table counts the mean of four as one touch, so that the spread left to it is that of a touch about the mean
     np.testing.assert_allclose(table.noise, 3.0, rtol=0.25)
+
+
+@pytest.mark.parametrize("smooth", [1.5, 2.5])
+def test_the_smoothness_of_the_readings_is_found(smooth):
+    """Readings drawn from a process of known smoothness, by covariances of another source (Bessel functions)."""
+    from scipy.special import gamma, kv
+
+    at, rng = lattice(1e-3), np.random.default_rng(8)
+    r = np.sqrt(2 * smooth) * np.linalg.norm(at[:, None] - at, axis=-1) / 6e-3 + 1e-9
+    covariance = 2 ** (1 - smooth) / gamma(smooth) * r**smooth * kv(smooth, r)
+    readings = np.linalg.cholesky(covariance + 1e-6 * np.eye(len(at))) @ rng.normal(size=(len(at), 6))
+    readings += 0.05 * rng.normal(size=readings.shape)
+    found, length, ratio = _shape_of(at, np.ones((len(at), 1)), readings, 1e-3)
+    assert found == smooth
+    np.testing.assert_allclose(length, 6e-3, rtol=0.3)
+    assert 0.8e-3 < ratio < 8e-3
+
+
+def test_a_response_that_changes_by_jumps_of_its_slope_has_nodes_enough():
+    """As above the struts of a lattice: its length is long, and its table fine all the same."""
+    at = lattice(1.5e-3)
+    struts = 3e-3 * np.array([(-1.0, -0.5), (1.2, 0.3), (0.1, 1.3), (-0.4, -1.1)])
+    table = MeasuredResponse.from_touches(100 - 1e4 * np.linalg.norm(at[:, None] - struts, axis=-1), at)
+    assert table.y[1] - table.y[0] <= 0.75e-3
+    np.testing.assert_allclose(table(at)[..., 0], 100 - 1e4 * np.linalg.norm(at[:, None] - struts, axis=-1), atol=3.0)
 
 
 def test_an_error_in_common_is_told_from_the_field(finger, known):
