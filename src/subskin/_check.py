@@ -222,6 +222,14 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
         ) from None
 
 
+def for_each(name: str, array: FloatArray, count: int, what: str) -> FloatArray:
+    """One number for all, or one for each of `count` things of the kind `what`, as an array (count,)."""
+    if array.shape not in ((), (1,), (count,)):
+        rule = f"one number is needed, or one for each {what}, of which there are {count}"
+        raise GeometryError(f"{name} of shape {array.shape}", rule, f"shape ({count},)")
+    return np.broadcast_to(array, (count,))
+
+
 def batch(
     values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, FloatArray], tuple[int, ...]]:

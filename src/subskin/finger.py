@@ -40,6 +40,7 @@ _DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _UNIT_LOADS = LineLoad.of_components(np.eye(2)[:, None, None])  # on a sensor and its nodes
+_WIDEST = 1e5  # depths, a row that no search could go through
 _FAR = 100.0  # depths, from which nothing is felt
 
 
@@ -146,6 +147,10 @@ class Finger(Frozen):
         if deepest > self.skin.thickness * (1 + 1e-12):
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
+        widest, shallowest = float(np.abs(self.array.points).max()), float(np.asarray(self.array.depth).min())
+        if not widest <= _WIDEST * shallowest:
+            rule = f"at a depth of {shallowest:.6g} m sensors lie at most {_WIDEST:g} depths from y = 0 and z = 0"
+            raise GeometryError(f"a sensor {widest:.6g} m from y = 0 or z = 0", rule, "all lengths are in m: 6e-3")
         if self.array.on_area and not self.skin.takes_local:
             seen = f"sensors at z = {span(1e3 * np.asarray(self.array.z), 'mm')} in {self.skin}"
             rule = "it is solved in a plane, the same at every z, and takes a row of sensors at z = 0"

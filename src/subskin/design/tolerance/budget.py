@@ -250,7 +250,7 @@ def tolerance_budget(
     share = _check.scalar("quantile", quantile, above=0.0)
     if not share < 1:
         raise InvalidValueError(f"quantile = {share:.6g}", "has to be < 1", "quantile=0.95")
-    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0)
+    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0, 2**63)
     methods = _methods(self_calibration, terms_for(finger, amounts), touches)
     mu = touches.friction if friction is None else _check.friction(friction)
     position, load = touches.loads(counts["positions"], angles, finger)

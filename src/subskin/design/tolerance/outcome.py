@@ -136,7 +136,7 @@ def tolerance_outcome(
     checked_method(method, "method")
     part = _check.scalar("share", share, above=0.0, at_most=1.0)
     study = Study(finger, touches, *touches.loads(**counts, finger=finger), touches.friction, search)
-    costs = Costs(study, draws, 0.95, whole("rng", rng, 0))
+    costs = Costs(study, draws, 0.95, whole("rng", rng, 0, 2**63))
     off = {name: amount for name, amount in amounts.items() if SOURCES[name].spread != "reading"}
     linear = np.sum([costs.linear(name, amount) for name, amount in off.items()], axis=0)
     few = draws if touches.area is None else min(draws, _FEW)
