@@ -107,6 +107,24 @@ def noun(name: str, value: object, kind: type | tuple[type, ...], fix: str) -> N
         raise InvalidValueError(f"{name} = {shown(value)}", f"a{'n' * (kinds[0] in 'AEIOU')} {kinds} is needed", fix)
 
 
+def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
+    """Several things of one `kind`, as a tuple; a text is none of several."""
+    try:
+        each = () if isinstance(values, str | bytes) else tuple(values)
+    except TypeError:
+        each = (None,)
+    if (isinstance(values, str | bytes) and values) or not all(isinstance(one, kind) for one in each):
+        rule = f"a list is needed, each of it a {kind.__name__}"
+        raise InvalidValueError(f"{name} = {shown(values)}", rule, fix)
+    return each
+
+
+def generator(rng: object) -> None:
+    """Refuse what is no source of random numbers; None is one that is left out."""
+    if rng is not None:
+        noun("rng", rng, np.random.Generator, "rng=np.random.default_rng(0)")
+
+
 def without_unit(name: str, value: Any, unit: str, fix: str = "") -> Any:
     """A quantity of pint, or a list of them, as numbers in the SI `unit`; anything else as it is.
 

@@ -77,6 +77,11 @@ class _Verb:
         return function.__get__(finger, owner)
 
 
+def finger_needed(finger: object) -> None:
+    """Refuse what is no finger where one comes first."""
+    _check.noun("finger", finger, Finger, 'Finger(skin, array), or load("finger.toml").finger')
+
+
 @dataclass(frozen=True, eq=False)
 class Finger(Frozen):
     """A skin and the sensors in it.
@@ -142,15 +147,15 @@ class Finger(Frozen):
         if not isinstance(known, MeasuredResponse | None) or (known is not None and known.sensors != len(self.array)):
             rule = f"a MeasuredResponse of {len(self.array)} sensors is needed, or none"
             raise InvalidValueError(f"measured = {known!r}", rule, "MeasuredResponse.from_touches(...)")
+        widest, shallowest = float(np.abs(self.array.points).max()), float(np.asarray(self.array.depth).min())
+        if not widest <= _WIDEST * shallowest:
+            rule = f"at a depth of {shallowest:.6g} m sensors lie at most {_WIDEST:g} depths from y = 0 and z = 0"
+            raise GeometryError(f"a sensor {widest:.6g} m from y = 0 or z = 0", rule, "all lengths are in m: 6e-3")
         deepest = float(np.asarray(self.array.depth).max())
         self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):
             rule = f"the sensors have to lie in the skin, which is {self.skin.thickness:.6g} m thick"
             raise GeometryError(f"depth = {deepest:.6g} m", rule, "a thicker skin or shallower sensors")
-        widest, shallowest = float(np.abs(self.array.points).max()), float(np.asarray(self.array.depth).min())
-        if not widest <= _WIDEST * shallowest:
-            rule = f"at a depth of {shallowest:.6g} m sensors lie at most {_WIDEST:g} depths from y = 0 and z = 0"
-            raise GeometryError(f"a sensor {widest:.6g} m from y = 0 or z = 0", rule, "all lengths are in m: 6e-3")
         if self.array.on_area and not self.skin.takes_local:
             seen = f"sensors at z = {span(1e3 * np.asarray(self.array.z), 'mm')} in {self.skin}"
             rule = "it is solved in a plane, the same at every z, and takes a row of sensors at z = 0"

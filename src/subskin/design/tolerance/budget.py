@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import _check
 from ...errors import InvalidValueError, SubskinError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
 from ._costs import Costs, combined
@@ -239,6 +239,7 @@ def tolerance_budget(
     >>> wrong.source, round(float(np.rad2deg(wrong.angle_linear)), 1), bool(softer.angle_rms < 1e-6)
     ('poisson', 6.6, True)
     """
+    finger_needed(finger)
     amounts = checked_tolerances(finger, tolerances)
     counts = {
         "positions": touches.usual_positions(24) if positions is None else positions, "angles": angles, "draws": draws,

@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
 from ._calibrated import after_calibration, count_of
@@ -129,6 +129,7 @@ def tolerance_outcome(
     >>> found.as_made.lost > 0.3, found.calibrated.lost
     (True, 0.0)
     """
+    finger_needed(finger)
     amounts = checked_tolerances(finger, tolerances)
     counts = {"positions": touches.usual_positions(12) if positions is None else positions, "angles": angles}
     for name, count in (counts | {"draws": draws}).items():

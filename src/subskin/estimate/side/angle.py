@@ -20,7 +20,7 @@ from ..._frozen import Frozen
 from ...contact import LineLoad
 from ...contact.families import Family, family_of
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ..estimate import Status
 from .row import LEAST, Changes, Frames, Mask, count_of, known_only, stencil
 
@@ -200,6 +200,7 @@ def side_angle(
     >>> round(float(told.angle), 6), round(float(told.std), 4)
     (0.3, 0.0033)
     """
+    finger_needed(finger)
     kind = family_of(family)
     width, width_std, known = checked_width(kind, half_width, half_width_std)
     bounds = checked_bounds(friction, most_std)
