@@ -297,7 +297,7 @@ def _is_number(value: Any) -> bool:
 
 def whole(name: str, value: object, *, at_least: int, at_most: int, fix: str = "") -> int:
     """A whole number within its limits."""
-    fits = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    fits = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool | np.timedelta64)
     if not fits or not at_least <= value <= at_most or value != int(value):  # type: ignore[operator, call-overload]
         rule = f"a whole number from {at_least} to {at_most} is needed"
         raise InvalidValueError(f"{name} = {shown(value)}", rule, fix)

@@ -332,10 +332,8 @@ def contact_type(
     finger_needed(finger)
     if isinstance(kinds, Kind | str):
         raise InvalidValueError(f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))")
-    chosen = usual_kinds(finger) if kinds is None else tuple(kinds)
-    for kind in chosen:
-        if not isinstance(kind, Kind):
-            raise InvalidValueError(f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)')
+    fix = 'kinds=(Kind("vertex", "wedge", ...), ...)'
+    chosen = usual_kinds(finger) if kinds is None else _check.several("kinds", kinds, Kind, fix)
     on_area = finger.array.on_area
     if on_area and finger.measured is not None:
         rule = "a response measured in place knows the contact of its touches alone"

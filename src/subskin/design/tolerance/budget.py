@@ -240,6 +240,7 @@ def tolerance_budget(
     ('poisson', 6.6, True)
     """
     finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)
     counts = {
         "positions": touches.usual_positions(24) if positions is None else positions, "angles": angles, "draws": draws,

@@ -130,6 +130,7 @@ def tolerance_outcome(
     (True, 0.0)
     """
     finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)
     counts = {"positions": touches.usual_positions(12) if positions is None else positions, "angles": angles}
     for name, count in (counts | {"draws": draws}).items():

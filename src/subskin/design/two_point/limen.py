@@ -190,6 +190,7 @@ def two_point_limen(
     two points against one wide contact, angle normal: read as two from 2.69 mm on at worst, 1.02 mm at half of them
     """
     finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
         if value not in get_args(known):
             raise InvalidValueError(

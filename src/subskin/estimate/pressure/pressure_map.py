@@ -74,6 +74,8 @@ def pressure_map(
     """
     finger_needed(finger)
     _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
+    for name, value in (("shear", shear), ("rule", rule)):
+        _check.noun(name, value, str, f"leave out {name}, or name one of docs/pressure.md")
     ends: Any
     if finger.array.on_area:
         ends = None if search is None else tuple(map(tuple, _check.real("search", search, unit="m").tolist()))

@@ -110,9 +110,7 @@ class SideAngle(Frozen):
 
 def checked_bounds(friction: float, most_std: float) -> tuple[float, float]:
     """Steepest angle of the friction cone, and the largest standard deviation accepted [rad]; may be infinite."""
-    most = float(most_std)
-    if not most > 0:
-        raise InvalidValueError(f"most_std = {most:g}", "has to be > 0 [rad]", "most_std=np.deg2rad(10)")
+    most = _check.scalar("most_std", most_std, unit="rad", above=0.0, finite=False, fix="most_std=np.deg2rad(10)")
     return float(np.arctan(_check.friction(friction))), most
 
 
