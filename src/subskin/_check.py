@@ -107,6 +107,24 @@ def noun(name: str, value: object, kind: type | tuple[type, ...], fix: str) -> N
         raise InvalidValueError(f"{name} = {shown(value)}", f"a{'n' * (kinds[0] in 'AEIOU')} {kinds} is needed", fix)
 
 
+def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
+    """Several things of one `kind`, as a tuple; a text is none of several."""
+    try:
+        each = () if isinstance(values, str | bytes) else tuple(values)
+    except TypeError:
+        each = (None,)
+    if (isinstance(values, str | bytes) and values) or not all(isinstance(one, kind) for one in each):
+        rule = f"a list is needed, each of it a {kind.__name__}"
+        raise InvalidValueError(f"{name} = {shown(values)}", rule, fix)
+    return each
+
+
+def generator(rng: object) -> None:
+    """Refuse what is no source of random numbers; None is one that is left out."""
+    if rng is not None:
+        noun("rng", rng, np.random.Generator, "rng=np.random.default_rng(0)")
+
+
 def without_unit(name: str, value: Any, unit: str, fix: str = "") -> Any:
     """A quantity of pint, or a list of them, as numbers in the SI `unit`; anything else as it is.
 
@@ -222,6 +240,14 @@ def broadcast(**arrays: FloatArray) -> tuple[int, ...]:
         ) from None
 
 
+def for_each(name: str, array: FloatArray, count: int, what: str) -> FloatArray:
+    """One number for all, or one for each of `count` things of the kind `what`, as an array (count,)."""
+    if array.shape not in ((), (1,), (count,)):
+        rule = f"one number is needed, or one for each {what}, of which there are {count}"
+        raise GeometryError(f"{name} of shape {array.shape}", rule, f"shape ({count},)")
+    return np.broadcast_to(array, (count,))
+
+
 def batch(
     values: Mapping[str, npt.ArrayLike], limits: Mapping[str, Mapping[str, Any]]
 ) -> tuple[dict[str, FloatArray], tuple[int, ...]]:
@@ -271,7 +297,7 @@ def _is_number(value: Any) -> bool:
 
 def whole(name: str, value: object, *, at_least: int, at_most: int, fix: str = "") -> int:
     """A whole number within its limits."""
-    fits = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    fits = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool | np.timedelta64)
     if not fits or not at_least <= value <= at_most or value != int(value):  # type: ignore[operator, call-overload]
         rule = f"a whole number from {at_least} to {at_most} is needed"
         raise InvalidValueError(f"{name} = {shown(value)}", rule, fix)

@@ -125,11 +125,12 @@ class SensorArray(LaidOut, Frozen):
             raise InvalidValueError(seen, f"a sensor may be up to {_WIDEST:g} depths wide", "several sensors")
         if not (np.asarray(self.low) < np.asarray(self.high)).all():
             raise InvalidValueError(f"low = {self.low}, high = {self.high}", "low has to be < high", "swap them")
-        kinds = (self.transducer,) * y.size if isinstance(self.transducer, Transducer) else tuple(self.transducer)
-        if len(kinds) != y.size or not all(isinstance(k, Transducer) for k in kinds):
+        one, fix = self.transducer, "transducer=MeanPressure()"
+        each = (one,) * y.size if isinstance(one, Transducer) else _check.several("transducer", one, Transducer, fix)
+        if len(each) != y.size:
             rule = f"one Transducer, or one for each of the {y.size} sensors, is needed"
-            raise GeometryError(f"transducer = {self.transducer!r}", rule, "transducer=MeanPressure()")
-        object.__setattr__(self, "transducer", kinds)
+            raise GeometryError(f"transducer = {_check.shown(one)}", rule, fix)
+        object.__setattr__(self, "transducer", each)
         ends = np.isfinite(np.array([self.low, self.high]))
         object.__setattr__(self, "_limited", bool(ends.any() or np.any(np.asarray(self.resolution))))
 
@@ -254,7 +255,13 @@ class SensorArray(LaidOut, Frozen):
         >>> SensorArray.line(count=4, pitch=6e-3, depth=5e-3).select([0, 2]).y.tolist()
         [-0.009000000000000001, 0.003]
         """
-        index = np.arange(len(self))[np.asarray(sensors)]
+        try:
+            index = np.arange(len(self))[np.asarray(sensors)]
+        except (IndexError, ValueError):
+            rule = f"indices from 0 to {len(self) - 1} are needed, or a mask of shape ({len(self)},)"
+            raise InvalidValueError(f"sensors = {_check.shown(sensors)}", rule, "sensors=[0, 2]") from None
+        if index.ndim != 1:
+            raise GeometryError(f"sensors of shape {np.shape(sensors)}", "a row of indices is needed", "sensors=[0, 2]")
         if np.array_equal(index, np.arange(len(self))):
             return self
         chosen = {name: np.asarray(getattr(self, name))[index] for name in ("y", *_PER_SENSOR)}
@@ -281,6 +288,7 @@ class SensorArray(LaidOut, Frozen):
         >>> array.digitise([0.13, 0.6]).tolist()
         [2.5, 5.0]
         """
+        _check.generator(rng)
         readings: FloatArray = np.asarray(self.gain) * measured + np.asarray(self.offset)
         if rng is not None:
             readings = readings + np.asarray(self.noise) * rng.standard_normal(readings.shape)

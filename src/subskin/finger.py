@@ -40,6 +40,7 @@ _DEEPEST = 0.1  # m, of sensors in metres for certain
 _LONGEST = 1000.0  # depths, half a row that is meant
 _SOFTEST = 50.0  # Pa, softer than any gel that keeps its shape
 _UNIT_LOADS = LineLoad.of_components(np.eye(2)[:, None, None])  # on a sensor and its nodes
+_WIDEST = 1e5  # depths, a row that no search could go through
 _FAR = 100.0  # depths, from which nothing is felt
 
 
@@ -74,6 +75,11 @@ class _Verb:
         function = getattr(import_module(f"{__package__}{self._room}"), self._name)
         setattr(owner, self._name, function)  # from now on a method like any other
         return function.__get__(finger, owner)
+
+
+def finger_needed(finger: object) -> None:
+    """Refuse what is no finger where one comes first."""
+    _check.noun("finger", finger, Finger, 'Finger(skin, array), or load("finger.toml").finger')
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +147,10 @@ class Finger(Frozen):
         if not isinstance(known, MeasuredResponse | None) or (known is not None and known.sensors != len(self.array)):
             rule = f"a MeasuredResponse of {len(self.array)} sensors is needed, or none"
             raise InvalidValueError(f"measured = {known!r}", rule, "MeasuredResponse.from_touches(...)")
+        widest, shallowest = float(np.abs(self.array.points).max()), float(np.asarray(self.array.depth).min())
+        if not widest <= _WIDEST * shallowest:
+            rule = f"at a depth of {shallowest:.6g} m sensors lie at most {_WIDEST:g} depths from y = 0 and z = 0"
+            raise GeometryError(f"a sensor {widest:.6g} m from y = 0 or z = 0", rule, "all lengths are in m: 6e-3")
         deepest = float(np.asarray(self.array.depth).max())
         self._doubt_units(deepest, min(material.young for material in self.skin.materials))
         if deepest > self.skin.thickness * (1 + 1e-12):

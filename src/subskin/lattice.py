@@ -308,7 +308,11 @@ class LaidOut:
             return cls(  # type: ignore[call-arg]
                 y=at[:, 0], z=at[:, 1], depth=depth, transducer=kind, **parameters
             )
-        kinds = (channels,) if isinstance(channels, Transducer) else tuple(channels)
+        kinds = (
+            (channels,)
+            if isinstance(channels, Transducer)
+            else _check.several("channels", channels, Transducer, "channels=(NormalStrain(), ShearStrain())")
+        )
         if transducer is not None:
             raise InvalidValueError("transducer beside channels", "each says what is measured", "leave out one of them")
         each = (len(at), len(kinds))

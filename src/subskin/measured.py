@@ -221,7 +221,8 @@ class MeasuredResponse(Frozen):
             seen = f"components of shape {loads.shape}"
             raise GeometryError(seen, f"shape ({len(data)},) or ({len(data)}, 3) is needed", "components=(N, Ty, Tz)")
         load = float(np.median(np.abs(loads[:, 0])))
-        zero = np.broadcast_to(_check.real("offset", offset), data.shape[1:])
+        zero = _check.for_each("offset", _check.real("offset", offset), data.shape[1], "sensor")
+        step = None if step is None else _check.scalar("step", step, unit="m", above=0.0)
         rest = data - zero
         if not (np.ptp(rest, axis=0) > 0).any() or not load > 0:
             raise ConvergenceError("readings that are the same at every position", "they have to change", "the columns")

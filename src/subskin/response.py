@@ -17,7 +17,7 @@ from ._search import ends_of, from_crest_to_crest
 from .contact import LineLoad
 from .contact.families import Family
 from .errors import ConvergenceError, GeometryError, InvalidValueError
-from .finger import Finger
+from .finger import Finger, finger_needed
 from .prepared import prepared
 
 __all__ = ["Response", "tabulate"]
@@ -359,6 +359,7 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     >>> bool(np.allclose(table(1.234e-3), finger.receptive_field(1.234e-3), rtol=1e-8))
     True
     """
+    finger_needed(finger)
     finger.array.refuse_area()
     ends = _check.ends("search", search, "search=(-5e-3, 5e-3)")
 

@@ -83,7 +83,7 @@ class TestRefusals:
 
     @pytest.mark.parametrize("kinds", [(ss.NormalStrain(),), (ss.NormalStrain(),) * 4, ("strain",) * 3])
     def test_transducers(self, kinds):
-        with pytest.raises(ss.errors.GeometryError, match="Transducer"):
+        with pytest.raises(ss.SubskinError, match="Transducer"):
             row(transducer=kinds)
 
     @pytest.mark.parametrize("count", [0, -1, 2.5, True])

@@ -452,7 +452,7 @@ def test_no_room_at_all():
         (lambda: Room((3, 2), (1e-3, 2e-3), 1e-3), "count"),
         (lambda: Room((3, 4), (2e-3, 1e-3), 1e-3), "depth"),
         (lambda: Room((3, 4), (2e-3, 1e305), 1e-3), "deepest <= 1000 times the shallowest"),
-        (lambda: Room((3, np.nan), (1e-3, 2e-3), 1e-3), "the most of count = nan: a whole number"),
+        (lambda: Room((3, np.nan), (1e-3, 2e-3), 1e-3), r"count = \[3, nan\]: two whole numbers"),
         (lambda: Room(None, (1e-3, 2e-3), 1e-3), "count = None: two ascending numbers"),
         (lambda: SensorKind("x", ss.NormalStrain(), 0.0), "noise = 0"),
         (lambda: SensorKind("x", ss.NormalStrain(), 1e-4, largest=0.0), "largest = 0"),

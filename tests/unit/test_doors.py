@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 
 import numpy as np
@@ -165,3 +166,51 @@ def test_what_a_terminal_would_obey_is_written_out():
     said = str(SubskinError("x" * 10**6, "y" * 10**6))
     assert len(said) < 4000
     assert "\x1b" not in str(SubskinError("\x1b[31m", "\x1b[0m", "\x1b"))
+
+
+def functions_of_a_finger():
+    """Public functions whose first argument is a finger."""
+    for room in (ss, ss.estimate, ss.calibration, ss.decide, ss.design, ss.design.placement, ss.synthetic):
+        for name in room.__all__:
+            function = inspect.unwrap(getattr(room, name))
+            if inspect.isfunction(function):
+                first, *others = inspect.signature(function).parameters.values()
+                if first.annotation == "Finger":
+                    yield pytest.param(function, [p for p in others if p.default is p.empty], id=name)
+
+
+@pytest.mark.parametrize(("function", "others"), list(functions_of_a_finger()))
+def test_what_is_no_finger_is_refused(function, others):
+    given = {p.name: 1 for p in others if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+    for wrong in (None, SKIN, "finger.toml", ss.Finger):
+        with pytest.raises(SubskinError, match=r"finger = .*: a Finger is needed\. Fix: Finger\(skin, array\)"):
+            function(wrong, **given)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: SKIN.stress(None, 1e-3, 0.0), "contact = None: a Contact or LocalContact is needed"),
+        (lambda: SKIN.displacement(ss.Hertz, 1e-3, 0.0), "contact = <class"),
+        (lambda: SKIN.surface_gradient(1.0, 0.0), "contact = 1.0: a Contact is needed"),
+        (lambda: FINGER.read("Hertz"), "contact = 'Hertz': a Contact or LocalContact is needed"),
+        (lambda: FINGER.read(ss.LineLoad(40.0), 0), "rng = 0: a Generator is needed"),
+        (lambda: ss.press(SKIN, None, force=1.0), "indenter = None: an Indenter is needed"),
+        (lambda: ss.Hertz.from_radius(40.0, radius=1e-3, material=4e5), "material = 400000.0: a Material is needed"),
+        (lambda: SKIN.with_(materials=4e5), "materials = 400000.0: a list is needed, each of it a Material"),
+        (lambda: ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, transducer="strain"), "each of it a Transducer"),
+        (lambda: ss.SensorArray.line(3, pitch=1e-3, depth=1e-3, channels=3.0), "each of it a Transducer"),
+        (lambda: ss.Finger(SKIN, ss.SensorArray.line(3, pitch=1e4, depth=1e-3)), "sensors lie at most 100000 depths"),
+        (lambda: ARRAY.select(0.5), "sensors = 0.5: indices from 0 to 4"),
+        (lambda: ARRAY.select([5]), "indices from 0 to 4"),
+        (lambda: ARRAY.select(2), r"sensors of shape \(\): a row of indices"),
+        (lambda: ss.calibrate(FINGER, np.ones((9, 5)), np.zeros(9), fit=1.0), "fit = 1.0: a list is needed"),
+        (lambda: ss.calibrate(FINGER, np.ones((9, 5)), np.zeros(9), force=np.ones(8)), "one for each touch"),
+        (lambda: ss.calibrate(FINGER, np.full((9, 5), 1e300), np.zeros(9)), r"readings\[0, 0\] = 1e\+300: no sensor"),
+        (lambda: FINGER.blind_spots(snr="high"), "snr = 'high'"),
+        (lambda: FINGER.blind_spots(rng=None), "rng = None: a Generator or int is needed"),
+    ],
+)
+def test_another_noun_or_shape_is_said(make, words):
+    with pytest.raises(SubskinError, match=words):
+        make()

@@ -221,7 +221,7 @@ def test_what_cannot_be_is_refused(known, straight):
     with pytest.raises(ss.errors.GeometryError, match="on one line"):
         MeasuredResponse.from_touches(np.arange(40.0).reshape(20, 2), np.linspace(0, 1e-2, 20)[:, None] * [1.0, 0.0])
     far = np.where(np.arange(len(at))[:, None] == 0, [1e6, 0.0], at)
-    with pytest.raises(ss.errors.GeometryError, match="from -?0.* to 1e\\+06 m.* at most 1000 nodes"):
+    with pytest.raises(ss.errors.GeometryError, match=r"to 1e\+06 m.* at most 1000 nodes"):
         MeasuredResponse.from_touches(np.arange(2.0 * len(at)).reshape(-1, 2), far)
     with pytest.raises(ss.errors.InvalidValueError, match="knows no drag"):
         InPlaceLocator(straight, friction=1.0)

@@ -198,7 +198,7 @@ def test_workers_that_write_elsewhere_are_found_out(file, tmp_path):
 
 
 def test_a_damaged_store_is_said(file, tmp_path):
-    """Each byte of what says of the store what it is, and of which shards are finished, changed: an error, or no harm."""
+    """Any byte of what the store says of itself, and of what is finished, changed or cut off: an error, or no harm."""
     store, rng = tmp_path / "touches.zarr", np.random.default_rng(0)
     save_touches(file, store)
     said = set()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray
 from ..contact import LineLoad
 from ..errors import InvalidValueError
@@ -33,7 +34,7 @@ _THICKEST = 0.94
 
 def checked_names(fit: Sequence[str], known: Sequence[str], no_origin: str = "") -> tuple[str, ...]:
     """What to fit, each once, in the order of what is `known`; `no_origin` is what to do where that is not."""
-    names = (fit,) if isinstance(fit, str) else tuple(fit)
+    names = (fit,) if isinstance(fit, str) else _check.several("fit", fit, str, 'fit=["gain", "depth"]')
     for name in names:
         if name not in known:
             fix = no_origin if name == "origin" else ""

@@ -14,7 +14,7 @@ from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError, NotLinearError
 from ..estimate.area.locator import search_of
 from ..estimate.frames import check_noise
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..response import tabulate
 from ._blind_model import TERMS
 from ._blind_rounds import Rounds
@@ -107,6 +107,7 @@ def calibrate_blind(
     >>> found.rank, len(found.parameters), found.touches.position.shape
     (23, 28, (40, 2))
     """
+    finger_needed(finger)
     names = checked_names(fit, TERMS, "leave it out: without known positions there is none")
     given = {
         "gain": gain_error, "depth": depth_error, "depths": depth_error, "position": position_error,

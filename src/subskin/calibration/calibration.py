@@ -16,7 +16,7 @@ from .._axes import on_finger, turned
 from .._check import FloatArray
 from .._frozen import Frozen
 from .._shown import html_table, lines, many_of, parameter_rows
-from ..errors import GeometryError
+from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ._forward_area import forward_of
 from .misfit import Misfit
@@ -38,6 +38,8 @@ WEAK_SHARE = 0.5
 """Gain, as a share of the median's, below which a sensor is weak."""
 FEWEST_SPARE = 2
 """Spare readings that a sensor, or a frame, needs before a misfit is noticed: one may fit by chance."""
+_WILD = 1e100
+"""A reading whose square is no float any more, with the sums that a fit takes of it."""
 _PLACES = ("origin", "origin_y", "origin_z", "turn")
 _LOOSE, _LOST, _HOPELESS, _TIED = 0.1, 0.5, 10, 0.95
 
@@ -291,6 +293,11 @@ def checked_readings(readings: npt.ArrayLike, sensors: int) -> FloatArray:
     if data.ndim != 2 or data.shape[1] != sensors:
         rule = f"one touch a row, one of the {sensors} sensors a column"
         raise GeometryError(f"readings of shape {data.shape}", rule, f"shape (touches, {sensors})")
+    wild = np.argwhere(np.isfinite(data) & (np.abs(data) > _WILD))
+    if wild.size:
+        i, j = wild[0]
+        fix = "NaN for a reading that is missing, or leave the touch out"
+        raise InvalidValueError(f"readings[{i}, {j}] = {data[i, j]:.6g}", f"no sensor reads more than {_WILD:g}", fix)
     return data
 
 
@@ -320,11 +327,11 @@ def checked_touches(
             f"one position for each of the {len(data)} touches",
             f"shape ({len(data)},)",
         )
-    p = np.broadcast_to(_check.real("force", force, unit="N/m", at_least=0.0), y.shape[:1])
-    a = np.broadcast_to(_check.real("angle", angle, unit="rad"), y.shape[:1])
+    p = _check.for_each("force", _check.real("force", force, unit="N/m", at_least=0.0), len(data), "touch")
+    a = _check.for_each("angle", _check.real("angle", angle, unit="rad"), len(data), "touch")
     usable = np.where(finger.array.inside(data), data, np.nan)
     if finger.array.on_area:
-        b = np.broadcast_to(_check.real("azimuth", azimuth, unit="rad"), y.shape[:1])
+        b = _check.for_each("azimuth", _check.real("azimuth", azimuth, unit="rad"), len(data), "touch")
         return usable, y, np.stack([p * np.cos(a), p * np.sin(a) * np.cos(b), p * np.sin(a) * np.sin(b)], axis=-1)
     return usable, y, np.stack([p * np.cos(a), p * np.sin(a)], axis=-1)
 

@@ -15,7 +15,7 @@ from .._shown import html_table, lines, with_error
 from ..errors import ConvergenceError
 from ..estimate.estimate import Status
 from ..estimate.search import Locator
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..response import tabulate
 from .calibration import Health, checked_readings, weak
 
@@ -146,6 +146,7 @@ def sensor_health(
     >>> found.gain_ratio.round(2).tolist(), found.health[2].name
     ([1.0, 1.0, 0.6, 1.0, 1.0, 1.0], 'WEAK')
     """
+    finger_needed(finger)
     data = checked_readings(readings, len(finger.array))
     needed, live = 3 if friction == 0 else 4, int(finger.array.live.sum())
     if live < needed:

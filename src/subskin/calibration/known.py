@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _check
 from ..errors import ConvergenceError, GeometryError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ._forward import TERMS, checked_names
 from ._forward_area import AREA_TERMS
 from .calibration import Calibration, checked_touches
@@ -120,6 +120,7 @@ def fitted(
     turn: float = 0.0,
 ) -> Fit:
     """The fit that `calibrate` makes a `Calibration` of; parameters and errors as there."""
+    finger_needed(finger)
     area = finger.array.on_area
     usual = _USUAL + ("turn",) * area if fit is None else fit
     names = checked_names(usual, (*LINEAR, *(AREA_TERMS if area else TERMS)))

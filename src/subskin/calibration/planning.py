@@ -13,7 +13,7 @@ from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
 from ..errors import GeometryError, InvalidValueError, UnknownOptionError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ._forward import TERMS, Forward, checked_names
 from ._forward_area import AREA_TERMS, forward_of
 from .fit import LINEAR
@@ -115,6 +115,7 @@ def next_touch(
     >>> f"{1e3 * proposed.error:.2f} mm before it, {1e3 * proposed.error_after:.2f} mm after it"
     '... mm before it, ... mm after it'
     """
+    finger_needed(finger)
     area = finger.array.on_area
     usual = _USUAL + ("turn",) * area if fit is None else fit
     names = checked_names(usual, (*LINEAR, *(AREA_TERMS if area else TERMS)))

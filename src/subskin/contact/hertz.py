@@ -70,6 +70,7 @@ class Hertz(SpreadContact, name="hertz"):
         >>> round(1e3 * float(finger_tip.half_width), 4)
         0.874
         """
+        _check.noun("material", material, Material, "Material(young=0.4e6)")
         n = pressing(force, angle, "Hertz contact")
         r = _check.real("radius", radius, unit="m", above=0.0)
         a = 2 * np.sqrt(n * r / (np.pi * material.plane_strain_modulus))

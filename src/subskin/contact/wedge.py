@@ -69,6 +69,7 @@ class Wedge(SpreadContact, name="wedge"):
         >>> round(1e3 * float(wedge.half_width), 4)
         0.4253
         """
+        _check.noun("material", material, Material, "Material(young=0.4e6)")
         theta = _check.real("vertex_angle", vertex_angle, unit="rad")
         if not ((theta > 0) & (theta < np.pi)).all():
             worst = float(theta[()] if not theta.ndim else theta[~((theta > 0) & (theta < np.pi))][0])

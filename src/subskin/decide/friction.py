@@ -108,7 +108,7 @@ class Friction(Frozen):
             raise InvalidValueError(
                 f"low = {start.tolist()}, high = {end.tolist()}", "a range ascends", "known(0.5) for one value"
             )
-        count = int(_check.scalar("cells", cells, at_least=1))
+        count = _check.whole("cells", cells, at_least=1, at_most=10**6)
         return cls(np.linspace(start, end, count + 1, axis=-1), np.ones((*start.shape, count)))
 
     @classmethod
@@ -125,7 +125,7 @@ class Friction(Frozen):
 
         centre = _check.scalar("mean", mean, at_least=0.0)
         spread = _check.scalar("std", std, above=0.0, fix="Friction.known(0.5) for a value without error")
-        count = int(_check.scalar("cells", cells, at_least=1))
+        count = _check.whole("cells", cells, at_least=1, at_most=10**6)
         ends = max(centre - _NORMAL_REACH * spread, 0.0), centre + _NORMAL_REACH * spread
         edges = np.linspace(*ends, count + 1)
         z = (edges - centre) / spread

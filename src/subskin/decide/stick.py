@@ -96,7 +96,8 @@ def stick_zone(
     >>> round(float(share), 2), round(float(0.5**0.5), 2)
     (0.71, 0.71)
     """
-    wanted = [np.asarray(v, dtype=np.float64) for v in (normal, tangential)]
+    given = {"normal": normal, "tangential": tangential}
+    wanted = [_check.real(name, value, unit="N/m", finite=False) for name, value in given.items()]
     mu = _check.real("friction", friction, above=0.0)
     shape = _check.broadcast(normal=wanted[0], tangential=wanted[1], friction=mu)
     flat = [np.broadcast_to(v, shape).reshape(-1) for v in (*wanted, mu)]

@@ -17,7 +17,7 @@ from ..estimate.area.locator import search_of
 from ..estimate.estimate import FrameTable, Status
 from ..estimate.evidence import EDGE, END, STRETCH, AreaEvidence, Evidence, Kind, columns
 from ..estimate.shown import Shown
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..loads import Load
 from ..prepared import prepared
 
@@ -79,6 +79,7 @@ def usual_kinds(finger: Finger) -> tuple[Kind, ...]:
     >>> [kind.name for kind in ss.decide.usual_kinds(finger)]
     ['line', 'vertex', 'flat side', 'round side', 'two touches', 'none of these']
     """
+    finger_needed(finger)
     depth = float(np.asarray(finger.array.depth).min())
     kinds = _LOCAL_KINDS if finger.array.on_area else _KINDS
     return tuple(
@@ -328,13 +329,11 @@ def contact_type(
     _check.scalar("sure", sure, above=0.5)
     if not sure < 1:
         raise InvalidValueError(f"sure = {sure}", "has to be in (0.5, 1)", "sure=0.95")
-    _check.noun("finger", finger, Finger, "contact_type(finger, readings): the finger comes first")
+    finger_needed(finger)
     if isinstance(kinds, Kind | str):
         raise InvalidValueError(f"kinds = {kinds!r}", "several kinds are weighed", "kinds=(Kind(...), Kind(...))")
-    chosen = usual_kinds(finger) if kinds is None else tuple(kinds)
-    for kind in chosen:
-        if not isinstance(kind, Kind):
-            raise InvalidValueError(f"kinds holds {kind!r}", "each has to be a Kind", 'Kind("vertex", "wedge", ...)')
+    fix = 'kinds=(Kind("vertex", "wedge", ...), ...)'
+    chosen = usual_kinds(finger) if kinds is None else _check.several("kinds", kinds, Kind, fix)
     on_area = finger.array.on_area
     if on_area and finger.measured is not None:
         rule = "a response measured in place knows the contact of its touches alone"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from numbers import Real
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray
 from ..array import SensorArray
 from ..contact.families import Family, LocalFamily
@@ -19,11 +19,9 @@ from ..skin import Skin
 from .touches import Touches
 
 
-def whole(name: str, value: object, least: int = 1) -> int:
+def whole(name: str, value: object, least: int = 1, most: int = 10**8) -> int:
     """`value` as a whole number, or a message that says which are allowed."""
-    if isinstance(value, bool) or not isinstance(value, Real) or value % 1 or value < least:
-        raise InvalidValueError(f"{name} = {value!r}", f"a whole number >= {least} is needed", f"{name}={least}")
-    return int(value)  # type: ignore[call-overload, no-any-return]
+    return _check.whole(name, value, at_least=least, at_most=most, fix=f"{name}={least}")
 
 
 def index_of(array: SensorArray, sensor: object) -> int:

@@ -10,9 +10,8 @@ import numpy as np
 from .. import _check
 from .._shown import html_table, lines
 from ..contact.families import Family, LocalFamily, families, local_families
-from ..errors import InvalidValueError
 from ..estimate import Status
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ._common import locator_for, whole, widest
 from .outside import Outside, outside_of
 from .scene import Drawn, Scene
@@ -182,8 +181,11 @@ def blind_spots(
     >>> found.spare, found["wide_roller"].wrong > 0.1, many.blind_spots(snr=100, count=300)["wide_roller"].wrong < 0.1
     (1, True, True)
     """
+    finger_needed(finger)
     count = whole("count", count)
     used = _usual(finger, snr, options) if touches is None else touches
+    _check.noun("touches", used, Touches, "design.Touches(force=20.0)")
+    _check.noun("rng", rng, (np.random.Generator, int), "rng=0")
     local = used.area is not None
     usual = "line" if not local else "point" if used.half_width is None else "round_hertz"
     kind = usual if family is None or (local and family == "line") else family
@@ -207,8 +209,7 @@ def blind_spots(
 def _usual(finger: Finger, snr: float, options: dict[str, Any]) -> Touches:
     """Touches over the sensors, so hard that the best sensor reads `snr` times its noise straight above."""
     array = finger.array
-    if not (np.isfinite(snr) and snr > 0):
-        raise InvalidValueError(f"snr = {snr!r}", "has to be > 0", "snr=1000")
+    snr = _check.scalar("snr", snr, above=0.0, fix="snr=1000")
     live = array.live
     above = array.points[live]
     fields = np.abs(finger.receptive_field(above if array.on_area else above[:, 0])[..., live, 0])

@@ -15,7 +15,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..contact import Contact, LineLoad, PressureProfile
 from ..errors import GeometryError, InvalidValueError, ValidityWarning
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..pressing import ContactSolution, Flat, Indenter, ParticleOnFlat, PressStatus, RoundedFlat, press
 from ._compliance_case import check_case
 
@@ -163,6 +163,7 @@ def skin_compliance(
     >>> [ss.design.compliance.Regime(r).name for r in found.regime[0, :, 0]]
     ['BLURRED', 'TOLD', 'TIP']
     """
+    finger_needed(finger)
     forces = np.atleast_1d(_check.real("force", force, unit="N/m", above=0.0))
     moduli = np.atleast_1d(_check.real("young", young, unit="Pa", above=0.0))
     own = np.array([finger.skin.thickness])

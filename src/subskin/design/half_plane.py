@@ -17,7 +17,7 @@ from ..contact import Hertz, LineLoad
 from ..contact.base import Contact
 from ..errors import ConvergenceError, InvalidValueError
 from ..estimate import Estimate, Locator, Status
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..material import Material
 from ..response import tabulate
 from ..skin import HalfPlane, Layer, Layered, Round, Skin
@@ -147,6 +147,7 @@ def half_plane_error(finger: Finger, *, half_width: float = 0.0, snr: float = 10
     >>> found.beneath.round(3).tolist()[0], round(float(np.rad2deg(np.abs(found.as_drawn.angle).max())), 1)
     (1.073, 9.3)
     """
+    finger_needed(finger)
     if finger.skin.endless:
         raise InvalidValueError(
             "a finger whose skin is a half plane",

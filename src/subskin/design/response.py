@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import ComplexArray, FloatArray
 from .._frozen import Frozen
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 
 __all__ = ["SpatialResponse", "spatial_response"]
 
@@ -101,6 +101,7 @@ def spatial_response(finger: Finger, wavenumber: npt.ArrayLike | None = None) ->
     >>> (found.magnitude[:, 0] * 0.4e6).round(6).tolist()
     [[0.0, 1.5], [0.551819, 0.0]]
     """
+    finger_needed(finger)
     waves = _drawn(finger) if wavenumber is None else wavenumber
     k = _check.real("wavenumber", waves, unit="rad/m", at_least=0.0)
     array = finger.array

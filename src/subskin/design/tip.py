@@ -14,7 +14,7 @@ import numpy as np
 from .. import _check
 from .._check import FloatArray
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..transducer import kind_of
 
 __all__ = ["TipError", "tip_error", "tip_map"]
@@ -87,6 +87,7 @@ def tip_error(finger: Finger, radius: float, shape: Shape | None = None) -> TipE
     >>> round(error.reading, 2), error.shape
     (0.11, 'sphere')
     """
+    finger_needed(finger)
     skin, array = finger.skin, finger.array
     if skin.curvature or not np.isfinite(skin.thickness):
         rule = "the table compares a flat layer on a rigid base with the same on a tip"

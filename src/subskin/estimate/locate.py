@@ -11,7 +11,7 @@ from .. import _check
 from ..contact import Hertz, LineLoad
 from ..contact.families import Family, LocalFamily, family_of
 from ..errors import InvalidValueError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..prepared import prepared
 from ..response import Response, tabulate
 from .area import AreaLocator, InPlaceLocator
@@ -98,6 +98,7 @@ def locator(
     >>> ss.locator(finger, friction=0.5).friction
     0.5
     """
+    finger_needed(finger)
     _check.no_options(_unknown, _OPTIONS)
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
@@ -241,6 +242,7 @@ def locate(
     >>> (found.position * 1e3).round(3).tolist(), found.load.components.round(3).tolist()
     ([1.0, -2.0], [1.433, 0.309, 0.318])
     """
+    finger_needed(finger)
     if _unknown:
         _check.no_options(_unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT)]))
     if load not in (None, "line", "point", "either"):
@@ -314,6 +316,7 @@ def fit(
     >>> ss.Status(found.status).name, round(float(found.half_width) * 1e3, 3), found.covariance.shape
     ('OK', 2.0, (6, 6))
     """
+    finger_needed(finger)
     _check.no_options(_unknown, _OPTIONS)
     family = family or ("round_hertz" if finger.array.on_area else "hertz")
     if family == "either":

@@ -57,6 +57,8 @@ def validated(text: str, name: str, model: type[_Model], needs: str) -> _Model:
     """
     from pydantic import ValidationError
 
+    if not isinstance(text, str):
+        raise FileError(f"{name} is a {type(text).__name__}", "a text is needed", "the text of the file")
     if not text.strip():
         raise FileError(f"{name} is empty", needs)
     if len(text) > _LONGEST:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import _check
 from ..errors import FileError, InvalidValueError
 from ..io.finger_file import FingerFile, parse_finger
 from .batch import Batch
@@ -76,8 +77,11 @@ class Replay:
         begin: float = 0.0,
         end: float = np.inf,
     ) -> None:
-        if speed is not None and not 0 < speed < np.inf:
-            raise InvalidValueError(f"speed = {speed}", "has to be > 0", "speed=1 is as it happened")
+        if speed is not None:
+            _check.scalar("speed", speed, above=0.0, fix="speed=1 is as it happened")
+        begin, end = (
+            _check.scalar(name, time, unit="s", finite=False) for name, time in (("begin", begin), ("end", end))
+        )
         if not begin <= end:
             raise InvalidValueError(f"from {begin} to {end} s", "it has to end after it begins", "swap them")
         old = recording.about

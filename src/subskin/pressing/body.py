@@ -64,13 +64,16 @@ class LocalIndenter(Frozen, ABC):
     def __post_init__(self) -> None:
         for size in fields(self):  # type: ignore[arg-type]  # those that have sizes are dataclasses
             value = getattr(self, size.name)
-            if size.name in _SIZES and not value == size.default == np.inf:
+            endless = size.default == np.inf and isinstance(value, float) and value == np.inf
+            if size.name in _SIZES and not endless:
                 object.__setattr__(self, size.name, _check.scalar(size.name, value, **_SIZES[size.name]))
 
 
 def points(y: npt.ArrayLike, z: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Both as arrays [m]."""
-    return _check.real("y", y, unit="m"), _check.real("z", z, unit="m")
+    """Both as arrays [m] that broadcast."""
+    ys, zs = _check.real("y", y, unit="m"), _check.real("z", z, unit="m")
+    _check.broadcast(y=ys, z=zs)
+    return ys, zs
 
 
 @dataclass(frozen=True)

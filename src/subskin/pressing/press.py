@@ -193,7 +193,7 @@ def _press_long(
     slide = state.slide if known and load.friction is not None else np.nan
     certificate = certify(case, state, moved)
     pressed = ContactSolution(skin, indenter, at, PressStatus.OK, "", certificate, depth, slide, case, state, *fields)
-    believable(pressed, float(_check.real("max_strain", max_strain, above=0.0, finite=False)))
+    believable(pressed, _check.scalar("max_strain", max_strain, above=0.0, finite=False))
     drag = pressed.shear[pressed.pressure > 0]
     one_way = bool((drag > 0).all() or (drag < 0).all())
     slips = one_way and not pressed.stick.size

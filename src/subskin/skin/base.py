@@ -279,7 +279,8 @@ class Skin(Frozen, PressedSurface):
 
     def _one_each(self, materials: Materials) -> tuple[Material, ...]:
         """The materials that `with_` is given, as many as there are; its own where it is given none."""
-        new = self.materials if materials is None else tuple(materials)
+        fix = "materials=[Material(young=0.4e6)]"
+        new = self.materials if materials is None else _check.several("materials", materials, Material, fix)
         if len(new) != len(self.materials):
             seen = f"{len(new)} materials for a {type(self).__name__}"
             raise InvalidValueError(seen, f"it has {len(self.materials)}", "one for each of skin.materials")

@@ -131,6 +131,7 @@ class HalfPlane(Skin):
         >>> bool(abs(skin.surface_gradient(punch, y=0.3e-3).ux) < 1e-15)
         True
         """
+        _check.noun("contact", contact, Contact, "LineLoad(force=40.0)")
         ys = _check.real("y", y, unit="m")
         zeros = np.zeros_like(ys)
         with np.errstate(divide="ignore", invalid="ignore"):  # blanked, and warned of, below

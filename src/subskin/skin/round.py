@@ -159,6 +159,7 @@ class Round(Skin):
         if not self.single_material:
             super().with_(thickness=thickness)
         outer = self.radius if radius is None else _check.scalar("radius", radius, unit="m", above=0.0)
+        thickness = None if thickness is None else _check.scalar("thickness", thickness, unit="m")
         if thickness is not None and not 0 < thickness < outer:
             raise GeometryError(
                 f"thickness = {thickness:.6g} m",

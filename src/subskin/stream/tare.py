@@ -17,7 +17,7 @@ from .._frozen import Frozen
 from .._shown import lines
 from ..errors import GeometryError, InvalidValueError
 from ..estimate.frames import check_noise
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from . import _tare_kernel as kernel
 from ._held import Held
 from ._room import Arrays, behind, since
@@ -186,6 +186,7 @@ class Tare(Stage[TareState, Tared]):
     false_alarm: float = 1e-6
 
     def __post_init__(self) -> None:
+        finger_needed(self.finger)
         array = self.finger.array
         n = len(array)
         noise = _check.real("noise", array.noise if self.noise is None else self.noise, at_least=0.0)

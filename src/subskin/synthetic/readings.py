@@ -13,7 +13,7 @@ from .._check import FloatArray
 from .._tasks import Executor, run_tasks
 from ..contact import Contact, LocalContact
 from ..errors import GeometryError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 
 __all__ = ["measured", "simulate_readings"]
 
@@ -69,6 +69,7 @@ def simulate_readings(
     >>> simulate_readings(finger, ss.LineLoad, loads).shape
     (1000, 4)
     """
+    finger_needed(finger)
     each = {name: _check.real(name, values) for name, values in loads.items()}
     lengths = {values.shape[:1] for values in each.values()}
     if len(lengths) != 1 or () in lengths:

@@ -16,7 +16,7 @@ from .._frozen import Frozen
 from .._tasks import Executor
 from ..contact import Contact, LineLoad, LocalContact
 from ..errors import GeometryError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from ..stream.relaxation import Relaxation
 from .readings import measured
 
@@ -111,6 +111,7 @@ def simulate_recording(
     >>> raw.readings.shape, float(raw.position[-1]), float(raw.press.max())
     ((325, 4), 0.001, 0.004)
     """
+    finger_needed(finger)
     y = np.atleast_1d(_check.real("positions", positions, unit="m"))
     times = {"ramp": ramp, "hold": hold, "rest": rest, "relaxation_time": relaxation_time}
     for name, value in {"stroke": stroke, "rate": rate, **times}.items():

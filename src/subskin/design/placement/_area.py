@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...array import SensorArray
@@ -350,6 +351,8 @@ def searched_area(points: FloatArray, depth: float, touches: Touches, margin: fl
 
 def check_area(skin: Skin, touches: Touches) -> None:
     """Refuses touches that are not on an area, and a skin that takes none there."""
+    _check.noun("skin", skin, Skin, "HalfSpace(Material(young=0.4e6))")
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     if touches.area is None:
         raise GeometryError(
             "touches without an area", "local touches are needed", "area=((-5e-3, 5e-3), (-5e-3, 5e-3))"

@@ -247,6 +247,7 @@ def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
 
 def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.int_]:
     """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     numbers = np.atleast_1d(_check.real("counts", counts))
     if numbers.ndim != 1 or not numbers.size or not (numbers == np.round(numbers)).all():
         raise InvalidValueError(f"counts = {counts!r}", "a list of whole numbers is needed", "counts=[4, 6, 8]")

@@ -11,7 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...radial import tabulate_radial
 from ..touches import Touches
 from ._area import (
@@ -125,6 +125,7 @@ def area_quality(
     >>> found.covariance.shape, round(1e3 * found["position_95"], 3)
     ((9, 9, 13, 5, 5), 0.053)
     """
+    finger_needed(finger)
     check_area(finger.skin, touches)
     array = finger.array.select(finger.array.live)
     if not (np.asarray(array.noise) > 0).all():

@@ -11,7 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...array import SensorArray
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
 from ._table import AMBIGUITY, MARGIN, PLACEMENT_MEASURES, OneSensor, checked_counts, checked_grid, judged, searched
@@ -105,6 +105,7 @@ def best_positions(
     >>> found.gain > 10, np.round(1e3 * found.finger.array.y[-1], 1).tolist()
     (True, 4.6)
     """
+    finger_needed(finger)
     if measure not in PLACEMENT_MEASURES:
         raise InvalidValueError(
             f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}", 'measure="position_worst"'

@@ -9,7 +9,7 @@ import numpy as np
 from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ..touches import Touches
 from ._table import AMBIGUITY, MAPS, MARGIN, SHARES, RowField, check_span, checked_counts, judged, searched
 
@@ -104,6 +104,7 @@ def placement_quality(
     >>> found.position_std.shape, float(found["position_worst"])
     ((401, 161), inf)
     """
+    finger_needed(finger)
     live = finger.array.live
     checked_counts([int(live.sum())], touches)
     check_span(finger.skin, touches)

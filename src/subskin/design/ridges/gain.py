@@ -15,7 +15,7 @@ from ..._frozen import Frozen
 from ...contact import Contact
 from ...contact.as_lines import LineLoads, line_loads
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...response import Response, tabulate
 from .._common import index_of, refuse_ridges
 from .shape import Ridges
@@ -127,6 +127,7 @@ def ridge_gain(finger: Finger, contact: Contact, ridges: Ridges, *, sensor: int 
     >>> round(float(gain.load_ratio), 3), round(float(gain.equal_peak.peak), 3)
     (1.564, 2.017)
     """
+    finger_needed(finger)
     sensor = index_of(finger.array, sensor)
     refuse_ridges(finger.skin, "the gain of ridges")
     alone = replace(finger, array=replace(finger.array.select([sensor]), y=[0.0]))
@@ -191,6 +192,7 @@ def read_ridged(finger: Finger, contact: Contact, ridges: Ridges, rng: np.random
     >>> read_ridged(finger, touch, Ridges(pitch=2e-3)).round(4).tolist()
     [0.0019, -0.0068, 0.0019]
     """
+    finger_needed(finger)
     refuse_ridges(finger.skin, "readings under ridges")
     depth = float(np.asarray(finger.array.depth).min())
     (low, high), lines, shares = _broken_up(contact, ridges, depth)

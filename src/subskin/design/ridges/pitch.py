@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import refuse_ridges
 from ..response import spatial_response
 
@@ -61,6 +61,7 @@ def best_ridge_pitch(finger: Finger) -> RidgePitch:
     >>> (best.pitch * 1e3).round(4).tolist(), bool(best.tangential[0] < 1e-6 * best.normal[0])
     ([3.1416], True)
     """
+    finger_needed(finger)
     refuse_ridges(finger.skin, "the best pitch of ridges")
     depth = np.asarray(finger.array.depth)
     shortest = _MOST / float(depth.min())

@@ -11,7 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...contact import PressureProfile
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...pressing import SineRidges, press
 from ...skin import Skin
 from .._common import refuse_ridges
@@ -145,6 +145,7 @@ def press_ridges(
     >>> found.filling.round(1).tolist(), found.touching.round(2).tolist()
     ([9.3, 0.8], [1.0, 0.51])
     """
+    finger_needed(finger)
     given = {
         "pitch": _check.real("pitch", pitch, unit="m", above=0.0),
         "amplitude": _check.real("amplitude", amplitude, unit="m", at_least=0.0),

@@ -12,7 +12,7 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...contact import Contact, LocalContact
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ._plane import lattice_of
 from ._row import EndlessRow
@@ -176,6 +176,7 @@ def aliasing_error(
     >>> found.beyond.round(3).tolist()
     [0.027, 0.04, 0.04]
     """
+    finger_needed(finger)
     kind = lattice_of(finger, lattice)
     if kind != "row":
         return lattice_error(finger, contact, pitch, sensor=sensor, lattice=kind)

@@ -13,7 +13,7 @@ from ..._check import ComplexArray, FloatArray
 from ..._frozen import Frozen
 from ...contact import Contact
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ._plane import EndlessLattice, lattice_of
 from ._row import EndlessRow
 
@@ -165,6 +165,7 @@ def sensor_density(
     4.83
     4.19
     """
+    finger_needed(finger)
     wanted = _check.real("attenuation", attenuation, above=1.0)
     kind = lattice_of(finger, lattice)
     if kind != "row":

@@ -186,7 +186,11 @@ class Goals(Frozen):
     mixes: tuple[Mix, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mixes", tuple(self.mixes))
+        object.__setattr__(self, "mixes", _check.several("mixes", self.mixes, Mix, "mixes=()"))
+        _check.noun("touches", self.touches, Touches, "Touches(force=20.0, span=(-5e-3, 5e-3))")
+        _check.noun("accuracy", self.accuracy, Accuracy, "Accuracy(position=0.2e-3)")
+        _check.noun("room", self.room, Room, "Room(count=(4, 8), depth=(1e-3, 4e-3), least_pitch=1e-3)")
+        _check.scalar("strongest", self.strongest, unit=self.touches.unit)
         if not self.touches.force <= self.strongest < np.inf:
             raise InvalidValueError(
                 f"strongest = {self.strongest!r} {self.touches.unit}",
@@ -198,8 +202,8 @@ class Goals(Frozen):
             _check.scalar(name, amount, at_least=0.0)
         strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)
         object.__setattr__(self, "largest_strain", strain)
-        for name in ("sensors", "skins"):
-            choices = tuple(getattr(self, name))
+        for name, kind in (("sensors", SensorKind), ("skins", SkinChoice)):
+            choices = _check.several(name, getattr(self, name), kind, f"{name}=({kind.__name__}(...),)")
             object.__setattr__(self, name, choices)
             if not choices:
                 raise InvalidValueError(f"{name} = ()", "one at least is needed", f"{name}=[...]")

@@ -53,10 +53,11 @@ class Room:
     layouts: tuple[str, ...] = ("grid", "hexagonal")
 
     def __post_init__(self) -> None:
-        fewest, most = _check.pair("count", self.count, "count=(3, 12)")
-        low = _check.whole("the fewest of count", fewest, at_least=3, at_most=_MOST, fix="count=(3, 12)")
-        high = _check.whole("the most of count", most, at_least=low, at_most=_MOST, fix="count=(3, 12)")
-        object.__setattr__(self, "count", (low, high))
+        low, high = _check.pair("count", self.count, "count=(3, 12)")
+        if low % 1 or high % 1 or not 3 <= low <= high <= _MOST:
+            rule = f"two whole numbers are needed, 3 <= fewest <= most <= {_MOST}"
+            raise InvalidValueError(f"count = {list(self.count)!r}", rule, "3 and 12")
+        object.__setattr__(self, "count", (int(low), int(high)))
         shallow, deep = _check.pair("depth", self.depth, "depth=(1e-3, 4e-3)", "m")
         object.__setattr__(self, "depth", (shallow, deep))
         if not 0 < shallow <= deep <= _DEEPEST * shallow:
@@ -68,7 +69,7 @@ class Room:
         if not (longest >= (low - 1) * self.least_pitch * (1 - 1e-9)):
             raise GeometryError(
                 f"longest_row = {self.longest_row:.6g} m",
-                f"{low} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
+                f"{low:.0f} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
                 "fewer sensors, a smaller pitch, or a longer row",
             )
         object.__setattr__(self, "layouts", tuple(self.layouts))
@@ -112,6 +113,11 @@ class Effort:
     keep: int = 5
 
     def __post_init__(self) -> None:
-        for name, least in (("depths", 1), ("pitches", 1), ("touches", 100), ("seed", 0), ("keep", 1)):
+        limits = {
+            "touches": (100, 10**8),
+            "seed": (0, 2**63),
+            **dict.fromkeys(("depths", "pitches", "keep"), (1, 1000)),
+        }
+        for name, (least, most) in limits.items():
             if name != "touches" or self.touches is not None:
-                whole(name, getattr(self, name), least)
+                object.__setattr__(self, name, whole(name, getattr(self, name), least, most))

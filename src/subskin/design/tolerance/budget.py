@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import _check
 from ...errors import InvalidValueError, SubskinError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
 from ._costs import Costs, combined
@@ -239,6 +239,8 @@ def tolerance_budget(
     >>> wrong.source, round(float(np.rad2deg(wrong.angle_linear)), 1), bool(softer.angle_rms < 1e-6)
     ('poisson', 6.6, True)
     """
+    finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)
     counts = {
         "positions": touches.usual_positions(24) if positions is None else positions, "angles": angles, "draws": draws,
@@ -250,7 +252,7 @@ def tolerance_budget(
     share = _check.scalar("quantile", quantile, above=0.0)
     if not share < 1:
         raise InvalidValueError(f"quantile = {share:.6g}", "has to be < 1", "quantile=0.95")
-    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0)
+    root = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else whole("rng", rng, 0, 2**63)
     methods = _methods(self_calibration, terms_for(finger, amounts), touches)
     mu = touches.friction if friction is None else _check.friction(friction)
     position, load = touches.loads(counts["positions"], angles, finger)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import _check
 from ..._check import FloatArray
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
 from ._calibrated import after_calibration, count_of
@@ -129,6 +129,8 @@ def tolerance_outcome(
     >>> found.as_made.lost > 0.3, found.calibrated.lost
     (True, 0.0)
     """
+    finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     amounts = checked_tolerances(finger, tolerances)
     counts = {"positions": touches.usual_positions(12) if positions is None else positions, "angles": angles}
     for name, count in (counts | {"draws": draws}).items():
@@ -136,7 +138,7 @@ def tolerance_outcome(
     checked_method(method, "method")
     part = _check.scalar("share", share, above=0.0, at_most=1.0)
     study = Study(finger, touches, *touches.loads(**counts, finger=finger), touches.friction, search)
-    costs = Costs(study, draws, 0.95, whole("rng", rng, 0))
+    costs = Costs(study, draws, 0.95, whole("rng", rng, 0, 2**63))
     off = {name: amount for name, amount in amounts.items() if SOURCES[name].spread != "reading"}
     linear = np.sum([costs.linear(name, amount) for name, amount in off.items()], axis=0)
     few = draws if touches.area is None else min(draws, _FEW)

@@ -11,7 +11,7 @@ import numpy as np
 from ... import _check
 from ..._check import FloatArray
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...skin import Skin
 
 __all__ = ["SOURCES", "Source", "as_made", "checked_tolerances", "of_each_sensor", "usual_tolerances"]
@@ -66,6 +66,7 @@ def usual_tolerances(finger: Finger) -> dict[str, float]:
     >>> round(usual["position"] * 1e6), usual["gains"], "thickness" in usual
     (40, 0.05, False)
     """
+    finger_needed(finger)
     array, skin = finger.array, finger.skin
     depth, noise = float(np.asarray(array.depth).mean()), _typical(array.noise, array.live)
     usual = {

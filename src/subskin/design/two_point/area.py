@@ -12,7 +12,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...radial import tabulate_radial
 from .._common import whole
 from ..touches import Touches
@@ -108,6 +108,7 @@ def two_point_area(
     >>> bool(0.2e-3 < np.quantile(found.separation, 0.95) < 0.4e-3)
     True
     """
+    finger_needed(finger)
     box = _area(touches)
     depth = float(np.asarray(finger.array.depth).min())
     usual = min(_FARTHEST * depth, float(np.ptp(box, axis=1).min()))
@@ -199,6 +200,7 @@ def edge_direction(
     >>> bool(long < 0.3 * short)
     True
     """
+    finger_needed(finger)
     box, long = _area(touches), _check.scalar("length", length, unit="m", above=0.0)
     p, d = whole("positions", positions, 2), whole("directions", directions)
     array = finger.array.select(finger.array.live)

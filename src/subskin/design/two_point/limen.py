@@ -12,7 +12,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from .._common import whole
 from ..touches import Touches
 from ._pairs import Pairs, from_which_on
@@ -189,6 +189,8 @@ def two_point_limen(
     two points against one point, angle normal: read as two from 0.736 mm on at worst, 0.248 mm at half of them
     two points against one wide contact, angle normal: read as two from 2.69 mm on at worst, 1.02 mm at half of them
     """
+    finger_needed(finger)
+    _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
         if value not in get_args(known):
             raise InvalidValueError(

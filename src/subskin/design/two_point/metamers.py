@@ -12,7 +12,7 @@ from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...errors import GeometryError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...response import tabulate
 
 __all__ = ["Metamers", "metamers"]
@@ -105,6 +105,7 @@ def metamers(
     >>> (same.position * 1e3).round(6).tolist(), same.force.round(6).tolist()
     ([0.0], [20.833333])
     """
+    finger_needed(finger)
     live = finger.array.live
     if live.sum() != 2:
         raise GeometryError(

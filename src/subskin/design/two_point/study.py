@@ -14,7 +14,7 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...array import SensorArray
 from ...errors import InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...response import tabulate
 from .._common import stretch
 from ..touches import Touches
@@ -128,6 +128,7 @@ def two_point_study(
     >>> (study.worst[0, 0, :, 0] * 1e3).round(2).tolist(), study.best()[0, 0, 0].tolist()
     ([0.41, 0.21, 0.4, 0.91], [0.5, 0.5, 0.5])
     """
+    finger_needed(finger)
     counts = np.atleast_1d(_check.real("count", count, at_least=2.0))
     if not (counts == np.round(counts)).all():
         raise InvalidValueError(f"count = {count!r}", "whole numbers are needed", "count=(3, 4, 6)")

@@ -7,7 +7,7 @@ from typing import Any, Never
 import numpy.typing as npt
 
 from ... import _check
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...prepared import prepared
 from .area_mapper import ImageMapper
 from .image import PressureImage
@@ -72,7 +72,10 @@ def pressure_map(
     >>> image.pressure.shape, round(float(image.normal_force), 1), (1e3 * image.centre).round(1).tolist()
     ((25, 25), 2.0, [1.0, 0.5])
     """
+    finger_needed(finger)
     _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
+    for name, value in (("shear", shear), ("rule", rule)):
+        _check.noun(name, value, str, f"leave out {name}, or name one of docs/pressure.md")
     ends: Any
     if finger.array.on_area:
         ends = None if search is None else tuple(map(tuple, _check.real("search", search, unit="m").tolist()))

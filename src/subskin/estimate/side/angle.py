@@ -20,7 +20,7 @@ from ..._frozen import Frozen
 from ...contact import LineLoad
 from ...contact.families import Family, family_of
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ..estimate import Status
 from .row import LEAST, Changes, Frames, Mask, count_of, known_only, stencil
 
@@ -110,9 +110,7 @@ class SideAngle(Frozen):
 
 def checked_bounds(friction: float, most_std: float) -> tuple[float, float]:
     """Steepest angle of the friction cone, and the largest standard deviation accepted [rad]; may be infinite."""
-    most = float(most_std)
-    if not most > 0:
-        raise InvalidValueError(f"most_std = {most:g}", "has to be > 0 [rad]", "most_std=np.deg2rad(10)")
+    most = _check.scalar("most_std", most_std, unit="rad", above=0.0, finite=False, fix="most_std=np.deg2rad(10)")
     return float(np.arctan(_check.friction(friction))), most
 
 
@@ -200,6 +198,7 @@ def side_angle(
     >>> round(float(told.angle), 6), round(float(told.std), 4)
     (0.3, 0.0033)
     """
+    finger_needed(finger)
     kind = family_of(family)
     width, width_std, known = checked_width(kind, half_width, half_width_std)
     bounds = checked_bounds(friction, most_std)

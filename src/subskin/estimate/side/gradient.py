@@ -11,7 +11,7 @@ from ... import _check
 from ..._check import FloatArray
 from ...contact import Hertz, LineLoad
 from ...errors import GeometryError, InvalidValueError
-from ...finger import Finger
+from ...finger import Finger, finger_needed
 from ...skin import Skin
 from ...transducer import MeanPressure, NormalStrain, NormalStress, VolumeResistance
 from .angle import BEYOND, MOST_STD, SideAngle, checked_bounds
@@ -75,6 +75,7 @@ def side_angle_from_gradients(
     >>> round(float(told.angle), 3), round(float(told.std), 3), round(float(told.truncation), 3)
     (0.29, 0.004, 0.024)
     """
+    finger_needed(finger)
     skin, array = finger.skin, finger.array
     fix = "side_angle of one row, with the half width, or finger.fit"
     if not skin.endless:

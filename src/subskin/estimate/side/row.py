@@ -102,13 +102,12 @@ def known_only(**values: npt.ArrayLike) -> tuple[FloatArray, FloatArray, Mask]:
 
 def count_of(sensors: int, available: int) -> int:
     """Number of sensors in a stencil."""
-    if isinstance(sensors, bool) or int(sensors) != sensors or sensors < LEAST:
-        raise InvalidValueError(f"sensors = {sensors!r}", f"a whole number >= {LEAST} is needed", "sensors=5")
+    wanted = _check.whole("sensors", sensors, at_least=LEAST, at_most=10**6, fix="sensors=5")
     if available < LEAST:
         raise GeometryError(
             f"{available} live sensors in a row", f"a slope takes {LEAST}", "more live sensors, or finger.fit"
         )
-    return min(int(sensors), available)
+    return min(wanted, available)
 
 
 def stencil(array: SensorArray, usable: Mask, position: FloatArray, count: int) -> FloatArray:
