@@ -26,7 +26,7 @@ _NEAR = 0.05
 _ROUGHLY = 0.01
 """A step of the drag's tangent after which coarse elements have said enough."""
 _BRIGHT = 0.05
-"""Share of the largest height from which a coarse element is thought to be pressed."""
+"""Share of the largest height from which a coarse element is thought to be pressed, and what lies about it too."""
 
 
 @compiled()
@@ -65,12 +65,18 @@ def _guess(basis, squares, spread, seen, w, on):
 
 @compiled()
 def _finer(coarse, few, share, many, on):
-    """Which fine elements lie at coarse ones that are > 0, or half way to one."""
+    """Which fine elements lie at coarse ones that are > 0, or half way to one; of a faint one, that in its middle."""
     share[:] = 0.0
+    largest = 0.0
+    for j in range(coarse.size):
+        largest = max(largest, coarse[j])
     for j in range(coarse.size):
         if not coarse[j] > 0.0:
             continue
         y, z = COARSE * (j // few[1]) + COARSE - 1, COARSE * (j % few[1]) + COARSE - 1
+        if coarse[j] <= _BRIGHT * largest:
+            share[y * many[1] + z] += 1.0
+            continue
         for dy in range(1 - COARSE, COARSE):
             for dz in range(1 - COARSE, COARSE):
                 part = (1.0 - abs(dy) / COARSE) * (1.0 - abs(dz) / COARSE)

@@ -1,8 +1,8 @@
 """The pressure >= 0 on an area, and the drag along y and z with which it fits best, compiled: exact, for one frame.
 
-At a drag the pressure is that of `_solver`. Which elements are > 0 and the drag are sought together, each by the
-other's last value: both settle in about as many rounds as the first would need at a known drag. Where they do not, the
-pressure is found at each drag in turn.
+At a drag the pressure is that of `_solver`. Which elements are > 0 and the drag are sought together: where the drag
+moves, the pressure that follows it says which elements come next. Both settle in about as many rounds as the first
+would need at a known drag. Where they do not, the pressure is found at each drag in turn.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from ._solver import TOLERANCE, backward, factored, forward, minimise
 _TURNS, _ROUNDS = 60, 50
 _STRIDE = 0.3
 """Longest step of a drag's tangent."""
-_SWAPPED = 0.1
-"""Share of the elements that may still be wrong where the drag moves on fine elements."""
 _FEW = 2.0
-"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes."""
+"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes.
+
+Among more the drag waits for the second round on fine elements: in the first too many are wrong.
+"""
 
 
 @compiled()
@@ -116,6 +117,20 @@ def _heights(level, t, w, b, on, work):
 
 
 @compiled()
+def _follow(level, t, new, count, crossed, work):
+    """Go to the drag `new`; x follows to first order, by what `_turn` left. False where there is no room."""
+    x, lower, index, z = work[1], work[4], work[5], work[6]
+    for k in range(count):
+        z[k] = (t[0] - new[0]) * crossed[0, k] + (t[1] - new[1]) * crossed[1, k]
+    backward(lower, count, z)
+    for k in range(count):
+        x[index[k]] += z[k]
+    t[:] = new
+    on_area.lean(level, t, work)
+    return on_area.gather(level, t, work, count)
+
+
+@compiled()
 def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
     """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
 
@@ -127,7 +142,7 @@ def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
     leans = level[0].shape[0] > 1
     tolerance = TOLERANCE * reach
     on_area.lean(level, t, work)
-    for _ in range(_ROUNDS):
+    for search in range(_ROUNDS):
         count, below = _heights(level, t, w, b, on, work)
         if below > 0 and count**3 < on.size * b.size:  # less work than the slopes: once more without what came out < 0
             for k in range(count):
@@ -138,30 +153,31 @@ def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
         x[:] = 0.0
         for k in range(count):
             x[index[k]] = z[k]
-        wrong = below
-        on_area.slopes(level, w, b, work)
-        for j in range(on.size):
-            wrong += not on[j] and slope[j] < -tolerance
-        few = count * count < _FEW * on.size
-        moves = leans and (enough > 0.0 or few or wrong <= max(2, int(_SWAPPED * count)))
-        if moves:
+        on_area.residual(b, work)
+        asked = leans and (enough > 0.0 or search > 0 or count * count < _FEW * on.size)
+        moves, step = False, math.inf
+        if asked:
             _turn(level, work, count, along, crossed, turned)
-            far = _next(t, turned, most, new)
+            moves = _next(t, turned, most, new) >= near
             step = math.hypot(new[0] - t[0], new[1] - t[1])
-            moves = far >= near
-            if wrong <= 2 and step < enough:
-                t[:] = new
-                return count
-        if wrong == 0 and not moves:
+        if moves:
+            if not _follow(level, t, new, count, crossed, work):
+                return -1
+            on_area.residual(b, work)
+        on_area.slopes(level, w, work)
+        if moves:
+            for k in range(count):
+                slope[index[k]] = 0.0  # as it is once x has followed exactly
+        wrong = 0
+        for j in range(on.size):
+            wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
+        if (wrong == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
             return count
         for j in range(on.size):
             if on[j]:
                 on[j] = x[j] >= 0.0
             else:
                 on[j] = slope[j] < -tolerance and on_area.steepest(level, slope, j)
-        if moves:
-            t[:] = new
-            on_area.lean(level, t, work)
     return -1
 
 
