@@ -8,7 +8,8 @@ The work of an area: the line at the drag (L,); x, gradient (N,); residual (n,);
 what is > 0 (N,) twice, and scratch (N,); columns of elements by part (1 or 3, C, n), at the drag (C, n), and their
 products (C, C); in which row of the first an element is (N + 1,), in which of the second (N + 2,), -1 for none, behind
 them how many rows are taken, and of the second how many are multiplied; and in single precision the line at the drag,
-the residual times the gains, and all columns times this (ny rows).
+the residual times the gains, and all columns times this (ny rows); directions in which x stays (C, C), and in which
+row of the second columns each of what is > 0 is (N,).
 """
 
 from __future__ import annotations
@@ -146,7 +147,7 @@ def gather(level, t, work, count):
 def hessian(level, t, w, work, count):
     """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room."""
     stencil, nz = level[4], level[5][1]
-    lower, index, columns, products, order = work[4], work[5], work[9], work[10], work[12]
+    lower, index, columns, products, order, place = work[4], work[5], work[9], work[10], work[12], work[17]
     if count > len(lower):
         work[11][work[11].size - 1] = len(lower)
         return False
@@ -154,12 +155,13 @@ def hessian(level, t, w, work, count):
         return False
     _products(columns, products, order[order.size - 1], order[order.size - 2])
     order[order.size - 1] = order[order.size - 2]
+    for i in range(count):
+        place[i] = order[index[i]]
     before = 0
     for i in range(count):
-        a, row = index[i], lower[i]
-        part = products[order[a]]
+        a, row, part = index[i], lower[i], products[place[i]]
         for k in range(i + 1):
-            row[k] = part[order[index[k]]]
+            row[k] = part[place[k]]
         # index ascends: neighbours before a are a itself, the one on its left, and three in the line before
         row[i] += w * stencil[0, 0]
         z = a % nz
