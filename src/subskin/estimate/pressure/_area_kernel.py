@@ -147,19 +147,12 @@ def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
 @compiled()
 def _settle(level, t, most, w, b, on, work, scratch):
     """The least of J on fine elements from guesses: how many are > 0, and the largest slope at no pressure."""
-    downhill, reach = work[7], 0.0
-    on_area.lean(level, t, work)
-    for j in range(on.size):
-        downhill[j] = -level[6][j]
-    on_area.roughly(level, work, b, downhill)
-    for j in range(on.size):
-        reach = max(reach, abs(downhill[j]))
     first, lean = on.copy(), t.copy()
-    count = together(level, t, most, w, b, on, _NEAR, 0.0, reach, work, scratch)
+    count, reach = together(level, t, most, w, b, on, _NEAR, 0.0, work, scratch)
     if count < 0 and not on_area.crowded(work):
         on[:] = first
         t[:] = lean
-        count = in_turn(level, t, most, w, b, on, _NEAR, work, scratch)
+        count, reach = in_turn(level, t, most, w, b, on, _NEAR, work, scratch)
     return count, reach
 
 
@@ -196,8 +189,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
         t[:] = 0.0
         lean, w = 0, _weight(basis[0], squares[0], b, kind, seen)
         _guess(basis[0], squares[0], spread, seen, w, on_coarse)
-        reach = math.sqrt(power) * coarse[8]
-        together(coarse, t, most, w, b, on_coarse, _NEAR, _ROUGHLY, reach, rough, scratch)
+        together(coarse, t, most, w, b, on_coarse, _NEAR, _ROUGHLY, rough, scratch)
         if on_area.crowded(rough):
             return f
         if leans:

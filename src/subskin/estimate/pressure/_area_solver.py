@@ -103,30 +103,28 @@ def _next(t, turned, most, new):
 
 @compiled()
 def _heights(level, t, w, b, on, work):
-    """The heights that are `on`, into z: how many, -1 where they are not determined, and how many are < 0.
+    """The heights that are `on`, into z: how many, -1 where they are not determined, and their largest slope at x = 0.
 
-    Leaves in the scratch what L^T takes to z.
+    Leaves in the scratch z times L^T.
     """
     lower, index, z, half, columns, order = work[4], work[5], work[6], work[7], work[9], work[12]
-    count = below = 0
+    count, reach = 0, 0.0
     for j in range(on.size):
         if on[j]:
             index[count] = j
             count += 1
     if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
-        return -1, 0
+        return -1, reach
     for k in range(count):
         column, s = columns[order[index[k]]], -level[6][index[k]]
         for i in range(b.size):
             s += column[i] * b[i]
-        z[k] = s
+        z[k], reach = s, max(reach, abs(s))
     forward(lower, count, z)
     for k in range(count):
         half[k] = z[k]
     backward(lower, count, z)
-    for k in range(count):
-        below += z[k] < 0.0
-    return count, below
+    return count, reach
 
 
 @compiled(borrows=True)
@@ -169,6 +167,8 @@ def _leave(on, count, work):
         for i in range(count):
             q[i] *= size
         gone += 1
+    if gone == 0:
+        return 0
     for k in range(count):
         z[k] = half[k]
     _stay(away, gone, count, z)
@@ -191,12 +191,14 @@ def _follow(level, t, new, on, count, crossed, work):
             x[index[k]] += z[k]
     t[:] = new
     on_area.lean(level, t, work)
-    return on_area.gather(level, t, work, count)
+    return on_area.gather(level, t, work, count, False)
 
 
 @compiled()
-def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
+def together(level, t, most, w, b, on, near, enough, work, scratch):
     """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
+
+    And the largest slope at x = 0 of these.
 
     t (2,) and `on` are put right; scratch: what `_turn` leaves. enough: a step of the tangent after which elements have
     said enough that are coarse; 0 where they are not.
@@ -204,13 +206,12 @@ def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
     x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
     leans = level[0].shape[0] > 1
-    tolerance = TOLERANCE * reach
     on_area.lean(level, t, work)
     for search in range(_ROUNDS):
-        count, below = _heights(level, t, w, b, on, work)
+        count, reach = _heights(level, t, w, b, on, work)
         if count < 0:
-            return -1
-        gone = _leave(on, count, work) if below > 0 else 0
+            break
+        gone, tolerance = _leave(on, count, work), TOLERANCE * reach
         x[:] = 0.0
         for k in range(count):
             x[index[k]] = z[k]
@@ -223,7 +224,7 @@ def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
             step = math.hypot(new[0] - t[0], new[1] - t[1])
         if moves:
             if not _follow(level, t, new, on, count, crossed, work):
-                return -1
+                break
             on_area.residual(b, work)
         on_area.slopes(level, w, work)
         if moves:
@@ -234,13 +235,13 @@ def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
         for j in range(on.size):
             wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
         if (wrong == 0 and gone == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
-            return count
+            return count, reach
         for j in range(on.size):
             if on[j]:
                 on[j] = x[j] >= 0.0
             else:
                 on[j] = slope[j] < -tolerance and on_area.steepest(level, slope, j)
-    return -1
+    return -1, 0.0
 
 
 @compiled()
@@ -265,7 +266,7 @@ def in_turn(level, t, most, w, b, on, near, work, scratch):
     downhill, trial = np.empty(on.size), np.empty(2)
     count, value = _least(level, t, w, b, on, downhill, work)
     if level[0].shape[0] == 1 or count < 0:
-        return count
+        return count, np.abs(downhill).max()
     for _ in range(_TURNS):
         _turn(level, work, count, 0, along, crossed, turned)
         if _next(t, turned, most, new) < near:
@@ -287,4 +288,4 @@ def in_turn(level, t, most, w, b, on, near, work, scratch):
         if count < 0:
             break
         value = found
-    return count
+    return count, np.abs(downhill).max()

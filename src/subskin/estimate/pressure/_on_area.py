@@ -58,23 +58,6 @@ def crowded(work):
 
 
 @compiled(borrows=True)
-def _column(level, work, j):
-    """The row in which the columns of the element j are by part, or -1 where there is no room."""
-    parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
-    own, rows = work[8], work[11]
-    if rows[j] < 0:
-        row = rows[rows.size - 1]
-        if row == own.shape[1]:
-            return -1
-        rows[j], rows[rows.size - 1] = row, row + 1
-        at = j // nz * length + j % nz
-        for part in range(parts.shape[0]):
-            for i in range(own.shape[2]):
-                own[part, row, i] = gain[i] * parts[part, start[i] + at]
-    return rows[j]
-
-
-@compiled(borrows=True)
 def _products(columns, products, first, last):
     """Products of the columns from `first` to `last` with each other and with all before, by four and four of them."""
     n = columns.shape[1]
@@ -123,16 +106,24 @@ def _products(columns, products, first, last):
 
 
 @compiled(borrows=True)
-def gather(level, t, work, count):
-    """The columns of the elements in `index` at the drag t; False where there is no room."""
-    index, own, columns, order = work[5], work[8], work[9], work[12]
+def gather(level, t, work, count, every):
+    """The columns at the drag t of the elements in `index`, or of those whose x is not 0; False without room for them."""
+    parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
+    x, index, own, columns, rows, order = work[1], work[5], work[8], work[9], work[11], work[12]
     for k in range(count):
         j = index[k]
-        if order[j] >= 0:
+        if order[j] >= 0 or (x[j] == 0.0 and not every):
             continue
-        row, at = _column(level, work, j), order[order.size - 2]
-        if row < 0:
-            return False
+        if rows[j] < 0:
+            row = rows[rows.size - 1]
+            if row == own.shape[1]:
+                return False
+            rows[j], rows[rows.size - 1] = row, row + 1
+            first = j // nz * length + j % nz
+            for part in range(parts.shape[0]):
+                for i in range(own.shape[2]):
+                    own[part, row, i] = gain[i] * parts[part, start[i] + first]
+        row, at = rows[j], order[order.size - 2]
         order[j], order[order.size - 2] = at, at + 1
         if own.shape[0] == 1:
             for i in range(own.shape[2]):
@@ -151,7 +142,7 @@ def hessian(level, t, w, work, count):
     if count > len(lower):
         work[11][work[11].size - 1] = len(lower)
         return False
-    if not gather(level, t, work, count):
+    if not gather(level, t, work, count, True):
         return False
     _products(columns, products, order[order.size - 1], order[order.size - 2])
     order[order.size - 1] = order[order.size - 2]
