@@ -107,7 +107,7 @@ def _products(columns, products, first, last):
 
 @compiled(borrows=True)
 def gather(level, t, work, count, every):
-    """The columns at the drag t of the elements in `index`, or of those whose x is not 0; False without room for them."""
+    """The columns at the drag t of the elements in `index`, or of those whose x is not 0; False without room."""
     parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
     x, index, own, columns, rows, order = work[1], work[5], work[8], work[9], work[11], work[12]
     for k in range(count):
