@@ -76,7 +76,7 @@ def test_set_and_drag_together_end_where_they_do_in_turn():
     scratch = np.empty((2, 36)), np.empty((2, on.size)), np.zeros(5), np.empty(2)
     _on_area.forget(work)
     b = frame / np.asarray(finger.array.noise)
-    count = in_turn(tuple(ready.fine), t, 1.0, float(found.weight), b, on, 1e-3, work, scratch)
+    count, _ = in_turn(tuple(ready.fine), t, 1.0, float(found.weight), b, on, 1e-3, work, scratch)
     assert count == on.sum() > 20
     drag = found.tangential_force / found.normal_force
     assert np.hypot(*(drag - t)) < 0.1 * float(found.tangential_std.max() / found.normal_force)

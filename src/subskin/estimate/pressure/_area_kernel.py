@@ -26,7 +26,7 @@ _NEAR = 0.05
 _ROUGHLY = 0.01
 """A step of the drag's tangent after which coarse elements have said enough."""
 _BRIGHT = 0.05
-"""Share of the largest height from which a coarse element is thought to be pressed."""
+"""Share of the largest height from which a coarse element is thought to be pressed, and what lies about it too."""
 
 
 @compiled()
@@ -65,12 +65,18 @@ def _guess(basis, squares, spread, seen, w, on):
 
 @compiled()
 def _finer(coarse, few, share, many, on):
-    """Which fine elements lie at coarse ones that are > 0, or half way to one."""
+    """Which fine elements lie at coarse ones that are > 0, or half way to one; of a faint one, that in its middle."""
     share[:] = 0.0
+    largest = 0.0
+    for j in range(coarse.size):
+        largest = max(largest, coarse[j])
     for j in range(coarse.size):
         if not coarse[j] > 0.0:
             continue
         y, z = COARSE * (j // few[1]) + COARSE - 1, COARSE * (j % few[1]) + COARSE - 1
+        if coarse[j] <= _BRIGHT * largest:
+            share[y * many[1] + z] += 1.0
+            continue
         for dy in range(1 - COARSE, COARSE):
             for dz in range(1 - COARSE, COARSE):
                 part = (1.0 - abs(dy) / COARSE) * (1.0 - abs(dz) / COARSE)
@@ -141,19 +147,12 @@ def _totals(row, level, work, count, t, turned, crossed, reach, y, z):
 @compiled()
 def _settle(level, t, most, w, b, on, work, scratch):
     """The least of J on fine elements from guesses: how many are > 0, and the largest slope at no pressure."""
-    downhill, reach = work[7], 0.0
-    on_area.lean(level, t, work)
-    for j in range(on.size):
-        downhill[j] = -level[6][j]
-    on_area.roughly(level, work, b, downhill)
-    for j in range(on.size):
-        reach = max(reach, abs(downhill[j]))
     first, lean = on.copy(), t.copy()
-    count = together(level, t, most, w, b, on, _NEAR, 0.0, reach, work, scratch)
+    count, reach = together(level, t, most, w, b, on, _NEAR, 0.0, work, scratch)
     if count < 0 and not on_area.crowded(work):
         on[:] = first
         t[:] = lean
-        count = in_turn(level, t, most, w, b, on, _NEAR, work, scratch)
+        count, reach = in_turn(level, t, most, w, b, on, _NEAR, work, scratch)
     return count, reach
 
 
@@ -190,8 +189,7 @@ def map_frames(begin, readings, sensors, limits, drags, basis, squares, spread, 
         t[:] = 0.0
         lean, w = 0, _weight(basis[0], squares[0], b, kind, seen)
         _guess(basis[0], squares[0], spread, seen, w, on_coarse)
-        reach = math.sqrt(power) * coarse[8]
-        together(coarse, t, most, w, b, on_coarse, _NEAR, _ROUGHLY, reach, rough, scratch)
+        together(coarse, t, most, w, b, on_coarse, _NEAR, _ROUGHLY, rough, scratch)
         if on_area.crowded(rough):
             return f
         if leans:

@@ -1,8 +1,8 @@
 """The pressure >= 0 on an area, and the drag along y and z with which it fits best, compiled: exact, for one frame.
 
-At a drag the pressure is that of `_solver`. Which elements are > 0 and the drag are sought together, each by the
-other's last value: both settle in about as many rounds as the first would need at a known drag. Where they do not, the
-pressure is found at each drag in turn.
+At a drag the pressure is that of `_solver`. Which elements are > 0 and the drag are sought together: where the drag
+moves, the pressure that follows it says which elements come next. Both settle in about as many rounds as the first
+would need at a known drag. Where they do not, the pressure is found at each drag in turn.
 """
 
 from __future__ import annotations
@@ -18,27 +18,35 @@ from ._solver import TOLERANCE, backward, factored, forward, minimise
 _TURNS, _ROUNDS = 60, 50
 _STRIDE = 0.3
 """Longest step of a drag's tangent."""
-_SWAPPED = 0.1
-"""Share of the elements that may still be wrong where the drag moves on fine elements."""
 _FEW = 2.0
-"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes."""
+"""Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes.
+
+Among more the drag waits for the second round on fine elements: in the first too many are wrong.
+"""
 
 
 @compiled()
-def _turn(level, work, count, along, crossed, turned):
-    """Slope (2) and curvature (3) of the minimum over x in the drag, `turned`; L^-1 d2J/dx dt into `crossed` (2, N)."""
-    x, r, lower, index, own, columns, rows, order = (
-        work[1], work[3], work[4], work[5], work[8], work[9], work[11], work[12],
+def _turn(level, work, count, gone, along, crossed, turned):
+    """Slope (2) and curvature (3) of the minimum over x in the drag, `turned`; L^-1 d2J/dx dt into `crossed` (2, N).
+
+    gone: directions of `work` in which x stays.
+    """
+    x, r, lower, index, own, columns, rows, order, away = (
+        work[1], work[3], work[4], work[5], work[8], work[9], work[11], work[12], work[16],
     )  # fmt: skip
     n = r.size
     along[:] = 0.0
     turned[:] = 0.0
     for k in range(count):
         j = index[k]
-        row, one = rows[j], x[j]
+        row, one, s, u = rows[j], x[j], 0.0, 0.0
         for i in range(n):
-            along[0, i] += one * own[1, row, i]
-            along[1, i] += one * own[2, row, i]
+            a, c = own[1, row, i], own[2, row, i]
+            along[0, i] += one * a
+            along[1, i] += one * c
+            s += a * r[i]
+            u += c * r[i]
+        crossed[0, k], crossed[1, k] = s, u
     for i in range(n):
         turned[0] += along[0, i] * r[i]
         turned[1] += along[1, i] * r[i]
@@ -46,14 +54,15 @@ def _turn(level, work, count, along, crossed, turned):
         turned[3] += along[0, i] * along[1, i]
         turned[4] += along[1, i] * along[1, i]
     for k in range(count):
-        row, at = rows[index[k]], order[index[k]]
-        s = u = 0.0
+        at, s, u = order[index[k]], 0.0, 0.0
         for i in range(n):
-            s += columns[at, i] * along[0, i] + own[1, row, i] * r[i]
-            u += columns[at, i] * along[1, i] + own[2, row, i] * r[i]
-        crossed[0, k], crossed[1, k] = s, u
+            s += columns[at, i] * along[0, i]
+            u += columns[at, i] * along[1, i]
+        crossed[0, k] += s
+        crossed[1, k] += u
     for part in range(2):
         forward(lower, count, crossed[part])
+        _stay(away, gone, count, crossed[part])
     for k in range(count):
         turned[2] -= crossed[0, k] * crossed[0, k]
         turned[3] -= crossed[0, k] * crossed[1, k]
@@ -94,30 +103,102 @@ def _next(t, turned, most, new):
 
 @compiled()
 def _heights(level, t, w, b, on, work):
-    """The heights that are `on`, into z: how many, -1 where they are not determined, and how many are < 0."""
-    lower, index, z, columns, order = work[4], work[5], work[6], work[9], work[12]
-    count = below = 0
+    """The heights that are `on`, into z: how many, -1 where they are not determined, and their largest slope at x = 0.
+
+    Leaves in the scratch z times L^T.
+    """
+    lower, index, z, half, columns, order = work[4], work[5], work[6], work[7], work[9], work[12]
+    count, reach = 0, 0.0
     for j in range(on.size):
         if on[j]:
             index[count] = j
             count += 1
     if not on_area.hessian(level, t, w, work, count) or not factored(lower, count):
-        return -1, 0
+        return -1, reach
     for k in range(count):
         column, s = columns[order[index[k]]], -level[6][index[k]]
         for i in range(b.size):
             s += column[i] * b[i]
-        z[k] = s
+        z[k], reach = s, max(reach, abs(s))
     forward(lower, count, z)
+    for k in range(count):
+        half[k] = z[k]
+    backward(lower, count, z)
+    return count, reach
+
+
+@compiled(borrows=True)
+def _stay(away, gone, count, z):
+    """Take out of z = L^T x the orthonormal directions `away`, so that x stays in as many elements."""
+    for m in range(gone):
+        q, s = away[m], 0.0
+        for k in range(count):
+            s += q[k] * z[k]
+        for k in range(count):
+            z[k] -= s * q[k]
+
+
+@compiled(borrows=True)
+def _leave(on, count, work):
+    """Put to 0 all heights that came out < 0, and find the others anew with the same factor: how many left.
+
+    x_k = 0 says that z = L^T x is at right angles to L^-1 e_k.
+    """
+    lower, index, z, half, away = work[4], work[5], work[6], work[7], work[16]
+    gone = 0
+    for k in range(count):
+        if z[k] >= 0.0:
+            continue
+        on[index[k]] = False
+        q = away[gone]
+        for i in range(k):
+            q[i] = 0.0
+        q[k] = lower[k, k]
+        for i in range(k + 1, count):
+            s = 0.0
+            for m in range(k, i):
+                s += lower[i, m] * q[m]
+            q[i] = -s * lower[i, i]
+        _stay(away, gone, count, q)
+        size = 0.0
+        for i in range(count):
+            size += q[i] * q[i]
+        size = 1.0 / math.sqrt(size)
+        for i in range(count):
+            q[i] *= size
+        gone += 1
+    if gone == 0:
+        return 0
+    for k in range(count):
+        z[k] = half[k]
+    _stay(away, gone, count, z)
     backward(lower, count, z)
     for k in range(count):
-        below += z[k] < 0.0
-    return count, below
+        if not on[index[k]]:
+            z[k] = 0.0
+    return gone
 
 
 @compiled()
-def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
+def _follow(level, t, new, on, count, crossed, work):
+    """Go to the drag `new`; x follows to first order, by what `_turn` left. False where there is no room."""
+    x, lower, index, z = work[1], work[4], work[5], work[6]
+    for k in range(count):
+        z[k] = (t[0] - new[0]) * crossed[0, k] + (t[1] - new[1]) * crossed[1, k]
+    backward(lower, count, z)
+    for k in range(count):
+        if on[index[k]]:
+            x[index[k]] += z[k]
+    t[:] = new
+    on_area.lean(level, t, work)
+    return on_area.gather(level, t, work, count, False)
+
+
+@compiled()
+def together(level, t, most, w, b, on, near, enough, work, scratch):
     """The p >= 0 and the drag of least J, sought together from guesses: how many elements are > 0, -1 where not found.
+
+    And the largest slope at x = 0 of these.
 
     t (2,) and `on` are put right; scratch: what `_turn` leaves. enough: a step of the tangent after which elements have
     said enough that are coarse; 0 where they are not.
@@ -125,44 +206,42 @@ def together(level, t, most, w, b, on, near, enough, reach, work, scratch):
     x, slope, index, z = work[1], work[2], work[5], work[6]
     along, crossed, turned, new = scratch
     leans = level[0].shape[0] > 1
-    tolerance = TOLERANCE * reach
     on_area.lean(level, t, work)
-    for _ in range(_ROUNDS):
-        count, below = _heights(level, t, w, b, on, work)
-        if below > 0 and count**3 < on.size * b.size:  # less work than the slopes: once more without what came out < 0
-            for k in range(count):
-                on[index[k]] = z[k] >= 0.0
-            count, below = _heights(level, t, w, b, on, work)
+    for search in range(_ROUNDS):
+        count, reach = _heights(level, t, w, b, on, work)
         if count < 0:
-            return -1
+            break
+        gone, tolerance = _leave(on, count, work), TOLERANCE * reach
         x[:] = 0.0
         for k in range(count):
             x[index[k]] = z[k]
-        wrong = below
-        on_area.slopes(level, w, b, work)
-        for j in range(on.size):
-            wrong += not on[j] and slope[j] < -tolerance
-        few = count * count < _FEW * on.size
-        moves = leans and (enough > 0.0 or few or wrong <= max(2, int(_SWAPPED * count)))
-        if moves:
-            _turn(level, work, count, along, crossed, turned)
-            far = _next(t, turned, most, new)
+        on_area.residual(b, work)
+        asked = leans and (enough > 0.0 or search > 0 or count * count < _FEW * on.size)
+        moves, step = False, math.inf
+        if asked:
+            _turn(level, work, count, gone, along, crossed, turned)
+            moves = _next(t, turned, most, new) >= near
             step = math.hypot(new[0] - t[0], new[1] - t[1])
-            moves = far >= near
-            if wrong <= 2 and step < enough:
-                t[:] = new
-                return count
-        if wrong == 0 and not moves:
-            return count
+        if moves:
+            if not _follow(level, t, new, on, count, crossed, work):
+                break
+            on_area.residual(b, work)
+        on_area.slopes(level, w, work)
+        if moves:
+            for k in range(count):
+                if on[index[k]]:
+                    slope[index[k]] = 0.0  # as it is once x has followed exactly
+        wrong = 0
+        for j in range(on.size):
+            wrong += x[j] < 0.0 if on[j] else slope[j] < -tolerance
+        if (wrong == 0 and gone == 0 and not moves and asked == leans) or (wrong <= 2 and step < enough):
+            return count, reach
         for j in range(on.size):
             if on[j]:
                 on[j] = x[j] >= 0.0
             else:
                 on[j] = slope[j] < -tolerance and on_area.steepest(level, slope, j)
-        if moves:
-            t[:] = new
-            on_area.lean(level, t, work)
-    return -1
+    return -1, 0.0
 
 
 @compiled()
@@ -187,9 +266,9 @@ def in_turn(level, t, most, w, b, on, near, work, scratch):
     downhill, trial = np.empty(on.size), np.empty(2)
     count, value = _least(level, t, w, b, on, downhill, work)
     if level[0].shape[0] == 1 or count < 0:
-        return count
+        return count, np.abs(downhill).max()
     for _ in range(_TURNS):
-        _turn(level, work, count, along, crossed, turned)
+        _turn(level, work, count, 0, along, crossed, turned)
         if _next(t, turned, most, new) < near:
             break
         share, found = 1.0, math.inf
@@ -203,10 +282,10 @@ def in_turn(level, t, most, w, b, on, near, work, scratch):
         if count >= 0 and not found <= value + 1e-12 * abs(value):
             count, value = _least(level, t, w, b, on, downhill, work)
             if count >= 0:
-                _turn(level, work, count, along, crossed, turned)
+                _turn(level, work, count, 0, along, crossed, turned)
             break
         t[:] = trial
         if count < 0:
             break
         value = found
-    return count
+    return count, np.abs(downhill).max()

@@ -6,9 +6,10 @@ elements (ny, nz, rim); cost (N,); the area of an element and the largest column
 
 The work of an area: the line at the drag (L,); x, gradient (N,); residual (n,); factor (C, C); numbers and values of
 what is > 0 (N,) twice, and scratch (N,); columns of elements by part (1 or 3, C, n), at the drag (C, n), and their
-products (C, C); in which row of the first an element is (N + 1,), in which of the second (N + 1,), -1 for none, behind
-them how many rows are taken; and in single precision the line at the drag, the residual times the gains, and all
-columns times this (ny rows).
+products (C, C); in which row of the first an element is (N + 1,), in which of the second (N + 2,), -1 for none, behind
+them how many rows are taken, and of the second how many are multiplied; and in single precision the line at the drag,
+the residual times the gains, and all columns times this (ny rows); directions in which x stays (C, C), and in which
+row of the second columns each of what is > 0 is (N,).
 """
 
 from __future__ import annotations
@@ -35,9 +36,9 @@ def lean(level, t, work):
             line[i] = parts[0, i] + t[0] * parts[1, i] + t[1] * parts[2, i]
     for i in range(line.size):
         single[i] = line[i]
-    for j in range(order.size - 1):
+    for j in range(order.size - 2):
         order[j] = -1
-    order[order.size - 1] = 0
+    order[order.size - 2] = order[order.size - 1] = 0
 
 
 @compiled(borrows=True)
@@ -57,35 +58,19 @@ def crowded(work):
 
 
 @compiled(borrows=True)
-def _column(level, work, j):
-    """The row in which the columns of the element j are by part, or -1 where there is no room."""
-    parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
-    own, rows = work[8], work[11]
-    if rows[j] < 0:
-        row = rows[rows.size - 1]
-        if row == own.shape[1]:
-            return -1
-        rows[j], rows[rows.size - 1] = row, row + 1
-        at = j // nz * length + j % nz
-        for part in range(parts.shape[0]):
-            for i in range(own.shape[2]):
-                own[part, row, i] = gain[i] * parts[part, start[i] + at]
-    return rows[j]
-
-
-@compiled(borrows=True)
 def _products(columns, products, first, last):
-    """Products of the columns from `first` to `last` with each other and with all before, by two and four of them."""
+    """Products of the columns from `first` to `last` with each other and with all before, by four and four of them."""
     n = columns.shape[1]
-    for a in range(first, last, 2):
-        b = min(a + 1, last - 1)
-        one, two = columns[a], columns[b]
-        for c in range(0, b + 1, 4):
-            d, e, f = min(c + 1, b), min(c + 2, b), min(c + 3, b)
-            p, q, r, s = columns[c], columns[d], columns[e], columns[f]
+    for i in range(first, last, 4):
+        i1, i2, i3 = min(i + 1, last - 1), min(i + 2, last - 1), min(i + 3, last - 1)
+        one, two, three, four = columns[i], columns[i1], columns[i2], columns[i3]
+        for j in range(0, i3 + 1, 4):
+            j1, j2, j3 = min(j + 1, i3), min(j + 2, i3), min(j + 3, i3)
+            p, q, r, s = columns[j], columns[j1], columns[j2], columns[j3]
             ap = aq = ar = at = bp = bq = br = bt = 0.0
+            cp = cq = cr = ct = dp = dq = dr = dt = 0.0
             for k in range(n):
-                u, v = one[k], two[k]
+                u, v, w, x = one[k], two[k], three[k], four[k]
                 ap += u * p[k]
                 aq += u * q[k]
                 ar += u * r[k]
@@ -94,46 +79,80 @@ def _products(columns, products, first, last):
                 bq += v * q[k]
                 br += v * r[k]
                 bt += v * s[k]
-            products[a, c] = products[c, a] = ap
-            products[a, d] = products[d, a] = aq
-            products[a, e] = products[e, a] = ar
-            products[a, f] = products[f, a] = at
-            products[b, c] = products[c, b] = bp
-            products[b, d] = products[d, b] = bq
-            products[b, e] = products[e, b] = br
-            products[b, f] = products[f, b] = bt
+                cp += w * p[k]
+                cq += w * q[k]
+                cr += w * r[k]
+                ct += w * s[k]
+                dp += x * p[k]
+                dq += x * q[k]
+                dr += x * r[k]
+                dt += x * s[k]
+            products[i, j] = products[j, i] = ap
+            products[i, j1] = products[j1, i] = aq
+            products[i, j2] = products[j2, i] = ar
+            products[i, j3] = products[j3, i] = at
+            products[i1, j] = products[j, i1] = bp
+            products[i1, j1] = products[j1, i1] = bq
+            products[i1, j2] = products[j2, i1] = br
+            products[i1, j3] = products[j3, i1] = bt
+            products[i2, j] = products[j, i2] = cp
+            products[i2, j1] = products[j1, i2] = cq
+            products[i2, j2] = products[j2, i2] = cr
+            products[i2, j3] = products[j3, i2] = ct
+            products[i3, j] = products[j, i3] = dp
+            products[i3, j1] = products[j1, i3] = dq
+            products[i3, j2] = products[j2, i3] = dr
+            products[i3, j3] = products[j3, i3] = dt
 
 
 @compiled(borrows=True)
-def hessian(level, t, w, work, count):
-    """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room."""
-    stencil, nz = level[4], level[5][1]
-    lower, index, own, columns, products, order = work[4], work[5], work[8], work[9], work[10], work[12]
-    if count > len(lower):
-        work[11][work[11].size - 1] = len(lower)
-        return False
-    first = order[order.size - 1]
+def gather(level, t, work, count, every):
+    """The columns at the drag t of the elements in `index`, or of those whose x is not 0; False without room."""
+    parts, start, gain, length, nz = level[0], level[1], level[2], level[3], level[5][1]
+    x, index, own, columns, rows, order = work[1], work[5], work[8], work[9], work[11], work[12]
     for k in range(count):
         j = index[k]
-        if order[j] >= 0:
+        if order[j] >= 0 or (x[j] == 0.0 and not every):
             continue
-        row, at = _column(level, work, j), order[order.size - 1]
-        if row < 0:
-            return False
-        order[j], order[order.size - 1] = at, at + 1
+        if rows[j] < 0:
+            row = rows[rows.size - 1]
+            if row == own.shape[1]:
+                return False
+            rows[j], rows[rows.size - 1] = row, row + 1
+            first = j // nz * length + j % nz
+            for part in range(parts.shape[0]):
+                for i in range(own.shape[2]):
+                    own[part, row, i] = gain[i] * parts[part, start[i] + first]
+        row, at = rows[j], order[order.size - 2]
+        order[j], order[order.size - 2] = at, at + 1
         if own.shape[0] == 1:
             for i in range(own.shape[2]):
                 columns[at, i] = own[0, row, i]
         else:
             for i in range(own.shape[2]):
                 columns[at, i] = own[0, row, i] + t[0] * own[1, row, i] + t[1] * own[2, row, i]
-    _products(columns, products, first, order[order.size - 1])
+    return True
+
+
+@compiled(borrows=True)
+def hessian(level, t, w, work, count):
+    """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room."""
+    stencil, nz = level[4], level[5][1]
+    lower, index, columns, products, order, place = work[4], work[5], work[9], work[10], work[12], work[17]
+    if count > len(lower):
+        work[11][work[11].size - 1] = len(lower)
+        return False
+    if not gather(level, t, work, count, True):
+        return False
+    _products(columns, products, order[order.size - 1], order[order.size - 2])
+    order[order.size - 1] = order[order.size - 2]
+    for i in range(count):
+        place[i] = order[index[i]]
     before = 0
     for i in range(count):
-        a, row = index[i], lower[i]
-        part = products[order[a]]
+        a, row, part = index[i], lower[i], products[place[i]]
         for k in range(i + 1):
-            row[k] = part[order[index[k]]]
+            row[k] = part[place[k]]
         # index ascends: neighbours before a are a itself, the one on its left, and three in the line before
         row[i] += w * stencil[0, 0]
         z = a % nz
@@ -206,16 +225,27 @@ def roughly(level, work, r, out):
 
 
 @compiled(borrows=True)
-def slopes(level, w, b, work):
-    """Residual A x - b into r and the gradient of J into `slope`; every element that is > 0 is in the Hessian.
+def residual(b, work):
+    """A x - b into r; the columns of all that is not 0 are gathered."""
+    x, r, columns, order = work[1], work[3], work[9], work[12]
+    for i in range(r.size):
+        r[i] = -b[i]
+    for j in range(x.size):
+        if x[j] != 0.0:
+            one, column = x[j], columns[order[j]]
+            for i in range(r.size):
+                r[i] += one * column[i]
+
+
+@compiled(borrows=True)
+def slopes(level, w, work):
+    """The gradient of J at the residual into `slope`; the columns of all that is not 0 are gathered.
 
     Where an element is not > 0 and its slope far from level, single precision is enough; where not, it is found again.
     """
     stencil, sizes, cost = level[4], level[5], level[6]
     x, slope, r, spread, columns, order = work[1], work[2], work[3], work[7], work[9], work[12]
     ny, nz = sizes[0], sizes[1]
-    for i in range(r.size):
-        r[i] = -b[i]
     for j in range(x.size):
         spread[j] = cost[j]
     for j in range(x.size):
@@ -226,9 +256,6 @@ def slopes(level, w, b, work):
             for dz in range(-1, 2):
                 if 0 <= y + dy < ny and 0 <= z + dz < nz:
                     spread[j + dy * nz + dz] += w * stencil[abs(dy), abs(dz)] * one
-        column = columns[order[j]]
-        for i in range(r.size):
-            r[i] += one * column[i]
     for j in range(x.size):
         slope[j] = spread[j]
     doubt = roughly(level, work, r, slope)

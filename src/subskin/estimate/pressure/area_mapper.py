@@ -293,7 +293,8 @@ def _work(level: _Level, sensors: int, room: int) -> _Work:
         np.empty(level.parts.shape[1]), np.empty(total), np.empty(total), np.empty(sensors), np.empty((room, room)),
         np.empty(total, dtype=np.int64), np.empty(total), np.empty(total),
         np.empty((len(level.parts), room, sensors)), np.empty((room, sensors)), np.empty((room, room)),
-        np.empty(total + 1, dtype=np.int64), np.empty(total + 1, dtype=np.int64),
+        np.empty(total + 1, dtype=np.int64), np.empty(total + 2, dtype=np.int64),
         np.empty(level.parts.shape[1], dtype=np.float32), np.empty(level.gain.size, dtype=np.float32),
         np.empty(level.sizes[0] * level.length, dtype=np.float32),
+        np.empty((room, room)), np.empty(total, dtype=np.int64),
     )  # fmt: skip

@@ -1,0 +1,112 @@
+"""Parts of the search for the pressure on an area, against dense algebra: factor, what leaves, what follows a drag."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import subskin as ss
+from subskin.estimate.pressure import _area_solver as solver
+from subskin.estimate.pressure import _on_area, area_mapper
+from subskin.estimate.pressure._solver import factored
+
+WEIGHT, DRAG = 1e-7, np.array([0.2, -0.1])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 11, 30])
+def test_factor(count):
+    root = np.random.default_rng(count).normal(size=(count, count + 3))
+    matrix = root @ root.T
+    room = np.full((count + 2, count + 2), 7.0)
+    room[:count, :count] = matrix
+    assert factored(room, count)
+    found = np.tril(room[:count, :count])
+    np.fill_diagonal(found, 1 / np.diag(found))
+    np.testing.assert_allclose(found, np.linalg.cholesky(matrix), atol=1e-12)
+    for k in range(count):  # not positive from some row on
+        room[:count, :count] = matrix
+        room[k, k] = -1.0
+        assert not factored(room, count)
+
+
+class Searched:
+    """One frame's heights on a square of elements that reaches beyond the touch, so that some come out < 0."""
+
+    def __init__(self) -> None:
+        array = ss.SensorArray.grid((6, 6), 1.5e-3, 2e-3, transducer=ss.MeanPressure(), noise=30.0)
+        finger = ss.Finger(ss.HalfSpace(ss.Material(young=0.4e6)), array)
+        mapper = ss.estimate.ImageMapper(finger)
+        frame = finger.read(ss.RoundHertz(1.5, angle=0.2, half_width=2e-3), np.random.default_rng(3))
+        self.level = tuple(mapper._prepare(array.live)[0].fine)
+        self.work = area_mapper._works(mapper._prepare(array.live)[0], 256)[1]
+        self.b = frame / np.asarray(array.noise)
+        hats, prior = mapper._hats(array.live), mapper._surface.prior
+        self.parts = np.stack([hats.columns(i) for i in range(3)])
+        self.form, self.cost = prior.form.toarray(), self.level[6]
+        ny, nz = prior.shape
+        y, z = np.divmod(np.arange(ny * nz), nz)
+        self.on = (abs(y - ny // 2) <= 4) & (abs(z - nz // 2) <= 4)
+        self.square = self.on.copy()
+        _on_area.forget(self.work)
+        _on_area.lean(self.level, DRAG, self.work)
+        self.count, self.reach = solver._heights(self.level, DRAG, WEIGHT, self.b, self.on, self.work)
+        self.first = self.work[6][: self.count].copy()
+        self.gone = solver._leave(self.on, self.count, self.work)
+
+    def heights(self, on: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Those of the elements `on` at the drag t by dense algebra, (N,)."""
+        columns = (self.parts[0] + t[0] * self.parts[1] + t[1] * self.parts[2])[on]
+        out = np.zeros(on.size)
+        matrix = columns @ columns.T + WEIGHT * self.form[np.ix_(on, on)]
+        out[on] = np.linalg.solve(matrix, columns @ self.b - self.cost[on])
+        return out
+
+
+@pytest.fixture(scope="module")
+def searched() -> Searched:
+    return Searched()
+
+
+def test_heights_of_a_square(searched):
+    expected = searched.heights(searched.square, DRAG)
+    np.testing.assert_allclose(searched.first, expected[searched.square], atol=1e-8 * expected.max())
+    columns = searched.parts[0] + DRAG @ searched.parts[1:].transpose(1, 0, 2)
+    slopes = (columns @ searched.b - searched.cost)[searched.square]
+    assert searched.reach == pytest.approx(np.abs(slopes).max())
+
+
+def test_what_comes_out_below_zero_leaves(searched):
+    expected = searched.heights(searched.square, DRAG)
+    assert searched.gone == (expected < 0).sum() > 3
+    np.testing.assert_array_equal(searched.on, searched.square & (expected >= 0))
+    without = searched.heights(searched.on, DRAG)
+    np.testing.assert_allclose(searched.work[6][: searched.count], without[searched.square], atol=1e-8 * without.max())
+
+
+def test_heights_follow_the_drag(searched):
+    level, work, count, n = searched.level, searched.work, searched.count, searched.b.size
+    x, index = work[1], work[5]
+    along, crossed, turned = np.empty((2, n)), np.empty((2, x.size)), np.empty(5)
+
+    def least(t: np.ndarray) -> float:
+        p = searched.heights(searched.on, t)
+        left = (searched.parts[0] + t[0] * searched.parts[1] + t[1] * searched.parts[2]).T @ p - searched.b
+        return 0.5 * left @ left + 0.5 * WEIGHT * p @ searched.form @ p + searched.cost @ p
+
+    x[:] = 0.0
+    x[index[:count]] = work[6][:count]
+    _on_area.residual(searched.b, work)
+    solver._turn(level, work, count, searched.gone, along, crossed, turned)
+    h = 1e-3
+    ey, ez = h * np.eye(2)
+    for i, e in enumerate((ey, ez)):
+        assert turned[i] == pytest.approx((least(DRAG + e) - least(DRAG - e)) / (2 * h), rel=1e-3)
+        bent = (least(DRAG + e) - 2 * least(DRAG) + least(DRAG - e)) / h**2
+        assert turned[2 + 2 * i] == pytest.approx(bent, rel=1e-2)
+    new, t = DRAG + np.array([2e-4, 1e-4]), DRAG.copy()
+    assert solver._follow(level, t, new, searched.on, count, crossed, work)
+    np.testing.assert_array_equal(t, new)
+    expected, before = searched.heights(searched.on, new), searched.heights(searched.on, DRAG)
+    off = np.abs(x - expected).max()
+    assert off < 0.02 * np.abs(expected - before).max()
+    assert (x[~searched.on] == 0.0).all()
