@@ -79,7 +79,8 @@ class _Verb:
 
 def finger_needed(finger: object) -> None:
     """Refuse what is no finger where one comes first."""
-    _check.noun("finger", finger, Finger, 'Finger(skin, array), or load("finger.toml").finger')
+    if not isinstance(finger, Finger):  # asked at every frame of a live loop
+        _check.noun("finger", finger, Finger, 'Finger(skin, array), or load("finger.toml").finger')
 
 
 @dataclass(frozen=True, eq=False)

@@ -138,7 +138,7 @@ def gather(level, t, work, count, every):
 def hessian(level, t, w, work, count):
     """The Hessian of the elements in `index` into the factor, up to its diagonal; False where there is no room."""
     stencil, nz = level[4], level[5][1]
-    lower, index, columns, products, order, place = work[4], work[5], work[9], work[10], work[12], work[17]
+    lower, index, columns, products, order, slot = work[4], work[5], work[9], work[10], work[12], work[17]
     if count > len(lower):
         work[11][work[11].size - 1] = len(lower)
         return False
@@ -147,12 +147,12 @@ def hessian(level, t, w, work, count):
     _products(columns, products, order[order.size - 1], order[order.size - 2])
     order[order.size - 1] = order[order.size - 2]
     for i in range(count):
-        place[i] = order[index[i]]
+        slot[i] = order[index[i]]
     before = 0
     for i in range(count):
-        a, row, part = index[i], lower[i], products[place[i]]
+        a, row, part = index[i], lower[i], products[slot[i]]
         for k in range(i + 1):
-            row[k] = part[place[k]]
+            row[k] = part[slot[k]]
         # index ascends: neighbours before a are a itself, the one on its left, and three in the line before
         row[i] += w * stencil[0, 0]
         z = a % nz
