@@ -7,8 +7,9 @@ import pytest
 from numba import typeof
 
 import subskin as ss
-from subskin.estimate.area.far import far_from
-from subskin.estimate.area.reach import may_reach
+from subskin.estimate.area.far import far_from, nodes_of
+from subskin.estimate.area.reach import may_reach, region_from
+from subskin.estimate.area.tiles import boxes_beyond, nodes_beyond
 
 D = 2e-3  # m
 RUBBER = ss.Material(young=0.4e6, poisson=0.5)
@@ -32,7 +33,7 @@ def test_no_far_load_explains_more_than_its_bound(transducer, friction, leaves):
     finger = finger_of(transducer)
     response, scale = finger.locator().response, np.ones(16)
     inner, outer = np.array([[-HALF, HALF]] * 2) * 1.3, np.array([[-HALF, HALF]] * 2) + 6 * D * np.array([-1, 1])
-    far = far_from(response, finger.array.points, scale, inner, outer, D, friction, leaves)
+    far, _ = far_from(response, finger.array.points, scale, inner, outer, D, friction, leaves)
     assert far.table.shape[0] > 10
     rng = np.random.default_rng(3)
     at = rng.uniform(-HALF - 6 * D, HALF + 6 * D, (20000, 2))
@@ -47,12 +48,49 @@ def test_no_far_load_explains_more_than_its_bound(transducer, friction, leaves):
         assert may_reach(single, total, most, 16, *far)
 
 
+@pytest.mark.parametrize("transducer", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
+def test_a_load_beyond_has_a_node_in_a_region_that_may_reach(transducer):
+    """Of what a load beyond the search makes, a node that is looked at explains the share that its row says."""
+    finger = finger_of(transducer)
+    response, scale = finger.locator().response, np.ones(16)
+    search, outer = np.array([[-3.0, 3.0]] * 2) * D, np.array([[-11.0, 11.0]] * 2) * D
+    _, nodes = nodes_beyond([response], scale, boxes_beyond(search, 8 * D), D, 1.0, False)
+    far, held = far_from(response, finger.array.points, scale, search, outer, D, 1.0, 0.0032, 1.0)
+    begin, members = nodes_of(held, nodes[:, :2])
+    assert set(members) == set(range(len(nodes)))
+    rng = np.random.default_rng(7)
+    at = rng.uniform(-11 * D, 11 * D, (1000, 2))
+    at[::2] = rng.uniform(-4.5 * D, 4.5 * D, (500, 2))
+    at = at[(np.abs(at) > 3 * D).any(axis=1)]
+    turn, lean = rng.uniform(-np.pi, np.pi, len(at)), rng.uniform(0, 1, len(at))
+    force = np.column_stack([np.ones(len(at)), lean * np.cos(turn), lean * np.sin(turn)])
+    made = np.einsum("pnj,pj->pn", response(at), force)
+    made *= 1e3 / np.linalg.norm(made, axis=1, keepdims=True)
+    basis, fewest = np.linalg.qr(response(nodes[:, :2]))[0], len(nodes)
+    for w in made:
+        single, total, tile = np.append(w, 0.0).astype(np.float32), float(w @ w), int(np.abs(w).argmax())
+        looked, i = [], region_from(0, single, total, total, tile, *far[:4])
+        while i < len(held):
+            looked += list(members[begin[i] : begin[i + 1]])
+            i = region_from(i + 1, single, total, total, tile, *far[:4])
+        share = ((w @ basis[looked]) ** 2).sum(axis=-1) / total
+        assert (share >= nodes[looked, 3]).any()
+        fewest = min(fewest, len(set(looked)))
+    assert fewest < 0.1 * len(nodes)  # most nodes are passed by
+
+
+def test_of_no_region_all_nodes_are_looked_at():
+    begin, members = nodes_of([], np.zeros((5, 2)))
+    assert list(begin) == [0, 5]
+    assert list(members) == [0, 1, 2, 3, 4]
+
+
 def test_loads_are_asked_of_sensors_that_may_read_them_most():
     """Loads between the boxes by themselves: whichever sensor reads them most, they are never ruled out."""
     array = ss.SensorArray.grid((7, 7), D, D, transducer=ss.MeanPressure(), noise=1.0)
     finger = ss.Finger(ss.HalfSpace(RUBBER), array)
     inner, outer = np.array([[-3.7, 3.7]] * 2) * D, np.array([[-9.0, 9.0]] * 2) * D
-    far = far_from(finger.locator().response, array.points, np.ones(49), inner, outer, D, 1.0, 0.03)
+    far, _ = far_from(finger.locator().response, array.points, np.ones(49), inner, outer, D, 1.0, 0.03)
     assert not far.seen[:-1].all()  # of some regions some sensors cannot be the strongest
     assert far.share[:-1].min() < 1.0
     rng = np.random.default_rng(6)
@@ -70,7 +108,7 @@ def test_loads_are_asked_of_sensors_that_may_read_them_most():
 def test_most_touches_over_the_sensors_need_no_look_elsewhere():
     finger = finger_of(ss.NormalStrain())
     inner, outer = np.array([[-2.0, 2.0]] * 2) * D, np.array([[-11.0, 11.0]] * 2) * D
-    far = far_from(finger.locator().response, finger.array.points, np.ones(16), inner, outer, D, 1.0, 0.01)
+    far, _ = far_from(finger.locator().response, finger.array.points, np.ones(16), inner, outer, D, 1.0, 0.01)
     rng = np.random.default_rng(4)
     at = rng.uniform(-HALF, HALF, (400, 2))
     frames = finger.read(ss.PointLoad(force=np.ones(400), angle=rng.uniform(0, 0.6, 400), position=at))
@@ -87,7 +125,7 @@ def test_most_touches_over_the_sensors_need_no_look_elsewhere():
 def test_of_no_region_anything_is_possible():
     box = np.array([[-2.0, 2.0]] * 2) * D
     finger = finger_of(ss.NormalStrain())
-    far = far_from(finger.locator().response, finger.array.points, np.ones(16), box, box, D, 1.0, 0.03)
+    far, _ = far_from(finger.locator().response, finger.array.points, np.ones(16), box, box, D, 1.0, 0.03)
     assert far.table.shape[0] == 0
     assert may_reach(np.zeros(17, dtype=np.float32), 0.0, 1.0, 16, *far)
 
@@ -95,7 +133,7 @@ def test_of_no_region_anything_is_possible():
 def test_no_region_and_many_are_one_compilation():
     box, finger = np.array([[-2.0, 2.0]] * 2) * D, finger_of(ss.NormalStrain())
     response, points = finger.locator().response, finger.array.points
-    none, many = (far_from(response, points, np.ones(16), box, outer * box, D, 1.0, 0.03) for outer in (1, 3))
+    none, many = (far_from(response, points, np.ones(16), box, k * box, D, 1.0, 0.03)[0] for k in (1, 3))
     assert len(many.table) > len(none.table) == 0
     assert typeof(tuple(many)) == typeof(tuple(none))
 

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from ..._check import FloatArray
 from .tiles import STRONG, Response, orthonormal, strength
 
-__all__ = ["INNER", "Far", "far_from"]
+__all__ = ["INNER", "Far", "far_from", "nodes_of"]
 
 INNER = 0.65
 """Depths beside the outermost sensors from which a load is far."""
@@ -58,12 +58,12 @@ class Far(NamedTuple):
 def far_from(
     response: Response, points: FloatArray, scale: FloatArray, inner: FloatArray, outer: FloatArray, depth: float,
     friction: float, leaves: float, coarse: float = 0.0,
-) -> Far:  # fmt: skip
+) -> tuple[Far, list[FloatArray]]:  # fmt: skip
     """The tree of the positions between two boxes ((y low, y high), (z low, z high)); empty where there are none.
 
     points (n, 2): the sensors; scale (n,): 1 / noise; leaves: what the directions of a region may leave of a unit
     reading, squared; coarse: how many depths farther from the sensors the inner box is thought to be when positions are
-    chosen.
+    chosen. Beside the tree the positions of each region that is a last one; of the others none.
     """
     from scipy.spatial import KDTree
 
@@ -72,7 +72,7 @@ def far_from(
     if not len(at) or n <= _FEW:
         nothing = np.empty((0, n), dtype=np.float32), np.empty((n + 1, 0), dtype=np.uint8)
         index = np.empty((0, 4), dtype=np.int64)
-        return Far(index, np.empty((0, 2)), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1))
+        return Far(index, np.empty((0, 2)), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
     fields = response(at) * scale[:, None]
     hot = strength(fields, friction)[0] >= STRONG**2
     basis = orthonormal(fields)[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
@@ -80,13 +80,31 @@ def far_from(
     rows: list[list[float]] = []
     found: list[FloatArray] = []
     seen: list[npt.NDArray[np.bool_]] = []
-    _divide(np.arange(len(at)), at, beside, basis, hot, leaves, rows, found, seen)
+    held: list[FloatArray] = []
+    _divide(np.arange(len(at)), at, beside, basis, hot, leaves, rows, found, seen, held)
     table = np.array(rows)
     counts = np.array([len(part) for part in found])
     index = np.column_stack([np.cumsum(counts) - counts, counts, table[:, 0], table[:, 1]]).astype(np.int64)
     left = np.ascontiguousarray(table[:, 2:])  # as where the tree is empty: each kind of array is a compilation
     sees = np.append(np.stack(seen, axis=1), np.ones((1, len(rows))), axis=0).astype(np.uint8)
-    return Far(index, left, np.concatenate(found).astype(np.float32), sees, *_clusters(points, basis, hot))
+    return Far(index, left, np.concatenate(found).astype(np.float32), sees, *_clusters(points, basis, hot)), held
+
+
+def nodes_of(held: list[FloatArray], nodes: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Where the nodes of each region begin (regions + 1,), and these: the nodes that have a position of it near them.
+
+    held: positions of each region; nodes (m, 2). Of no region: all nodes, as of one.
+    """
+    from scipy.spatial import KDTree
+
+    every = np.arange(len(nodes))
+    if not held:
+        return np.array([0, every.size]), every
+    sizes = [len(part) for part in held]
+    owner, at = np.repeat(np.arange(len(held)), sizes), np.concatenate(held)
+    near = owner[KDTree(at).query(nodes, min(_BESIDE, len(at)))[1].reshape(len(nodes), -1)]
+    pairs = np.unique(np.column_stack([near.reshape(-1), np.repeat(every, near.shape[1])]), axis=0)
+    return np.searchsorted(pairs[:, 0], np.arange(len(held) + 1)), np.ascontiguousarray(pairs[:, 1])
 
 
 def _clusters(
@@ -129,6 +147,7 @@ def _divide(
     rows: list[list[float]],
     found: list[FloatArray],
     seen: list[npt.NDArray[np.bool_]],
+    held: list[FloatArray],
 ) -> None:
     """Append the region of the positions `here`, and of all between these and those beside them; then its halves."""
     row, n = len(rows), basis.shape[2]
@@ -138,11 +157,12 @@ def _divide(
     rows.append([0.0, float(last), np.sqrt(left), np.sqrt(1 - left)])
     found.append(directions)
     seen.append(np.asarray(hot[these].any(axis=0)))
+    held.append(at[here] if last else at[:0])
     if not last:
         y_or_z = at[here, np.ptp(at[here], axis=0).argmax()]
         order = here[np.argsort(y_or_z, kind="stable")]
         for half in np.array_split(order, 2):
-            _divide(half, at, beside, basis, hot, leaves, rows, found, seen)
+            _divide(half, at, beside, basis, hot, leaves, rows, found, seen, held)
     rows[row][0] = len(rows)
 
 

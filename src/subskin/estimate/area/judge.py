@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..._compiled import compiled
 from ..layout import AREA
 from .climb import ROUND, climb, drops
 from .cone import eliminate
 from .fall import beyond_near, falls
-from .scan import shares, within
+from .reach import crowded, region_from
 
 MOST = 12
 """Maxima of a scan that are climbed at most: rows of fits; behind these stand one to try in, and four more."""
@@ -87,15 +89,38 @@ def unsure(fit, row, largest, options):
     return not (c00 + c11 + c22) * force2 - along < force2 * force2
 
 
+@compiled(inline=True)
+def node_shares(w, basis, at, padded, n):
+    """What the basis of a node takes of n readings; it begins at `at`, of a tile that lies node by node."""
+    b0, b1, b2 = basis[at : at + n], basis[at + padded : at + padded + n], basis[at + 2 * padded :]
+    c0 = c1 = c2 = np.float32(0)
+    for i in range(n):
+        c0 += w[i] * b0[i]
+        c1 += w[i] * b1[i]
+        c2 += w[i] * b2[i]
+    return c0, c1, c2
+
+
+@compiled(borrows=True)
+def at_node(shapes, at, nodes, c0, c1, c2, mu, trial):
+    """Fill trial as `cone.eliminate` does, of a node whose shapes begin at `at`; A^T A and A^T w follow from these."""
+    r00, r01, r02 = float(shapes[at]), float(shapes[at + nodes]), float(shapes[at + 2 * nodes])
+    r11, r12, r22 = float(shapes[at + 3 * nodes]), float(shapes[at + 4 * nodes]), float(shapes[at + 5 * nodes])
+    eliminate(
+        r00 * r00, r00 * r01, r00 * r02, r01 * r01 + r11 * r11, r01 * r02 + r11 * r12,
+        r02 * r02 + r12 * r12 + r22 * r22, r00 * c0, r01 * c0 + r11 * c1, r02 * c0 + r12 * c1 + r22 * c2, mu, trial,
+    )  # fmt: skip
+
+
 @compiled(borrows=True)
 def is_broad(w, tiles, fit, row, largest, options, trial):
     """Whether a load near the best, but further than six standard deviations, explains a frame about as well.
 
-    At the nodes of the finest grid S is exact, the cone included: there A^T A and A^T w follow from the basis.
+    At the nodes of the finest grid S is exact, the cone included.
     """
     index, origin, _, basis, shapes = tiles
     t = index.shape[0] - 1
-    k, padded, nodes, rows, stride = w.size, index[t, 1], index[t, 3], index[t, 5], index[t, 6]
+    n, padded, nodes, rows, stride = w.size, index[t, 1], index[t, 3], index[t, 5], index[t, 6]
     columns = stride - 1
     y, z, hy, hz = fit[29], fit[30], origin[t, 2], origin[t, 3]
     yy, yz, zz = row[_COVARIANCE], row[_COVARIANCE + 1], row[_COVARIANCE + 5]
@@ -111,25 +136,10 @@ def is_broad(w, tiles, fit, row, largest, options, trial):
             if not (far > 36.0 and least * least < dy * dy + dz * dz < wide * wide):
                 continue
             p = j * stride + e
-            c0 = c1 = c2 = 0.0
-            at = index[t, 2] + 3 * padded * p
-            b0, b1, b2 = basis[at : at + k], basis[at + padded : at + padded + k], basis[at + 2 * padded :]
-            for i in range(k):
-                c0 += w[i] * b0[i]
-                c1 += w[i] * b1[i]
-                c2 += w[i] * b2[i]
+            c0, c1, c2 = node_shares(w, basis, index[t, 2] + 3 * padded * p, padded, n)
             if c0 * c0 + c1 * c1 + c2 * c2 < fit[3] - options[3]:
                 continue  # not even a load that pulls
-            at = index[t, 4] + p
-            r00, r01, r02 = float(shapes[at]), float(shapes[at + nodes]), float(shapes[at + 2 * nodes])
-            r11, r12, r22 = (
-                float(shapes[at + 3 * nodes]), float(shapes[at + 4 * nodes]), float(shapes[at + 5 * nodes])
-            )  # fmt: skip
-            eliminate(
-                r00 * r00, r00 * r01, r00 * r02, r01 * r01 + r11 * r11, r01 * r02 + r11 * r12,
-                r02 * r02 + r12 * r12 + r22 * r22, r00 * c0, r01 * c0 + r11 * c1, r02 * c0 + r12 * c1 + r22 * c2,
-                options[0], trial,
-            )  # fmt: skip
+            at_node(shapes, index[t, 4] + p, nodes, c0, c1, c2, options[0], trial)
             if trial[3] > fit[3] - options[3]:
                 return True
     return False
@@ -229,36 +239,52 @@ def look_round(w, near, sensors, first, table, terms, options, fit, row, scratch
 
 @compiled(borrows=True)
 def outside(
-    w, single, sensors, first, table, terms, tiles, nodes, t, least, options, boxes, scratch, whole, c, s, fits
+    w, single, total, sensors, first, table, terms, tiles, nodes, beyond, held, members, tile, least, options, boxes,
+    scratch, whole, tried, fits,
 ):  # fmt: skip
-    """Whether S reaches `least` at a side of the search, or beyond."""
-    index, origin, near, basis, shapes = tiles
-    i0, k, m, count, start = index[t, 0], index[t, 1], index[t, 3], index[t, 6], int(origin[t, 0])
-    if count == 0:
+    """Whether S reaches `least` at a side of the search, or beyond.
+
+    Climbs begin at the best node of each box, of the regions that may reach it; tried (nodes,): scratch.
+    """
+    index, _, _, basis, shapes = tiles
+    padded, m, count, n = index[0, 1], index[0, 3], index[0, 6], w.size
+    regions, left, directions, seen, cluster, share = beyond
+    last = held.size - 1
+    i = last
+    if regions.shape[0] == 0:
+        i = 0
+    elif not crowded(single, total, least, tile, cluster, share):
+        i = region_from(0, single, total, least, tile, regions, left, directions, seen)
+    if i == last:
         return False
-    shares(single, near[i0 : i0 + k], basis[index[t, 2] : index[t, 2] + 3 * k * m].reshape((k, 3 * m)), c)
-    reaches = False
-    for p in range(count):  # not even a load that pulls, at most nodes of most frames
-        free = c[p] * c[p] + c[m + p] * c[m + p] + c[2 * m + p] * c[2 * m + p]
-        reaches |= free >= nodes[start + p, 3] * least
-    if not reaches:
-        return False
-    within(shapes[index[t, 4] : index[t, 4] + 9 * m].reshape((9, m)), options[0], c, s[:m])
-    reaches = False
+    trial, top, best = fits[0], fits[2, :4], fits[2, 4:8]
+    for b in range(4):
+        top[b], best[b] = least, -1.0
     for p in range(count):
-        reaches |= s[p] >= nodes[start + p, 3] * least
-    for b in range(4 if reaches else 0):
-        best, top = -1, least
-        for p in range(count):
-            if s[p] >= nodes[start + p, 3] * top and nodes[start + p, 2] == b:
-                best, top = p, s[p] / nodes[start + p, 3]
-        if best < 0:
-            continue
-        y, z = nodes[start + best, 0], nodes[start + best, 1]
-        climb(
-            w, sensors, first, table, terms, options[0], boxes[b], y, z, 0.05, options[8], 0.0, least, scratch, whole,
-            fits[0], fits[1],
-        )  # fmt: skip
-        if fits[0, 3] > least:
-            return True
+        tried[p] = np.float32(0)
+    while i < last:
+        for e in range(held[i], held[i + 1]):
+            p = members[e]
+            if tried[p] > 0:
+                continue
+            tried[p] = np.float32(1)
+            b, needed = int(nodes[p, 2]), nodes[p, 3]
+            c0, c1, c2 = node_shares(single, basis, index[0, 2] + 3 * padded * p, padded, n)
+            if c0 * c0 + c1 * c1 + c2 * c2 < needed * top[b]:
+                continue  # not even a load that pulls, at most nodes of most frames
+            at_node(shapes, index[0, 4] + p, m, c0, c1, c2, options[0], trial)
+            if trial[3] >= needed * top[b]:
+                top[b], best[b] = trial[3] / needed, float(p)
+        if regions.shape[0] == 0:
+            break
+        i = region_from(i + 1, single, total, least, tile, regions, left, directions, seen)
+    for b in range(4):
+        if best[b] >= 0.0:
+            p = int(best[b])
+            climb(
+                w, sensors, first, table, terms, options[0], boxes[b], nodes[p, 0], nodes[p, 1], 0.05, options[8], 0.0,
+                least, scratch, whole, fits[0], fits[1],
+            )  # fmt: skip
+            if fits[0, 3] > least:
+                return True
     return False

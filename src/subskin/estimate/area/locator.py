@@ -17,7 +17,7 @@ from ...radial import RadialResponse
 from ..estimate import Estimate
 from ..frames import Framewise, sensor_rows
 from ..layout import AREA, Layout
-from .far import INNER, Far, far_from
+from .far import INNER, far_from, nodes_of
 from .tiles import Response, SomeSensors, boxes_beyond, nodes_beyond, tiles_of
 
 __all__ = ["BEYOND", "AreaLocator"]
@@ -145,21 +145,27 @@ class AreaLocator(Framewise):
         inner, outer = self._over_the_sensors()
         parts: tuple[Any, ...] = self._looked_at(response, [lambda: self.response], [0], pattern, cells, inner)
         sensors, first, *rest = parts
-        far = self._far(self._read_by(lambda: self.response, pattern), array, inner, outer)
+        far = self._far(self._read_by(lambda: self.response, pattern), array, inner, outer, rest[4])
         return (
             sensor_rows(array), sensors, first, np.ascontiguousarray(table.reshape(table.shape[0] * cells, -1)),
             np.ascontiguousarray(terms).astype(np.int64), *rest, far, self._options(array, response, error),
         )  # fmt: skip
 
-    def _far(self, response: Response, array: SensorArray, inner: FloatArray, outer: FloatArray) -> tuple[Any, ...]:
-        """Bounds for the search round its inner part, and for what is beyond; of a search that ends, the same."""
+    def _far(
+        self, response: Response, array: SensorArray, inner: FloatArray, outer: FloatArray, nodes: FloatArray
+    ) -> tuple[Any, ...]:
+        """Bounds for the search round its inner part, and for what is beyond, of which each region has `nodes`.
+
+        Of a search that ends, both are the same.
+        """
         seen, boxes = (response, array.points, 1 / np.asarray(array.noise)), (inner, np.array(self.search), outer)
         kind = self._depth, self.friction
         ring_leaves, beyond_leaves = (min(per * response.sensors, _LEAVES) for per in (_RING_LEAVES, _BEYOND_LEAVES))
-        ring: Far = far_from(*seen, *boxes[:2], *kind, ring_leaves)
-        if self._beyond == 0:
-            return tuple(ring), tuple(ring)
-        return tuple(ring), tuple(far_from(*seen, *boxes[1:], *kind, beyond_leaves, 1.0))
+        ring, held = far_from(*seen, *boxes[:2], *kind, ring_leaves)
+        beyond = ring
+        if self._beyond > 0:
+            beyond, held = far_from(*seen, *boxes[1:], *kind, beyond_leaves, 1.0)
+        return tuple(ring), tuple(beyond), *nodes_of(held, nodes[:, :2])
 
     def _over_the_sensors(self) -> tuple[FloatArray, FloatArray]:
         """The part of the search where most touches stand, and how far loads are thought of."""
@@ -209,7 +215,8 @@ class AreaLocator(Framewise):
         """Sensors and rows of tables, of all and of those near each tile; where the scans look, and those beyond.
 
         `response` is that of the sensors of `pattern`, in tables of so many `cells`; `wholes` give those of all sensors
-        that are scanned, and `far` which of them beyond the search; `inner` is the part that is looked at first. Where
+        that are scanned, and `far` which of them beyond the search; `inner` is the part that is looked at first, where
+        bounds say which nodes beyond are looked at. Where
         a sensor is missing, what is read at the nodes is a part of what all of them read, which is kept: a stream waits
         for half as long.
         """
@@ -220,7 +227,7 @@ class AreaLocator(Framewise):
         finest = float(np.sqrt(3 * len(array) * np.ptp(box, axis=1).prod() / _MOST_FINE))
         tiles = tiles_of(responses, scale, box, self._step, max(self._step / _FINER, finest), self.friction, inner)
         boxes = boxes_beyond(box, self._beyond)
-        outer, nodes = nodes_beyond(beyond, scale, boxes, self._depth, self.friction)
+        outer, nodes = nodes_beyond(beyond, scale, boxes, self._depth, self.friction, inner is None)
         sensors = np.ascontiguousarray(np.stack([*response.points.T, response.depth**-2.0, response.gain * scale]))
         first = np.append(response.kind * cells, cells - 1).astype(np.int64)
         widest = max(int(t.table[:, 3].max()) for t in (tiles, outer))

@@ -147,7 +147,7 @@ def _each(
     frames, n = readings.shape
     w = full[:n]
     detection, largest, ambiguity, strong = options[1], options[2], options[3], options[6]
-    ring, beyond = far
+    ring, beyond, held, members = far
     base = tiles[0].shape[0] - n - 2  # tiles that are looked at first, where there are any
     for f in range(frames):
         row = out[f]
@@ -241,17 +241,13 @@ def _each(
         if unsure(fit, row, spread, options) or (
             (shape == 1 or n <= _TINY)
             and 6.0 * math.sqrt(spread) > options[5]
-            and is_broad(w, tiles, fit, row, spread, options, trials[0])
+            and is_broad(single[:n], tiles, fit, row, spread, options, trials[0])
         ):
             status = _AMBIGUOUS
         least = explained - ambiguity
-        if (
-            status == _OK
-            and may_reach(single, total, least, tile, *beyond)
-            and outside(
-                w, single, sensors, first, table, terms, outer, nodes, tile, least, options, boxes, scratch, whole, c,
-                s, trials,
-            )
+        if status == _OK and outside(
+            w, single, total, sensors, first, table, terms, outer, nodes, beyond, held, members, tile, least, options,
+            boxes, scratch, whole, s, trials,
         ):  # fmt: skip
             status = _AMBIGUOUS
         row[_STATUS] = status

@@ -12,27 +12,25 @@ _ROUNDING = 1.0 - 2e-5
 """Sums in single precision are sure to fewer digits."""
 
 
-@compiled(borrows=True)
-def may_reach(single, total, least, tile, table, left, directions, seen, cluster, share):
-    """Whether chi-square explained by a load of any region may be `least`; of no region: it may.
-
-    single (n + 1,): readings in units of noise, whose squares add up to `total`; tile: the strongest of them, n where
-    it is not sure; the others as of `far.Far`.
-    """
-    regions, n = table.shape[0], directions.shape[1]
-    if regions == 0:
-        return True
-    goal = _ROUNDING * least
-    if share[tile] < 1.0:  # as much of a frame as its strongest sensors have stands against what a load gives them
+@compiled(inline=True)
+def crowded(single, total, least, tile, cluster, share):
+    """Whether a frame's strongest sensors have more of it than any load far away gives them, beside all of `least`."""
+    out = False
+    if share[tile] < 1.0:
         here = np.float32(0)
         for k in range(cluster.shape[1]):
             w = single[cluster[tile, k]]
             here += w * w
         if here > share[tile] * total:
             bound = math.sqrt(here * share[tile]) + math.sqrt(max(total - here, 0.0) * (1.0 - share[tile]))
-            if bound * bound < goal:
-                return False
-    i = 0
+            out = bound * bound < _ROUNDING * least
+    return out
+
+
+@compiled(borrows=True)
+def region_from(i, single, total, least, tile, table, left, directions, seen):
+    """The first of the last regions, from region i on, of which a load may explain `least`; their number if none."""
+    regions, n = table.shape[0], directions.shape[1]
     while i < regions:
         if seen[tile, i] == 0:
             i = table[i, 2]
@@ -48,10 +46,25 @@ def may_reach(single, total, least, tile, table, left, directions, seen, cluster
             rest = total - taken
             if rest > left[i, 0] * left[i, 0] * total:
                 bound = math.sqrt(taken) * left[i, 1] + math.sqrt(rest) * left[i, 0]
-                if bound * bound < goal:
+                if bound * bound < _ROUNDING * least:
                     i = table[i, 2]
                     continue
         if table[i, 3] == 1:
-            return True
+            return i
         i += 1
-    return False
+    return regions
+
+
+@compiled(borrows=True)
+def may_reach(single, total, least, tile, table, left, directions, seen, cluster, share):
+    """Whether chi-square explained by a load of any region may be `least`; of no region: it may.
+
+    single (n + 1,): readings in units of noise, whose squares add up to `total`; tile: the strongest of them, n where
+    it is not sure; the others as of `far.Far`.
+    """
+    regions = table.shape[0]
+    if regions == 0:
+        return True
+    if crowded(single, total, least, tile, cluster, share):
+        return False
+    return region_from(0, single, total, least, tile, table, left, directions, seen) < regions

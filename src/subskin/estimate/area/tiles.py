@@ -244,11 +244,12 @@ def boxes_beyond(box: FloatArray, beyond: float) -> FloatArray:
 
 
 def nodes_beyond(
-    responses: Sequence[Response], scale: FloatArray, boxes: FloatArray, depth: float, friction: float
-) -> tuple[Tiles, FloatArray]:
+    responses: Sequence[Response], scale: FloatArray, boxes: FloatArray, depth: float, friction: float,
+    each: bool = True,
+) -> tuple[Tiles, FloatArray]:  # fmt: skip
     """Of each response a tile of `boxes` for each sensor, then one of all; and its nodes (nodes, 4).
 
-    These are y, z, which box, and a share.
+    These are y, z, which box, and a share. Unless `each`, there is but the tile of all, which lies node by node.
 
     Rings of nodes stand closer near the search, `_RINGS` depths from it. A load of a box explains at most what one of
     its nodes does over that node's share.
@@ -269,12 +270,13 @@ def nodes_beyond(
         fields = response(at) * scale[:, None]
         share = _shares(response, scale, boxes, fields, at, which, np.array(ring), depth, friction)
         every = np.column_stack([at, which, share])
-        hot, near_share = strength(fields, friction)
-        for sensor in range(response.sensors + 1):
+        hot, near_share = strength(fields, friction) if each else (fields[..., 0], fields[..., 0])
+        for sensor in range(0 if each else response.sensors, response.sensors + 1):
             whole = sensor == response.sensors
             some = np.arange(len(every)) if whole else np.flatnonzero(hot[:, sensor] >= STRONG**2)
             near = np.arange(response.sensors) if whole else _near(near_share[some]) if some.size else np.arange(2)
-            build.add(fields[some], near, (1, some.size), (float(sum(len(part) for part in nodes)), 0.0, 0.0, 0.0))
+            start = float(sum(len(part) for part in nodes))
+            build.add(fields[some], near, (1, some.size), (start, 0.0, 0.0, 0.0), not each)
             nodes.append(every[some])
     return build.done(), np.concatenate(nodes)
 
