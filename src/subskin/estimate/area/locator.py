@@ -216,9 +216,8 @@ class AreaLocator(Framewise):
 
         `response` is that of the sensors of `pattern`, in tables of so many `cells`; `wholes` give those of all sensors
         that are scanned, and `far` which of them beyond the search; `inner` is the part that is looked at first, where
-        bounds say which nodes beyond are looked at. Where
-        a sensor is missing, what is read at the nodes is a part of what all of them read, which is kept: a stream waits
-        for half as long.
+        bounds say which nodes beyond are looked at. Where a sensor is missing, what is read at the nodes is a part of
+        what all of them read, which is kept: a stream waits for half as long.
         """
         array, box = self.array.select(pattern), np.array(self.search)
         scale = 1 / np.asarray(array.noise)

@@ -263,9 +263,10 @@ def project_frames(
     readings (f, n), raw; rows (4, n): offset, 1 / noise, low and high end of the range; sensors, first, table, terms:
     as of `field.field_at`, then those of the sensors near each tile; tiles, outer: `Tiles` of the search and of what is
     beyond, whose nodes (nodes, 4) lie in `boxes`; sizes: most nodes, and the longest row of these and two; far: `Far`
-    of the search but its part over the sensors, and of what is beyond; options: mu, the thresholds of detection and of
-    chi-square, ambiguity, apart, broad, the reading from which the strongest names a tile, the deviation from which S
-    need be no parabola, the smallest step, the search, the table's error.
+    of the search but its part over the sensors, and of what is beyond, then the nodes of its regions (`far.nodes_of`);
+    options: mu, the thresholds of detection and of chi-square, ambiguity, apart, broad, the reading from which the
+    strongest names a tile, the deviation from which S need be no parabola, the smallest step, the search, the table's
+    error.
     """
     n = readings.shape[1]
     widest, lead = sizes[0], sizes[1]
