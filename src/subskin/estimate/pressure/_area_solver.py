@@ -18,6 +18,8 @@ from ._solver import TOLERANCE, backward, factored, forward, minimise
 _TURNS, _ROUNDS = 60, 50
 _STRIDE = 0.3
 """Longest step of a drag's tangent."""
+_LONG = 0.05
+"""Step of a drag's tangent which is too long for the pressure to follow to first order."""
 _FEW = 2.0
 """Fewer elements than the root of so many times all: a Hessian at another drag costs less than a round of slopes.
 
@@ -222,12 +224,13 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
             _turn(level, work, count, gone, along, crossed, turned)
             moves = _next(t, turned, most, new) >= near
             step = math.hypot(new[0] - t[0], new[1] - t[1])
-        if moves:
+        follows = moves and (step < _LONG or search == 0)
+        if follows:
             if not _follow(level, t, new, on, count, crossed, work):
                 break
             on_area.residual(b, work)
         on_area.slopes(level, w, work)
-        if moves:
+        if follows:
             for k in range(count):
                 if on[index[k]]:
                     slope[index[k]] = 0.0  # as it is once x has followed exactly
@@ -241,6 +244,9 @@ def together(level, t, most, w, b, on, near, enough, work, scratch):
                 on[j] = x[j] >= 0.0
             else:
                 on[j] = slope[j] < -tolerance and on_area.steepest(level, slope, j)
+        if moves and not follows:
+            t[:] = new
+            on_area.lean(level, t, work)
     return -1, 0.0
 
 
