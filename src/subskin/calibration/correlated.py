@@ -70,7 +70,7 @@ class Correlated(Frozen):
             position, depth = self.tolerances[:2] ** 2
             out += same * (position * (a.slopes[:, :2] @ b.slopes[:, :2].T))
             if depth:
-                square = ((a.place[:, None] - b.place) ** 2).sum(axis=-1)
+                square = ((a.base[:, None] - b.base) ** 2).sum(axis=-1)
                 alike = _OWN * same + (1.0 - _OWN) * np.exp(-0.5 * square / _ALIKE**2)
                 out += depth * alike * (a.slopes[:, 2, None] * b.slopes[:, 2])
             return np.asarray(out)
@@ -104,7 +104,7 @@ class Residuals(Frozen):
     """Residuals (k,), each with its sensor, position relative to that [depth], and weight in a shared misfit.
 
     With the touch of each; `slopes` (k, 5), its change with the sensor's y, z and depth [1/depth], with the load, and
-    with the level [1/stated noise]; and the `place` of its sensor [depth].
+    with the level [1/stated noise]; and the `base`, the position of its sensor [depth].
     """
 
     value: FloatArray
@@ -113,7 +113,7 @@ class Residuals(Frozen):
     weight: FloatArray
     touch: npt.NDArray[np.intp]
     slopes: FloatArray
-    place: FloatArray
+    base: FloatArray
 
     def __getitem__(self, rows: npt.NDArray[np.intp]) -> Residuals:
         return Residuals(*(getattr(self, part.name)[rows] for part in fields(self)))
