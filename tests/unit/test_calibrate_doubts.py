@@ -151,7 +151,7 @@ class TestErrorsThatHold:
         at, sensor = np.tile(np.linspace(-3, 3, 50), 4), np.repeat(np.arange(4), 50)
         jacobian = np.stack([np.ones(200), at, np.cos(at)], axis=-1)
         touch, slopes = np.tile(np.arange(50), 4), np.zeros((200, 5))
-        white = Residuals(rng.normal(0, 1, 200), sensor, at, np.ones(200), touch, slopes)
+        white = Residuals(rng.normal(0, 1, 200), sensor, at, np.ones(200), touch, slopes, 0 * at)
         for noise_like in (True, False):
             assert correlated(white, jacobian, noise_like=noise_like) is None
         few = np.arange(0, 200, 20)  # of which three numbers were fitted, and that are larger than the noise

@@ -73,6 +73,26 @@ def test_sensors_off_their_drawing_are_learned_from_few_touches(monkeypatch):
     assert 0.3 < np.sqrt(((apart / std) ** 2).mean()) < 1.5
 
 
+def test_depths_of_neighbours_go_together_and_positions_do_not():
+    """By hand, of sensors 2 depths apart."""
+    slopes = np.array([[0, 0, 3.0, 0, 0], [0, 0, -2.0, 0, 0]])
+    two = process.Residuals(
+        np.zeros(2),
+        np.arange(2),
+        np.zeros((2, 2)),
+        np.ones(2),
+        np.arange(2),
+        slopes,
+        np.array([(0.0, 0.0), (2.0, 0.0)]),
+    )
+    real = process.Correlated(1.0, np.zeros(4), np.zeros(4), np.array([0.1, 0.05, 0.0, 0.0]))
+    across = 0.8 * np.exp(-0.5) * 0.05**2 * 3.0 * -2.0
+    np.testing.assert_allclose(real.misfit(two, two), [[0.0225, across], [across, 0.01]])
+    np.testing.assert_allclose(real.variance(two), [0.0225, 0.01])
+    moved = replace(two, slopes=np.roll(slopes, 1, axis=1))
+    assert real.misfit(moved, moved)[0, 1] == 0
+
+
 @pytest.mark.parametrize("large", range(4))
 def test_the_tolerance_that_is_large_is_found(large):
     """Residuals drawn from the process itself: each stands out where it is the large one."""
@@ -85,7 +105,7 @@ def test_the_tolerance_that_is_large_is_found(large):
     slopes = forward.slopes(forward.start(np.zeros(2)), at, np.tile([1.0, 0.0, 0.0], (24, 1)))[touch, sensor] / 10.0
     slopes = np.column_stack([slopes, np.ones(144)])
     apart = (at[touch] - PLATE.points[sensor]) / DEPTH
-    blank = process.Residuals(np.zeros(144), sensor, apart, np.ones(144), touch, slopes)
+    blank = process.Residuals(np.zeros(144), sensor, apart, np.ones(144), touch, slopes, PLATE.points[sensor] / DEPTH)
     zero = np.zeros(4)
     real = process.Correlated(1.0, zero, zero, truth)
     covariance = real.misfit(blank, blank) + real.of_touches(blank) + np.eye(144)
@@ -105,7 +125,9 @@ def test_the_tolerance_that_is_large_is_found(large):
 def test_what_is_a_touchs_own_is_no_misfit_of_touches_to_come():
     real = process.Correlated(1.0, np.zeros(4), np.zeros(4), np.array([0.0, 0.0, 0.1, 3.0]))
     slopes = np.array([[0, 0, 0, 20.0, 1.0], [0, 0, 0, 10.0, 0.5], [0, 0, 0, 5.0, 1.0]])
-    three = process.Residuals(np.zeros(3), np.arange(3), np.zeros((3, 2)), np.ones(3), np.array([0, 0, 1]), slopes)
+    three = process.Residuals(
+        np.zeros(3), np.arange(3), np.zeros((3, 2)), np.ones(3), np.array([0, 0, 1]), slopes, np.zeros((3, 2))
+    )
     expected = [[4.0 + 9.0, 2.0 + 4.5, 0.0], [2.0 + 4.5, 1.0 + 2.25, 0.0], [0.0, 0.0, 0.25 + 9.0]]
     np.testing.assert_allclose(real.of_touches(three), expected)
     assert not real.misfit(three, three).any()

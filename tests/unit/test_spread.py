@@ -140,7 +140,7 @@ class TestTheProcess:
         touch, sensor = (a.ravel() for a in np.indices(clean.shape))
         at = (np.concatenate([motor, new]) - ORIGIN)[touch] - np.asarray(finger().array.y)[sensor]
         every = Residuals(
-            np.zeros(touch.size), sensor, at / 5.4e-3, np.ones(touch.size), touch, np.zeros((touch.size, 5))
+            np.zeros(touch.size), sensor, at / 5.4e-3, np.ones(touch.size), touch, np.zeros((touch.size, 5)), 0 * at
         )
         covariance = process.misfit(every, every) + process.noise**2 * np.eye(touch.size)
         root = np.linalg.cholesky(covariance)

@@ -26,6 +26,8 @@ USUAL = np.array([0.02, 0.05, 0.02, 1.0])
 """Tolerances without further knowledge: sensors' positions and depths, as `calibrate_blind` has them; loads; levels."""
 _FACTOR = np.log(2.0)
 """Standard deviation of the logarithm of a tolerance: it is known to a factor of two."""
+_OWN, _ALIKE = 0.2, 2.0
+"""Share of a depth's variance that is the sensor's own; the rest is the skin's thickness, alike within these depths."""
 _TRIED, _SETTLED, _ROUNDS = np.array([0.1, 0.3, 1.0, 3.0, 10.0]), 0.1, 6
 """Variances tried of a tolerance, of the last; gain in log likelihood with which the search ends; rounds at most."""
 
@@ -42,7 +44,7 @@ class Correlated(Frozen):
     On an area `tolerances` are the standard deviations of a sensor's y and z and of its depth [depth], of the load of a
     touch [of the load] and of its level, an error that all sensors have in common [stated noise]: to first order each
     changes readings by the `slopes` of the residuals. Those of a sensor are misfit, the same for every touch; what is a
-    touch's own is error.
+    touch's own is error. Sensors near each other are off in depth alike, as a skin is whose thickness changes slowly.
     """
 
     noise: float
@@ -65,7 +67,13 @@ class Correlated(Frozen):
                 if shared:  # even in the distance, so that it is smooth above the sensor
                     radial = np.exp(-0.5 * apart / length**2) + np.exp(-0.5 * through / length**2)
                     out += shared**2 * weight * fall * radial
-            return np.asarray(out + same * ((self._of_sensor * a.slopes) @ b.slopes.T))
+            position, depth = self.tolerances[:2] ** 2
+            out += same * (position * (a.slopes[:, :2] @ b.slopes[:, :2].T))
+            if depth:
+                square = ((a.base[:, None] - b.base) ** 2).sum(axis=-1)
+                alike = _OWN * same + (1.0 - _OWN) * np.exp(-0.5 * square / _ALIKE**2)
+                out += depth * alike * (a.slopes[:, 2, None] * b.slopes[:, 2])
+            return np.asarray(out)
         square = (a.at[:, None] - b.at) ** 2
         for length, own, shared in zip(LENGTHS, self.own, self.shared, strict=True):
             if own or shared:
@@ -95,8 +103,8 @@ class Correlated(Frozen):
 class Residuals(Frozen):
     """Residuals (k,), each with its sensor, position relative to that [depth], and weight in a shared misfit.
 
-    With the touch of each, and `slopes` (k, 5): its change with the sensor's y, z and depth [1/depth], with the load,
-    and with the level [1/stated noise].
+    With the touch of each; `slopes` (k, 5), its change with the sensor's y, z and depth [1/depth], with the load, and
+    with the level [1/stated noise]; and the `base`, the position of its sensor [depth].
     """
 
     value: FloatArray
@@ -105,6 +113,7 @@ class Residuals(Frozen):
     weight: FloatArray
     touch: npt.NDArray[np.intp]
     slopes: FloatArray
+    base: FloatArray
 
     def __getitem__(self, rows: npt.NDArray[np.intp]) -> Residuals:
         return Residuals(*(getattr(self, part.name)[rows] for part in fields(self)))

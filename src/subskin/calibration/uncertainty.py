@@ -95,10 +95,11 @@ class Uncertainty(Frozen):
         touch = -1 - np.arange(len(value)) if touch is None else touch
         slopes = np.zeros((len(value), 5)) if slopes is None else slopes
         sensors = np.asarray(self.array.y) if y.ndim == 1 else self.array.points
-        at = (y - sensors[sensor]) / float(np.mean(np.asarray(self.array.depth)))
+        depth = float(np.mean(np.asarray(self.array.depth)))
+        at = (y - sensors[sensor]) / depth
         weight = self._fit.gain / self._fit.noise
         weight = weight / max(float(np.sqrt(np.mean(weight**2))), 1e-300)
-        return Residuals(value, sensor, at, weight[sensor], touch, slopes)
+        return Residuals(value, sensor, at, weight[sensor], touch, slopes, sensors[sensor] / depth)
 
     @cached_property
     def noise_like(self) -> bool:
