@@ -10,7 +10,7 @@ import pytest
 
 from subskin.errors import FileError, InvalidValueError, ValidityWarning
 from subskin.io.files import replacing, write_bytes
-from subskin.io.tables import read_table, write_table
+from subskin.io.tables import read_table, write_table, writing
 
 
 def table_of(folder, text, name="t.csv"):
@@ -160,3 +160,13 @@ def _mask():
 def test_a_missing_value_in_a_single_column_keeps_its_row(tmp_path):
     write_table(tmp_path / "one.csv", {"s0": np.array([1.0, np.nan, 3.0, np.nan])})
     np.testing.assert_array_equal(read_table(tmp_path / "one.csv").numbers("s0"), [1.0, np.nan, 3.0, np.nan])
+
+
+def test_few_rows_at_a_time_make_few_groups_of_rows(tmp_path):
+    """The footer of a Parquet file, which is kept in memory, grows with its groups of rows."""
+    rows = np.arange(50_000.0)
+    with writing(tmp_path / "t.parquet") as table:
+        for block in np.split(rows, 500):
+            table.write({"a": block})
+    assert pq.ParquetFile(tmp_path / "t.parquet").num_row_groups == 3
+    np.testing.assert_array_equal(read_table(tmp_path / "t.parquet").numbers("a"), rows)

@@ -144,6 +144,8 @@ class _Damage:
 class ParquetWriter:
     """Rows appended to a Parquet file, with a checksum for each page.
 
+    Few rows at a time are gathered: the footer, which is kept in memory, grows with each group of rows.
+
     Parameters
     ----------
     path : Path
@@ -153,6 +155,7 @@ class ParquetWriter:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._writer: Any = None
+        self._held: list[Any] = []
 
     def write(self, columns: Mapping[str, npt.NDArray[Any]]) -> None:
         """Append rows; the first ones say what kind each column is of."""
@@ -162,12 +165,22 @@ class ParquetWriter:
         table = pa.table({name: _arrow(values) for name, values in columns.items()})
         if self._writer is None:
             self._writer = pq.ParquetWriter(str(self._path), table.schema, write_page_checksum=True)
-        self._writer.write_table(table)
+        self._held.append(table)
+        if sum(map(len, self._held)) >= ROWS:
+            self._flush()
 
     def close(self) -> None:
-        """Write the footer."""
+        """Write the rows that are left, and the footer."""
         if self._writer is not None:
+            self._flush()
             self._writer.close()
+
+    def _flush(self) -> None:
+        import pyarrow as pa
+
+        if self._held:
+            self._writer.write_table(pa.concat_tables(self._held))
+            self._held = []
 
 
 def _arrow(array: npt.NDArray[Any]) -> Any:
