@@ -353,8 +353,7 @@ def tabulate(finger: Finger, search: tuple[float, float] | None = None) -> Respo
     >>> import numpy as np, subskin as ss
     >>> skin = ss.HalfPlane(ss.Material(young=0.4e6))
     >>> finger = ss.Finger(skin, ss.SensorArray.line(count=4, pitch=2e-3, depth=2e-3))
-    >>> table = tabulate(finger)
-    >>> table
+    >>> (table := tabulate(finger))
     Response(4 sensors, y = -0.006 to 0.006 m)
     >>> bool(np.allclose(table(1.234e-3), finger.receptive_field(1.234e-3), rtol=1e-8))
     True
