@@ -95,7 +95,7 @@ class Accuracy:
 
     @property
     def outside(self) -> float:
-        """Share of touches of one kind outside the model that may be OK and wrong: as stated, or the usual one."""
+        """`blind_spots`, or the usual goal where none is stated."""
         return _OUTSIDE if self.blind_spots is None else self.blind_spots
 
 
