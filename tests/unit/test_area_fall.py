@@ -31,22 +31,27 @@ def case(kind, friction, angle=0.3, noise=0.0):
     return locator.response, w, sensors, first, table, terms, fit, scratch
 
 
-def quick(w, sensors, first, table, friction, fit, scratch, lanes, reach=2.5):
-    best = np.full(FIT, np.inf)
+def quick(w, sensors, first, table, friction, fit, scratch, lanes, reach=2.5, box=BOX):
+    """The falls, and the highest position of the eight."""
+    best = np.full(FIT, -np.inf)
     least = falls(
-        w, sensors, first, table, friction, BOX, fit, ROOT, reach, scratch, scratch.view(np.int64), np.zeros(FIT), best,
+        w, sensors, first, table, friction, box, fit, ROOT, reach, scratch, scratch.view(np.int64), np.zeros(FIT), best,
         lanes,
     )  # fmt: skip
     assert least == min(lanes[:8].min(), reach**2)
-    return lanes[:8].copy()
+    return lanes[:8].copy(), best
+
+
+def moves(reach):
+    """From the top to the eight positions (8, 2)."""
+    return reach * np.stack([ROOT[0] * ROUND[:, 0], ROOT[1] * ROUND[:, 0] + ROOT[2] * ROUND[:, 1]], axis=-1)
 
 
 def by_numpy(response, w, fit, friction, reach=2.5):
     """Falls of S at the same positions: least squares, or the best of a fine turn of the cone where it binds."""
     out = []
-    for c, s in reach * ROUND:
-        at = fit[29:31] + np.array([ROOT[0] * c, ROOT[1] * c + ROOT[2] * s])
-        a = response(at) * 1e3
+    for away in moves(reach):
+        a = response(fit[29:31] + away) * 1e3
         force = np.linalg.lstsq(a, w, rcond=None)[0]
         if force[0] < 0 or np.hypot(*force[1:]) > friction * force[0]:
             turns = np.linspace(0, 2 * np.pi, 20001)
@@ -64,20 +69,39 @@ def by_numpy(response, w, fit, friction, reach=2.5):
 @pytest.mark.parametrize("kind", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
 def test_falls_are_those_of_least_squares(kind, friction, angle):
     response, w, sensors, first, table, _, fit, scratch = case(kind, friction, angle, noise=1.0)
-    found = quick(w, sensors, first, table, friction, fit, scratch, np.zeros(LANES))
-    assert np.allclose(found, by_numpy(response, w, fit, friction), rtol=5e-3, atol=0.05)
+    found, best = quick(w, sensors, first, table, friction, fit, scratch, np.zeros(LANES))
+    np.testing.assert_allclose(found, by_numpy(response, w, fit, friction), rtol=5e-4, equal_nan=False)
+    highest = np.argmin(found)
+    np.testing.assert_allclose(best[29:31], fit[29:31] + moves(2.5)[highest], rtol=1e-12)
+    assert best[3] == fit[3] - found[highest]
+
+
+def test_outside_the_box_s_is_taken_to_fall_as_at_the_top():
+    response, w, sensors, first, table, _, fit, scratch = case(ss.NormalStrain(), 1.0, noise=1.0)
+    box = np.array([fit[29], 5.0, -5.0, 5.0])  # half of the positions
+    found, _ = quick(w, sensors, first, table, 1.0, fit, scratch, np.zeros(LANES), box=box)
+    outside = moves(2.5)[:, 0] < 0
+    assert 0 < outside.sum() < 8
+    np.testing.assert_array_equal(found[outside], 2.5**2)
+    np.testing.assert_allclose(found[~outside], by_numpy(response, w, fit, 1.0)[~outside], rtol=5e-4)
 
 
 def test_sensors_left_out_count_as_at_the_top():
-    """Without noise what they add is a parabola, which the sums at the top give; without these a part is missing."""
-    response, w, sensors, first, table, terms, fit, scratch = case(ss.NormalStrain(), 1.0)
+    """Their readings are straight in the move there, as the slopes of the response say; against least squares."""
+    response, w, sensors, first, table, terms, fit, scratch = case(ss.NormalStrain(), 1.0, noise=1.0)
     near, its_first = np.ascontiguousarray(sensors[:, NEAR]), np.append(first[NEAR], first[-1])
-    whole, lanes = scratch.view(np.int64), np.zeros(LANES)
-    expected = by_numpy(response, w, fit, 1.0, reach=0.5)
-    without = quick(w[NEAR], near, its_first, table, 1.0, fit, scratch, lanes, reach=0.5)
-    lanes[:] = 0.0
-    beyond_near(w[NEAR], near, its_first, table, terms, 1.0, fit, scratch, whole, np.zeros(FIT), lanes)
-    found = quick(w[NEAR], near, its_first, table, 1.0, fit, scratch, lanes, reach=0.5)
-    wrong = np.abs(found / expected - 1).max()
-    assert wrong < 0.03
-    assert wrong < 0.3 * np.abs(without / expected - 1).max()
+    lanes = np.zeros(LANES)
+    beyond_near(
+        w[NEAR], near, its_first, table, terms, 1.0, fit, scratch, scratch.view(np.int64), np.zeros(FIT), lanes
+    )
+    found, _ = quick(w[NEAR], near, its_first, table, 1.0, fit, scratch, lanes)
+    top, others = fit[29:31], np.setdiff1d(np.arange(16), NEAR)
+    at_top = response(top) * 1e3
+    steep = np.einsum("nfd,f->nd", response.slopes(top) * 1e3, fit[:3])
+    for k, away in enumerate(moves(2.5)):
+        a = response(top + away) * 1e3
+        a[others] = at_top[others]
+        rest = w - a @ fit[:3]
+        rest[others] -= steep[others] @ away
+        rest -= a @ np.linalg.lstsq(a, rest, rcond=None)[0]
+        assert found[k] == pytest.approx(rest @ rest - fit[17], rel=5e-4)
