@@ -217,9 +217,10 @@ def test_ends_of_the_search(finger):
 
 def test_a_touch_beyond_the_default_search_is_never_ok_and_elsewhere(finger):
     rng = np.random.default_rng(5)
-    away = rng.uniform(3.1, 7.0, 40) * D
-    at = np.stack([away, rng.uniform(-2, 2, 40) * D], -1)
-    touch = ss.PointLoad(force=np.full(40, 5.0), angle=0.3, azimuth=0.5, position=at)
+    away = rng.choice([-1.0, 1.0], 400) * rng.uniform(3.1, 7.0, 400) * D
+    at = np.stack([away, rng.uniform(-7, 7, 400) * D], -1)
+    at[200:] = at[200:, ::-1]  # beyond each of the four sides
+    touch = ss.PointLoad(force=np.full(400, 5.0), angle=0.3, azimuth=0.5, position=at)
     found = finger.locate(finger.read(touch, rng))
     assert (found.status != ss.Status.OK).all()
 
