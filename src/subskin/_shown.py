@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Drawing", "Presets", "html_table", "lines", "many_of", "parameter_rows", "span", "with_error"]
+__all__ = ["Drawing", "Presets", "Tabled", "html_table", "lines", "many_of", "parameter_rows", "span", "with_error"]
 
 
 class Presets(dict[str, dict[str, Any]]):
@@ -53,6 +53,24 @@ class Drawing:
     def __get__(self, thing: object, owner: type) -> Any:
         function = getattr(import_module(f"{__package__}.plot"), self._figure)
         return function if thing is None else function.__get__(thing, owner)
+
+
+class Tabled:
+    """A thing that people see as a title and a table; as a dataclass it is made with `repr=False`."""
+
+    _HEADS: tuple[str, ...] = ()  # of the columns, in a notebook
+
+    def _title(self) -> str:
+        return type(self).__name__
+
+    def _shown(self) -> Sequence[Sequence[str]]:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return lines(self._title(), self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_table(self._title(), self._shown(), self._HEADS)
 
 
 def with_error(value: float, std: float, unit: str) -> str:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from . import _check
 from ._check import FloatArray
 from ._frozen import Frozen
-from ._shown import Drawing, html_table, lines, many_of, span
+from ._shown import Drawing, Tabled, many_of, span
 from .array import SensorArray
 from .contact import Contact, LineLoad, LocalContact, PointLoad
 from .errors import GeometryError, InvalidValueError
@@ -83,8 +83,8 @@ def finger_needed(finger: object) -> None:
         _check.noun("finger", finger, Finger, 'Finger(skin, array), or load("finger.toml").finger')
 
 
-@dataclass(frozen=True, eq=False)
-class Finger(Frozen):
+@dataclass(frozen=True, eq=False, repr=False)
+class Finger(Tabled, Frozen):
     """A skin and the sensors in it.
 
     Parameters
@@ -175,12 +175,6 @@ class Finger(Frozen):
                 _check.doubt(f"the largest {name}", value, "m", 1e-3, "mm")
 
     plot = Drawing("finger_figure")
-
-    def __repr__(self) -> str:
-        return lines("Finger", self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_table("Finger", self._shown())
 
     def _shown(self) -> list[tuple[str, str]]:
         """What a person sees of it: the skin, and the sensors in the units of people."""

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from . import _check
 from ._check import FloatArray
 from ._frozen import Frozen
 from ._radial_kernel import readings_at
@@ -131,9 +132,8 @@ class RadialResponse(Frozen):
     def select(self, sensors: npt.ArrayLike) -> RadialResponse:
         """The response of some of the `sensors`, given by a mask or by indices."""
         at = np.asarray(sensors)
-        return replace(
-            self, points=self.points[at], depth=self.depth[at], gain=self.gain[at], kind=self.kind[at]
-        )  # fmt: skip
+        points, depth, gain = (_check.read_only(part[at]) for part in (self.points, self.depth, self.gain))
+        return replace(self, points=points, depth=depth, gain=gain, kind=self.kind[at])
 
     def __call__(self, position: npt.ArrayLike) -> FloatArray:
         """Readings per unit of (N, Ty, Tz), shape (..., n, 3).
@@ -143,11 +143,11 @@ class RadialResponse(Frozen):
         position : array_like, shape (..., 2)
             Where the load presses, (y, z) [m].
         """
-        at = np.asarray(position, dtype=np.float64)
+        at = np.array(position, dtype=np.float64)  # one's own: a loop is compiled anew for arrays that are closed
         out = np.empty((*at.shape[:-1], self.sensors, 3))
         readings_at(
             self.points, self.depth, self.gain, self.kind, self.coefficients, self.terms, PER_OCTAVE,
-            np.ascontiguousarray(at.reshape(-1, 2)), out.reshape(-1, self.sensors, 3),
+            at.reshape(-1, 2), out.reshape(-1, self.sensors, 3),
         )  # fmt: skip
         return out
 

@@ -91,9 +91,7 @@ def test_sensors_left_out_count_as_at_the_top():
     response, w, sensors, first, table, terms, fit, scratch = case(ss.NormalStrain(), 1.0, noise=1.0)
     near, its_first = np.ascontiguousarray(sensors[:, NEAR]), np.append(first[NEAR], first[-1])
     lanes = np.zeros(LANES)
-    beyond_near(
-        w[NEAR], near, its_first, table, terms, 1.0, fit, scratch, scratch.view(np.int64), np.zeros(FIT), lanes
-    )
+    beyond_near(w[NEAR], near, its_first, table, terms, 1.0, fit, scratch, scratch.view(np.int64), np.zeros(FIT), lanes)
     found, _ = quick(w[NEAR], near, its_first, table, 1.0, fit, scratch, lanes)
     top, others = fit[29:31], np.setdiff1d(np.arange(16), NEAR)
     at_top = response(top) * 1e3

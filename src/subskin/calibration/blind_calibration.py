@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
-from .._shown import html_table, lines, many_of, parameter_rows
+from .._shown import Tabled, many_of, parameter_rows
 from ..errors import InvalidValueError
 from ..estimate.estimate import Estimate
 from ..finger import Finger
@@ -99,8 +99,8 @@ class ErrorRatio:
     angle: float
 
 
-@dataclass(frozen=True, eq=False)
-class BlindCalibration(Frozen):
+@dataclass(frozen=True, eq=False, repr=False)
+class BlindCalibration(Tabled, Frozen):
     """What `calibrate_blind` found.
 
     Parameters
@@ -137,11 +137,10 @@ class BlindCalibration(Frozen):
     unknown: tuple[str, ...]
     _learning: Learning = field(repr=False)
 
-    def __repr__(self) -> str:
-        return lines(self._title(), parameter_rows(self.parameters))
+    _HEADS = ("parameter", "sensor", "value")
 
-    def _repr_html_(self) -> str:
-        return html_table(self._title(), parameter_rows(self.parameters), ("parameter", "sensor", "value"))
+    def _shown(self) -> list[tuple[str, str, str]]:
+        return parameter_rows(self.parameters)
 
     def _title(self) -> str:
         health = many_of(Counter(h.name for h in self.health).items())

@@ -15,7 +15,7 @@ from .. import _check
 from .._axes import on_finger, turned
 from .._check import FloatArray
 from .._frozen import Frozen
-from .._shown import html_table, lines, many_of, parameter_rows
+from .._shown import Tabled, many_of, parameter_rows
 from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger
 from ._forward_area import forward_of
@@ -101,7 +101,7 @@ class Score(Frozen):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Frozen):
+class Calibration(Tabled, Frozen):
     """What `calibrate` found.
 
     Parameters
@@ -152,11 +152,10 @@ class Calibration(Frozen):
         """R^2 on the touches used."""
         return self.score.r2
 
-    def __repr__(self) -> str:
-        return lines(self._title(), parameter_rows(self.parameters))
+    _HEADS = ("parameter", "sensor", "value")
 
-    def _repr_html_(self) -> str:
-        return html_table(self._title(), parameter_rows(self.parameters), ("parameter", "sensor", "value"))
+    def _shown(self) -> list[tuple[str, str, str]]:
+        return parameter_rows(self.parameters)
 
     def _title(self) -> str:
         health = many_of(Counter(h.name for h in self.health).items())

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
-from .._shown import html_table, lines, with_error
+from .._shown import Tabled, with_error
 from ..errors import ConvergenceError
 from ..estimate.estimate import Status
 from ..estimate.search import Locator
@@ -41,8 +41,8 @@ _MUCH_AS_IT_WAS = 0.25
 _WEAK, _GONE, _TOLD, _BLIND = 0.9, 0.02, 0.2, 0.25
 
 
-@dataclass(frozen=True, eq=False)
-class SensorHealth(Frozen):
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorHealth(Tabled, Frozen):
     """What `sensor_health` found.
 
     Parameters
@@ -73,15 +73,11 @@ class SensorHealth(Frozen):
     touches: int
     health: tuple[Health, ...]
 
-    def __repr__(self) -> str:
-        return lines(self._title(), self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_table(self._title(), self._shown(), ("sensor", "state", "gain over what it was"))
-
     def _title(self) -> str:
         now, then = (f"{100 * share:.3g} %" for share in (self.explained_now, self.explained))
         return f"SensorHealth from {self.touches} touches: {now} explained ({then} by the finger as it was)"
+
+    _HEADS = ("sensor", "state", "gain over what it was")
 
     def _shown(self) -> list[tuple[str, str, str]]:
         each = zip(self.health, self.gain_ratio, self.std, strict=True)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .._axes import on_finger, on_touches
 from .._check import FloatArray
-from .._shown import html_table, lines, span
+from .._shown import Tabled, span
 from ..errors import FileError, SubskinError
 from ..finger import Finger
 from ..measured import MeasuredResponse
@@ -38,7 +38,7 @@ _SHOWN = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FingerFile(Recorded):
+class FingerFile(Tabled, Recorded):
     r"""What a `finger.toml` says, with methods that follow all of it.
 
     Two kinds of readings go in. `locate`, `fit` and `decide` take readings as `segment` gives them and a finger
@@ -109,11 +109,8 @@ class FingerFile(Recorded):
     tip: tuple[float, Literal["cylinder", "sphere"] | None] | None = None
     text: str = ""
 
-    def __repr__(self) -> str:
-        return lines(f"FingerFile {self.name}", self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_table(f"FingerFile {self.name}", self._shown())
+    def _title(self) -> str:
+        return f"FingerFile {self.name}"
 
     def _shown(self) -> list[tuple[str, str]]:
         first = [(line[2:12].strip(), line[12:]) for line in repr(self.finger).splitlines()[1:]]

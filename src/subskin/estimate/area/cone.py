@@ -37,14 +37,20 @@ def sums_of(rows, w, first):
 
 
 @compiled(inline=True)
+def cofactors(g00, g01, g02, g11, g12, g22):
+    """The six cofactors of G (00, 01, 02, 11, 12, 22), and its determinant."""
+    c00, c01, c02 = g11 * g22 - g12 * g12, g02 * g12 - g01 * g22, g01 * g12 - g02 * g11
+    c11, c12, c22 = g00 * g22 - g02 * g02, g01 * g02 - g00 * g12, g00 * g11 - g01 * g01
+    return c00, c01, c02, c11, c12, c22, g00 * c00 + g01 * c01 + g02 * c02
+
+
+@compiled(inline=True)
 def eliminate(g00, g01, g02, g11, g12, g22, b0, b1, b2, mu, fit):
     """Fill fit: N, Ty, Tz, S, then the inverse of G in what is left free (00, 01, 02, 11, 12, 22), and 1 inside.
 
     Inside the cone all of theta is free, on it what keeps to it, at its tip nothing.
     """
-    c00, c01, c02 = g11 * g22 - g12 * g12, g02 * g12 - g01 * g22, g01 * g12 - g02 * g11
-    c11, c12, c22 = g00 * g22 - g02 * g02, g01 * g02 - g00 * g12, g00 * g11 - g01 * g01
-    det = g00 * c00 + g01 * c01 + g02 * c02
+    c00, c01, c02, c11, c12, c22, det = cofactors(g00, g01, g02, g11, g12, g22)
     inverse = 1.0 / det
     n = (c00 * b0 + c01 * b1 + c02 * b2) * inverse
     ty = (c01 * b0 + c11 * b1 + c12 * b2) * inverse

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._compiled import compiled
 from .climb import ROUND, project, slopes
-from .cone import on_cone
+from .cone import cofactors, on_cone
 from .field import CELLS, ONE, REST, cell_of
 
 LANES = 136
@@ -99,9 +99,7 @@ def falls(v, sensors, first, table, mu, box, fit, root, reach, a, whole, trial, 
         b0, b1, b2 = lanes[40 + k], lanes[48 + k], lanes[56 + k]
         g00, g01, g02 = lanes[64 + k], lanes[72 + k], lanes[80 + k]
         g11, g12, g22 = lanes[88 + k], lanes[96 + k], lanes[104 + k]
-        c00, c01, c02 = g11 * g22 - g12 * g12, g02 * g12 - g01 * g22, g01 * g12 - g02 * g11
-        c11, c12, c22 = g00 * g22 - g02 * g02, g01 * g02 - g00 * g12, g00 * g11 - g01 * g01
-        det = g00 * c00 + g01 * c01 + g02 * c02
+        c00, c01, c02, c11, c12, c22, det = cofactors(g00, g01, g02, g11, g12, g22)
         inverse = 1.0 / det
         m = (c00 * b0 + c01 * b1 + c02 * b2) * inverse
         my = (c01 * b0 + c11 * b1 + c12 * b2) * inverse

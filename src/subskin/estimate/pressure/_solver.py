@@ -18,6 +18,7 @@ import numpy as np
 
 from ..._compiled import compiled
 from . import _on_area as on_area
+from ._on_area import by_four
 
 _ROUNDS = 300
 _CLOSE = 1e-9  # of two tangents
@@ -53,26 +54,9 @@ def factored(lower, count):
         three, four = lower[min(i + 2, count - 1)], lower[min(i + 3, count - 1)]
         for j in range(0, i, 4):
             p, q, r, s = lower[j], lower[j + 1], lower[j + 2], lower[j + 3]
-            ap = aq = ar = at = bp = bq = br = bt = 0.0
-            cp = cq = cr = ct = dp = dq = dr = dt = 0.0
-            for k in range(j):
-                u, v, w, x = one[k], two[k], three[k], four[k]
-                ap += u * p[k]
-                aq += u * q[k]
-                ar += u * r[k]
-                at += u * s[k]
-                bp += v * p[k]
-                bq += v * q[k]
-                br += v * r[k]
-                bt += v * s[k]
-                cp += w * p[k]
-                cq += w * q[k]
-                cr += w * r[k]
-                ct += w * s[k]
-                dp += x * p[k]
-                dq += x * q[k]
-                dr += x * r[k]
-                dt += x * s[k]
+            ap, aq, ar, at, bp, bq, br, bt, cp, cq, cr, ct, dp, dq, dr, dt = by_four(
+                one, two, three, four, p, q, r, s, j
+            )
             _divided(one, j, p, q, r, s, ap, aq, ar, at)
             if end > i + 1:
                 _divided(two, j, p, q, r, s, bp, bq, br, bt)
