@@ -35,8 +35,9 @@ WAVES = np.array([1.7, 2.3, 3.1])
 def test_it_is_the_transform_of_the_receptive_field(skin):
     """By the trapezoidal rule, exact to rounding for what is analytic, with an end so smooth that no wave sees it."""
     finger = ss.Finger(skin, SENSORS)
-    step, reach, width = 0.1, 36.0, 6.0
-    y = np.arange(-np.ceil((reach + 6 * width) / step), (reach + 6 * width) / step) * step
+    step, reach, width = 0.1, 27.0, 5.8
+    count = np.ceil((reach + 4.7 * width) / step)
+    y = np.arange(-count, count + 1) * step
     weight = step * 0.5 * erfc((np.abs(y) - reach) / width)
     field = finger.receptive_field(y)
     summed = np.einsum("ky,ynl->knl", np.exp(1j * WAVES[:, None] * y) * weight, field)
