@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from .._check import FloatArray
 from .._frozen import Frozen
@@ -144,19 +145,11 @@ def correlated(residuals: Residuals, jacobian: FloatArray, *, noise_like: bool) 
     if free < 2 * len(LENGTHS):
         return None
     # what is left of the residuals in the directions that no parameter takes: white there if they are
-    search = _Search(part, np.linalg.qr(q, mode="complete")[0][:, q.shape[1] :])
-    likelihood, scale = search.over_sizes(np.eye(free))
+    across = np.linalg.qr(q, mode="complete")[0][:, q.shape[1] :]
     enough = noise_like or free >= _TELLING * q.shape[1]
-    if enough and likelihood.max() < likelihood[search.first, 0] + _WORTH:
-        return None
-    tolerances = np.zeros(4)
-    if part.at.ndim == 2:
-        likelihood, scale, tolerances = search.over_tolerances(likelihood, scale)
-    share = np.exp(likelihood - likelihood.max())
-    share *= np.where(share > 0, scale, 0.0) / share.sum()
-    own, shared = np.sqrt(np.einsum("ls,sk->kl", share, search.sizes))
-    noise = float(np.sqrt(share.sum()))
-    return Correlated(noise, own, shared, noise * tolerances)
+    # hundreds of small matrices: threads gain nothing, and wait for each other where other programs keep the cores busy
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _Search(part, across).likeliest(_WORTH if enough else -np.inf)
 
 
 class _Search:
@@ -174,6 +167,20 @@ class _Search:
             ]
             for unit in np.eye(len(LENGTHS))[self.first :]
         ]
+
+    def likeliest(self, worth: float) -> Correlated | None:
+        """The process, averaged over lengths and sizes; None where it gains less than `worth` over white residuals."""
+        likelihood, scale = self.over_sizes(np.eye(len(self.left)))
+        if likelihood.max() < likelihood[self.first, 0] + worth:
+            return None
+        tolerances = np.zeros(4)
+        if self.part.at.ndim == 2:
+            likelihood, scale, tolerances = self.over_tolerances(likelihood, scale)
+        share = np.exp(likelihood - likelihood.max())
+        share *= np.where(share > 0, scale, 0.0) / share.sum()
+        own, shared = np.sqrt(np.einsum("ls,sk->kl", share, self.sizes))
+        noise = float(np.sqrt(share.sum()))
+        return Correlated(noise, own, shared, noise * tolerances)
 
     def over_sizes(self, base: FloatArray) -> tuple[FloatArray, FloatArray]:
         """For each length and pair of `sizes`, all on a covariance `base` (free, free): log likelihood, and scale."""
