@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from .._check import FloatArray
 from ..estimate.area import InPlaceLocator
@@ -41,9 +42,10 @@ def placed(found: Calibration, fit: Any) -> Calibration:
         return replace(found, finger=replace(fit.finger, trusted=trusted))
     finger, touches = replace(found.finger, trusted=trusted), 0
     if fit.uncertainty.process is not None:
-        known = _Kriging(fit)
-        size, touches = known.held_out()
-        finger = replace(finger, measured=known.response(finger).widened(size))
+        with threadpool_limits(limits=1, user_api="blas"):  # small matrices, as in `correlated`
+            known = _Kriging(fit)
+            size, touches = known.held_out()
+            finger = replace(finger, measured=known.response(finger).widened(size))
     return replace(found, finger=finger, held_out=(touches, 0))
 
 
