@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -107,6 +107,19 @@ def noun(name: str, value: object, kind: type | tuple[type, ...], fix: str) -> N
         raise InvalidValueError(f"{name} = {shown(value)}", f"a{'n' * (kinds[0] in 'AEIOU')} {kinds} is needed", fix)
 
 
+def choice(name: str, value: object, known: Iterable[str], fix: str = "") -> None:
+    """Refuse what is none of the `known` texts, be it no text at all: an array has no single answer to `==`."""
+    names = tuple(known)
+    if not isinstance(value, str) or value not in names:
+        import difflib
+
+        near = difflib.get_close_matches(value, names, n=1) if isinstance(value, str) else ()
+        listed = [f'"{one}"' for one in names]
+        rule = f"has to be {' or '.join(filter(None, (', '.join(listed[:-1]), listed[-1])))}"
+        meant = f'{name}="{near[0]}"' if near else fix or f'{name}="{names[0]}"'
+        raise InvalidValueError(f"{name} = {shown(value)}", rule, meant)
+
+
 def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
     """Several things of one `kind`, as a tuple; a text is none of several."""
     try:
@@ -117,6 +130,22 @@ def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
         rule = f"a list is needed, each of it a {kind.__name__}"
         raise InvalidValueError(f"{name} = {shown(values)}", rule, fix)
     return each
+
+
+def flag(name: str, value: object) -> bool:
+    """Yes or no: an array is neither, and a text is always yes in Python."""
+    if not isinstance(value, bool | np.bool_):
+        raise InvalidValueError(f"{name} = {shown(value)}", "True or False is needed", f"{name}=True")
+    return bool(value)
+
+
+def random(rng: object) -> np.random.Generator:
+    """A source of random numbers, or the one that a seed makes."""
+    if isinstance(rng, np.random.Generator):
+        return rng
+    if not isinstance(rng, int | np.integer) or isinstance(rng, bool) or rng < 0:
+        raise InvalidValueError(f"rng = {shown(rng)}", "a seed >= 0 or a Generator is needed", "rng=0")
+    return np.random.default_rng(int(rng))
 
 
 def generator(rng: object) -> None:

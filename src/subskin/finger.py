@@ -251,7 +251,7 @@ class Finger(Tabled, Frozen):
         """
         _check.noun("contact", contact, (Contact, LocalContact), "LineLoad(force=40.0)")
         shape = contact.shape
-        return self._measured(contact.expand(2) if shape else contact, shape, linear)
+        return self._measured(contact.expand(2) if shape else contact, shape, _check.flag("linear", linear))
 
     def _measured(self, wide: Contact | LocalContact, shape: tuple[int, ...], linear: bool) -> FloatArray:
         """As `measure`, of contacts with two axes of length one behind those of their `shape`."""
@@ -335,8 +335,8 @@ class Finger(Tabled, Frozen):
         >>> finger.receptive_field([(0.0, 0.0), (1e-3, 0.5e-3)]).shape  # positions, sensors, components
         (2, 9, 3)
         """
-        if load not in (None, "line", "point"):
-            raise InvalidValueError(f"load = {load!r}", 'has to be "line" or "point"', 'load="point"')
+        if load is not None:
+            _check.choice("load", load, ("line", "point"))
         gain, at = self._linear_gain, _check.real("position", position, unit="m")
         if load == "point" or (load is None and self.array.on_area):
             if not at.ndim or at.shape[-1] != 2:

@@ -10,7 +10,8 @@ import pint
 import pytest
 
 import subskin as ss
-from subskin.errors import SubskinError, ValidityWarning, printable
+from subskin.errors import InvalidValueError, SubskinError, ValidityWarning, printable
+from subskin.lattice import even_grid
 from subskin.response import Response
 
 U = pint.UnitRegistry()
@@ -208,9 +209,44 @@ def test_what_is_no_finger_is_refused(function, others):
         (lambda: ss.calibrate(FINGER, np.ones((9, 5)), np.zeros(9), force=np.ones(8)), "one for each touch"),
         (lambda: ss.calibrate(FINGER, np.full((9, 5), 1e300), np.zeros(9)), r"readings\[0, 0\] = 1e\+300: no sensor"),
         (lambda: FINGER.blind_spots(snr="high"), "snr = 'high'"),
-        (lambda: FINGER.blind_spots(rng=None), "rng = None: a Generator or int is needed"),
+        (lambda: FINGER.blind_spots(rng=None), "rng = None: a seed >= 0 or a Generator is needed"),
     ],
 )
 def test_another_noun_or_shape_is_said(make, words):
     with pytest.raises(SubskinError, match=words):
         make()
+
+
+AREA = ss.Finger(LAYER, ss.SensorArray.grid((3, 3), pitch=2e-3, depth=2e-3, noise=1e-3))
+TOUCHES = ss.design.Touches(force=20.0)
+OPTIONS = {
+    "plane": lambda value: ss.HalfPlane(RUBBER, plane=value),
+    "bond": lambda value: ss.Layer(RUBBER, 6e-3, bond=value),
+    "layout": lambda value: even_grid((2, 2), pitch=2e-3, layout=value),
+    "axis": lambda value: ss.transducer.Displacement(axis=value),
+    "load": lambda value: FINGER.locate(np.zeros(5), load=value),
+    "load of a field": lambda value: FINGER.receptive_field(0.0, load=value),
+    "family": lambda value: FINGER.fit(np.zeros(5), value),
+    "family on an area": lambda value: ss.locator(AREA, value),
+    "kind": lambda value: ss.decide.Kind("mine", value),
+    "shear": lambda value: ss.pressure_map(FINGER, np.zeros(5), shear=value),
+    "shear on an area": lambda value: ss.pressure_map(AREA, np.zeros(9), shear=value),
+    "rule": lambda value: ss.pressure_map(FINGER, np.zeros(5), rule=value),
+    "contact": ss.decide.friction_arm,
+    "angle": lambda value: ss.design.two_point_limen(FINGER, TOUCHES, angle=value),
+    "measure": lambda value: ss.design.best_positions(FINGER, TOUCHES, measure=value),
+    "lattice": lambda value: ss.design.aliasing_error(FINGER, lattice=value),
+    "calibrated": lambda value: ss.design.search.Accuracy(position=1e-4, calibrated=value),
+    "family of blind spots": lambda value: FINGER.blind_spots(TOUCHES, family=value),
+    "pattern": lambda value: ss.design.placement.Arrangement(value, (3, 3)),
+    "ridges": lambda value: ss.design.ridges.Ridges(3e-3, shape=value),
+    "sensor": ss.transducer.class_of,
+    "component": lambda value: ss.plot.finger_section(FINGER, ss.LineLoad(40.0), component=value),
+}
+
+
+@pytest.mark.parametrize("value", [np.array(["free", "none"]), np.ones(2), ["line"], {"line": 1}, 3.0, b"line", "lime"])
+@pytest.mark.parametrize("name", OPTIONS)
+def test_what_is_no_text_of_an_option_is_said(name, value):
+    with pytest.raises(InvalidValueError, match=r"(has to be|is needed|no such)"):
+        OPTIONS[name](value)

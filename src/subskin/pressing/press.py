@@ -27,6 +27,8 @@ __all__ = ["press"]
 Pair: TypeAlias = Any
 """One number of a long body, two along (y, z) of one that presses on an area."""
 
+_FARTHEST = 1e6
+"""Positions beyond it [m] are no bodies', and take the digits of the grid."""
 _UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
 
 
@@ -163,7 +165,7 @@ def _press_long(
     skin: Skin, indenter: Indenter, load: Prescribed, position: float, grid: Grid, after: Any, max_strain: float
 ) -> ContactSolution:
     """`press`, in a plane."""
-    at = _check.scalar("position", position, unit="m")
+    at = _check.scalar("position", position, unit="m", at_least=-_FARTHEST, at_most=_FARTHEST)
     if abs(at) > 0.25 * skin.period:
         seen = f"position = {at:.6g} m on a finger of {skin.period:.6g} m about"
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
@@ -232,8 +234,9 @@ def _load(tilt: float | None, friction: float | None, **given: float | None) -> 
             "one of the two has to be given",
             "force=40.0, or depth=0.1e-3",
         )
-    tilt = 0.0 if tilt is None else tilt
-    asked = {**given, "tilt": tilt or None}
+    turned = 0.0 if tilt is None else _check.scalar("tilt", tilt, unit="rad")
+    grip = None if friction is None else _check.scalar("friction", friction, at_least=0.0, finite=False)
+    asked = {**given, "tilt": turned or None}
     for one, other in (("moment", "tilt"), ("tangential", "slide")):
         if asked[one] is not None and asked[other] is not None:
             seen = f"{one} = {asked[one]}, {other} = {asked[other]}"
@@ -244,17 +247,16 @@ def _load(tilt: float | None, friction: float | None, **given: float | None) -> 
         if value is not None and name in ("force", "depth") and not value > 0:
             seen = f"{name} = {float(value):.6g} {_UNITS[name]}"
             raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
-    if friction is None:
+    if grip is None:
         for name in ("tangential", "slide"):
             if values[name]:
                 seen = f"{name} = {values[name]:.6g}"
                 raise InvalidValueError(seen, "nothing is dragged without friction", "give friction=, e.g. 0.5")
         values["tangential"] = values["slide"] = None
-        return Prescribed(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
-    if friction == 0 and values["tangential"]:
+        return Prescribed(**values, tilt=turned, friction=None)
+    if grip == 0 and values["tangential"]:
         seen = f"tangential = {values['tangential']:.6g} N/m at friction = 0"
         raise InvalidValueError(seen, "nothing holds that drag", "friction > 0")
-    grip = np.inf if friction == np.inf else _check.scalar("friction", friction, at_least=0.0)
     if values["tangential"] is None and values["slide"] is None:
         values["tangential"] = 0.0
-    return Prescribed(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=grip)
+    return Prescribed(**values, tilt=turned, friction=grip)
