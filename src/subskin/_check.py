@@ -132,6 +132,25 @@ def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
     return each
 
 
+def returned(said: str, values: Any, shape: tuple[int, ...], *, exactly: bool = False) -> Any:
+    """What a method of somebody else's class gave: numbers that NumPy can spread over `shape`.
+
+    Where they have to be of that shape `exactly`, real ones are spread over it.
+    """
+    if type(values) is np.ndarray and values.shape == shape and values.dtype == np.float64:
+        return values
+    try:
+        array = np.asarray(values)
+        fits = array.dtype.kind in ("biuf" if exactly else "biufc") and np.broadcast_shapes(array.shape, shape) == shape
+    except ValueError:  # rows of different lengths, or a shape that does not go with the other
+        fits = False
+    if not fits:
+        gave = f"an array of shape {values.shape}" if isinstance(values, np.ndarray) else shown(values)
+        rule = f"{'real ' * exactly}numbers of the shape {shape} are needed"
+        raise InvalidValueError(f"{said} gave {gave}", rule, "return what NumPy makes of the arguments")
+    return np.broadcast_to(array, shape) if exactly else array
+
+
 def flag(name: str, value: object) -> bool:
     """Yes or no: an array is neither, and a text is always yes in Python."""
     if not isinstance(value, bool | np.bool_):
@@ -186,7 +205,7 @@ def _has_unit(value: object) -> bool:
 def shown(value: object) -> str:
     """A value as a message has it, its end left off where it is long, be it one that cannot be written out."""
     try:
-        return printable(repr(value), _SHOWN)
+        return printable(" ".join(part.strip() for part in repr(value).splitlines()), _SHOWN)
     except Exception:  # an int of more digits than Python writes, or an object whose own way fails
         return f"a {type(value).__name__}"
 

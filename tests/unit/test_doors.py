@@ -250,3 +250,67 @@ OPTIONS = {
 def test_what_is_no_text_of_an_option_is_said(name, value):
     with pytest.raises(InvalidValueError, match=r"(has to be|is needed|no such)"):
         OPTIONS[name](value)
+
+
+GAVE = {
+    "nothing": lambda _: None,
+    "a text": lambda _: "x",
+    "another shape": lambda _: np.ones((7, 5)),
+    "too few": lambda _: np.ones(3),
+    "an object": lambda _: object(),
+}
+TIP = {"force": 1.0, "half_width": 1e-3, "position": (0.0, 0.0)}
+
+
+def own(base, hook, gave):
+    """A class of one's own, of which one method gives something else."""
+    return type("Mine", (base,), {hook: lambda self, *a, **k: gave(getattr(base, hook)(self, *a, **k))})
+
+
+def some(value):
+    """A value where None would be an answer."""
+    return "x" if value is None else value
+
+
+HOOKS = {
+    "measure": lambda gave: ss.Finger(
+        SKIN, ss.SensorArray.line(5, 1.5e-3, depth=2e-3, transducer=own(ss.NormalStrain, "measure", gave)())
+    ).read(ss.LineLoad([40.0, 20.0])),
+    "unit_pressure": lambda gave: own(ss.Hertz, "unit_pressure", gave)(40.0, half_width=1e-3).pressure([0.0, 1e-4]),
+    "unit_transform": lambda gave: SKIN.stress(
+        own(ss.Hertz, "unit_transform", lambda value: some(gave(value)))(40.0, half_width=1e-3), 1e-3, [0.0, 1e-3]
+    ),
+    "unit_shear_field": lambda gave: SKIN.stress(
+        own(ss.Hertz, "unit_shear_field", gave)(40.0, half_width=1e-3), 1e-3, [0.0, 1e-3]
+    ),
+    "unit_spectrum": lambda gave: LAYER.stress(
+        own(ss.Hertz, "unit_spectrum", gave)(40.0, half_width=1e-3), 1e-3, [0.0, 1e-3]
+    ),
+    "disc_pressure": lambda gave: own(ss.RoundHertz, "disc_pressure", gave)(**TIP).pressure([0.0, 1e-4], 0.0),
+    "unit_drag": lambda gave: own(ss.RoundHertz, "unit_drag", gave)(**TIP).shear([0.0, 1e-4], 0.0),
+    "disc_spectrum": lambda gave: own(ss.RoundHertz, "disc_spectrum", gave)(**TIP).spectrum([1.0, 2.0], [0.0, 0.0]),
+    "disc_family": lambda gave: ss.HalfSpace(RUBBER).stress(
+        own(ss.RoundHertz, "disc_family", lambda value: some(gave(value)))(**TIP), 1e-3, 0.0, 0.0
+    ),
+    "height": lambda gave: ss.press(SKIN, own(ss.pressing.Cylinder, "height", gave)(8e-3), force=40.0),
+    "height of a body": lambda gave: ss.press(
+        ss.HalfSpace(RUBBER), own(ss.pressing.Sphere, "height", gave)(8e-3), force=1.0
+    ),
+    "at": lambda gave: ss.Finger(
+        own(ss.HalfPlane, "at", lambda value: lambda contact: gave(value(contact)))(RUBBER), ARRAY
+    ).read(ss.LineLoad(40.0)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("gave", GAVE.values(), ids=GAVE.keys())
+@pytest.mark.parametrize("hook", HOOKS)
+def test_what_methods_of_ones_own_give_is_checked(hook, gave):
+    """The method is named, and what it gave: NumPy's words about shapes would point into this package."""
+    with pytest.raises(InvalidValueError, match=rf"(Mine|lambda).*{hook.partition(' ')[0]}.*(gave|is needed)"):
+        HOOKS[hook](gave)
+
+
+def test_a_number_for_all_is_as_good_as_an_array():
+    even = own(ss.NormalStrain, "measure", lambda _: 0.25)
+    array = ss.SensorArray.line(3, 1.5e-3, depth=2e-3, transducer=even())
+    assert ss.Finger(SKIN, array).read(ss.LineLoad([40.0, 20.0])).tolist() == [[0.25] * 3] * 2

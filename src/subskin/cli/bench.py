@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import io
+from ..errors import InvalidValueError
+from ..io.files import check_target
 from .common import describe, listed, said_of
 
 if TYPE_CHECKING:
@@ -73,6 +75,9 @@ def run(options: argparse.Namespace) -> int:
     from ..live.connecting import connected
     from ..live.run import Live
 
+    if options.out == "-":
+        raise InvalidValueError("-o -", "what happens is said on standard output", "-o calibrated.toml")
+    check_target(options.out)
     file = io.load(options.finger)
     unit = "N" if file.finger.array.on_area else "N/m"
     seconds = {name: quantity(getattr(options, name), "s", f"--{name}") for name in ("rest", "hold")}

@@ -284,7 +284,10 @@ def _opened(zarr: Any, path: str | Path) -> tuple[dict[str, Any], npt.NDArray[np
         about = {**group.attrs, "meaning": json.loads(group.attrs["meaning"]), "subskin": group.attrs["subskin"]}
         for name in _ORDER:
             group[name].shards  # noqa: B018 - whether it can be opened
-        return about, np.asarray(group["done"][:], dtype=bool)
+        done = np.array(group["done"][:], dtype=bool)
+        for k in np.flatnonzero(done):  # files that were lost since, or cut to nothing
+            done[k] = all(_is_there(_shard_file(at, name, int(k))) for name in _ORDER)
+        return about, done
     except Exception as wrong:
         fix = "remove it, or name another folder, and compute it again"
         raise FileError(str(path), f"it is damaged ({str(wrong)[:80] or type(wrong).__name__})", fix) from None
@@ -312,6 +315,10 @@ def _difference(before: Any, now: Any, at: str = "") -> str:
 
 def _shard_file(target: Path, name: str, k: int) -> Path:
     return target / name / "c" / str(k) / "0"
+
+
+def _is_there(file: Path) -> bool:
+    return file.is_file() and file.stat().st_size > 0
 
 
 def _write(path: str, touches: RandomTouches, k: int) -> None:

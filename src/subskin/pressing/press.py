@@ -156,6 +156,7 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
     for name, value in (("torsion", torsion), ("twist", twist)):
         if value is not None:
             raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")
+    _check.pair(f"{type(indenter).__name__}.ends", indenter.ends, "return -np.inf, np.inf", "m")
     load = _load(tilt, friction, force=force, depth=depth, moment=moment, tangential=tangential, slide=slide)
     grid = Grid.checked(nodes, window, period, datum, 1e-9 if tolerance is None else tolerance)
     return _press_long(skin, indenter, load, position, grid, after, max_strain)
@@ -212,7 +213,8 @@ class _Gap:
     at: float
 
     def __call__(self, y: FloatArray) -> FloatArray:
-        return np.asarray(self.indenter.height(y) + self.skin.surface_drop(y + self.at))
+        own = _check.returned(f"{type(self.indenter).__name__}.height", self.indenter.height(y), y.shape, exactly=True)
+        return np.asarray(own + self.skin.surface_drop(y + self.at))
 
 
 def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:

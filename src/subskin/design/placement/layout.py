@@ -54,7 +54,7 @@ class Arrangement:
 
     def __post_init__(self) -> None:
         _check.choice("pattern", self.pattern, get_args(Pattern))
-        rows = _check.real("rows", self.rows, at_least=1)
+        rows = _check.real("rows", self.rows, at_least=0)
         if rows.ndim != 1 or not rows.size or (rows != np.round(rows)).any():
             seen = f"rows = {_check.shown(self.rows)}"
             raise InvalidValueError(seen, "a whole number of sensors in each row is needed", "rows=(4, 4, 4)")
