@@ -20,6 +20,9 @@ SKIN = ss.HalfPlane(RUBBER)
 LAYER = ss.Layered(ss.Layer(RUBBER, 6e-3))
 ARRAY = ss.SensorArray.line(count=5, pitch=1.5e-3, depth=2e-3, noise=1e-4)
 FINGER = ss.Finger(SKIN, ARRAY)
+AREA = ss.Finger(LAYER, ss.SensorArray.grid((3, 3), pitch=2e-3, depth=2e-3, noise=1e-3))
+TOUCHES = ss.design.Touches(force=20.0)
+TOUCHES_ON_AREA = ss.design.Touches(force=1.0, area=((-2e-3, 2e-3), (-2e-3, 2e-3)))
 GOOD = {"start": -5e-3, "stop": 5e-3, "step": 1e-4}
 HUGE = 10**400
 LONG = 10**5000  # which Python does not even write out
@@ -108,6 +111,22 @@ def test_usual_and_dimensionless_ones_pass_in_silence():
         lambda: FINGER.locate(np.zeros(5) + 1j),
         lambda: FINGER.locate(np.zeros(5, dtype="M8[s]")),
         lambda: FINGER.locator(scan_step=1e-300),
+        lambda: AREA.locator(scan_step=1e-300),
+        lambda: AREA.locator(search=((-1e9, 1e9), (-1e9, 1e9))),
+        lambda: ss.Finger(LAYER, ss.SensorArray.grid((3, 3), 2.0, 2e-3, noise=1e-3)).locate(np.zeros(9)),
+        lambda: ss.pressure_map(AREA, np.zeros(9), step=1e-300),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, position=1e30),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, window=1e-300),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, tilt=np.ones(2)),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, friction=np.ones(2)),
+        lambda: ss.design.placement.area_quality(AREA, TOUCHES_ON_AREA, samples=1e300),
+        lambda: ss.design.placement.area_quality(AREA, TOUCHES_ON_AREA, rng=-1),
+        lambda: ss.design.placement.area_quality(AREA, TOUCHES_ON_AREA, grid=[1, [2]]),
+        lambda: ss.calibration.choose(np.ones(2), np.ones((9, 5)), np.zeros(9)),
+        lambda: ss.calibration.choose({"mine": FINGER}, np.ones((40, 5)), np.zeros(40)),
+        lambda: ss.design.aliasing_error(FINGER, sensor=np.ones(2)),
+        lambda: ss.design.search_grid("goals.toml"),
+        lambda: ss.synthetic.simulate_recording(FINGER, [0.0], force=40.0, rate=1e300),
         lambda: FINGER.array.usable(None),
         lambda: FINGER.array.usable("x"),
         lambda: FINGER.array.usable(np.zeros(4)),
@@ -217,8 +236,6 @@ def test_another_noun_or_shape_is_said(make, words):
         make()
 
 
-AREA = ss.Finger(LAYER, ss.SensorArray.grid((3, 3), pitch=2e-3, depth=2e-3, noise=1e-3))
-TOUCHES = ss.design.Touches(force=20.0)
 OPTIONS = {
     "plane": lambda value: ss.HalfPlane(RUBBER, plane=value),
     "bond": lambda value: ss.Layer(RUBBER, 6e-3, bond=value),

@@ -174,8 +174,7 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
                     for other in (m - 1, m + 1):
                         every.append(Arrangement("hexagonal", tuple(m if j % 2 == 0 else other for j in range(n))))
         else:
-            rule = f"has to be one of {', '.join(PATTERNS)}"
-            raise InvalidValueError(f'layout "{pattern}"', rule, f'"{PATTERNS[1]}"')
+            _check.choice("layout", pattern, PATTERNS)
 
     def off(layout: Arrangement) -> float:
         along, across = layout.size
