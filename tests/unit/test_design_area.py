@@ -289,7 +289,7 @@ def test_what_is_not_worked_out_on_an_area_is_refused(change, message):
 
 
 def test_an_unknown_layout_is_refused():
-    with pytest.raises(InvalidValueError, match="layout = 'circle'"):
+    with pytest.raises(InvalidValueError, match='layout "circle"'):
         Room((6, 9), (3e-3, 4e-3), 2e-3, layouts=("circle",))
 
 
