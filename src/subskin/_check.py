@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -107,6 +107,19 @@ def noun(name: str, value: object, kind: type | tuple[type, ...], fix: str) -> N
         raise InvalidValueError(f"{name} = {shown(value)}", f"a{'n' * (kinds[0] in 'AEIOU')} {kinds} is needed", fix)
 
 
+def choice(name: str, value: object, known: Iterable[str], fix: str = "") -> None:
+    """Refuse what is none of the `known` texts, be it no text at all: an array has no single answer to `==`."""
+    names = tuple(known)
+    if not isinstance(value, str) or value not in names:
+        import difflib
+
+        near = difflib.get_close_matches(value, names, n=1) if isinstance(value, str) else ()
+        listed = [f'"{one}"' for one in names]
+        rule = f"has to be {' or '.join(filter(None, (', '.join(listed[:-1]), listed[-1])))}"
+        meant = f'{name}="{near[0]}"' if near else fix or f'{name}="{names[0]}"'
+        raise InvalidValueError(f"{name} = {shown(value)}", rule, meant)
+
+
 def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
     """Several things of one `kind`, as a tuple; a text is none of several."""
     try:
@@ -117,6 +130,41 @@ def several(name: str, values: Any, kind: type, fix: str) -> tuple[Any, ...]:
         rule = f"a list is needed, each of it a {kind.__name__}"
         raise InvalidValueError(f"{name} = {shown(values)}", rule, fix)
     return each
+
+
+def returned(said: str, values: Any, shape: tuple[int, ...], *, exactly: bool = False) -> Any:
+    """What a method of somebody else's class gave: numbers that NumPy can spread over `shape`.
+
+    Where they have to be of that shape `exactly`, real ones are spread over it.
+    """
+    if type(values) is np.ndarray and values.shape == shape and values.dtype == np.float64:
+        return values
+    try:
+        array = np.asarray(values)
+        fits = array.dtype.kind in ("biuf" if exactly else "biufc") and np.broadcast_shapes(array.shape, shape) == shape
+    except ValueError:  # rows of different lengths, or a shape that does not go with the other
+        fits = False
+    if not fits:
+        gave = f"an array of shape {values.shape}" if isinstance(values, np.ndarray) else shown(values)
+        rule = f"{'real ' * exactly}numbers of the shape {shape} are needed"
+        raise InvalidValueError(f"{said} gave {gave}", rule, "return what NumPy makes of the arguments")
+    return np.broadcast_to(array, shape) if exactly else array
+
+
+def flag(name: str, value: object) -> bool:
+    """Yes or no: an array is neither, and a text is always yes in Python."""
+    if not isinstance(value, bool | np.bool_):
+        raise InvalidValueError(f"{name} = {shown(value)}", "True or False is needed", f"{name}=True")
+    return bool(value)
+
+
+def random(rng: object) -> np.random.Generator:
+    """A source of random numbers, or the one that a seed makes."""
+    if isinstance(rng, np.random.Generator):
+        return rng
+    if not isinstance(rng, int | np.integer) or isinstance(rng, bool) or rng < 0:
+        raise InvalidValueError(f"rng = {shown(rng)}", "a seed >= 0 or a Generator is needed", "rng=0")
+    return np.random.default_rng(int(rng))
 
 
 def generator(rng: object) -> None:
@@ -157,7 +205,7 @@ def _has_unit(value: object) -> bool:
 def shown(value: object) -> str:
     """A value as a message has it, its end left off where it is long, be it one that cannot be written out."""
     try:
-        return printable(repr(value), _SHOWN)
+        return printable(" ".join(part.strip() for part in repr(value).splitlines()), _SHOWN)
     except Exception:  # an int of more digits than Python writes, or an object whose own way fails
         return f"a {type(value).__name__}"
 

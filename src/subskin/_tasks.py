@@ -12,6 +12,7 @@ from functools import partial
 from queue import SimpleQueue
 from typing import Any, Protocol
 
+from . import _check
 from .errors import InvalidValueError, WorkersError
 
 __all__ = ["Executor", "run_tasks"]
@@ -28,6 +29,13 @@ class Executor(Protocol):
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any:
         """Begin `function(*arguments)`; the future has `result`, `cancel` and `add_done_callback`."""
+
+
+def threads(workers: int | None) -> int:
+    """How many work at a time: as many as there are cores where nothing is said."""
+    if workers is None:
+        return os.cpu_count() or 1
+    return _check.whole("workers", workers, at_least=1, at_most=4096, fix="leave it out for one on each core")
 
 
 def run_tasks(
@@ -74,7 +82,7 @@ def run_tasks(
     if executor is not None and not callable(getattr(executor, "submit", None)):
         rule, fix = "something with submit is needed", "executor=concurrent.futures.ProcessPoolExecutor(4)"
         raise InvalidValueError(f"executor = {executor!r}", rule, fix)
-    own = ThreadPoolExecutor(workers or os.cpu_count() or 1) if executor is None else None
+    own = ThreadPoolExecutor(threads(workers)) if executor is None else None
     pool = own or executor
     assert pool is not None
     finished: SimpleQueue[tuple[int, Any]] = SimpleQueue()

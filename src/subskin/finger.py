@@ -19,6 +19,7 @@ from ._shown import Drawing, Tabled, many_of, span
 from .array import SensorArray
 from .contact import Contact, LineLoad, LocalContact, PointLoad
 from .errors import GeometryError, InvalidValueError
+from .material import Material
 from .measured import MeasuredResponse
 from .skin.base import Skin
 from .spread import Spread
@@ -148,6 +149,12 @@ class Finger(Tabled, Frozen):
         if not isinstance(known, MeasuredResponse | None) or (known is not None and known.sensors != len(self.array)):
             rule = f"a MeasuredResponse of {len(self.array)} sensors is needed, or none"
             raise InvalidValueError(f"measured = {known!r}", rule, "MeasuredResponse.from_touches(...)")
+        who = type(self.skin).__name__
+        _check.several(f"{who}.materials", self.skin.materials, Material, "return (Material(young=0.4e6),)")
+        _check.scalar(f"{who}.thickness", self.skin.thickness, unit="m", above=0.0, finite=False)
+        for kind in set(self.array.transducers):
+            _check.noun(f"{type(kind).__name__}.unit", kind.unit, str, 'return "Pa", or "" of a strain')
+            _check.flag(f"{type(kind).__name__}.linear", kind.linear)
         widest, shallowest = float(np.abs(self.array.points).max()), float(np.asarray(self.array.depth).min())
         if not widest <= _WIDEST * shallowest:
             rule = f"at a depth of {shallowest:.6g} m sensors lie at most {_WIDEST:g} depths from y = 0 and z = 0"
@@ -229,7 +236,11 @@ class Finger(Tabled, Frozen):
             where = (depths[index, None], y, zs[index, None])
             points = b"".join(values.tobytes() for values in where)
             if points not in shared:  # the channels of one position feel the same state
-                shared[points] = self.skin.at(*where if a.on_area else where[:2])  # one's own skin may know no z
+                felt = self.skin.at(*where if a.on_area else where[:2])  # one's own skin may know no z
+                if not callable(felt):
+                    seen, rule = f"{type(self.skin).__name__}.at gave {_check.shown(felt)}", "a function is needed"
+                    raise InvalidValueError(seen, rule, "return lambda contact: State(stress, strain)")
+                shared[points] = felt
             felt = shared[points]
             groups.append(_Group(kind, slice(None) if len(index) == ys.size else index, felt, 0.5 * w))
         return tuple(groups)
@@ -251,7 +262,7 @@ class Finger(Tabled, Frozen):
         """
         _check.noun("contact", contact, (Contact, LocalContact), "LineLoad(force=40.0)")
         shape = contact.shape
-        return self._measured(contact.expand(2) if shape else contact, shape, linear)
+        return self._measured(contact.expand(2) if shape else contact, shape, _check.flag("linear", linear))
 
     def _measured(self, wide: Contact | LocalContact, shape: tuple[int, ...], linear: bool) -> FloatArray:
         """As `measure`, of contacts with two axes of length one behind those of their `shape`."""
@@ -260,7 +271,12 @@ class Finger(Tabled, Frozen):
         for kind, sensors, felt, weights in self._groups[linear]:
             if felt not in states:
                 states[felt] = felt(wide)
-            values = kind.measure(states[felt])
+                _check.noun(f"{type(self.skin).__name__}.at(...)(contact)", states[felt], State, "State(stress, ...)")
+            count = out.shape[-1] if isinstance(sensors, slice) else len(sensors)
+            values = _check.returned(
+                f"{type(kind).__name__}.measure", kind.measure(states[felt]), (*shape, count, weights.size),
+                exactly=True,
+            )  # fmt: skip
             out[..., sensors] = values[..., 0] if weights.size == 1 else values @ weights
         return out
 
@@ -335,8 +351,8 @@ class Finger(Tabled, Frozen):
         >>> finger.receptive_field([(0.0, 0.0), (1e-3, 0.5e-3)]).shape  # positions, sensors, components
         (2, 9, 3)
         """
-        if load not in (None, "line", "point"):
-            raise InvalidValueError(f"load = {load!r}", 'has to be "line" or "point"', 'load="point"')
+        if load is not None:
+            _check.choice("load", load, ("line", "point"))
         gain, at = self._linear_gain, _check.real("position", position, unit="m")
         if load == "point" or (load is None and self.array.on_area):
             if not at.ndim or at.shape[-1] != 2:

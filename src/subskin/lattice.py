@@ -71,9 +71,8 @@ def even_grid(
     >>> even_grid((2, 2), pitch=2e-3, layout="hexagonal").round(6).tolist()
     [[-0.0015, -0.000866], [-0.0005, 0.000866], [0.0005, -0.000866], [0.0015, 0.000866]]
     """
-    if layout not in ("grid", "hexagonal"):
-        raise InvalidValueError(f"layout = {layout!r}", 'has to be "grid" or "hexagonal"', 'layout="grid"')
-    if np.shape(shape) != (2,):
+    _check.choice("layout", layout, ("grid", "hexagonal"))
+    if not isinstance(shape, Sequence | np.ndarray) or len(shape) != 2:
         rule = "two counts are needed, of sensors along y and along z"
         raise InvalidValueError(f"shape = {_check.shown(shape)}", rule, "shape=(4, 4)")
     counts = [

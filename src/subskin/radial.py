@@ -21,7 +21,7 @@ from ._frozen import Frozen
 from ._radial_kernel import readings_at
 from .contact import LocalContact, PointLoad
 from .errors import ConvergenceError, GeometryError
-from .finger import Finger
+from .finger import Finger, finger_needed
 from .prepared import prepared, tabulated
 
 __all__ = ["RadialResponse", "tabulate_radial"]
@@ -224,6 +224,8 @@ def tabulate_radial(finger: Finger, radius: float) -> RadialResponse:
     >>> table.pair is not None, bool(np.allclose(table(at), finger.receptive_field(at), rtol=1e-7))
     (True, True)
     """
+    finger_needed(finger)
+    radius = _check.scalar("radius", radius, unit="m", above=0.0)
 
     def make() -> RadialResponse:
         array = finger.array

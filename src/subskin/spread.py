@@ -73,6 +73,5 @@ class Spread(Frozen):
         >>> Spread([0.0, 1e-3], straight=[1.0, 2.0], leaning=[1.0, 4.0]).at(0.5e-3).tolist()
         2.5
         """
-        return np.asarray(
-            np.interp(np.asarray(position, dtype=np.float64), self.y, self.leaning if friction > 0 else self.straight)
-        )
+        ratio = self.leaning if _check.friction(friction) > 0 else self.straight
+        return np.asarray(np.interp(_check.real("position", position, unit="m"), self.y, ratio))

@@ -93,6 +93,9 @@ def test_words_that_are_typed(session):
         (("-o", "x.toml"), "nothing says where the device is"),
         (("--port", "robot", "-o", "x.toml", "--positions", "3 mm:1 mm:1 mm"), "first:last:step"),
         (("--port", "robot?rate=many", "-o", "x.toml"), "a number is needed"),
+        (("--port", "robot?seed=-1", "-o", "x.toml"), "robot?seed = -1.0: a whole number"),
+        (("--port", "robot", "-o", "-"), "-o -: what happens is said on standard output"),
+        (("--port", "robot", "-o", "none/x.toml"), "there is no folder none"),
         (("--port", "robot", "-o", "x.toml", "--accuracy", "2 s"), "2 s"),
     ],
 )

@@ -623,3 +623,21 @@ def test_round_ends_of_bars():
     for value in (3.0e-7, 0.9, 1.0, 1.01, 7.3, 1.2e5):
         assert value <= nice(value) * 1.002
         assert nice(value) <= 1.7 * value
+
+
+@pytest.mark.parametrize("text", ["count =", "[skin]", 'kind = "line"\nkind = "line"', EXAMPLE.replace("[skin]", "")])
+def test_a_text_that_is_no_file_is_said_as_the_files_error(text):
+    """A page's link can hold anything: its errors are those of the file, and not of what parses it."""
+    for edit in (lambda: edited(text, "skin.young", 1e5), lambda: DesignView(lambda: None).answer("edit", {
+        "text": text, "key": "touch.force", "value": "1"}),
+    ):  # fmt: skip
+        with pytest.raises(SubskinError):
+            edit()
+
+
+def test_a_window_that_is_held_while_sensors_go_deep_is_drawn(view):
+    deep = EXAMPLE.replace('depth = "2 mm"', 'depth = "80 mm"')
+    window = window_of(finger_of(EXAMPLE).finger)
+    said, fields = view.look(FingerState(text=deep), window=window, moving=True)
+    assert fields[0].size
+    assert said["fields"][0]["most"] > 0

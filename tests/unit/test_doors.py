@@ -10,7 +10,8 @@ import pint
 import pytest
 
 import subskin as ss
-from subskin.errors import SubskinError, ValidityWarning, printable
+from subskin.errors import InvalidValueError, SubskinError, ValidityWarning, printable
+from subskin.lattice import even_grid
 from subskin.response import Response
 
 U = pint.UnitRegistry()
@@ -19,6 +20,9 @@ SKIN = ss.HalfPlane(RUBBER)
 LAYER = ss.Layered(ss.Layer(RUBBER, 6e-3))
 ARRAY = ss.SensorArray.line(count=5, pitch=1.5e-3, depth=2e-3, noise=1e-4)
 FINGER = ss.Finger(SKIN, ARRAY)
+AREA = ss.Finger(LAYER, ss.SensorArray.grid((3, 3), pitch=2e-3, depth=2e-3, noise=1e-3))
+TOUCHES = ss.design.Touches(force=20.0)
+TOUCHES_ON_AREA = ss.design.Touches(force=1.0, area=((-2e-3, 2e-3), (-2e-3, 2e-3)))
 GOOD = {"start": -5e-3, "stop": 5e-3, "step": 1e-4}
 HUGE = 10**400
 LONG = 10**5000  # which Python does not even write out
@@ -107,6 +111,22 @@ def test_usual_and_dimensionless_ones_pass_in_silence():
         lambda: FINGER.locate(np.zeros(5) + 1j),
         lambda: FINGER.locate(np.zeros(5, dtype="M8[s]")),
         lambda: FINGER.locator(scan_step=1e-300),
+        lambda: AREA.locator(scan_step=1e-300),
+        lambda: AREA.locator(search=((-1e9, 1e9), (-1e9, 1e9))),
+        lambda: ss.Finger(LAYER, ss.SensorArray.grid((3, 3), 2.0, 2e-3, noise=1e-3)).locate(np.zeros(9)),
+        lambda: ss.pressure_map(AREA, np.zeros(9), step=1e-300),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, position=1e30),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, window=1e-300),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, tilt=np.ones(2)),
+        lambda: ss.press(SKIN, ss.pressing.Cylinder(8e-3), force=40.0, friction=np.ones(2)),
+        lambda: ss.design.placement.area_quality(AREA, TOUCHES_ON_AREA, samples=1e300),
+        lambda: ss.design.placement.area_quality(AREA, TOUCHES_ON_AREA, rng=-1),
+        lambda: ss.design.placement.area_quality(AREA, TOUCHES_ON_AREA, grid=[1, [2]]),
+        lambda: ss.calibration.choose(np.ones(2), np.ones((9, 5)), np.zeros(9)),
+        lambda: ss.calibration.choose({"mine": FINGER}, np.ones((40, 5)), np.zeros(40)),
+        lambda: ss.design.aliasing_error(FINGER, sensor=np.ones(2)),
+        lambda: ss.design.search_grid("goals.toml"),
+        lambda: ss.synthetic.simulate_recording(FINGER, [0.0], force=40.0, rate=1e300),
         lambda: FINGER.array.usable(None),
         lambda: FINGER.array.usable("x"),
         lambda: FINGER.array.usable(np.zeros(4)),
@@ -208,9 +228,106 @@ def test_what_is_no_finger_is_refused(function, others):
         (lambda: ss.calibrate(FINGER, np.ones((9, 5)), np.zeros(9), force=np.ones(8)), "one for each touch"),
         (lambda: ss.calibrate(FINGER, np.full((9, 5), 1e300), np.zeros(9)), r"readings\[0, 0\] = 1e\+300: no sensor"),
         (lambda: FINGER.blind_spots(snr="high"), "snr = 'high'"),
-        (lambda: FINGER.blind_spots(rng=None), "rng = None: a Generator or int is needed"),
+        (lambda: FINGER.blind_spots(rng=None), "rng = None: a seed >= 0 or a Generator is needed"),
     ],
 )
 def test_another_noun_or_shape_is_said(make, words):
     with pytest.raises(SubskinError, match=words):
         make()
+
+
+OPTIONS = {
+    "plane": lambda value: ss.HalfPlane(RUBBER, plane=value),
+    "bond": lambda value: ss.Layer(RUBBER, 6e-3, bond=value),
+    "layout": lambda value: even_grid((2, 2), pitch=2e-3, layout=value),
+    "axis": lambda value: ss.transducer.Displacement(axis=value),
+    "load": lambda value: FINGER.locate(np.zeros(5), load=value),
+    "load of a field": lambda value: FINGER.receptive_field(0.0, load=value),
+    "family": lambda value: FINGER.fit(np.zeros(5), value),
+    "family on an area": lambda value: ss.locator(AREA, value),
+    "kind": lambda value: ss.decide.Kind("mine", value),
+    "shear": lambda value: ss.pressure_map(FINGER, np.zeros(5), shear=value),
+    "shear on an area": lambda value: ss.pressure_map(AREA, np.zeros(9), shear=value),
+    "rule": lambda value: ss.pressure_map(FINGER, np.zeros(5), rule=value),
+    "contact": ss.decide.friction_arm,
+    "angle": lambda value: ss.design.two_point_limen(FINGER, TOUCHES, angle=value),
+    "measure": lambda value: ss.design.best_positions(FINGER, TOUCHES, measure=value),
+    "lattice": lambda value: ss.design.aliasing_error(FINGER, lattice=value),
+    "calibrated": lambda value: ss.design.search.Accuracy(position=1e-4, calibrated=value),
+    "family of blind spots": lambda value: FINGER.blind_spots(TOUCHES, family=value),
+    "pattern": lambda value: ss.design.placement.Arrangement(value, (3, 3)),
+    "ridges": lambda value: ss.design.ridges.Ridges(3e-3, shape=value),
+    "sensor": ss.transducer.class_of,
+    "component": lambda value: ss.plot.finger_section(FINGER, ss.LineLoad(40.0), component=value),
+}
+
+
+@pytest.mark.parametrize("value", [np.array(["free", "none"]), np.ones(2), ["line"], {"line": 1}, 3.0, b"line", "lime"])
+@pytest.mark.parametrize("name", OPTIONS)
+def test_what_is_no_text_of_an_option_is_said(name, value):
+    with pytest.raises(InvalidValueError, match=r"(has to be|is needed|no such)"):
+        OPTIONS[name](value)
+
+
+GAVE = {
+    "nothing": lambda _: None,
+    "a text": lambda _: "x",
+    "another shape": lambda _: np.ones((7, 5)),
+    "too few": lambda _: np.ones(3),
+    "an object": lambda _: object(),
+}
+TIP = {"force": 1.0, "half_width": 1e-3, "position": (0.0, 0.0)}
+
+
+def own(base, hook, gave):
+    """A class of one's own, of which one method gives something else."""
+    return type("Mine", (base,), {hook: lambda self, *a, **k: gave(getattr(base, hook)(self, *a, **k))})
+
+
+def some(value):
+    """A value where None would be an answer."""
+    return "x" if value is None else value
+
+
+HOOKS = {
+    "measure": lambda gave: ss.Finger(
+        SKIN, ss.SensorArray.line(5, 1.5e-3, depth=2e-3, transducer=own(ss.NormalStrain, "measure", gave)())
+    ).read(ss.LineLoad([40.0, 20.0])),
+    "unit_pressure": lambda gave: own(ss.Hertz, "unit_pressure", gave)(40.0, half_width=1e-3).pressure([0.0, 1e-4]),
+    "unit_transform": lambda gave: SKIN.stress(
+        own(ss.Hertz, "unit_transform", lambda value: some(gave(value)))(40.0, half_width=1e-3), 1e-3, [0.0, 1e-3]
+    ),
+    "unit_shear_field": lambda gave: SKIN.stress(
+        own(ss.Hertz, "unit_shear_field", gave)(40.0, half_width=1e-3), 1e-3, [0.0, 1e-3]
+    ),
+    "unit_spectrum": lambda gave: LAYER.stress(
+        own(ss.Hertz, "unit_spectrum", gave)(40.0, half_width=1e-3), 1e-3, [0.0, 1e-3]
+    ),
+    "disc_pressure": lambda gave: own(ss.RoundHertz, "disc_pressure", gave)(**TIP).pressure([0.0, 1e-4], 0.0),
+    "unit_drag": lambda gave: own(ss.RoundHertz, "unit_drag", gave)(**TIP).shear([0.0, 1e-4], 0.0),
+    "disc_spectrum": lambda gave: own(ss.RoundHertz, "disc_spectrum", gave)(**TIP).spectrum([1.0, 2.0], [0.0, 0.0]),
+    "disc_family": lambda gave: ss.HalfSpace(RUBBER).stress(
+        own(ss.RoundHertz, "disc_family", lambda value: some(gave(value)))(**TIP), 1e-3, 0.0, 0.0
+    ),
+    "height": lambda gave: ss.press(SKIN, own(ss.pressing.Cylinder, "height", gave)(8e-3), force=40.0),
+    "height of a body": lambda gave: ss.press(
+        ss.HalfSpace(RUBBER), own(ss.pressing.Sphere, "height", gave)(8e-3), force=1.0
+    ),
+    "at": lambda gave: ss.Finger(
+        own(ss.HalfPlane, "at", lambda value: lambda contact: gave(value(contact)))(RUBBER), ARRAY
+    ).read(ss.LineLoad(40.0)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("gave", GAVE.values(), ids=GAVE.keys())
+@pytest.mark.parametrize("hook", HOOKS)
+def test_what_methods_of_ones_own_give_is_checked(hook, gave):
+    """The method is named, and what it gave: NumPy's words about shapes would point into this package."""
+    with pytest.raises(InvalidValueError, match=rf"(Mine|lambda).*{hook.partition(' ')[0]}.*(gave|is needed)"):
+        HOOKS[hook](gave)
+
+
+def test_a_number_for_all_is_as_good_as_an_array():
+    even = own(ss.NormalStrain, "measure", lambda _: 0.25)
+    array = ss.SensorArray.line(3, 1.5e-3, depth=2e-3, transducer=even())
+    assert ss.Finger(SKIN, array).read(ss.LineLoad([40.0, 20.0])).tolist() == [[0.25] * 3] * 2

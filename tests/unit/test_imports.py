@@ -16,6 +16,7 @@ ROOT = Path(subskin.__file__).parent
 ORDER = (
     "_lazy",
     "errors",
+    "_path",
     "_check",
     "_presets",
     "_shown",

@@ -257,7 +257,7 @@ def test_a_counter_and_a_clock_that_begin_again():
     ("table", "said"),
     [
         ({"fields": [{"name": "p", "type": "u16"}]}, "mark at their start or end"),
-        ({"fields": [{"name": "p", "type": "u17"}], "end": "0a"}, "no such type is known"),
+        ({"fields": [{"name": "p", "type": "u17"}], "end": "0a"}, 'type = .u17.: has to be "u8", '),
         ({"fields": [{"name": "p", "type": "u16", "unit": "Pa"}], "end": "0a"}, "no such key is known"),
         ({"fields": [{"name": "p", "type": "u16", "scale": "2"}], "end": "0a"}, "a number is needed"),
         ({"fields": [{"name": "p", "type": "u16", "count": 0}], "end": "0a"}, "whole number from 1"),
@@ -265,7 +265,7 @@ def test_a_counter_and_a_clock_that_begin_again():
         ({"fields": [{"name": "n", "type": "i8", "use": "counter"}], "end": "0a"}, "counts up from 0"),
         ({"fields": [{"name": "n", "type": "u8", "use": "counter"}], "end": "0a"}, "one field at least is a channel"),
         ({"fields": [{"name": "p", "type": "u8"}], "end": "0x0a"}, "pairs of hexadecimal digits"),
-        ({"fields": [{"name": "p", "type": "u8"}], "end": "0a", "check": "crc"}, "no such check"),
+        ({"fields": [{"name": "p", "type": "u8"}], "end": "0a", "check": "crc"}, "check = .crc.: has to be"),
         ({"fields": "p", "end": "0a"}, "a table for each"),
         ({"fields": [7], "end": "0a"}, "a table for each"),
         ({"fields": [], "end": 10}, "a text is needed"),

@@ -182,7 +182,7 @@ def test_bounds_on_the_choices(study):
 def test_limits_that_no_row_keeps_are_said(study):
     with pytest.raises(InvalidValueError, match="least wrong of all"):
         best_row(study, limits={"wrong": -1.0})
-    with pytest.raises(InvalidValueError, match="there are"):
+    with pytest.raises(InvalidValueError, match="has to be"):
         best_row(study, "beauty")
 
 

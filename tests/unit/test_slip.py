@@ -244,7 +244,7 @@ class TestStick:
     [
         (lambda: slip(np.zeros(3), 0.5), "Finger.locate or Finger.fit"),
         (lambda: slip(estimate(20.0, 5.0), -0.5), "friction"),
-        (lambda: slip(estimate(20.0, 5.0), 0.5, contact="strip"), "hertz, line, punch, wedge"),
+        (lambda: slip(estimate(20.0, 5.0), 0.5, contact="strip"), '"hertz", "line", "punch" or "wedge"'),
         (lambda: slip(estimate(20.0, 5.0), 0.5, skin=FINGER.skin), "needs both"),
         (lambda: slip(estimate(20.0, 5.0), 0.5, thresholds=(0.5, 0.1)), "ascending"),
         (lambda: slip(estimate(20.0, 5.0), 0.5, thresholds=0.5), "two probabilities"),

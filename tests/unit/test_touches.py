@@ -215,6 +215,17 @@ def test_a_damaged_store_is_said(file, tmp_path):
     assert " it is damaged" in said
 
 
+def test_shards_whose_files_are_lost_are_computed_again(file, tmp_path):
+    store = tmp_path / "touches.zarr"
+    save_touches(file, store)
+    before = whole(store)
+    (store / "readings" / "c" / "0" / "0").unlink()
+    (store / "labels" / "c" / "2" / "0").write_bytes(b"")
+    assert shards_done(store).tolist() == [False, True, False]
+    assert save_touches(file, store).tolist() == [0, 2]
+    assert whole(store) == before
+
+
 def test_another_file_is_refused(file, tmp_path, monkeypatch):
     store, other = tmp_path / "t.zarr", parse_finger(FINGER.replace("1e-4", "2e-4"))
     small = parse_touches(TOUCHES.replace("2500", "100"), finger=file.finger)

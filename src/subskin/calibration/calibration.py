@@ -317,7 +317,7 @@ def checked_touches(
         if y.shape != (len(data), 2):
             rule = f"the sensors are on an area: one position (y, z) for each of the {len(data)} touches"
             raise GeometryError(f"positions of shape {y.shape}", rule, f"shape ({len(data)}, 2)")
-    elif np.any(azimuth):
+    elif _check.real("azimuth", azimuth, unit="rad").any():
         rule = "a row of sensors knows loads along it: angle says how they lean"
         raise GeometryError(f"azimuth = {_check.shown(azimuth)}", rule, "leave it out")
     elif y.shape != data.shape[:1]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._axes import on_finger
 from .._check import FloatArray
 from ..errors import ConvergenceError, InvalidValueError
@@ -131,19 +132,24 @@ def choose(
     >>> found.best.name
     'NormalStrain'
     """
-    if not candidates:
+    if not isinstance(candidates, Mapping) or not candidates:
         raise InvalidValueError(
-            "no candidate",
-            "at least one finger has to be given",
+            f"candidates = {_check.shown(candidates)}",
+            "a mapping of names to at least one finger and what to fit of it is needed",
             '{"my finger": (finger, ("gain", "depth", "origin"))}',
         )
-    count = np.shape(positions)[0] if np.ndim(positions) else 0
+    known = _check.real("positions", positions, unit="m")
+    count = len(known) if known.ndim else 0
     if count < 2 * _BLOCKS:
         raise InvalidValueError(
             f"{count} touches", f"at least {2 * _BLOCKS} are needed to hold some out", "more touches"
         )
     trials = []
-    for name, (finger, fit) in candidates.items():
+    for name, pair in candidates.items():
+        if not isinstance(pair, list | tuple) or len(pair) != 2:
+            rule = "a finger and what to fit of it are needed"
+            raise InvalidValueError(f"{name}: {_check.shown(pair)}", rule, '(finger, ("gain", "depth", "origin"))')
+        finger, fit = pair
         trials.append(_trial(name, finger, fit, (readings, positions, force, angle, azimuth), options))
         advance()
     trials.sort(key=lambda t: t.score)

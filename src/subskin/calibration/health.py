@@ -144,7 +144,7 @@ def sensor_health(
     """
     finger_needed(finger)
     data = checked_readings(readings, len(finger.array))
-    needed, live = 3 if friction == 0 else 4, int(finger.array.live.sum())
+    needed, live = 3 if _check.friction(friction) == 0 else 4, int(finger.array.live.sum())
     if live < needed:
         raise ConvergenceError(
             f"{live} live sensors",

@@ -127,6 +127,8 @@ def next_touch(
     aims = able if targets is None else _positions(finger, "targets", targets)
     if not len(able) or not len(aims):
         raise InvalidValueError("no candidate", "the next touch needs a position to choose", "candidates=[0.0, 1e-3]")
+    if known is not None:
+        _check.noun("known", known, Mapping, 'known={"gain": 0.05}')
     covariance = np.diag(model.doubt(able, known or {}) ** 2)
     for row in model.of_parameters(made):
         covariance = _told(covariance, row, model.noise)

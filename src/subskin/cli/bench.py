@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import io
+from ..errors import InvalidValueError
+from ..io.files import check_target
 from .common import describe, listed, said_of
 
 if TYPE_CHECKING:
@@ -53,7 +55,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--force", metavar="FORCE", help="load of each touch, N/m or N; without it all are alike")
     parser.add_argument("--fit", metavar="LIST", default="gain,depth,origin", help="what to fit (gain,depth,origin)")
-    parser.add_argument("--accuracy", metavar="M", default="0.2 mm", help="error of positions that is wanted (0.2 mm)")
+    parser.add_argument("--accuracy", metavar="M", default="0.2 mm", help="wanted error of positions (0.2 mm)")
     parser.add_argument("--rest", metavar="S", default="2 s", help="time at rest, for the noise (2 s)")
     parser.add_argument("--hold", metavar="S", default="0.5 s", help="time that a touch is held (0.5 s)")
     parser.add_argument("--most", metavar="N", type=int, default=60, help="touches after which it ends (60)")
@@ -61,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--accept-misfit", action="store_true", help="write the finger even where its model cannot explain the touches"
     )
     parser.add_argument("-o", "--out", metavar="FILE", required=True, help="the calibrated finger.toml")
-    parser.add_argument("--json", action="store_true", help="a line of JSON for each thing that is said")
+    parser.add_argument("--json", action="store_true", help="a line of JSON for each message")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -73,6 +75,9 @@ def run(options: argparse.Namespace) -> int:
     from ..live.connecting import connected
     from ..live.run import Live
 
+    if options.out == "-":
+        raise InvalidValueError("-o -", "what happens is said on standard output", "-o calibrated.toml")
+    check_target(options.out)
     file = io.load(options.finger)
     unit = "N" if file.finger.array.on_area else "N/m"
     seconds = {name: quantity(getattr(options, name), "s", f"--{name}") for name in ("rest", "hold")}

@@ -61,9 +61,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--snr", type=float, default=1000.0, metavar="N", help="largest reading of the touches over its noise (1000)"
     )
-    parser.add_argument(
-        "--family", metavar="NAME", help="family that is fitted for the blind spots (line, on an area point)"
-    )
+    parser.add_argument("--family", metavar="NAME", help="family fitted for the blind spots (line, on an area point)")
     parser.add_argument("--touches", type=int, default=1000, metavar="N", help="touches for each blind spot (1000)")
     parser.add_argument("--map", metavar="FILE", help="draw the error over thickness and radius; .svg, .png or .pdf")
     parser.add_argument("--tip-map", metavar="FILE", help="draw what a round tip costs, over its radius and the depth")

@@ -17,7 +17,7 @@ _EXAMPLES = """\
   subskin convert robot.mcap touch.parquet --topic /left/tactile --finger finger.toml
 """
 _NOTES = """\
-The ending of the new file says what it is: .parquet, .csv, .mcap; or --to does. rosbag2 and lerobot are folders.
+The ending of the new file names its format: .parquet, .csv, .mcap; or --to does. rosbag2 and lerobot are folders.
 A bag (.mcap, .bag, .db3, or a folder of rosbag2) becomes a recording without estimates: `subskin replay` makes these.
 MCAP and bags need `pip install "subskin[log]"`.
 """
@@ -28,7 +28,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("recording", metavar="FILE", help="the recording, or a bag")
     parser.add_argument("out", metavar="NEW", help="the new file or folder")
-    parser.add_argument("--to", choices=("parquet", "csv", "mcap", "rosbag2", "lerobot"), help="what it is to be")
+    parser.add_argument("--to", choices=("parquet", "csv", "mcap", "rosbag2", "lerobot"), help="format of the new file")
     parser.add_argument(
         "--topic", metavar="NAME", help="what the topics begin with (/subskin); of a bag, the one to read"
     )

@@ -24,10 +24,10 @@ _EXAMPLES = """\
   subskin live finger.toml --fit hertz --json | my_robot
 """
 _NOTES = """\
-Ctrl-C ends it: the device is told to stop, the recording is closed, and the exit code is 0. The stream begins with the
-skin free, or --zero after it has begun. Piped, it prints each event, and a line a second; with --json a line for each
-frame, and one for each event. The first start after installation compiles for some seconds; a preview shows the force
-meanwhile, and no frame is lost.
+Ctrl-C ends it: the device gets its word to stop, the recording is closed, and the exit code is 0. The stream begins
+with the skin free, or --zero after it has begun. Piped, it prints each event, and a line a second; with --json a line
+for each frame, and one for each event. The first start after installation compiles for some seconds; a preview shows
+the force meanwhile, and no frame is lost.
 """
 _DEMO = """\
 [skin]

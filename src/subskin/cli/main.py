@@ -28,8 +28,8 @@ _COMMANDS = {
     "fit": "find a contact of one family, and its half width, in each frame of readings",
     "decide": "say what kind of contact made each frame of readings",
     "studio": "open a page on this machine: a finger to look at and to move by hand",
-    "live": "show what touches a sensor that is plugged in, as it happens",
-    "bench": "calibrate a finger that is plugged in, touch by touch",
+    "live": "show touches of a sensor on a cable, as they happen",
+    "bench": "calibrate a finger on a cable, touch by touch",
     "pressure": "find the pressure along the surface in each frame of readings",
     "check": "say what a finger cannot object to, and how wrong the half plane is for it",
     "compliance": "say how soft a skin should be to find a particle on a flat",
@@ -62,7 +62,7 @@ exit codes: 0 done, and live stopped with Ctrl-C; 1 no result; 2 bad input, noth
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="subskin",
-        description="What sensors beneath a compliant skin read under a contact, and the contact found from it.",
+        description="Sensors beneath a compliant skin: their readings under a contact, and the contact found again.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

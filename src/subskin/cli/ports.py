@@ -13,8 +13,8 @@ _EXAMPLES = """\
   subskin ports --json
 """
 _NOTES = """\
-A guess rests on the USB number of who made the board. It is only a guess: another sketch may run on it. "unknown" says
-that nothing tells; give the driver under [live] of finger.toml. Boards that a network reaches are not listed."""
+A guess rests on the USB number of who made the board. It is only a guess: another sketch may run on it. "unknown" means
+that no number says it; give the driver under [live] of finger.toml. Boards that a network reaches are not listed."""
 
 
 def add(parser: argparse.ArgumentParser) -> None:

@@ -22,7 +22,7 @@ _EXAMPLES = """\
   subskin replay touch.parquet --finger calibrated.toml -o again.parquet
 """
 _NOTES = """\
-What went into the chain when it was recorded goes into it again: raw frames with the times of the computer, and
+The chain gets again what it got at the time of the recording: raw frames with the times of the computer, and
 commands such as "zero now". Without --finger the answers are compared with those in the recording. A recording that
 was not closed (.arrows) can be replayed as well.
 """

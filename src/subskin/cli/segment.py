@@ -32,7 +32,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     describe(parser, run, _EXAMPLES, _NOTES)
     parser.add_argument("finger", help="finger.toml with a table [recording]")
     parser.add_argument("recording", help="the recording, CSV or Parquet; - for standard input")
-    parser.add_argument("--early", type=float, metavar="SHARE", help="share of a plateau that is averaged (0.4)")
+    parser.add_argument("--early", type=float, metavar="SHARE", help="averaged share of a plateau (0.4)")
     parser.add_argument("--before", metavar="TIME", help='time averaged before a press ("0.3 s")')
     parser.add_argument("--hold", metavar="TIME", help='least duration of a plateau ("0.5 s")')
     add_shared(parser, "table of presses")

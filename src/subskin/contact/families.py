@@ -61,13 +61,19 @@ def family_of(family: str | Family) -> Family:
     """
     known = families()
     if isinstance(family, str):
-        if family not in known:
-            raise InvalidValueError(f'family = "{family}"', f"has to be one of {', '.join(known)}", 'family="hertz"')
+        _check.choice("family", family, known, 'family="hertz"')
         return known[family]
     if isinstance(family, type) and issubclass(family, SpreadContact | LineLoad):
         return family
-    seen = f"family = {family!r}"
+    seen = f"family = {_check.shown(family)}"
     raise InvalidValueError(seen, "a name or a subclass of SpreadContact is needed", f"one of {', '.join(known)}")
+
+
+def checked_family(family: object) -> None:
+    """Refuse what is neither a name nor a class: an array has no single answer to `==`."""
+    if not isinstance(family, str | type):
+        rule = "the name or the class of a family of contacts is needed"
+        raise InvalidValueError(f"family = {_check.shown(family)}", rule, 'family="hertz"')
 
 
 def local_families() -> dict[str, LocalFamily]:
@@ -107,7 +113,7 @@ def local_family_of(family: str | Family | LocalFamily) -> LocalFamily:
         return known[family]
     if isinstance(family, type) and issubclass(family, RoundContact | PointLoad):
         return family
-    seen = f'family = "{family}"' if isinstance(family, str) else f"family = {_check.shown(family)}"
+    seen = f"family = {_check.shown(family)}"
     rule = f"on an area it has to be one of {', '.join(known)}, or a subclass of RoundContact"
     raise InvalidValueError(seen, rule, 'family="round_hertz"')
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import ComplexArray, FloatArray
-from ..errors import GeometryError
+from ..errors import GeometryError, InvalidValueError
 from .base import Contact, Spectrum, Transforms
 from .functions import shear_field
 from .quadrature import cauchy
@@ -140,17 +140,22 @@ class ProportionalContact(Contact):
 
     def transforms(self, z: ComplexArray) -> Transforms:  # noqa: D102
         z = self._centred(z)
-        closed = self.unit_transform(z)
+        closed, who = self.unit_transform(z), type(self).__name__
         if closed is None:
             f, df, h = cauchy(self.unit_pressure, self.breaks - np.asarray(self.position)[..., None], z)
         else:
-            f, df = closed
-            h = self.unit_shear_field(z, f, df)
+            full = np.broadcast_shapes(z.shape, self.shape)
+            if not isinstance(closed, tuple) or len(closed) != 2:
+                seen, rule = f"{who}.unit_transform gave {_check.shown(closed)}", "F and dF/dz are needed, or None"
+                raise InvalidValueError(seen, rule, "return f, df")
+            f, df = (_check.returned(f"{who}.unit_transform", part, full) for part in closed)
+            h = _check.returned(f"{who}.unit_shear_field", self.unit_shear_field(z, f, df), full)
         normal, tangential = self.components[..., 0], self.components[..., 1]
         return Transforms(normal * f, normal * df, tangential * f, tangential * df, tangential * h)
 
     def spectrum(self, k: FloatArray) -> Spectrum:  # noqa: D102
-        unit = self.unit_spectrum(k) * self._shifted(k)
+        own = self._returned("unit_spectrum", self.unit_spectrum(k), np.shape(k))
+        unit = own * self._shifted(k)
         return Spectrum(np.asarray(self.normal_force * unit), np.asarray(self.tangential_force * unit))
 
     def _shifted(self, k: FloatArray) -> ComplexArray:
@@ -166,10 +171,19 @@ class ProportionalContact(Contact):
         return at, at
 
     def pressure(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return scaled(self.normal_force, self.unit_pressure(self._from_centre(y)))
+        return scaled(self.normal_force, self._own_pressure(self._from_centre(y)))
 
     def shear(self, y: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return scaled(self.tangential_force, self.unit_pressure(self._from_centre(y)))
+        return scaled(self.tangential_force, self._own_pressure(self._from_centre(y)))
+
+    def _own_pressure(self, y: FloatArray) -> FloatArray:
+        return self._returned("unit_pressure", self.unit_pressure(y), y.shape)
+
+    def _returned(self, hook: str, values: Any, shape: tuple[int, ...]) -> FloatArray:
+        found: FloatArray = _check.returned(
+            f"{type(self).__name__}.{hook}", values, np.broadcast_shapes(shape, self.shape)
+        )
+        return found
 
     def _centred(self, z: ComplexArray) -> ComplexArray:
         return np.asarray(z - np.asarray(self.position, dtype=np.float64))

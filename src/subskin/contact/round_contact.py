@@ -95,7 +95,9 @@ class RoundContact(AxialContact):
         return None
 
     def unit_radial_pressure(self, r: FloatArray) -> FloatArray:  # noqa: D102
-        return np.asarray(self.disc_pressure(r / self.half_width) / self.half_width**2)
+        t = np.asarray(r / self.half_width)
+        own = _check.returned(f"{type(self).__name__}.disc_pressure", self.disc_pressure(t), t.shape)
+        return np.asarray(own / self.half_width**2)
 
     def unit_radial_slope(self, r: FloatArray) -> FloatArray:  # noqa: D102
         return np.asarray(self.disc_slope(r / self.half_width) / self.half_width**3)
@@ -103,13 +105,28 @@ class RoundContact(AxialContact):
     def unit_radial_spectrum(self, k: FloatArray) -> FloatArray:  # noqa: D102
         a = self.half_width
         if a.size > 1 and (a == a.flat[0]).all():  # a batch of one radius is one spectrum
-            return np.broadcast_to(self.disc_spectrum(np.asarray(k * a.flat[0])), np.broadcast_shapes(k.shape, a.shape))
-        return self.disc_spectrum(np.asarray(k * a))
+            return np.broadcast_to(
+                self._disc_spectrum(np.asarray(k * a.flat[0])), np.broadcast_shapes(k.shape, a.shape)
+            )
+        return self._disc_spectrum(np.asarray(k * a))
+
+    def _disc_spectrum(self, k: FloatArray) -> FloatArray:
+        said, own = f"{type(self).__name__}.disc_spectrum", self.disc_spectrum(k)
+        found: FloatArray = _check.returned(said, own, k.shape, exactly=True)
+        return found
 
     def unit_family(self, order: int, x: FloatArray, zeta: ComplexArray) -> ComplexArray | None:  # noqa: D102
         a = self.half_width
-        found = self.disc_family(order, np.asarray(x / a), zeta / a)
-        return None if found is None else np.asarray(found / a ** (2 + order))
+        depth, away = np.asarray(x / a), np.asarray(zeta / a)
+        found = self.disc_family(order, depth, away)
+        if found is None:
+            return None
+        shape = (3 + (order >= 0), *np.broadcast_shapes(depth.shape, away.shape))
+        if np.shape(found)[:1] != shape[:1]:
+            seen = f"{type(self).__name__}.disc_family gave {_check.shown(found)}"
+            raise InvalidValueError(seen, f"{shape[0]} functions are needed", "np.stack of W_m, m = 0 ... 3")
+        found = _check.returned(f"{type(self).__name__}.disc_family", found, shape)
+        return np.asarray(found / a ** (2 + order))
 
     @property
     def support(self) -> tuple[FloatArray, FloatArray]:  # noqa: D102

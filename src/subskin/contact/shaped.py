@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -121,20 +121,26 @@ class ShapedContact(LocalContact):
         return self.unit_pressure(y, z)
 
     def pressure(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
-        return _times(self.normal_force, self.unit_pressure(*self._from_centre(y, z)))
+        away = self._from_centre(y, z)
+        return _times(self.normal_force, self._returned("unit_pressure", self.unit_pressure(*away), *away))
 
     def shear(self, y: npt.ArrayLike, z: npt.ArrayLike) -> FloatArray:  # noqa: D102
         away = self._from_centre(y, z)
-        drag = _times(self.tangential_force, self.unit_drag(*away)[..., None])
+        drag = _times(self.tangential_force, self._returned("unit_drag", self.unit_drag(*away), *away)[..., None])
         if not self.moment.any():
             return drag
         by_y, by_z = self.unit_slope(*away)
         return _check.read_only(drag + _times(0.5 * self.moment[..., None], np.stack([by_z, -by_y], axis=-1)))
 
+    def _returned(self, hook: str, values: Any, first: FloatArray, second: FloatArray) -> Any:
+        shape = np.broadcast_shapes(first.shape, second.shape, self.shape)
+        return _check.returned(f"{type(self).__name__}.{hook}", values, shape)
+
     def spectrum(self, ky: FloatArray, kz: FloatArray) -> LocalSpectrum:  # noqa: D102
         ky, kz = np.asarray(ky, dtype=np.float64), np.asarray(kz, dtype=np.float64)
         centre, load = self.position, self.components
-        unit = self.unit_spectrum(ky, kz) * np.exp(-1j * (ky * centre[..., 0] + kz * centre[..., 1]))
+        own = self._returned("unit_spectrum", self.unit_spectrum(ky, kz), ky, kz)
+        unit = own * np.exp(-1j * (ky * centre[..., 0] + kz * centre[..., 1]))
         turn = 0.5j * self.moment
         n, ty, tz = (load[..., i] for i in range(3))
         return LocalSpectrum(n * unit, (ty + turn * kz) * unit, (tz - turn * ky) * unit)

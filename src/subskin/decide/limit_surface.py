@@ -21,7 +21,6 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import InvalidValueError
 
 __all__ = ["drag_held", "effective_drag", "friction_arm", "moment_held", "slipping_about"]
 
@@ -68,9 +67,7 @@ def friction_arm(contact: str = "hertz") -> float:
     >>> round(friction_arm("hertz"), 4), round(friction_arm("punch"), 4)
     (0.589, 0.7854)
     """
-    if contact not in _ARMS:
-        rule = f"a moment is held by a contact of some width: {', '.join(_ARMS)}"
-        raise InvalidValueError(f"contact = {_check.shown(contact)}", rule, 'contact="hertz"')
+    _check.choice("contact", contact, _ARMS)  # of some width: a line holds no moment
     return float(_ARMS[contact])
 
 

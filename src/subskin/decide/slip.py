@@ -115,7 +115,8 @@ class Slip(Frozen):
         `frame` is its index, () where there is no batch; the result has the shape of the forces.
         """
         index = np.array([np.ravel_multi_index(np.atleast_1d(frame), self.shape)]) if self.shape else np.array([0])
-        n, t = np.broadcast_arrays(_check.real("normal", normal), _check.real("tangential", tangential))
+        n, t = _check.real("normal", normal), _check.real("tangential", tangential)
+        n, t = (np.broadcast_to(part, _check.broadcast(normal=n, tangential=t)) for part in (n, t))
         own = forces_of(self.estimate, self.contact)[0].at(np.repeat(index, n.size))
         forces = own._replace(normal=n.ravel(), tangential=t.ravel())
         values = beyond(forces, *density_of(self.friction, self.shape, index))

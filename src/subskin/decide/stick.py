@@ -11,7 +11,6 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from ..contact import families, family_of
-from ..errors import InvalidValueError
 from ..pressing import Indenter, PressStatus, press
 from ..skin import Skin
 
@@ -26,12 +25,7 @@ def checked_contact(contact: str) -> str:
 @lru_cache(maxsize=64)  # a name that is good stays so
 def _known(contact: str) -> str:
     laws = [name for name, family in families().items() if family.GROWTH is not None]
-    if contact not in laws:
-        raise InvalidValueError(
-            f"contact = {contact!r}",
-            f"has to be one of {', '.join(laws)}",
-            "for other bodies give skin= and indenter=, and the solver finds the zone",
-        )
+    _check.choice("contact", contact, laws, "for other bodies give skin= and indenter=, and the solver finds the zone")
     return contact
 
 

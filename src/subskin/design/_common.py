@@ -26,13 +26,16 @@ def whole(name: str, value: object, least: int = 1, most: int = 10**8) -> int:
 
 def index_of(array: SensorArray, sensor: object) -> int:
     """`sensor` as the index of one."""
-    if isinstance(sensor, bool) or sensor not in range(len(array)):
-        raise InvalidValueError(f"sensor = {sensor!r}", f"there are 0 to {len(array) - 1}", "sensor=0")
+    whole_number = isinstance(sensor, int | np.integer) and not isinstance(sensor, bool)
+    if not whole_number or not 0 <= int(sensor) < len(array):  # type: ignore[call-overload]
+        rule = f"there are 0 to {len(array) - 1}"
+        raise InvalidValueError(f"sensor = {_check.shown(sensor)}", rule, "sensor=0")
     return int(sensor)  # type: ignore[call-overload, no-any-return]
 
 
 def refuse_ridges(skin: Skin, what: str) -> None:
     """Refuses a skin with ridges where a tool takes the skin for the same everywhere."""
+    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
     if skin.ridges is not None:
         fix = "the smooth skin, or finger.read, locate and placement_quality, which know its ridges"
         raise InvalidValueError(f"{what} of {skin}", "it is for a skin that is the same at every position", fix)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _check
 from .._shown import html_table, lines
-from ..contact.families import Family, LocalFamily, families, local_families
+from ..contact.families import Family, LocalFamily, checked_family, families, local_families
 from ..estimate import Status
 from ..finger import Finger, finger_needed
 from ._common import locator_for, whole, widest
@@ -91,7 +91,7 @@ class BlindSpots:
             There is none.
         """
         for row in self.rows:
-            if row.name == name:
+            if isinstance(name, str) and row.name == name:
                 return row
         raise KeyError(name)
 
@@ -185,9 +185,11 @@ def blind_spots(
     count = whole("count", count)
     used = _usual(finger, snr, options) if touches is None else touches
     _check.noun("touches", used, Touches, "design.Touches(force=20.0)")
-    _check.noun("rng", rng, (np.random.Generator, int), "rng=0")
+    _check.random(rng)
     local = used.area is not None
     usual = "line" if not local else "point" if used.half_width is None else "round_hertz"
+    if family is not None:
+        checked_family(family)
     kind = usual if family is None or (local and family == "line") else family
     given = "" if local and kind == usual else kind
     estimator = locator_for(finger, used, given, **{"friction": used.friction, **options})

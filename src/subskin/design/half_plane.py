@@ -248,6 +248,7 @@ def half_plane_map(
     heights = np.atleast_1d(_check.real("thickness", thickness, above=1.0))
     radii = np.atleast_1d(_check.real("radius", radius, above=1.0, finite=False))
     array = SensorArray.line(count, pitch=1.0, depth=1.0)
+    half_width = _check.scalar("half_width", half_width, at_least=0.0)
     out = {"thickness": heights, "radius": radii}
     for name in ("beneath", "reading", "position", "angle"):
         out[name] = np.full((radii.size, heights.size), np.nan)

@@ -94,8 +94,7 @@ def tip_error(finger: Finger, radius: float, shape: Shape | None = None) -> TipE
         fix = 'kind = "layers" without [skin.base]'
         raise InvalidValueError(f"a tip's radius beside {skin}", rule, fix)
     form = ("sphere" if array.on_area else "cylinder") if shape is None else shape
-    if form not in _SHAPES:
-        raise InvalidValueError(f"shape = {shape!r}", f"has to be one of {', '.join(_SHAPES)}", 'shape="sphere"')
+    _check.choice("shape", form, _SHAPES)
     size = _check.scalar("radius", radius, unit="m", above=0.0)
     least = float(_table()["radius"][0])
     if size < least * skin.thickness:
@@ -136,9 +135,8 @@ def tip_map(shape: Shape, kind: str) -> dict[str, FloatArray]:
     (6, 4)
     """
     table = _table()
-    if shape not in _SHAPES or kind not in _known(shape):
-        rule = f"the table has {', '.join(_SHAPES)} and {', '.join(sorted(_known('sphere')))}"
-        raise InvalidValueError(f"shape = {shape!r}, kind = {kind!r}", rule, 'tip_map("sphere", "mean_pressure")')
+    _check.choice("shape", shape, _SHAPES)
+    _check.choice("kind", kind, sorted(_known(shape)))
     errors = table["errors"][shape][kind]
     return {
         "radius": table["radius"],

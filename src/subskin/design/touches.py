@@ -11,11 +11,12 @@ from .. import _check
 from .._check import FloatArray
 from ..contact import Contact, LineLoad, LocalContact, PointLoad, RoundHertz
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 
 __all__ = ["Touches"]
 
 _POSITIONS = 36
+_MOST = 10**7
 _GOLDEN = np.pi * (3 - np.sqrt(5))
 """The golden angle [rad]: turned by it from one to the next, directions never come to lie close."""
 
@@ -119,6 +120,8 @@ class Touches:
             raise GeometryError("touches on an area", rule, "touches with a span")
         if self.span is not None:
             return self.span
+        if finger is not None:
+            finger_needed(finger)
         y = np.zeros(1) if finger is None else np.asarray(finger.array.y)
         if not y.min() < y.max():
             raise GeometryError(
@@ -134,6 +137,7 @@ class Touches:
         The span is that of `span_on` the `finger`.
         """
         low, high = self.span_on(finger)
+        positions, angles = _count("positions", positions), _count("angles", angles)
         position = low + (high - low) * (np.arange(positions) + 0.5) / positions
         return position, self.cone * (2 * np.arange(angles) + 1 - angles) / angles
 
@@ -153,6 +157,7 @@ class Touches:
         if self.area is None:
             position, angle = self.grid(positions, angles, finger)
             return position, self.force * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        positions, angles = _count("positions", positions), _count("angles", angles)
         y, z = _cells(np.ptp(np.asarray(self.area), axis=1), positions)
         shares = np.meshgrid((np.arange(y) + 0.5) / y, (np.arange(z) + 0.5) / z, indexing="ij")
         i = np.arange(angles)
@@ -169,6 +174,7 @@ class Touches:
 
         On an area there are about `count`, as `finger` has no say there.
         """
+        count = _count("count", count)
         if self.area is None:
             return np.linspace(*self.span_on(finger), count)
         axes = [np.linspace(0.0, 1.0, n) for n in _cells(np.ptp(np.asarray(self.area), axis=1), count)]
@@ -217,3 +223,7 @@ def _cells(sides: FloatArray, count: int) -> tuple[int, int]:
     """About so many cells along y and z, as square as they can be."""
     along = max(round(float(np.sqrt(count * sides[0] / sides[1]))), 1)
     return along, max(round(count / along), 1)
+
+
+def _count(name: str, value: int) -> int:
+    return _check.whole(name, value, at_least=1, at_most=_MOST, fix=f"{name}=21")

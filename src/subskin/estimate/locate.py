@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _check
 from ..contact import Hertz, LineLoad
-from ..contact.families import Family, LocalFamily, family_of
+from ..contact.families import Family, LocalFamily, checked_family, family_of
 from ..errors import InvalidValueError
 from ..finger import Finger, finger_needed
 from ..prepared import prepared
@@ -26,8 +26,6 @@ from .stick_locator import StickLocator, checked_stick
 __all__ = ["fit", "locate", "locator"]
 
 Search: TypeAlias = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]] | None
-
-_LOADS = 'has to be "line", "point" or "either"'
 
 Load: TypeAlias = Literal["line", "point", "either"]
 
@@ -99,6 +97,7 @@ def locator(
     0.5
     """
     finger_needed(finger)
+    checked_family(family)
     _check.no_options(_unknown, _OPTIONS)
     values: dict[str, Any] = _check.values(
         friction=friction, scan_step=scan_step, false_alarm=false_alarm, ambiguity=ambiguity, outliers=outliers
@@ -245,8 +244,8 @@ def locate(
     finger_needed(finger)
     if _unknown:
         _check.no_options(_unknown, ", ".join(["load", *(n for n in _OPTIONS.split(", ") if n not in _OF_FIT)]))
-    if load not in (None, "line", "point", "either"):
-        raise InvalidValueError(f"load = {_check.shown(load)}", _LOADS, 'load="either"')
+    if load is not None:
+        _check.choice("load", load, ("line", "point", "either"))
     if load == "line":
         finger.array.refuse_area()
     found: Estimate | Either = _quick(
@@ -318,7 +317,9 @@ def fit(
     """
     finger_needed(finger)
     _check.no_options(_unknown, _OPTIONS)
-    family = family or ("round_hertz" if finger.array.on_area else "hertz")
+    if family is None:
+        family = "round_hertz" if finger.array.on_area else "hertz"
+    checked_family(family)
     if family == "either":
         raise InvalidValueError('family = "either"', "a fit is of one family", 'finger.locate(readings, load="either")')
     found: Estimate = _quick(

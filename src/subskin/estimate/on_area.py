@@ -16,7 +16,7 @@ from ..prepared import prepared
 from ..radial import tabulate_radial
 from ..radial_round import tabulate_round
 from .area import AreaLocator, InPlaceLocator, RoundLocator
-from .area.locator import reach_of, search_of
+from .area.locator import reach_of, search_of, step_of
 from .area.moment import moment_of
 from .area.observable import refuse_blind
 
@@ -51,6 +51,7 @@ def area_locator(
     box, beyond = search_of(finger.array, search)
 
     def make() -> AreaLocator:
+        step_of(finger.array, box, values["scan_step"])  # before tables so wide are made
         reach = reach_of(finger.array, box, beyond)
         (y, z) = (tuple(ends) for ends in box.tolist())
         options: dict[str, Any] = {"beyond": beyond, **values}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +12,10 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import FileError, InvalidValueError
+from .._path import path_of
+from ..errors import FileError, InvalidValueError, SubskinError
 from ..pressing import HeightMap
+from ._csv import number_of
 
 __all__ = ["read_body"]
 
@@ -21,6 +25,7 @@ _MOST = 1 << 24
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _MESH_UNIT = 1e-3
 _EDGE = 1e-9
+_END = 3  # lines of an ASCII mesh among which its last word is; blank ones may follow
 
 
 def read_body(
@@ -65,7 +70,7 @@ def read_body(
     >>> body.height([0.0, 1e-3], 0.0).round(9).tolist()
     [0.0, 6.25e-05]
     """
-    file = Path(path)
+    file = path_of(path)
     step = _check.scalar("pitch", pitch, unit="m", above=0.0)
     kind = file.suffix.lower()
     mesh = kind in _MESHES
@@ -74,7 +79,7 @@ def read_body(
         if mesh:
             return _sampled(file, scale * _facets(file), step)
         if kind in _ARRAYS:
-            heights = scale * np.load(file, allow_pickle=False).astype(np.float64)
+            heights = scale * _array(file)
         elif kind in _TABLES:
             heights = scale * _table(file)
         elif kind in _IMAGES:
@@ -82,24 +87,66 @@ def read_body(
         else:
             known = ", ".join((*_MESHES, *_TABLES, *_ARRAYS, *_IMAGES))
             raise FileError(f"{file}", f"a body is read from {known}", "save it as one of these")
-    except (OSError, ValueError, EOFError) as error:
-        if isinstance(error, FileError | InvalidValueError):
-            raise
+    except SubskinError:
+        raise
+    except (OSError, ValueError) as error:
         raise FileError(f"{file}: {error}", "the file has to hold what its suffix says", "see io.read_body") from error
     if heights.ndim != 2 or min(heights.shape) < 2:
         seen = f"{file}: heights of shape {heights.shape}"
         raise FileError(seen, "two rows and two columns or more are needed", "one height a cell, commas between them")
+    _few(file, heights.shape)
     heights = np.where(np.isnan(heights), np.inf, heights)
-    if not np.isfinite(heights).any():
-        raise FileError(f"{file}: no height in it is a number", "a body has heights", "numbers in the cells")
+    if not np.isfinite(heights).any() or (heights == -np.inf).any():
+        seen = f"{file}: {'a height of -inf' if (heights == -np.inf).any() else 'no height in it is a number'}"
+        raise FileError(seen, "a body has heights, and inf where it is not", "numbers in the cells")
     y, z = (step * (np.arange(count) - 0.5 * (count - 1)) for count in heights.shape)
     return HeightMap(y, z, heights)
+
+
+@contextlib.contextmanager
+def _damage_said(file: Path, what: str) -> Iterator[None]:
+    """What is damaged in a file makes errors of many kinds in whoever reads it; one of them is said."""
+    try:
+        yield
+    except SubskinError:
+        raise
+    except Exception as error:
+        raise FileError(f"{file}: {error}", f"it cannot be read as {what}", "save it anew") from error
+
+
+def _few(file: Path, counts: Sequence[float]) -> None:
+    if counts[0] * counts[1] > _MOST:
+        seen = f"{file}: {counts[0]:.0f} by {counts[1]:.0f} points"
+        raise FileError(seen, f"at most {_MOST} are handled", "a coarser map, or a part of it")
 
 
 def _table(file: Path) -> FloatArray:
     text = file.read_text(encoding="utf-8-sig")
     mark = ";" if ";" in text else "," if "," in text else None
-    return np.genfromtxt(text.splitlines(), delimiter=mark, dtype=np.float64, comments="#")
+    rows: list[list[float]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        heights = line.partition("#")[0].strip()
+        if not heights:
+            continue
+        cells = [cell.strip() for cell in heights.split(mark)]
+        found = [number_of(cell) for cell in cells]
+        if None in found:
+            seen = f'{file}, line {number}: "{cells[found.index(None)]}"'
+            raise FileError(seen, "a cell is a height, or empty where no body is", "a decimal point, and no header")
+        if rows and len(found) != len(rows[0]):
+            seen = f"{file}, line {number}: {len(found)} cells"
+            raise FileError(seen, f"the rows before have {len(rows[0])} each", "as many cells in each row")
+        rows.append([height for height in found if height is not None])
+    return np.array(rows, dtype=np.float64)
+
+
+def _array(file: Path) -> FloatArray:
+    with _damage_said(file, "an array"):
+        values = np.load(file, mmap_mode="r", allow_pickle=False)  # takes no memory for what a damaged head promises
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
+        kind = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else "several arrays"
+        raise FileError(f"{file}: {kind}", "one array of real numbers is needed", "np.save(file, heights)")
+    return values.astype(np.float64)
 
 
 def _image(file: Path, height: float | None) -> FloatArray:
@@ -108,7 +155,8 @@ def _image(file: Path, height: float | None) -> FloatArray:
         raise InvalidValueError(f"{file.name} without a height", rule, "height=0.2e-3, of white above black [m]")
     from PIL import Image
 
-    with Image.open(file) as image:
+    with _damage_said(file, "an image"), Image.open(file) as image:
+        _few(file, image.size)
         deep = image.mode.startswith(("I", "F"))  # 16 bits, or numbers
         shades = np.asarray(image if deep else image.convert("RGB"), dtype=np.float64)
         values = shades / (1.0 if image.mode == "F" else 65535.0 if deep else 255.0)
@@ -123,13 +171,16 @@ def _facets(file: Path) -> FloatArray:
     if count and len(data) == 84 + count * _FACET.itemsize:
         corners = np.frombuffer(data, dtype=_FACET, offset=84)["corners"].astype(np.float64)
     else:
-        lines = [line.split() for line in data.decode("ascii", errors="replace").splitlines()]
-        found = [line[1:4] for line in lines if line[:1] == ["vertex"]]
-        if not found or len(found) % 3:
-            seen = f"{file}: {len(data)} bytes, {len(found)} corners in ASCII"
-            raise FileError(
-                seen, "a binary STL has 84 bytes and 50 a triangle, an ASCII one three corners each", "export it anew"
-            )
+        lines = [line.split() for line in data.decode("ascii", errors="replace").lower().splitlines()]
+        found = [line[1:] for line in lines if line[:1] == ["vertex"]]
+        if not found:
+            takes = f"{84 + count * _FACET.itemsize} bytes for the {count} triangles that its head counts"
+            seen = f"{file}: {len(data)} bytes without a corner in ASCII"
+            raise FileError(seen, f"a binary STL would have {takes}", "export it anew")
+        ended = any(line[:1] == ["endsolid"] for line in lines[-_END:])
+        if len(found) % 3 or not ended or any(len(corner) != 3 for corner in found):
+            seen = f"{file}: {len(found)} corners in ASCII, {'with' if ended else 'without'} an end"
+            raise FileError(seen, "three corners of three numbers each, and endsolid at the end", "export it anew")
         corners = np.array(found, dtype=np.float64).reshape(-1, 3, 3)
     if not np.isfinite(corners).all():
         raise FileError(f"{file}: a corner that is not a number", "triangles have corners", "export it anew")
@@ -139,13 +190,14 @@ def _facets(file: Path) -> FloatArray:
 def _sampled(file: Path, corners: FloatArray, step: float) -> HeightMap:
     """The lowest of the triangles at each point of a grid."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    counts = np.floor((high - low)[:2] / step * (1 + _EDGE)).astype(int) + 1
-    if (counts < 2).any() or np.prod(counts.astype(float)) > _MOST:
+    sides = np.floor((high - low)[:2] / step * (1 + _EDGE)) + 1
+    if not (sides >= 2).all() or sides[0] > _MOST / sides[1]:
         seen = (
             f"a mesh of {1e3 * (high - low)[0]:.4g} by {1e3 * (high - low)[1]:.4g} mm at a pitch of {1e3 * step:.4g} mm"
         )
-        rule = f"that makes {counts[0]} by {counts[1]} points, and 2 by 2 to {_MOST:.0e} are handled"
+        rule = f"that makes {sides[0]:.4g} by {sides[1]:.4g} points, and 2 by 2 to {_MOST:.0e} are handled"
         raise FileError(f"{file}: {seen}", rule, "another pitch or unit")
+    counts = sides.astype(int)
     middle = 0.5 * (low + high)[:2]
     axes = [step * (np.arange(count) - 0.5 * (count - 1)) for count in counts]
     out = np.full(counts, np.inf)

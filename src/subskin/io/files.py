@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
+from .._path import path_of
 from ..errors import FileError
 
 __all__ = ["apart", "check_target", "opened", "read_bytes", "replacing", "size_of", "to_standard_output", "write_bytes"]
@@ -28,10 +29,11 @@ def opened(path: str | Path) -> Iterator[io.BufferedReader]:
     FileError
         No such file, no permission, a folder; it ends with an error while it is read.
     """
+    at = path_of(path)
     name = "standard input" if str(path) == "-" else str(path)
     with contextlib.ExitStack() as stack:
         try:
-            file = _standard_input() if str(path) == "-" else stack.enter_context(Path(path).open("rb"))
+            file = _standard_input() if str(path) == "-" else stack.enter_context(at.open("rb"))
             start = file.peek(4)[:4]
         except FileError:
             raise
@@ -81,7 +83,7 @@ def check_target(path: str | Path) -> None:
     FileError
         The path is a folder, or its folder does not exist.
     """
-    target = Path(path)
+    target = path_of(path)
     try:
         if target.is_dir():
             raise FileError(str(path), "it is a folder", "name a file")
@@ -143,7 +145,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         with _spooled() as part:
             yield part
         return
-    target = Path(path)
+    target = path_of(path)
     if target.is_symlink():
         target = _behind(target)
     check_target(target)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .._path import path_of
 from ..errors import FileError, SubskinError
 from ..measured import MeasuredResponse
 from .files import read_bytes, replacing
@@ -29,7 +30,7 @@ def response_path(path: str | Path) -> Path:
     >>> response_path("left/calibrated.toml").as_posix()
     'left/calibrated.response.npz'
     """
-    at = Path(path)
+    at = path_of(path)
     at = at.resolve() if at.is_symlink() else at
     return at.with_name(at.name.removesuffix(".toml") + _ENDING)
 
@@ -82,7 +83,7 @@ def write_both(path: str | Path, text: str, of: MeasuredResponse) -> None:
     FileError
         One of the two cannot be written; standard output, or what is no file.
     """
-    at = Path(path)
+    at = path_of(path)
     if str(path) == "-" or (at.exists() and not at.is_file()):
         seen = "standard output" if str(path) == "-" else str(path)
         raise FileError(seen, "this finger's response goes into a file beside the finger", "-o calibrated.toml")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._check import FloatArray
+from .._path import path_of
 from ..errors import FileError
 from .files import write_bytes
 
@@ -42,7 +43,7 @@ class FolderStore:
     """
 
     def __init__(self, folder: str | Path) -> None:
-        self.folder = Path(folder)
+        self.folder = path_of(folder)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:

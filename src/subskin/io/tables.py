@@ -13,7 +13,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from .. import _check
 from .._check import FloatArray
+from .._path import path_of
 from ..errors import FileError, InvalidValueError
 from ._csv import CsvReader, csv_head, csv_rows, number_of
 from ._parquet import ParquetReader, ParquetWriter, need_pyarrow
@@ -90,6 +92,7 @@ class Table:
         FileError
             No such column, text in a number, or (with `finite`) a cell without a number.
         """
+        _check.noun("column", column, str, 'column="time"')
         if column not in self.columns:
             raise self._without(column, why)
         (values,) = self._numbers([column])
@@ -127,6 +130,7 @@ class Table:
         FileError
             No such column.
         """
+        _check.noun("column", column, str, 'column="time"')
         if column not in self.columns:
             raise self._without(column, "")
         cells = (cell for part in self.parts for cell in part.some([self.columns.index(column)])[0])
@@ -362,7 +366,7 @@ def writing(path: str | Path) -> Iterator[TableWriter]:
     ...     read_table(f"{folder}/touches.csv").numbers("y").tolist()
     [0.001, 0.002]
     """
-    parquet = Path(path).suffix.lower() in _PARQUET
+    parquet = path_of(path).suffix.lower() in _PARQUET
     if parquet:
         need_pyarrow(str(path))
     with replacing(path) as part:

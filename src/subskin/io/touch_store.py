@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import __version__
+from .. import __version__, _check
+from .._path import path_of
 from .._tasks import Executor, run_tasks
 from ..errors import FileError, WorkersError
 from ..synthetic import FAULTS, RandomTouches, TouchShard
@@ -103,7 +104,8 @@ def save_touches(
     ...     [save_touches(file, f"{folder}/touches.zarr").tolist() for _ in range(2)]  # the second finds all there
     [[0, 1], []]
     """
-    zarr, target, touches = _zarr(path), Path(path).absolute(), file.touches
+    _check.noun("file", file, TouchesFile, 'io.load_touches("touches.toml")')
+    zarr, target, touches = _zarr(path), path_of(path).absolute(), file.touches
     if not target.exists():
         check_target(path)
         _make(zarr, target, file)
@@ -174,6 +176,7 @@ def cost_of_touches(file: TouchesFile) -> TouchesCost:
     >>> cost.shards, cost.measured, 5e4 < cost.size < 5e5
     (3, 2000, True)
     """
+    _check.noun("file", file, TouchesFile, 'io.load_touches("touches.toml")')
     zarr, touches = _zarr("--plan"), file.touches
     whole = len(touches.rows(0))
     touches.shard_of(0, 10)  # tables that are made once
@@ -270,8 +273,9 @@ def _about(file: TouchesFile) -> dict[str, Any]:
 
 def _opened(zarr: Any, path: str | Path) -> tuple[dict[str, Any], npt.NDArray[np.bool_]]:
     """What the store at `path` says of itself, and which of its shards are finished."""
+    at = path_of(path).absolute()
     try:
-        group = zarr.open_group(Path(path).absolute(), mode="r")
+        group = zarr.open_group(at, mode="r")
     except Exception:  # of Zarr, of its codecs, of what reads JSON
         group = None
     if group is None or "meaning" not in group.attrs or "done" not in group:
@@ -280,7 +284,10 @@ def _opened(zarr: Any, path: str | Path) -> tuple[dict[str, Any], npt.NDArray[np
         about = {**group.attrs, "meaning": json.loads(group.attrs["meaning"]), "subskin": group.attrs["subskin"]}
         for name in _ORDER:
             group[name].shards  # noqa: B018 - whether it can be opened
-        return about, np.asarray(group["done"][:], dtype=bool)
+        done = np.array(group["done"][:], dtype=bool)
+        for k in np.flatnonzero(done):  # files that were lost since, or cut to nothing
+            done[k] = all(_is_there(_shard_file(at, name, int(k))) for name in _ORDER)
+        return about, done
     except Exception as wrong:
         fix = "remove it, or name another folder, and compute it again"
         raise FileError(str(path), f"it is damaged ({str(wrong)[:80] or type(wrong).__name__})", fix) from None
@@ -308,6 +315,10 @@ def _difference(before: Any, now: Any, at: str = "") -> str:
 
 def _shard_file(target: Path, name: str, k: int) -> Path:
     return target / name / "c" / str(k) / "0"
+
+
+def _is_there(file: Path) -> bool:
+    return file.is_file() and file.stat().st_size > 0
 
 
 def _write(path: str, touches: RandomTouches, k: int) -> None:

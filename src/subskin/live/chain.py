@@ -133,7 +133,7 @@ class Chain(Frozen):
         assert isinstance(tare, Tare)
         self._tare, self._clock = tare, ClockMap()
         self._watch = Watch(tare.finger.array, file.names, most)
-        self.channels = file.names if channels is None else tuple(channels)
+        self.channels = file.names if channels is None else _check.several("channels", channels, str, '["p0", "p1"]')
         self._index = columns_of(file, self.channels)
         self._factor = factor_of(file)
 
@@ -245,8 +245,7 @@ class Chain(Frozen):
     def _commanded(
         self, before: ChainState, frames: DeviceFrames, host: float, command: str, values: dict[str, Any]
     ) -> tuple[ChainState, Batch]:
-        if command not in COMMANDS:
-            raise InvalidValueError(f'command = "{command}"', f"has to be one of {', '.join(COMMANDS)}", '"zero"')
+        _check.choice("command", command, COMMANDS)
         if len(frames):
             raise InvalidValueError(
                 f'"{command}" with {len(frames)} frames', "a command is a step of its own", "first the command"
@@ -368,6 +367,9 @@ def _plain(value: Any) -> Any:
 def _friction(given: Any) -> Friction:
     """What is known of the friction, from a value, a range or a density."""
     if isinstance(given, Mapping):
+        if set(given) != {"edges", "masses"}:
+            rule = "edges and masses make a density"
+            raise InvalidValueError(f"slip = {_check.shown(given)}", rule, "slip=(0.4, 0.8)")
         return Friction(**given)
     if isinstance(given, Friction):
         return given

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .._path import path_of
 from ..errors import FileError, UnknownOptionError
 from ..io.files import apart, check_target, replacing
 from .recording.parquet import write_parquet
@@ -80,7 +81,7 @@ def check_kind(target: str | Path, kind: str | None = None) -> str:
                 f'"{kind}"', f"a recording can be made into {', '.join(KINDS)}", "name one of them"
             )
         return kind
-    ending = Path(target).suffix.lower().removeprefix(".")
+    ending = path_of(target).suffix.lower().removeprefix(".")
     if ending not in KINDS:
         rule = f"its ending has to say what it is: {', '.join('.' + name for name in KINDS)}"
         raise FileError(str(target), rule, "name it touch.parquet, or say --to")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+from .._path import path_of
 from ..errors import FileError, InvalidValueError, SubskinError
 from ..io.files import check_target
 from ..io.finger_file import FingerFile
@@ -88,7 +89,7 @@ class Recorder:
         tell: Callable[[str], object] | None = None,
         epoch: float | None = None,
     ) -> None:
-        self.path = Path(path)
+        self.path = path_of(path)
         kept = self.path.name.endswith(ENDING)
         if not kept:
             check_kind(self.path)

@@ -84,6 +84,7 @@ class Replay:
         )
         if not begin <= end:
             raise InvalidValueError(f"from {begin} to {end} s", "it has to end after it begins", "swap them")
+        _check.noun("recording", recording, OpenRecording, 'with open_recording("touch.parquet") as recording: ...')
         old = recording.about
         if file is None and not old.finger:
             raise FileError(recording.name, "it holds no finger file", "--finger finger.toml")

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from .. import _check
 from .._check import FloatArray
 from .._frozen import Frozen
-from ..errors import GeometryError, InvalidValueError
+from ..errors import GeometryError
 from ..material import Material
 from ._three_sensor_roots import SAME, BlindPair, Determinant, RealRoot, real_roots
 
@@ -233,8 +233,7 @@ def three_sensor(
         raise GeometryError(f"y = {positions.tolist()}", "the three positions have to differ", "y=[-1e-3, 0, 1e-3]")
     x = _check.scalar("depth", depth, unit="m", above=0.0)
     skin = Material(young, poisson)
-    if plane not in ("strain", "stress"):
-        raise InvalidValueError(f"plane = {plane!r}", 'has to be "strain" or "stress"', 'plane="strain"')
+    _check.choice("plane", plane, ("strain", "stress"))
     mu = _check.scalar("friction", friction, at_least=0.0)
     tol = _check.scalar("tolerance", tolerance, at_least=0.0, at_most=0.1, fix="1e-3 for readings good to 0.1 %")
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from .._path import path_of
 from ..errors import InvalidValueError
 from .above import finger_above
 from .area_placement import area_placement_figure
@@ -155,7 +156,7 @@ def save_memo_figures(
     kinds = (formats,) if isinstance(formats, str) else tuple(formats)
     for number in wanted:
         _known(number)
-    files = (save(memo_figure(number), Path(folder) / f"memo_figure_{number:02d}", kinds) for number in wanted)
+    files = (save(memo_figure(number), path_of(folder) / f"memo_figure_{number:02d}", kinds) for number in wanted)
     return [path for written in files for path in written]
 
 

@@ -162,9 +162,7 @@ def _cut(contact: LocalContact) -> float:
 
 
 def _known(component: str) -> _Component:
-    if component not in COMPONENTS:
-        rule = f"has to be one of {', '.join(COMPONENTS)}"
-        raise InvalidValueError(f"component = {component!r}", rule, f'component="{next(iter(COMPONENTS))}"')
+    _check.choice("component", component, COMPONENTS)
     return COMPONENTS[component]
 
 

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from .. import _check
 from .._check import FloatArray
 from ..design.placement import PlacementQuality, PlacementStudy
 from ..errors import GeometryError, InvalidValueError
@@ -136,8 +137,7 @@ def placement_study_figure(
     >>> placement_study_figure(study).axes[0].get_xlabel()
     'pitch / depth'
     """
-    if measure not in _MEASURES:
-        raise InvalidValueError(f"measure {measure!r}", f"has to be one of {', '.join(_MEASURES)}", 'measure="wrong"')
+    _check.choice("measure", measure, _MEASURES, 'measure="wrong"')
     shape = study["wrong"].shape
     if not (0 <= kind < shape[0] and 0 <= depth < shape[1]):
         raise InvalidValueError(

@@ -136,12 +136,7 @@ def finger_section(
     >>> finger_section(finger, touch).axes[0].get_ylabel()
     'depth x [mm]'
     """
-    if component not in COMPONENTS:
-        raise InvalidValueError(
-            f"component = {component!r}",
-            f"has to be one of {', '.join(COMPONENTS)}",
-            f'component="{next(iter(COMPONENTS))}"',
-        )
+    _check.choice("component", component, COMPONENTS)
     if estimate is not None and np.size(estimate.status) != 1:
         raise GeometryError(
             f"estimate of shape {estimate.shape}", "the estimate of a single frame is needed", "found[0]"

@@ -149,12 +149,7 @@ def field_map(
     """
     if isinstance(contact, LocalContact):
         return area_map(skin, contact, component, span, depth)
-    if component not in COMPONENTS:
-        raise InvalidValueError(
-            f"component = {component!r}",
-            f"has to be one of {', '.join(COMPONENTS)}",
-            f'component="{next(iter(COMPONENTS))}"',
-        )
+    _check.choice("component", component, COMPONENTS)
     if contact.shape:
         raise GeometryError(f"contact of shape {contact.shape}", "a single contact is needed", "draw them one by one")
     left, right = _check.ends("span", span, "span=(-5e-3, 5e-3)") or _around(contact, skin)

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import AutoLocator, FixedLocator
 
+from .._path import path_of
 from ..errors import FileError, InvalidValueError
 
 __all__ = [
@@ -178,7 +179,7 @@ def save(figure: Figure, path: str | PathLike[str], formats: Iterable[str] | Non
     >>> save(new_figure(84.0, 60.0), getfixture("tmp_path") / "empty.svg")[0].name
     'empty.svg'
     """
-    target = Path(path)
+    target = path_of(path)
     suffix = target.suffix[1:].lower()
     if suffix in _UNDATED:
         target = target.with_suffix("")

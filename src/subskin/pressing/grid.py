@@ -22,6 +22,7 @@ _COARSE = 96
 _PLACES = 2049
 _TRIES = 60
 _WIDER = 5
+_LEAST_LENGTH = 1e-15  # m, far within an atom
 _MARGIN = 1.3
 _NARROW = 0.3
 _LADDER = 1.25
@@ -57,7 +58,7 @@ class Grid:
         if count is not None and count != int(count):
             raise InvalidValueError(f"nodes = {count:.6g}", "a whole number is needed", "nodes=1024")
         wide, repeat, rest = (
-            None if value is None else _check.scalar(name, value, unit="m", above=0.0)
+            None if value is None else _check.scalar(name, value, unit="m", above=0.0, at_least=_LEAST_LENGTH)
             for name, value in (("window", window), ("period", period), ("datum", datum))
         )
         if wide is not None and repeat is not None:

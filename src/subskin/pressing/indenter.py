@@ -27,6 +27,8 @@ __all__ = [
     "SineRidges",
 ]
 
+_MOST_POINTS = 10**7
+
 _SIZES: dict[str, dict[str, Any]] = {
     **{
         name: {"unit": "m", "above": 0.0} for name in ("radius", "half_width", "pitch", "protrusion", "flat_half_width")
@@ -354,7 +356,7 @@ class Profile(Indenter):
             raise InvalidValueError(
                 f"function = {function!r}", "a function of the positions y is needed", "lambda y: y**2 / 16e-3"
             )
-        count = _check.scalar("points", points, at_least=2)
+        count = _check.whole("points", points, at_least=2, at_most=_MOST_POINTS, fix="points=4001")
         y = np.linspace(_check.scalar("low", low, unit="m"), _check.scalar("high", high, unit="m"), int(count))
         raw = _check.real("height", function(y), unit="m", fix="end the profile where the function does")
         if raw.shape != y.shape:

@@ -27,6 +27,8 @@ __all__ = ["press"]
 Pair: TypeAlias = Any
 """One number of a long body, two along (y, z) of one that presses on an area."""
 
+_FARTHEST = 1e6
+"""Positions beyond it [m] are no bodies', and take the digits of the grid."""
 _UNITS = {"force": "N/m", "depth": "m", "moment": "N", "tangential": "N/m", "slide": "m"}
 
 
@@ -154,6 +156,7 @@ def press(  # type: ignore[misc]  # each takes the names that are listed
     for name, value in (("torsion", torsion), ("twist", twist)):
         if value is not None:
             raise InvalidValueError(f"{name} = {value}", "a long body does not turn about x", f"leave out {name}")
+    _check.pair(f"{type(indenter).__name__}.ends", indenter.ends, "return -np.inf, np.inf", "m")
     load = _load(tilt, friction, force=force, depth=depth, moment=moment, tangential=tangential, slide=slide)
     grid = Grid.checked(nodes, window, period, datum, 1e-9 if tolerance is None else tolerance)
     return _press_long(skin, indenter, load, position, grid, after, max_strain)
@@ -163,7 +166,7 @@ def _press_long(
     skin: Skin, indenter: Indenter, load: Prescribed, position: float, grid: Grid, after: Any, max_strain: float
 ) -> ContactSolution:
     """`press`, in a plane."""
-    at = _check.scalar("position", position, unit="m")
+    at = _check.scalar("position", position, unit="m", at_least=-_FARTHEST, at_most=_FARTHEST)
     if abs(at) > 0.25 * skin.period:
         seen = f"position = {at:.6g} m on a finger of {skin.period:.6g} m about"
         rule = "a body comes from above, and reaches the quarter on either side of y = 0"
@@ -210,7 +213,8 @@ class _Gap:
     at: float
 
     def __call__(self, y: FloatArray) -> FloatArray:
-        return np.asarray(self.indenter.height(y) + self.skin.surface_drop(y + self.at))
+        own = _check.returned(f"{type(self.indenter).__name__}.height", self.indenter.height(y), y.shape, exactly=True)
+        return np.asarray(own + self.skin.surface_drop(y + self.at))
 
 
 def _same(after: ContactSolution, skin: Skin, at: float, gap: Callable[[FloatArray], FloatArray]) -> None:
@@ -232,8 +236,9 @@ def _load(tilt: float | None, friction: float | None, **given: float | None) -> 
             "one of the two has to be given",
             "force=40.0, or depth=0.1e-3",
         )
-    tilt = 0.0 if tilt is None else tilt
-    asked = {**given, "tilt": tilt or None}
+    turned = 0.0 if tilt is None else _check.scalar("tilt", tilt, unit="rad")
+    grip = None if friction is None else _check.scalar("friction", friction, at_least=0.0, finite=False)
+    asked = {**given, "tilt": turned or None}
     for one, other in (("moment", "tilt"), ("tangential", "slide")):
         if asked[one] is not None and asked[other] is not None:
             seen = f"{one} = {asked[one]}, {other} = {asked[other]}"
@@ -244,17 +249,16 @@ def _load(tilt: float | None, friction: float | None, **given: float | None) -> 
         if value is not None and name in ("force", "depth") and not value > 0:
             seen = f"{name} = {float(value):.6g} {_UNITS[name]}"
             raise InvalidValueError(seen, "the indenter never touches the skin", f"give a {name} > 0")
-    if friction is None:
+    if grip is None:
         for name in ("tangential", "slide"):
             if values[name]:
                 seen = f"{name} = {values[name]:.6g}"
                 raise InvalidValueError(seen, "nothing is dragged without friction", "give friction=, e.g. 0.5")
         values["tangential"] = values["slide"] = None
-        return Prescribed(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=None)
-    if friction == 0 and values["tangential"]:
+        return Prescribed(**values, tilt=turned, friction=None)
+    if grip == 0 and values["tangential"]:
         seen = f"tangential = {values['tangential']:.6g} N/m at friction = 0"
         raise InvalidValueError(seen, "nothing holds that drag", "friction > 0")
-    grip = np.inf if friction == np.inf else _check.scalar("friction", friction, at_least=0.0)
     if values["tangential"] is None and values["slide"] is None:
         values["tangential"] = 0.0
-    return Prescribed(**values, tilt=_check.scalar("tilt", tilt, unit="rad"), friction=grip)
+    return Prescribed(**values, tilt=turned, friction=grip)

@@ -241,13 +241,15 @@ class Together(LocalIndenter):
     raised: npt.ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "bodies", bodies(*self.bodies))
+        each = _check.several("bodies", self.bodies, LocalIndenter, "[Sphere(radius=8e-3)]")
+        object.__setattr__(self, "bodies", bodies(*each))
         at = _check.real("positions", self.positions, unit="m")
         if at.shape != (len(self.bodies), 2):
             seen = f"positions of shape {at.shape} for {len(self.bodies)} bodies"
             raise GeometryError(seen, "each body has a position (y, z)", "[(-2e-3, 0.0), (2e-3, 0.0)]")
         high = _check.real("raised", self.raised, unit="m", at_least=0.0)
-        high = np.broadcast_to(high - high.min(), (len(self.bodies),))
+        high = _check.for_each("raised", high, len(self.bodies), "body")
+        high = high - high.min()
         object.__setattr__(self, "positions", at)
         object.__setattr__(self, "raised", _check.read_only(high))
 

@@ -173,6 +173,7 @@ class ContactSolution(Frozen):
         >>> pressed.certificate.penetration < 1e-8 < pressed.refined().penetration < 1e-4
         True
         """
+        by = _check.whole("by", by, at_least=1, at_most=64, fix="by=4")
         case, n = self.case, self.case.y.size
         periodic = case.influence.periodic
         count = n * by if periodic else (n - 1) * by + 1

@@ -14,7 +14,6 @@ from .. import _check
 from .._check import ComplexArray, FloatArray, each_read_only, read_only
 from ..contact.base import Contact
 from ..contact.local import LocalContact
-from ..errors import InvalidValueError
 from ..material import Material
 from ..tensor import State, Strain, Stress, SurfaceGradient, Wave
 from ._points import blank_singular, complex_points, not_local, points, wave_points
@@ -61,8 +60,7 @@ class HalfPlane(Skin):
 
     def __post_init__(self) -> None:
         _check.noun("material", self.material, Material, "Material(young=0.4e6)")
-        if self.plane not in ("strain", "stress"):
-            raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "strain" or "stress"', 'plane="strain"')
+        _check.choice("plane", self.plane, ("strain", "stress"))
 
     @property
     def materials(self) -> tuple[Material, ...]:  # noqa: D102

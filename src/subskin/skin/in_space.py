@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .. import _check
 from .base import Skin
 from .half_plane import HalfPlane
 from .half_space import HalfSpace
@@ -26,6 +27,7 @@ def in_space(skin: Skin) -> Skin | None:
     >>> print(in_space(ss.HalfPlane(ss.Material(young=0.4e6))))
     a half space (0.4 MPa, nu 0.5)
     """
+    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
     if skin.takes_local:
         return skin
     return HalfSpace(skin.material) if isinstance(skin, HalfPlane) and skin.plane == "strain" else None

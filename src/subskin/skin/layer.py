@@ -53,8 +53,7 @@ class Layer:
         fix = "leave out a layer that is not there"
         value = _check.scalar("thickness", self.thickness, unit="m", above=0.0, fix=fix)
         object.__setattr__(self, "thickness", value)
-        if self.bond not in ("bonded", "frictionless"):
-            raise InvalidValueError(f"bond = {self.bond!r}", 'has to be "bonded" or "frictionless"', 'bond="bonded"')
+        _check.choice("bond", self.bond, self.LOOSE)
 
     def __str__(self) -> str:
         return f"{1e3 * self.thickness:.6g} mm ({self.material}{self.LOOSE[self.bond]})"

@@ -15,7 +15,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from .._tasks import Executor
 from ..contact import Contact, LineLoad, LocalContact
-from ..errors import GeometryError
+from ..errors import GeometryError, InvalidValueError
 from ..finger import Finger, finger_needed
 from ..stream.relaxation import Relaxation
 from .readings import measured
@@ -23,6 +23,7 @@ from .readings import measured
 __all__ = ["Recording", "simulate_recording"]
 
 _TOUCH = 0.3  # share of the stroke at which the indenter meets the skin
+_MOST_FRAMES = 10**8
 _PERIODS = (0.9, 0.37)  # of the drift, in units of the recording
 
 
@@ -117,14 +118,19 @@ def simulate_recording(
     for name, value in {"stroke": stroke, "rate": rate, **times}.items():
         _check.scalar(name, value, above=0.0)
     _check.scalar("force", force, unit="N/m", at_least=0.0)
+    _check.scalar("angle", angle, unit="rad")
     _check.scalar("drift", drift, at_least=0.0)
     share = _check.scalar("relaxation", relaxation, at_least=0.0, at_most=0.99)
-    if y.shape not in ((len(y),), (len(y), 2)) or np.shape(origin) != y.shape[1:]:
-        seen = f"positions of shape {y.shape}, an origin of shape {np.shape(origin)}"
+    middle = _check.real("origin", origin, unit="m")
+    if not len(y) or y.shape not in ((len(y),), (len(y), 2)) or middle.shape != y.shape[1:]:
+        seen = f"positions of shape {y.shape}, an origin of shape {middle.shape}"
         raise GeometryError(seen, "shapes (k,) and (), or (k, 2) and (2,), are needed", "origin=(0.0, 0.0)")
-    own = on_finger(y, _check.real("origin", origin, unit="m"), turn)
+    own = on_finger(y, middle, turn)
     # one press: rest, down, hold, up; a last rest at the end
     corners = np.cumsum([0.0, rest, ramp, hold, ramp])
+    if not (corners[-1] * len(y) + rest) * rate <= _MOST_FRAMES:
+        seen = f"{len(y)} presses of {corners[-1]:.6g} s at {rate:.6g} Hz"
+        raise InvalidValueError(seen, f"at most {_MOST_FRAMES} frames are simulated", "shorter ones, or a lower rate")
     frames = round((corners[-1] * len(y) + rest) * rate)
     time = np.arange(frames) / rate
     which = np.minimum((time / corners[-1]).astype(int), len(y) - 1)

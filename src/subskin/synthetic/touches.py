@@ -14,7 +14,7 @@ from .._check import FloatArray
 from .._frozen import Frozen
 from ..contact import LineLoad, PointLoad, families, local_families
 from ..errors import GeometryError, InvalidValueError
-from ..finger import Finger
+from ..finger import Finger, finger_needed
 from .readings import measured
 
 __all__ = ["FAULTS", "ContactShare", "RandomTouches", "TouchShard"]
@@ -65,9 +65,7 @@ class ContactShare:
 
     def __post_init__(self) -> None:
         known = {**families(), **local_families()}
-        if self.family not in known:
-            rule = f"has to be one of {', '.join(known)}"
-            raise InvalidValueError(f'family = "{self.family}"', rule, 'family = "hertz"')
+        _check.choice("family", self.family, known, 'family="hertz"')
         _check.scalar("share", self.share, above=0.0)
         if (self.half_width is None) != (known[self.family] in (LineLoad, PointLoad)):
             seen = f"half_width = {self.half_width} of a {self.family}"
@@ -154,7 +152,10 @@ class RandomTouches(Frozen):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "contacts", tuple(self.contacts))
+        finger_needed(self.finger)
+        shares = _check.several("contacts", self.contacts, ContactShare, '[ContactShare("hertz", ...)]')
+        object.__setattr__(self, "contacts", shares)
+        _check.noun("faults", self.faults, Mapping, 'faults={"dead": 0.01}')
         if len({contact.local for contact in self.contacts}) != 1:
             seen = f"contacts {', '.join(contact.family for contact in self.contacts) or 'of no family'}"
             rule = "all have to be long, with forces in N/m, or all local, with forces in N"
@@ -166,9 +167,10 @@ class RandomTouches(Frozen):
             seen = f"{self.contacts[0].family} contacts on {self.finger.skin}"
             raise InvalidValueError(seen, "it is solved in a plane and takes long contacts", "line, hertz, ...")
         for name in ("across", "azimuth") if not self.local else ():
-            if getattr(self, name) not in (None, (0.0, 0.0)):
+            given = getattr(self, name)
+            if given is not None and _check.real(name, given).any():
                 rule = "a long contact is the same at every z"
-                raise InvalidValueError(f"{name} = {getattr(self, name)}", rule, f"leave out {name}")
+                raise InvalidValueError(f"{name} = {_check.shown(given)}", rule, f"leave out {name}")
         _check.whole("count", self.count, at_least=1, at_most=10**12)
         _check.whole("shard", self.shard, at_least=1, at_most=10**7)
         _check.whole("seed", self.seed, at_least=0, at_most=2**63 - 1)

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from .. import _check
 from .._check import FloatArray
-from ..errors import InvalidValueError
 from ..tensor import State
 from .base import Transducer
 
@@ -104,8 +103,7 @@ class ShearStrain(Transducer, name="shear_strain"):
     unit = ""
 
     def __post_init__(self) -> None:
-        if self.plane not in ("xy", "xz", "yz"):
-            raise InvalidValueError(f"plane = {self.plane!r}", 'has to be "xy", "xz" or "yz"', 'plane="xz"')
+        _check.choice("plane", self.plane, ("xy", "xz", "yz"))
 
     @property
     def component(self) -> str:  # type: ignore[override]
@@ -161,5 +159,4 @@ class Displacement(Transducer, name="displacement"):
 
 def known_axis(axis: object) -> None:
     """Refuse what is no axis."""
-    if axis not in ("x", "y", "z"):
-        raise InvalidValueError(f"axis = {axis!r}", 'has to be "x", "y" or "z"', 'axis="x"')
+    _check.choice("axis", axis, ("x", "y", "z"))

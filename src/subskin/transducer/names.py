@@ -9,6 +9,7 @@ from inspect import isabstract
 from operator import attrgetter
 from typing import Any
 
+from .. import _check
 from ..errors import InvalidValueError
 from .base import Transducer
 
@@ -58,6 +59,7 @@ def class_of(kind: str) -> type[Transducer]:
     >>> class_of("mean_pressure").__name__
     'MeanPressure'
     """
+    _check.noun("kind", kind, str, 'kind="mean_pressure"')
     known, seen = kinds(), f'kind = "{kind}"'
     if kind in known:
         return known[kind]

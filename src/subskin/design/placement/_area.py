@@ -23,7 +23,7 @@ from ...skin import Skin
 from ...transducer import Transducer
 from .._common import widest
 from ..touches import Touches
-from ._table import FALSE_ALARM, SHARES, jittered
+from ._table import FALSE_ALARM, SHARES, checked_grid, checked_samples, jittered
 
 AREA_GRID = (9, 6)
 """Positions along y, and along z, and azimuths at which bounds are found."""
@@ -258,6 +258,7 @@ class AskedTouches(NamedTuple):
     @classmethod
     def of(cls, touches: Touches, grid: tuple[int, int], samples: int, rng: np.random.Generator) -> AskedTouches:
         """Touches over the area and the cone of `touches`."""
+        grid, amount = checked_grid(grid), checked_samples(samples)
         box = np.asarray(touches.area)
         side = np.ones(grid[0])
         side[[0, -1]] = 0.5
@@ -271,7 +272,7 @@ class AskedTouches(NamedTuple):
                 leans += [(lean * touches.cone, turn, share / grid[1]) for turn in turns]
         angle, azimuth, share = np.array(leans).T
         weight = np.multiply.outer(np.multiply.outer(side, side).reshape(-1), share)
-        along, across = jittered(samples, rng)
+        along, across = jittered(amount, rng)
         count = across.size
         at = np.stack([np.repeat(along, across.shape[1]), rng.random(count)], axis=-1)
         more = _loads(touches, across.reshape(-1) * touches.cone, rng.uniform(-np.pi, np.pi, count))

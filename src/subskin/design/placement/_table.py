@@ -30,6 +30,7 @@ MARGIN = 1.5
 MAPS = ("position", "force", "angle", "log_det", "ambiguous", "wrong", "unfelt")
 """Rows of a survey, in the order of the compiled code."""
 
+_MOST_SAMPLES = 10**7
 GRID = (101, 41)
 """Positions and angles of the grid on which bounds are found."""
 
@@ -245,6 +246,11 @@ def checked_grid(grid: tuple[int, int]) -> tuple[int, int]:
     return int(values[0]), int(values[1])
 
 
+def checked_samples(samples: int) -> int:
+    """A number of touches that are drawn at random."""
+    return _check.whole("samples", samples, at_least=1, at_most=_MOST_SAMPLES, fix="samples=2000")
+
+
 def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.int_]:
     """Numbers of sensors: whole ones, and no fewer than a touch has unknowns."""
     _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
@@ -263,5 +269,6 @@ def checked_counts(counts: npt.ArrayLike, touches: Touches) -> npt.NDArray[np.in
 
 def check_span(skin: Skin, touches: Touches) -> None:
     """Refuses touches that go round the skin and on."""
+    _check.noun("skin", skin, Skin, "HalfPlane(Material(young=0.4e6))")
     if touches.span is not None and touches.span[1] - touches.span[0] > skin.period * (1 + 1e-12):
         raise GeometryError(f"span = {touches.span} m", f"the finger is {skin.period:.6g} m about", "a shorter span")

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ... import _check
 from ..._check import FloatArray
+from ...errors import InvalidValueError
 from ...skin import Skin
 from ..touches import Touches
 from ._area import AREA_GRID, AREA_MEASURES, AskedTouches, Channel, OneArea, check_area, judged_area, searched_area
@@ -104,8 +105,13 @@ def study_area(
     steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
     beyond = _check.scalar("margin", margin, at_least=0.0)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-    amount = int(_check.scalar("samples", samples, at_least=1))
-    asked = AskedTouches.of(touches, grid, amount, np.random.default_rng(rng))
+    kinds = _check.several("kinds", kinds, Channel, "[Channel(NormalStrain(), 1e-3)]")
+    layouts = _check.several("layouts", layouts, Arrangement, '[Arrangement("grid", (3, 3))]')
+    if not kinds or not layouts:
+        seen = f"{len(kinds)} kinds, {len(layouts)} layouts"
+        raise InvalidValueError(seen, "one of each at least is needed", 'layouts=[Arrangement("grid", (3, 3))]')
+    _check.flag("together", together)
+    asked = AskedTouches.of(touches, grid, samples, _check.random(rng))
     out = {name: np.full((steps.size, len(layouts)), np.nan) for name in AREA_MEASURES}
     middle = tuple(np.mean(np.asarray(touches.area), axis=1).tolist())
     wide = max(kind.width for kind in kinds)

@@ -134,7 +134,7 @@ def area_quality(
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
     box = searched_area(array.points, float(np.asarray(array.depth).max()), touches, beyond)
     field = field_of(replace(finger, array=array, measured=None), touches, box)
-    asked = AskedTouches.of(touches, grid, samples, np.random.default_rng(rng))
+    asked = AskedTouches.of(touches, grid, samples, _check.random(rng))
     told, values = judged_area(field, touches, asked, box, most)
     p, d = grid[0], len(asked.load)
     y, z = asked.position.reshape(p, p, 2)[:, 0, 0], asked.position.reshape(p, p, 2)[0, :, 1]

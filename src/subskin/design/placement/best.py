@@ -104,6 +104,9 @@ def best_row(
     >>> best.count, round(best.pitch * 1e3, 2)
     (8, 0.8)
     """
+    _check.noun("study", study, PlacementStudy, "design.placement_study(...)")
+    if limits is not None:
+        _check.noun("limits", limits, Mapping, 'limits={"ambiguous": 0.01}')
     values = study[measure]
     within = _check.scalar("within", within, at_least=0.0)
     depth, pitch, count = study.depth[:, None, None], study.pitch[:, :, None], study.count.astype(np.float64)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ..._check import FloatArray
-from ...errors import InvalidValueError
+from ...errors import GeometryError, InvalidValueError
 from ...lattice import even_grid
 
 __all__ = ["PATTERNS", "Arrangement", "layouts"]
@@ -38,7 +39,7 @@ class Arrangement:
 
     Raises
     ------
-    InvalidValueError
+    InvalidValueError, GeometryError
         Hexagonal rows whose counts do not differ by one; free positions that are not there.
 
     Examples
@@ -52,6 +53,16 @@ class Arrangement:
     at: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        _check.choice("pattern", self.pattern, get_args(Pattern))
+        rows = _check.real("rows", self.rows, at_least=0)
+        if rows.ndim != 1 or not rows.size or (rows != np.round(rows)).any():
+            seen = f"rows = {_check.shown(self.rows)}"
+            raise InvalidValueError(seen, "a whole number of sensors in each row is needed", "rows=(4, 4, 4)")
+        object.__setattr__(self, "rows", tuple(int(n) for n in rows))
+        at = _check.real("at", self.at)
+        if at.size and at.shape[1:] != (2,):
+            raise GeometryError(f"at of shape {at.shape}", "positions (y, z) are needed", "at=((0.0, 0.0), (1.0, 0.5))")
+        object.__setattr__(self, "at", tuple((float(y), float(z)) for y, z in at))
         steps = set(np.abs(np.diff(self.rows)).tolist())
         if self.pattern == "hexagonal" and steps - {1}:
             rule = "each row has one sensor more, or one less, than the next"
@@ -163,8 +174,7 @@ def layouts(patterns: Iterable[str], counts: tuple[int, int], slender: float = 1
                     for other in (m - 1, m + 1):
                         every.append(Arrangement("hexagonal", tuple(m if j % 2 == 0 else other for j in range(n))))
         else:
-            rule = f"has to be one of {', '.join(PATTERNS)}"
-            raise InvalidValueError(f'layout "{pattern}"', rule, f'"{PATTERNS[1]}"')
+            _check.choice("layout", pattern, PATTERNS)
 
     def off(layout: Arrangement) -> float:
         along, across = layout.size

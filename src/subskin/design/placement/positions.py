@@ -106,10 +106,7 @@ def best_positions(
     (True, 4.6)
     """
     finger_needed(finger)
-    if measure not in PLACEMENT_MEASURES:
-        raise InvalidValueError(
-            f"measure {measure!r}", f"there are {', '.join(PLACEMENT_MEASURES)}", 'measure="position_worst"'
-        )
+    _check.choice("measure", measure, PLACEMENT_MEASURES, 'measure="position_worst"')
     array = _alike(finger)
     checked_counts([len(array)], touches)
     span = touches.span_on(finger)
@@ -150,7 +147,7 @@ def best_positions(
         excess = max(values["ambiguous"] + values["unfelt"] - allowed, 0.0)
         return min(size, 1e2) + (1e2 * excess + 0.1 if excess > 0 else 0.0)
 
-    best = _searched(cost, start, middle, symmetric, 0.25 * depth, np.random.default_rng(rng), amount)
+    best = _searched(cost, start, middle, symmetric, 0.25 * depth, _check.random(rng), amount)
     moved = Finger(finger.skin, replace(array, y=best))
     after = placement_quality(moved, own, margin=margin, ambiguity=ambiguity)
     if measure == "log_det":

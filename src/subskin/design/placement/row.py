@@ -23,6 +23,7 @@ from ._table import (
     OneSensor,
     check_span,
     checked_counts,
+    checked_samples,
     jittered,
     judged,
     searched,
@@ -119,11 +120,11 @@ def study_row(
     wide = _check.scalar("width", width, unit="m", at_least=0.0)
     beyond = _check.scalar("margin", margin, at_least=0.0)
     most = _check.scalar("ambiguity", ambiguity, at_least=0.0)
-    amount = int(_check.scalar("samples", samples, at_least=1))
+    amount = checked_samples(samples)
     if steps.ndim != 1:
         raise GeometryError(f"pitches of shape {steps.shape}", "a list is needed", "pitches=[1e-3, 2e-3]")
     check_span(skin, touches)
-    unit_positions, unit_angles = jittered(amount, np.random.default_rng(rng))
+    unit_positions, unit_angles = jittered(amount, _check.random(rng))
     angles = touches.cone * (2 * unit_angles - 1)
     out = {name: np.full((steps.size, numbers.size), np.nan) for name in PLACEMENT_MEASURES}
     rows = [

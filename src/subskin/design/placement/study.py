@@ -16,7 +16,7 @@ from ..._check import FloatArray
 from ..._frozen import Frozen
 from ..._tasks import Executor, run_tasks
 from ...array import SensorArray
-from ...errors import GeometryError, InvalidValueError
+from ...errors import GeometryError
 from ...finger import Finger
 from ...skin import Skin
 from ...transducer import Transducer
@@ -60,10 +60,7 @@ class PlacementStudy(Frozen):
     values: dict[str, FloatArray]
 
     def __getitem__(self, measure: str) -> FloatArray:
-        if measure not in self.values:
-            raise InvalidValueError(
-                f"measure {measure!r}", f"there are {', '.join(self.values)}", 'study["position_worst"]'
-            )
+        _check.choice("measure", measure, self.values, 'study["position_worst"]')
         return self.values[measure]
 
     def finger(self, index: tuple[int, int, int, int]) -> Finger:
@@ -140,7 +137,8 @@ def placement_study(
     >>> found["ambiguous"].shape, bool((found["ambiguous"][..., 2, :] > 0.05).all())
     ((1, 2, 3, 2), True)
     """
-    kinds = (transducers,) if isinstance(transducers, Transducer) else tuple(transducers)
+    single = isinstance(transducers, Transducer)
+    kinds = (transducers,) if single else _check.several("transducers", transducers, Transducer, "[NormalStrain()]")
     depth = np.atleast_1d(_check.real("depths", depths, unit="m", above=0.0))
     steps = np.atleast_1d(_check.real("pitches", pitches, unit="m", above=0.0))
     shapes = (steps.shape[-1:], (depth.size, steps.shape[-1]))
@@ -155,7 +153,7 @@ def placement_study(
         raise GeometryError(f"noise of shape {sigma.shape}", f"one, or one of each of {len(kinds)} kinds", "noise=1e-4")
     sigma = _check.read_only(np.broadcast_to(sigma, (len(kinds),)).copy())
     steps = _check.read_only(np.broadcast_to(steps, (depth.size, steps.shape[-1])).copy())
-    touched = np.random.default_rng(rng)
+    touched = _check.random(rng)
     numbers = checked_counts(counts, touches)
     numbers.flags.writeable = False
     threads = None if workers is None else int(_check.scalar("workers", workers, at_least=1))

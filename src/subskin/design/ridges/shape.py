@@ -77,12 +77,9 @@ class Ridges(Frozen):
         object.__setattr__(self, "pitch", pitch)
         object.__setattr__(self, "crest", crest)
         own = callable(self.shape)
-        if not own and self.shape not in get_args(ShapeName):
-            raise InvalidValueError(
-                f"shape = {self.shape!r}",
-                f"has to be one of {', '.join(get_args(ShapeName))}, or a function of the distance in pitches",
-                'shape="raised_cosine"',
-            )
+        if not own:
+            other = 'shape="raised_cosine", or a function of the distance in pitches'
+            _check.choice("shape", self.shape, get_args(ShapeName), other)
         if self.duty is not None and self.shape != "square":
             raise InvalidValueError(
                 f"duty = {self.duty!r} with shape = {self.shape!r}", "only square ridges have a duty", 'shape="square"'

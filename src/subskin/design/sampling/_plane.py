@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import _check
 from ..._check import ComplexArray, FloatArray
 from ...contact import LocalContact
 from ...errors import InvalidValueError
@@ -31,8 +32,7 @@ def lattice_of(finger: Finger, lattice: str | None) -> str:
     """The lattice that is meant: as the sensors lie if none is named, square on an area that is no hexagonal grid."""
     if lattice is None:
         return ("hexagonal" if "hexagonal" in finger.array.layout else "square") if finger.array.on_area else "row"
-    if lattice not in LATTICES:
-        raise InvalidValueError(f"lattice = {lattice!r}", f"has to be one of {', '.join(LATTICES)}", 'lattice="square"')
+    _check.choice("lattice", lattice, LATTICES)
     return lattice
 
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import _check
 from ..._check import ComplexArray, FloatArray
 from ...array import SensorArray
-from ...contact import Contact
+from ...contact import Contact, LocalContact
 from ...errors import GeometryError, InvalidValueError
 from ...finger import Finger
 from .._common import index_of, refuse_ridges
@@ -36,6 +37,8 @@ class EndlessRow:
         one = finger.array.select([index_of(finger.array, sensor)])
         if not one.live[0]:
             raise InvalidValueError(f"sensor {sensor}", "it is dead, of gain 0", "name another")
+        if contact is not None:
+            _check.noun("contact", contact, (Contact, LocalContact), "LineLoad(force=40.0)")
         if contact is not None and contact.shape != ():
             raise GeometryError(
                 f"contacts of shape {contact.shape}", "a single one is needed", "give contacts one by one"

@@ -93,6 +93,7 @@ def sliding_samples(array: SensorArray, speed: float, rate: float, *, sensor: in
     frames = _check.scalar("rate", rate, unit="Hz", above=0.0)
     if not pace > 0:
         raise InvalidValueError("speed = 0 m/s", "what does not slide adds no samples", "speed=0.05")
+    _check.noun("array", array, SensorArray, "finger.array")
     sensor = index_of(array, sensor)
     kinds = [
         (kind.linear_part, float(depth), float(width))

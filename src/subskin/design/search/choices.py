@@ -52,8 +52,8 @@ class SensorKind:
         object.__setattr__(self, "noise", _check.scalar("noise", self.noise, above=0.0))
         for name in ("width", "resolution"):
             object.__setattr__(self, name, _check.scalar(name, getattr(self, name), at_least=0.0))
-        if not self.largest > 0:
-            raise InvalidValueError(f"largest = {self.largest:.6g}", "has to be > 0", "leave out largest")
+        largest = _check.scalar("largest", self.largest, above=0.0, finite=False, fix="leave out largest")
+        object.__setattr__(self, "largest", largest)
 
     @property
     def error(self) -> float:

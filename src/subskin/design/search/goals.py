@@ -85,9 +85,7 @@ class Accuracy:
             if getattr(self, name) is not None:
                 share = _check.scalar(name, getattr(self, name), above=0.0, at_most=1.0)
                 object.__setattr__(self, name, share)
-        if self.calibrated not in ("known", "blind", "none"):
-            rule = "it is known, blind or none"
-            raise InvalidValueError(f'calibrated = "{self.calibrated}"', rule, 'calibrated = "known"')
+        _check.choice("calibrated", self.calibrated, ("known", "blind", "none"))
         if self.position is None and self.angle is None and self.force is None:
             raise InvalidValueError(
                 "no accuracy is wanted", "one of position, angle and force is needed", "state the position"
@@ -198,6 +196,8 @@ class Goals(Frozen):
                 "swap the two forces",
             )
         self._check_area() if self.on_area else self._check_span()
+        if self.tolerances is not None:
+            _check.noun("tolerances", self.tolerances, Mapping, 'tolerances={"depth": 0.05e-3}')
         for name, amount in (self.tolerances or {}).items():
             _check.scalar(name, amount, at_least=0.0)
         strain = _check.scalar("largest_strain", self.largest_strain, above=0.0, at_most=1.0)

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ..._tasks import Executor, run_tasks
@@ -178,6 +179,7 @@ def search_grid(
     WorkersError
         The executor has lost its workers; finished rows are in the store.
     """
+    _check.noun("goals", goals, Goals, 'io.load_goals("goals.toml").goals')
     depths = np.stack([_depths(goals, k) for k in range(len(goals.skins))])
     pitches = _pitches(goals)
     counts = np.array([layout.count for layout in goals.layouts])

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
 import numpy as np
 
+from ... import _check
 from ..._check import FloatArray
+from ..._tasks import threads
 from ...errors import ConvergenceError
 from .designed import DesignedFinger, DesignStudy
 from .grid import DesignGrid
@@ -55,6 +56,7 @@ def rank_fingers(
     >>> [(f.row.count, f.meets) for f in study.fingers]  # three see too little of touches outside the model
     [(4, True), (3, False)]
     """
+    _check.noun("grid", grid, DesignGrid, "design.search_grid(goals)")
     pairs = [(int(k), int(m)) for k, m in np.argwhere(np.isfinite(grid.excess).any(axis=(2, 3, 4)))]
     if not pairs:
         if np.isnan(grid.excess).all():
@@ -68,7 +70,7 @@ def rank_fingers(
         )
     stopped = Event()
     found: list[DesignedFinger] = []
-    pool = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
+    pool = ThreadPoolExecutor(threads(workers))
     try:
         look = _fewest_on_area if grid.goals.on_area else _fewest
         for fingers in pool.map(lambda pair: look(grid, pair[0], pair[1], stopped), pairs):

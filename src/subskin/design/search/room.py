@@ -72,7 +72,7 @@ class Room:
                 f"{low:.0f} sensors at the least pitch take {(low - 1) * self.least_pitch:.6g} m",
                 "fewer sensors, a smaller pitch, or a longer row",
             )
-        object.__setattr__(self, "layouts", tuple(self.layouts))
+        object.__setattr__(self, "layouts", _check.several("layouts", self.layouts, str, 'layouts=["grid"]'))
         unknown = [name for name in self.layouts if name not in (*PATTERNS, "free")]
         if unknown or not set(self.layouts) & set(PATTERNS):
             seen = f'layout "{unknown[0]}"' if unknown else f"layouts = {list(self.layouts)}"

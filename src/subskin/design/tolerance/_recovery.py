@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ... import _check
 from ...calibration import calibrate_blind
 from ...calibration.known import explained, fitted
-from ...errors import ConvergenceError, InvalidValueError, SubskinError
+from ...errors import ConvergenceError, SubskinError
 from ...finger import Finger
 from ._costs import Costs, joined
 from ._study import Located, straight, stylus
@@ -35,8 +36,7 @@ _TOGETHER = "together"
 
 def checked_method(name: str, what: str) -> None:
     """Refuse a calibration that there is not."""
-    if name not in METHODS:
-        raise InvalidValueError(f"{what} = {name!r}", f"there are {', '.join(METHODS)}", f'{what}="known"')
+    _check.choice(what, name, METHODS)
 
 
 def terms_for(finger: Finger, amounts: Mapping[str, float]) -> tuple[str, ...]:

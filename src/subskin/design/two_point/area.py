@@ -114,7 +114,7 @@ def two_point_area(
     usual = min(_FARTHEST * depth, float(np.ptp(box, axis=1).min()))
     far = usual if largest is None else _check.scalar("largest", largest, unit="m", above=0.0)
     count = whole("pairs", pairs)
-    drawn = np.random.default_rng(rng)
+    drawn = _check.random(rng)
     middle = drawn.uniform(box[:, 0], box[:, 1], (count, 2))
     azimuth = drawn.uniform(0.0, np.pi, count)
     along = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
@@ -233,6 +233,7 @@ def edge_direction(
 
 
 def _area(touches: Touches) -> FloatArray:
+    _check.noun("touches", touches, Touches, "design.Touches(force=1.0, area=((-5e-3, 5e-3), (-5e-3, 5e-3)))")
     if touches.area is None:
         fix = "Touches(1.0, area=((-5e-3, 5e-3), (-5e-3, 5e-3)))"
         raise InvalidValueError("touches without an area", "local touches are needed", fix)

@@ -192,12 +192,7 @@ def two_point_limen(
     finger_needed(finger)
     _check.noun("touches", touches, Touches, "design.Touches(force=20.0)")
     for name, value, known in (("against", against, Against), ("angle", angle, Angle), ("test", test, Test)):
-        if value not in get_args(known):
-            raise InvalidValueError(
-                f"{name} = {value!r}",
-                f"has to be one of {', '.join(get_args(known))}",
-                f'{name}="{get_args(known)[0]}"',
-            )
+        _check.choice(name, value, get_args(known))
     share = np.atleast_1d(_check.real("shares", shares, above=0.0))
     if share.ndim != 1 or not (share < 1).all():
         raise InvalidValueError(f"shares = {shares!r}", "shares between 0 and 1 are needed", "shares=[0.5]")

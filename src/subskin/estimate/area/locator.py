@@ -30,6 +30,7 @@ _STRONG = 22.0
 """Noises from which the strongest reading is a sensor's that stands near the load (`tiles.py`)."""
 _CURVED = 0.02
 _MOST_FINE = 4_000_000
+_MOST_NODES = 2_000_000
 _RING_LEAVES, _BEYOND_LEAVES, _LEAVES = 6e-4, 2e-4, 0.03
 """What directions of a region leave of a unit reading, squared, a sensor: in the search and beyond; and the most."""
 
@@ -89,8 +90,7 @@ class AreaLocator(Framewise):
         self._beyond = _check.scalar("beyond", beyond, unit="m", at_least=0.0)
         self._fields = Prepared()
         self._depth = float(np.asarray(array.depth).min())
-        step = _STEP * self._depth if scan_step is None else scan_step
-        self._step = _check.scalar("scan_step", step, unit="m", above=0.0)
+        self._step = step_of(array, search, scan_step)
         super().__init__(
             array, needed=self.unknowns, columns=self.layout.columns, status=self.layout.status, layout=self.layout,
             outliers=outliers, ambiguity=self._ambiguity,
@@ -242,6 +242,18 @@ class AreaLocator(Framewise):
 def reach_of(array: SensorArray, box: FloatArray, beyond: float = 0.0) -> float:
     """How far a response has to reach for loads in the box (2, 2), and `beyond` it [m]."""
     return float(np.sqrt(2.0) * (max(float(np.abs(array.points - corner).max()) for corner in box.T) + beyond))
+
+
+def step_of(array: SensorArray, search: Any, scan_step: float | None) -> float:
+    """The steps of a search [m], which are not to be too many."""
+    usual = _STEP * float(np.asarray(array.depth).min())
+    step = _check.scalar("scan_step", usual if scan_step is None else scan_step, unit="m", above=0.0)
+    sides = np.ptp(np.asarray(search), axis=1)
+    if not sides[0] / step <= _MOST_NODES / max(sides[1] / step, 1.0):
+        seen = f"a search of {sides[0]:.4g} by {sides[1]:.4g} m in steps of {step:.4g} m"
+        rule = f"at most {_MOST_NODES} positions are looked at"
+        raise InvalidValueError(seen, rule, "a narrower search; all lengths are in m: 6e-3")
+    return step
 
 
 def search_of(array: SensorArray, search: Any) -> tuple[FloatArray, float]:

@@ -128,6 +128,11 @@ def observable(
     h = _STEP * depth
     moves = np.array([[0, 0], [h, 0], [-h, 0], [0, h], [0, -h], [2 * h, 0], [-2 * h, 0], [0, 2 * h], [0, -2 * h]])
     fields = finger.receptive_field(at + moves, "point")  # (9, n, 3)
+    if not np.isfinite(fields[:, array.live]).all():
+        kinds = ", ".join(sorted({type(kind).__name__ for kind in array.transducers}))
+        raise InvalidValueError(
+            f"readings of {kinds} that are no numbers", "each load has a reading", "numbers from measure"
+        )
     noise = np.where(np.asarray(array.noise) > 0, array.noise, np.inf if np.any(array.noise) else 1.0)
     fields = (fields / noise[:, None])[:, array.live]
     felt = fields @ force

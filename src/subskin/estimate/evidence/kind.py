@@ -7,7 +7,7 @@ from typing import Any
 
 from ... import _check
 from ...contact import Hertz, LineLoad, LocalContact, PointLoad
-from ...contact.families import Family, LocalFamily, family_of, local_families, local_family_of
+from ...contact.families import Family, LocalFamily, checked_family, family_of, local_families, local_family_of
 from ...errors import InvalidValueError
 from ..estimate import Status
 
@@ -67,6 +67,7 @@ class Kind:
             raise InvalidValueError(f"name = {self.name!r}", "a kind needs a name", 'Kind("vertex", "wedge", ...)')
         if self.name in _SAID:
             raise InvalidValueError(f'name = "{self.name}"', "answers without a kind are called so", "another name")
+        checked_family(self.family)
         named = self.family in (PAIR, NONE, STRETCH)
         narrow = self.family == NONE or (not named and issubclass(self._class(), LineLoad | PointLoad))
         ends = _check.real("half_width", self.half_width, unit="m", at_least=0.0)

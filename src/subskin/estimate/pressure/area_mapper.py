@@ -18,7 +18,7 @@ from .area_surface import AreaSurface
 from .band import deviations
 from .hats import COARSE, TOGETHER, Hats
 from .image import PressureImage
-from .mapping import RULES, SHEARS, SurfaceMapper, known
+from .mapping import RULES, SurfaceMapper, known
 from .prior import Membrane
 
 __all__ = ["ImageMapper"]
@@ -141,10 +141,10 @@ class ImageMapper(SurfaceMapper):
         least_force: float = 0.3,
         false_alarm: float = 1e-6,
     ) -> None:
+        known(shear, rule)
         if shear == "free":
             seen, said = 'shear = "free" for sensors on an area', "a free drag came out wrong by its own size, and sure"
             raise InvalidValueError(seen, said, 'shear="proportional", a drag in one direction')
-        known(shear, rule, SHEARS[:2])
         if finger.measured is not None:
             seen, rule = (
                 "a finger with a response measured in place",

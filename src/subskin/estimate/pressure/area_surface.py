@@ -63,6 +63,9 @@ class AreaSurface(Frozen):
         box, _ = search_of(array, search)
         axes = []
         for ends, at in zip(box, array.points.T, strict=True):
+            if np.ptp(ends) > _MOST_NODES * size:
+                rule, fix = f"at most {_MOST_NODES} elements can be solved for", "a narrower search or a larger step"
+                raise GeometryError(f"elements of {size:.3g} m along {np.ptp(ends):.3g} m", rule, fix)
             nearest = size if search is not None else _fitting(at, size, step is not None)
             cells = COARSE * max(int(np.ceil(np.ptp(ends) / (COARSE * nearest) * (1 - 1e-9))), 3)
             length = np.ptp(ends) if search is not None else cells * nearest

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _check
-from ...errors import InvalidValueError
 from ...finger import Finger
 from ...prepared import Prepared
 from ..frames import Framewise
@@ -69,10 +68,7 @@ class SurfaceMapper(Framewise):
         """The factors for the sensors `used` (n,), one for each drag at which they are known."""
 
 
-def known(shear: str, rule: str, shears: Sequence[str] = SHEARS) -> None:
+def known(shear: str, rule: str) -> None:
     """Refuse a kind of shear or a rule of another name."""
-    for name, value, names in (("shear", shear, shears), ("rule", rule, RULES)):
-        if value not in names:
-            raise InvalidValueError(
-                f"{name} = {value!r}", f"has to be one of {', '.join(names)}", f'{name}="{names[0]}"'
-            )
+    for name, value, names in (("shear", shear, SHEARS), ("rule", rule, RULES)):
+        _check.choice(name, value, names)

@@ -13,6 +13,7 @@ from .area_mapper import ImageMapper
 from .image import PressureImage
 from .map import PressureMap
 from .mapper import PressureMapper
+from .mapping import known
 
 __all__ = ["pressure_map", "pressure_mapper"]
 
@@ -74,8 +75,7 @@ def pressure_map(
     """
     finger_needed(finger)
     _check.no_options(_unknown, "search, step, shear, friction, rule, least_force, false_alarm")
-    for name, value in (("shear", shear), ("rule", rule)):
-        _check.noun(name, value, str, f"leave out {name}, or name one of docs/pressure.md")
+    known(shear, rule)
     ends: Any
     if finger.array.on_area:
         ends = None if search is None else tuple(map(tuple, _check.real("search", search, unit="m").tolist()))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields as fields_of
 from typing import Any
 
+from ... import _check
 from ...errors import InvalidValueError, UnknownOptionError
 from .fields import Field
 from .fixed import Fixed
@@ -53,8 +54,7 @@ class Described(Fixed, name="fixed"):
         covers: str = "fields",
         byte_order: str = "little",
     ) -> None:
-        if byte_order not in ("little", "big"):
-            raise InvalidValueError(f'byte_order = "{byte_order}"', 'it is "little" or "big"', 'byte_order = "little"')
+        _check.choice("byte_order", byte_order, ("little", "big"))
         marks = [_mark(key, text) for key, text in (("start", start), ("end", end))]
         if not isinstance(fields, Sequence) or isinstance(fields, str):
             raise InvalidValueError("fields", "a table for each is needed", 'fields = [{name = "p0", type = "u16"}]')

@@ -11,6 +11,7 @@ from itertools import groupby
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ..._check import FloatArray
 from ..._frozen import Frozen
 from ...errors import InvalidValueError
@@ -67,10 +68,8 @@ class Field:
     high: float = np.inf
 
     def __post_init__(self) -> None:
-        if self.type not in TYPES:
-            raise InvalidValueError(f'type "{self.type}"', "no such type is known", f"known: {', '.join(TYPES)}")
-        if self.use not in USES:
-            raise InvalidValueError(f'use = "{self.use}"', "no such use is known", f"known: {', '.join(USES)}")
+        _check.choice("type", self.type, TYPES, 'type="u16"')
+        _check.choice("use", self.use, USES)
         if not (math.isfinite(self.scale) and self.scale) or (self.use == "time" and self.scale < 0):
             raise InvalidValueError(f"scale = {self.scale} of {self.name}", "has to be finite and not 0", "scale = 1.0")
         if not math.isfinite(self.offset):

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
@@ -69,10 +70,8 @@ class Fixed(Driver):
         if not (start or end):
             rule = "frames are found by a mark at their start or end"
             raise InvalidValueError("a frame without a mark", rule, 'end = "0d 0a"')
-        if check and check not in CHECKS:
-            raise InvalidValueError(f'check = "{check}"', "no such check is known", f"known: {', '.join(CHECKS)}")
-        if covers not in ("fields", "start"):
-            raise InvalidValueError(f'covers = "{covers}"', 'it is "fields" or "start"', 'covers = "fields"')
+        _check.choice("check", check, ("", *CHECKS), 'check=""')
+        _check.choice("covers", covers, ("fields", "start"))
         self._values = [field for field in fields if field.use == "value"]
         if not self._values:
             raise InvalidValueError("a frame without values", "one field at least is a channel", 'use = "value"')

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ... import _check
 from ...errors import InvalidValueError
 from ..frames import DeviceFrames
 from .base import Driver
@@ -90,10 +91,8 @@ class Lines(Driver, name="lines"):
         for key, name in (("time", time), ("counter", counter)):
             if name and name not in names:
                 raise InvalidValueError(f'{key} = "{name}"', "it is none of the columns", f"one of {', '.join(names)}")
-        if tick not in _TICKS:
-            raise InvalidValueError(f'tick = "{tick}"', "no such unit is known here", f"known: {', '.join(_TICKS)}")
-        if check and check not in CHECKS:
-            raise InvalidValueError(f'check = "{check}"', "no such check is known", f"known: {', '.join(CHECKS)}")
+        _check.choice("tick", tick, _TICKS)
+        _check.choice("check", check, ("", *CHECKS), 'check=""')
         self._at = {name: i for i, name in enumerate(names)}
         self._time, self._counter = self._at.get(time), self._at.get(counter)
         self._values = [i for i in range(len(names)) if i not in (self._time, self._counter)]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ... import _check
 from ..._check import FloatArray
 from ...contact import LineLoad, PointLoad
 from ...errors import InvalidValueError
@@ -65,13 +66,16 @@ class Robot(Simulated, name="robot"):
                 numbers[key] = float(text)
             except ValueError:
                 raise InvalidValueError(f"robot?{key}={text}", "a number is needed", f"robot?{key}=1") from None
-        self.origin, self.finger = _real(file, int(numbers["seed"]))
+        drawn = _check.whole("robot?seed", numbers["seed"], at_least=0, at_most=2**53, fix="robot?seed=1")
+        _check.scalar("robot?rate", numbers["rate"], above=0.0, fix="robot?rate=500")
+        _check.scalar("robot?force", numbers["force"], at_least=0.0, fix="robot?force=20")
+        self.origin, self.finger = _real(file, drawn)
         self.force = numbers["force"] or usual_force(file.finger)
         self._moves: list[tuple[float, Any, float]] = []
         noise = np.broadcast_to(np.asarray(self.finger.array.noise), (len(self.finger.array),))
         super().__init__(
             self._felt, board(channels_of(file)), rate=numbers["rate"], noise=noise, drift=0.1 * noise, skew=20e-6,
-            seed=int(numbers["seed"]),
+            seed=drawn,
         )  # fmt: skip
         self.name = "robot"
 

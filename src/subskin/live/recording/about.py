@@ -11,6 +11,7 @@ from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from ... import _check
 from ..._frozen import Frozen
 from ...errors import FileError, InvalidValueError
 from ...io.finger_file import FingerFile
@@ -78,8 +79,7 @@ class About(Frozen):
             if len(set(listed)) != len(listed) or len(listed) > _MOST or (what == "channels" and not listed):
                 seen = f"{len(listed)} {what} with {len(set(listed))} names"
                 raise InvalidValueError(seen, f"1 to {_MOST}, each with its own name, are needed", "name each once")
-        if self.axes not in ("y", "yz"):
-            raise InvalidValueError(f'axes = "{self.axes}"', 'has to be "y" or "yz"')
+        _check.choice("axes", self.axes, ("y", "yz"))
 
     @classmethod
     def for_finger(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..._frozen import Frozen
+from ..._path import path_of
 from ...errors import FileError
 from ...io.files import apart, check_target, replacing
 from .parquet import write_parquet
@@ -69,7 +70,7 @@ def recover(path: str | Path, target: str | Path | None = None) -> Recovered:
     Traceback (most recent call last):
     subskin.errors.FileError: touch.parquet.arrows: there is no such file. Fix: check the name and the folder.
     """
-    new = Path(_named(path) if target is None else target)
+    new = path_of(_named(path) if target is None else target)
     with opened(path) as recording:
         apart({"the recording": str(path)}, {"-o": str(new)})
         if target is None and new.exists():

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..._frozen import Frozen
+from ..._path import path_of
 from ...errors import FileError
 from ...io.files import opened as opened_file
 from ..frames import DeviceFrames
@@ -209,5 +210,5 @@ def opened(path: str | Path, *, whole: bool = False) -> Iterator[OpenRecording]:
         rule = "a CSV of a recording has no finger in it, and cannot be replayed or converted"
         raise FileError(str(path), rule, "record .parquet; subskin convert touch.parquet touch.csv makes the CSV of it")
     reader = ParquetRecording if start == b"PAR1" else StreamReader
-    with reader(Path(path), str(path)) as source:
+    with reader(path_of(path), str(path)) as source:
         yield OpenRecording(source, whole)

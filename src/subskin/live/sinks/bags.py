@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..._check import FloatArray
 from ..._frozen import Frozen
+from ..._path import path_of
 from ...errors import FileError
 from ...io.files import replacing
 from ...io.finger_file import FingerFile, parse_finger
@@ -66,7 +67,7 @@ def is_bag(path: str | Path) -> bool:
     path : path-like
         A file or folder.
     """
-    given = Path(path)
+    given = path_of(path)
     return given.suffix.lower() in (".mcap", ".db3", ".bag") or (given / "metadata.yaml").is_file()
 
 
@@ -99,7 +100,7 @@ def read_bag(
     need_log(str(path))
     name = str(path)
     try:
-        with opened(Path(path)) as bag:
+        with opened(path_of(path)) as bag:
             chosen = _chosen(name, bag.topics, topic)
             known = file or (parse_finger(bag.finger, f"the finger in {name}") if bag.finger else None)
             made = _Made(bag.messages(chosen), bag.topics[chosen], known)

@@ -97,7 +97,10 @@ class _Gap:
     body: LocalIndenter
 
     def __call__(self, y: FloatArray, z: FloatArray) -> FloatArray:
-        return self.body.height(y, z)
+        shape = np.broadcast_shapes(np.shape(y), np.shape(z))
+        own = self.body.height(y, z)
+        found: FloatArray = _check.returned(f"{type(self.body).__name__}.height", own, shape, exactly=True)
+        return found
 
 
 def _believable(pressed: LocalSolution, limit: float) -> None:

@@ -306,6 +306,7 @@ def _edited(text: str, key: str, value: str) -> str:
 
     if key not in {f"{table}.{name}" for table, name, _ in _FIELDS} or len(text) > _LONGEST or len(value) > 200:
         raise InvalidValueError(key, "the goals have no such field", "a field of the form")
+    parse_goals(text)
     document: Any = tomlkit.parse(text)
     table, name = key.split(".")
     parts = [_typed(part.strip()) for part in value.split("..")] if ".." in value else [_typed(value.strip())]

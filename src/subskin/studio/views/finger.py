@@ -317,7 +317,8 @@ def _deep(values: FloatArray, grid: FieldGrid, finger: Finger) -> FloatArray:
     if grid.depth is not None:
         return values
     first, step, count = grid.down
-    return values[first + step * np.arange(count) >= _NEAR * float(np.asarray(finger.array.depth).min())]
+    deep = first + step * np.arange(count) >= _NEAR * float(np.asarray(finger.array.depth).min())
+    return values[deep] if deep.any() else values  # a window that is held while sensors go deeper than it shows
 
 
 def _quick(finger: Finger, touch: Touch) -> bool:

@@ -127,9 +127,9 @@ def edited(text: str, key: str, value: Any) -> str:
     InvalidValueError, FileError
         A key that is not offered, a value out of range; what such a finger cannot have.
     """
+    known = {entry["key"]: entry for entry in form_of(text)}
     document = _document(text)
     skin, sensors = _table(document, "skin"), _table(document, "sensors")
-    known = {entry["key"]: entry for entry in form_of(text)}
     if key not in known:
         raise InvalidValueError(f"{key}", "this finger has no such number to change", "a key that the page offers")
     entry = known[key]
