@@ -2,9 +2,9 @@
 
 Frames of one strongest sensor go one after another: its tile is then read from near by. Scan S over that tile
 (`scan.py`), climb from its highest nodes (`climb.py`); where what is left is more than noise, over the whole grid, then
-over a finer one. Where no load further out could explain the readings (`reach.py`), a tile over the sensors is enough. Judge, look round the top, at the sides of the search and beyond, and
-write a row. Only arrays and numbers go in and out: `locator.py` prepares them, `estimate/layout.py`
-names the columns.
+over a finer one. Where no load further out could explain the readings (`reach.py`), a tile over the sensors is enough.
+Judge, look round the top, at the sides of the search and beyond, and write a row. Only arrays and numbers go in and
+out: `locator.py` prepares them, `estimate/layout.py` names the columns.
 """
 
 from __future__ import annotations

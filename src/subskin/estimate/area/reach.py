@@ -46,11 +46,7 @@ def region_from(i, single, total, least, tile, table, left, directions, seen):
             rest, square = total - taken, left[i]
             # the bound is (sqrt(taken (1 - square)) + sqrt(rest square))^2; compared without its roots
             over = _ROUNDING * least - taken * (1.0 - square) - rest * square
-            if (
-                rest > square * total
-                and over > 0.0
-                and over * over > 4.0 * taken * (1.0 - square) * rest * square
-            ):
+            if rest > square * total and over > 0.0 and over * over > 4.0 * taken * (1.0 - square) * rest * square:
                 i = table[i, 2]
                 continue
         if table[i, 3] == 1:
