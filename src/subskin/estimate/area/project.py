@@ -138,7 +138,7 @@ def strongest(single, bits, n):
 
 
 @compiled(borrows=True)
-def by_strongest(readings, rows, full, single, bits, hot, start, order):
+def by_strongest(readings, rows, single, bits, hot, start, order):
     """Each frame's strongest sensor into hot, and the frames into order: first those of sensor 0, then those of 1.
 
     start (n + 1,): scratch.
@@ -147,7 +147,9 @@ def by_strongest(readings, rows, full, single, bits, hot, start, order):
     for i in range(n + 1):
         start[i] = 0
     for f in range(frames):
-        whitened(readings[f], rows, full, single)
+        frame = readings[f]
+        for i in range(n):
+            single[i] = (frame[i] - rows[0, i]) * rows[1, i]
         hot[f] = strongest(single, bits, n)[0]
         start[hot[f] + 1] += 1
     for i in range(n):
@@ -299,8 +301,9 @@ def project_frames(
     peak = words.view(np.uint8)
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
     scratch = np.empty((ROWS, n + 1))
-    hot, order = np.empty(readings.shape[0], dtype=np.int64), np.empty(readings.shape[0], dtype=np.int64)
-    by_strongest(readings, rows, full, single, single.view(np.int32), hot, np.empty(n + 1, dtype=np.int64), order)
+    turns = np.empty((2, readings.shape[0] + n + 1), dtype=np.int64)
+    hot, order, start = turns[0, n + 1 :], turns[1, n + 1 :], turns[0, : n + 1]
+    by_strongest(readings, rows, single, single.view(np.int32), hot, start, order)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
