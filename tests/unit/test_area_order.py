@@ -12,10 +12,9 @@ from subskin.estimate.area.project import by_strongest
 def ordered(readings, rows):
     """Strongest sensors, and the order of frames."""
     (frames, n), integer = readings.shape, np.int64
-    single = np.zeros(n + 1, dtype=np.float32)
     hot, order = np.full(frames, -1, dtype=integer), np.full(frames, -1, dtype=integer)
     start = np.full(n + 1, 7, dtype=integer)
-    by_strongest(readings, rows, single, single.view(np.int32), hot, start, order)
+    by_strongest(readings, rows, hot, start, order)
     return hot, order
 
 

@@ -138,7 +138,7 @@ def strongest(single, bits, n):
 
 
 @compiled(borrows=True)
-def by_strongest(readings, rows, single, bits, hot, start, order):
+def by_strongest(readings, rows, hot, start, order):
     """Each frame's strongest sensor into hot, and the frames into order: first those of sensor 0, then those of 1.
 
     start (n + 1,): scratch.
@@ -147,11 +147,13 @@ def by_strongest(readings, rows, single, bits, hot, start, order):
     for i in range(n + 1):
         start[i] = 0
     for f in range(frames):
-        frame = readings[f]
+        frame, largest, here = readings[f], -1.0, 0
         for i in range(n):
-            single[i] = (frame[i] - rows[0, i]) * rows[1, i]
-        hot[f] = strongest(single, bits, n)[0]
-        start[hot[f] + 1] += 1
+            size = abs((frame[i] - rows[0, i]) * rows[1, i])
+            here = i if size > largest else here
+            largest = size if size > largest else largest
+        hot[f] = here
+        start[here + 1] += 1
     for i in range(n):
         start[i + 1] += start[i]
     for f in range(frames):
@@ -303,7 +305,7 @@ def project_frames(
     scratch = np.empty((ROWS, n + 1))
     turns = np.empty((2, readings.shape[0] + n + 1), dtype=np.int64)
     hot, order, start = turns[0, n + 1 :], turns[1, n + 1 :], turns[0, : n + 1]
-    by_strongest(readings, rows, single, single.view(np.int32), hot, start, order)
+    by_strongest(readings, rows, hot, start, order)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
