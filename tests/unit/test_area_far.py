@@ -48,6 +48,42 @@ def test_no_far_load_explains_more_than_its_bound(transducer, friction, leaves):
         assert may_reach(single, total, most, 16, *far)
 
 
+def test_regions_are_ruled_out_where_their_bound_is_too_low():
+    """The bound with its roots, by NumPy, of each region on the way; frames from those ruled out to those that are not.
+
+    What directions take of w, and of what they leave the share that their loads may have there, add up by their roots.
+    """
+    finger = finger_of(ss.NormalStrain())
+    inner, outer = np.array([[-HALF, HALF]] * 2) * 1.3, np.array([[-HALF, HALF]] * 2) + 6 * D * np.array([-1, 1])
+    far, _ = far_from(finger.locator().response, finger.array.points, np.ones(16), inner, outer, D, 1.0, 0.01)
+    rng = np.random.default_rng(8)
+    at = rng.uniform(-1.2 * HALF, 1.2 * HALF, (300, 2))
+    frames = finger.read(ss.PointLoad(force=np.ones(300), angle=0.4, position=at))
+    frames *= 300.0 / np.linalg.norm(frames, axis=1, keepdims=True)
+    frames += rng.normal(size=frames.shape) * rng.choice([1.0, 40.0], (300, 1))
+    found = []
+    for w, share in zip(frames, rng.uniform(0.5, 1.0, 300), strict=True):
+        total, i = float(w @ w), 0
+        while i < len(far.table):
+            begin, count, after, last = far.table[i]
+            taken = float(np.square(far.directions[begin : begin + count].astype(float) @ w).sum())
+            leaves, rest = far.left[i], total - taken
+            bound = total
+            if rest > leaves * total:
+                bound = (np.sqrt(taken * (1 - leaves)) + np.sqrt(rest * leaves)) ** 2
+            if bound < share * total:
+                i = after
+            elif last:
+                break
+            else:
+                i += 1
+        single = np.append(w, 0.0).astype(np.float32)
+        found.append(region_from(0, single, total, share * total, 16, *far[:4]))
+        assert found[-1] == i
+    assert len(set(found)) > 10
+    assert 0.1 < np.mean(np.array(found) == len(far.table)) < 0.9
+
+
 @pytest.mark.parametrize("transducer", [ss.NormalStrain(), ss.MeanPressure()], ids=["strain", "pressure"])
 def test_a_load_beyond_has_a_node_in_a_region_that_may_reach(transducer):
     """Of what a load beyond the search makes, a node that is looked at explains the share that its row says."""

@@ -41,8 +41,8 @@ class Far(NamedTuple):
     """Regions, each before its halves; as `reach.may_reach` wants them.
 
     table (regions, 4): its first direction, how many (none: ask the halves), the region to go on with where the bound
-    rules this one out, and whether it is a last one; left (regions, 2): the root of what its directions leave, and of
-    what they take; directions (all of them, n), of length one; seen (n + 1, regions): whether its loads may be read
+    rules this one out, and whether it is a last one; left (regions,): what its directions leave of a unit reading,
+    squared; directions (all of them, n), of length one; seen (n + 1, regions): whether its loads may be read
     most by a sensor, and at last 1 for frames whose strongest sensor is not sure; cluster (n, 9): the sensors nearest
     to each; share (n + 1,): the most of a load's squares that these get, 1 at last.
     """
@@ -72,7 +72,7 @@ def far_from(
     if not len(at) or n <= _FEW:
         nothing = np.empty((0, n), dtype=np.float32), np.empty((n + 1, 0), dtype=np.uint8)
         index = np.empty((0, 4), dtype=np.int64)
-        return Far(index, np.empty((0, 2)), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
+        return Far(index, np.empty(0), *nothing, np.empty((n, 0), dtype=np.int64), np.ones(n + 1)), []
     fields = response(at) * scale[:, None]
     hot = strength(fields, friction)[0] >= STRONG**2
     basis = orthonormal(fields)[0].swapaxes(1, 2)[:, : 3 if friction > 0 else 1]
@@ -85,7 +85,7 @@ def far_from(
     table = np.array(rows)
     counts = np.array([len(part) for part in found])
     index = np.column_stack([np.cumsum(counts) - counts, counts, table[:, 0], table[:, 1]]).astype(np.int64)
-    left = np.ascontiguousarray(table[:, 2:])  # as where the tree is empty: each kind of array is a compilation
+    left = np.ascontiguousarray(table[:, 2])  # as where the tree is empty: each kind of array is a compilation
     sees = np.append(np.stack(seen, axis=1), np.ones((1, len(rows))), axis=0).astype(np.uint8)
     return Far(index, left, np.concatenate(found).astype(np.float32), sees, *_clusters(points, basis, hot)), held
 
@@ -154,7 +154,7 @@ def _divide(
     these = np.unique(beside[here])
     directions, left = _directions(basis[these], leaves, min(n - 2, _WIDEST))
     last = len(here) == 1 or 0 < len(directions) <= _FEW
-    rows.append([0.0, float(last), np.sqrt(left), np.sqrt(1 - left)])
+    rows.append([0.0, float(last), left])
     found.append(directions)
     seen.append(np.asarray(hot[these].any(axis=0)))
     held.append(at[here] if last else at[:0])

@@ -1,10 +1,10 @@
 """The compiled heart of `locate` on an area: variable projection, one frame at a time.
 
-Scan S over the tile of the strongest sensor (`scan.py`), climb from its highest nodes (`climb.py`); where what is left
-is more than noise, over the whole grid, then over a finer one. Where no load further out could explain the readings
-(`reach.py`), a tile over the sensors is enough. Judge, look round the top, at the sides of the search and beyond, and
-write a row. Only arrays and numbers go in and out: `locator.py` prepares them, `estimate/layout.py`
-names the columns.
+Frames of one strongest sensor go one after another: its tile is then read from near by. Scan S over that tile
+(`scan.py`), climb from its highest nodes (`climb.py`); where what is left is more than noise, over the whole grid, then
+over a finer one. Where no load further out could explain the readings (`reach.py`), a tile over the sensors is enough.
+Judge, look round the top, at the sides of the search and beyond, and write a row. Only arrays and numbers go in and
+out: `locator.py` prepares them, `estimate/layout.py` names the columns.
 """
 
 from __future__ import annotations
@@ -138,18 +138,43 @@ def strongest(single, bits, n):
 
 
 @compiled(borrows=True)
+def by_strongest(readings, rows, hot, start, order):
+    """Each frame's strongest sensor into hot, and the frames into order: first those of sensor 0, then those of 1.
+
+    start (n + 1,): scratch.
+    """
+    frames, n = readings.shape
+    for i in range(n + 1):
+        start[i] = 0
+    for f in range(frames):
+        frame, largest, here = readings[f], -1.0, 0
+        for i in range(n):
+            size = abs((frame[i] - rows[0, i]) * rows[1, i])
+            here = i if size > largest else here
+            largest = size if size > largest else largest
+        hot[f] = here
+        start[here + 1] += 1
+    for i in range(n):
+        start[i + 1] += start[i]
+    for f in range(frames):
+        order[start[hot[f]]] = f
+        start[hot[f]] += 1
+
+
+@compiled(borrows=True)
 def _each(
     readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far, options,
-    out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, whole, score, at, fits, trials, lanes,
-    ratio, more,
+    out, hot, order, c, s, heights, lead, words, peak, full, single, part, scratch, whole, score, at, fits, trials,
+    lanes, ratio, more,
 ):  # fmt: skip
-    """As `project_frames`, with its scratch."""
-    frames, n = readings.shape
+    """As `project_frames`, with its scratch; hot, order: as of `by_strongest`."""
+    n = readings.shape[1]
     w = full[:n]
     detection, largest, ambiguity, strong = options[1], options[2], options[3], options[6]
     ring, beyond, held, members = far
     base = tiles[0].shape[0] - n - 2  # tiles that are looked at first, where there are any
-    for f in range(frames):
+    for turn in range(order.size):
+        f = order[turn]
         row = out[f]
         total = whitened(readings[f], rows, full, single)
         for i in range(row.size):
@@ -158,8 +183,8 @@ def _each(
         if not total < MOST_CHI2:
             row[_STATUS] = _PENDING
             continue
-        hot, top = strongest(single, bits, n)
-        tile = hot if top >= strong * strong else n
+        top = single[hot[f]]
+        tile = hot[f] if top * top >= strong * strong else n
         least = total - largest - ambiguity
         over = tile < n and base > 0 and not may_reach(single, total, least, tile, *ring)
         best = second = -1
@@ -277,11 +302,14 @@ def project_frames(
     words = np.zeros(widest // 8 + 1, dtype=np.uint64)
     peak = words.view(np.uint8)
     full, single, part = np.zeros(n + 1), np.zeros(n + 1, dtype=np.float32), np.empty(n + 1)
-    scratch, bits = np.empty((ROWS, n + 1)), single.view(np.int32)
+    scratch = np.empty((ROWS, n + 1))
+    turns = np.empty((2, readings.shape[0] + n + 1), dtype=np.int64)
+    hot, order, start = turns[0, n + 1 :], turns[1, n + 1 :], turns[0, : n + 1]
+    by_strongest(readings, rows, hot, start, order)
     score, at, fits, trials = np.empty(MOST), np.empty((MOST, 2)), np.empty((MOST + 5, FIT)), np.empty((3, FIT))
     lanes, ratio, more = np.empty(LANES), np.empty(8), np.zeros(3)
     _each(
         readings, rows, sensors, first, table, terms, tiles, near_sensors, near_first, outer, nodes, boxes, far,
-        options, out, c, s, heights, lead, words, peak, full, single, bits, part, scratch, scratch.view(np.int64),
-        score, at, fits, trials, lanes, ratio, more,
+        options, out, hot, order, c, s, heights, lead, words, peak, full, single, part, scratch,
+        scratch.view(np.int64), score, at, fits, trials, lanes, ratio, more,
     )  # fmt: skip

@@ -43,12 +43,12 @@ def region_from(i, single, total, least, tile, table, left, directions, seen):
                 for e in range(n):
                     along += directions[j, e] * single[e]
                 taken += along * along
-            rest = total - taken
-            if rest > left[i, 0] * left[i, 0] * total:
-                bound = math.sqrt(taken) * left[i, 1] + math.sqrt(rest) * left[i, 0]
-                if bound * bound < _ROUNDING * least:
-                    i = table[i, 2]
-                    continue
+            rest, square = total - taken, left[i]
+            # the bound is (sqrt(taken (1 - square)) + sqrt(rest square))^2; compared without its roots
+            over = _ROUNDING * least - taken * (1.0 - square) - rest * square
+            if rest > square * total and over > 0.0 and over * over > 4.0 * taken * (1.0 - square) * rest * square:
+                i = table[i, 2]
+                continue
         if table[i, 3] == 1:
             return i
         i += 1
