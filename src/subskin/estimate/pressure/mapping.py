@@ -17,7 +17,7 @@ from ._operator import Factors
 from .columns import STATUS
 from .prior import Prior
 
-__all__ = ["RULES", "SHEARS", "SurfaceMapper"]
+__all__ = ["RULES", "SHEARS", "SurfaceMapper", "free_only_where_seen", "known"]
 
 RULES = ("evidence", "discrepancy", "gcv")
 """Rules for the weight of smoothness."""
@@ -69,10 +69,20 @@ class SurfaceMapper(Framewise):
         """The factors for the sensors `used` (n,), one for each drag at which they are known."""
 
 
-def known(shear: str, rule: str, shears: Sequence[str] = SHEARS) -> None:
+def known(shear: str, rule: str) -> None:
     """Refuse a kind of shear or a rule of another name."""
-    for name, value, names in (("shear", shear, shears), ("rule", rule, RULES)):
+    for name, value, names in (("shear", shear, SHEARS), ("rule", rule, RULES)):
         if value not in names:
             raise InvalidValueError(
                 f"{name} = {value!r}", f"has to be one of {', '.join(names)}", f'{name}="{names[0]}"'
             )
+
+
+def free_only_where_seen(seen: float, least: float, needed: str) -> None:
+    """Refuse a free shear for sensors that see too little of it; needed: what they would have to read functions of."""
+    if not seen >= least:
+        raise InvalidValueError(
+            f'shear = "free" for sensors that see {seen:.2f} of the shear beside an unknown pressure',
+            f"at least {least} is needed: sensors of one kind and depth read one function of {needed}",
+            'shear="proportional", or sensors of another kind or depth as well',
+        )
