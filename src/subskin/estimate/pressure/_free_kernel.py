@@ -11,9 +11,10 @@ import numpy as np
 
 from ..._compiled import compiled
 from ..scan import MOST_CHI2
-from . import _free_solver as solver
 from . import columns as column
 from ._area_kernel import weight_of
+from ._free_parts import along, forget
+from ._free_solver import minimise
 from ._solver import forward
 from ._weight import HIGHEST, LOWEST
 from .hats import COARSE
@@ -60,7 +61,7 @@ def _variance(work, count, weights):
         for part in range(at[k + 1] - at[k]):
             s = 0.0
             for i in range(3):
-                s += solver.along(work, j, part, i) * weights[i, j]
+                s += along(work, j, part, i) * weights[i, j]
             z[at[k] + part] = s
     forward(work[9], at[count], z)
     s = 0.0
@@ -122,7 +123,7 @@ def map_free_frames(begin, readings, sensors, limits, basis, squares, spread, fe
     """Fill a row of `out` for each frame from `begin`; the first one for which there was no room, or their number.
 
     sensors, limits, y, z: as of `map_frames`. U^T (n, n), S^2 (n,), C A^T of each height at the coarse elements
-    (3, coarse m, n), and the numbers of these (2,). level, work: as in `_free_solver`.
+    (3, coarse m, n), and the numbers of these (2,). level, work: as in `_free_parts`.
     """
     largest, friction, kind = limits[0], limits[1], int(limits[2])
     n, m, x = readings.shape[1], level[6].size, work[0]
@@ -143,12 +144,14 @@ def map_free_frames(begin, readings, sensors, limits, basis, squares, spread, fe
         row[column.STATUS], row[column.RESIDUAL] = _NO_CONTACT, power
         if power <= largest:
             continue
+        if 2 * work[6][m] * 3 > len(work[7]):
+            forget(work)  # columns are kept from frame to frame while there is room
         w = weight_of(basis, squares, b, kind, seen)
         _guess(basis, squares, spread, seen, w, few, level[5], first)
         factor, chi2 = 1.0, math.inf
         x[:] = first
         while True:
-            count, _, worst, reach = solver.minimise(level, w, b, work)
+            count, _, worst, reach = minimise(level, w, b, work)
             if count == -2:
                 return f
             chi2 = 0.0

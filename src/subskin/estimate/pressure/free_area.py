@@ -70,7 +70,7 @@ class FreeArea(NamedTuple):
         idle.append(work)
 
     def _work(self, room: int) -> _Work:
-        """Arrays that the compiled loop fills (`_free_solver.py`), with room for so many elements."""
+        """Arrays that the compiled loop fills (`_free_parts.py`), with room for so many elements."""
         level, total, sensors = self.level, self.level.cost.size, self.squares.size
         room = min(room, total)
         rows = np.full(total + 1, -1)
@@ -81,5 +81,5 @@ class FreeArea(NamedTuple):
             np.empty(2 * (3 * room,)), np.empty(total, dtype=np.int64), np.empty(total + 1, dtype=np.int64),
             np.empty(3 * total), np.empty((3, total)), np.empty((3, total)), level.parts.astype(np.float32),
             np.empty(level.gain.size, dtype=np.float32), np.empty(level.sizes[0] * level.length, dtype=np.float32),
-            np.empty(total),
+            np.empty(total), np.empty((3, total)), np.empty((3, total)),
         )  # fmt: skip
