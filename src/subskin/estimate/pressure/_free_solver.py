@@ -24,10 +24,8 @@ TOLERANCE = 1e-10  # of a slope, of the largest that there is at x = 0
 _ROUNDS = 80
 _PATIENCE = 4
 _TIMES = 8
-_ROUGHLY, _ENOUGH = (
-    1e-6,
-    1e-5,
-)  # as TOLERANCE, while states are sought from the inside, and where rounds from there fail
+_ROUGHLY, _ENOUGH = 1e-6, 1e-5
+"""As TOLERANCE: while states are sought from the inside, and where the rounds after do not settle."""
 _TURN = 0.5
 """Largest turn of a ray in a round [rad]."""
 _HALF = math.sqrt(0.5)

@@ -23,7 +23,6 @@ COARSE = 3
 _FINEST = 12
 _MOST_NODES = 4096
 _POINTS = 4
-_RANGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,11 +146,11 @@ class Factors(Frozen):
         return self._widths[k]
 
 
-def shear_seen(pressure: FloatArray, *drags: FloatArray, prior: Prior) -> float:
+def shear_seen(pressure: FloatArray, *drags: FloatArray, prior: Prior, above: float) -> float:
     """Share of a drag's components that the sensors still see where the pressure, and any other drag, are unknown too.
 
-    Degrees of freedom at a thousandth of the largest singular value, which is what a contact with readings a thousand
-    times the noise shows: (those of all - those of all but this drag) / those of this drag; of two drags the less.
+    Degrees of freedom that a contact shows with readings so many times `above` the noise, down to this part of the
+    largest singular value: (those of all - those of all but this drag) / those of this drag; of two drags the less.
 
     Sensors of one kind in one depth read one function of the position. At each wavelength that is one equation for two
     unknowns, and only what the pressure leaves dark remains, some hundredths. Two functions leave a share of 0.3 to
@@ -162,7 +161,7 @@ def shear_seen(pressure: FloatArray, *drags: FloatArray, prior: Prior) -> float:
     grams = [part.T @ prior.applied(part) for part in (field / largest for field in tractions)]
     if not all(np.trace(gram) > 0 for gram in grams[1:]):
         return 0.0
-    level = _RANGE**2 * float(np.linalg.eigvalsh(np.sum(grams, axis=0)).max())
+    level = above**-2 * float(np.linalg.eigvalsh(np.sum(grams, axis=0)).max())
 
     def freedom(some: list[FloatArray]) -> float:
         squares = np.maximum(np.linalg.eigvalsh(np.sum(some, axis=0)), 0.0)

@@ -29,8 +29,11 @@ __all__ = ["ImageMapper"]
 _ROOM = 256
 """Elements > 0 for which there is room at first."""
 
-_LEAST_SEEN = 0.2
-"""Of the drag, for it to be free."""
+_LEAST_SEEN, _ABOVE = 0.25, 100.0
+"""Share of the drag that has to be seen for it to be free, in readings so many times above the noise.
+
+Arrays that saw 0.28 or more gave images within their band, of 0.18 or less some that were wrong and sure (docs).
+"""
 
 _Work = tuple[npt.NDArray[Any], ...]
 
@@ -102,8 +105,8 @@ class ImageMapper(SurfaceMapper):
     y, z : ndarray
         The nodes along y and along z [m], (ny,) and (nz,).
     shear_seen : float
-        Share of the drag's components that are seen beside an unknown pressure, along y or z, the less; "free" needs
-        0.2.
+        Share of the drag's components that are seen beside an unknown pressure, along y or z, the less, in readings a
+        hundred times above the noise; "free" needs 0.25.
 
     Raises
     ------
@@ -152,7 +155,7 @@ class ImageMapper(SurfaceMapper):
             least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
         if shear == "free":
-            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "(y, z), not three")
+            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "(y, z), not three", "three channels a place")
         self.allow_for(finger, self.friction)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureImage:
@@ -219,7 +222,7 @@ class ImageMapper(SurfaceMapper):
     def shear_seen(self) -> float:
         """Share of the drag's components that are seen beside an unknown pressure, along y or z, the less."""
         hats = self._hats(self.finger.array.live)
-        return shear_seen(*(hats.columns(i) for i in range(3)), prior=self._prior)
+        return shear_seen(*(hats.columns(i) for i in range(3)), prior=self._prior, above=_ABOVE)
 
     @property
     def drags(self) -> FloatArray:

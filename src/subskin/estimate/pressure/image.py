@@ -76,11 +76,13 @@ class PressureImage(SurfaceMap):
 
     def _shown(self) -> list[Shown]:
         (y, z), (y_std, z_std) = np.moveaxis(self.centre, -1, 0), np.moveaxis(self.centre_std, -1, 0)
+        moment = Shown("moment", 1e3 * self.moment, 1e3 * self.moment_std, "mN m")
         return [
             Shown("normal force", self.normal_force, self.normal_std, "N"),
             Shown("centre y", 1e3 * y, 1e3 * y_std, "mm"),
             Shown("z", 1e3 * z, 1e3 * z_std, "mm"),
             Shown("angle", 180 / np.pi * self.angle, 180 / np.pi * self.angle_std, "deg"),
+            *([moment] if self.mapper.shear == "free" else []),
         ]
 
     def _columns(self) -> dict[str, Any]:

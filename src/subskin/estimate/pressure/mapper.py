@@ -105,9 +105,9 @@ class PressureMapper(SurfaceMapper):
             least_force=least_force, false_alarm=false_alarm,
         )  # fmt: skip
         normal, tangential = self._columns_of(finger.array.live)
-        self.shear_seen = shear_seen(normal, tangential, prior=self._prior)
+        self.shear_seen = shear_seen(normal, tangential, prior=self._prior, above=1e3)
         if shear == "free":
-            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "y, not two")
+            free_only_where_seen(self.shear_seen, _LEAST_SEEN, "y, not two", "sensors of another kind or depth as well")
         self.allow_for(finger, self.friction)
 
     def __call__(self, readings: npt.ArrayLike) -> PressureMap:

@@ -78,11 +78,11 @@ def known(shear: str, rule: str) -> None:
             )
 
 
-def free_only_where_seen(seen: float, least: float, needed: str) -> None:
-    """Refuse a free shear for sensors that see too little of it; needed: what they would have to read functions of."""
+def free_only_where_seen(seen: float, least: float, needed: str, other: str) -> None:
+    """Refuse a free shear for sensors that see too little of it; needed: functions of what; other: sensors to take."""
     if not seen >= least:
         raise InvalidValueError(
             f'shear = "free" for sensors that see {seen:.2f} of the shear beside an unknown pressure',
             f"at least {least} is needed: sensors of one kind and depth read one function of {needed}",
-            'shear="proportional", or sensors of another kind or depth as well',
+            f'shear="proportional", or {other}',
         )
