@@ -159,14 +159,14 @@ def _sensors(axes: Axes, found: PressureImage, at: _Axes) -> None:
 
 def _drag(axes: Axes, found: PressureImage, at: _Axes, drag: _Floats) -> None:
     size = np.hypot(drag[..., 0], drag[..., 1])
-    every = max(1, len(found.y) // 16)
+    every, largest = max(1, len(found.y) // 16), float(np.hypot(*np.moveaxis(found.shear, -1, 0)).max())
     shown = np.zeros_like(size, dtype=bool)
-    shown[::every, ::every] = size[::every, ::every] > _FAINT * size.max()
-    if size.max() > 0 and shown.any():
+    shown[::every, ::every] = size[::every, ::every] > _FAINT * largest
+    if largest > 0 and shown.any():
         y, z = np.meshgrid(found.y, found.z, indexing="ij")
         axes.quiver(
             *at.of(y[shown], z[shown]), *at.turned(drag[shown]), color="white", width=0.005, pivot="mid",
-            angles="xy", scale_units="xy", scale=size.max() / (1.5 * every * MM * (found.y[1] - found.y[0])),
+            angles="xy", scale_units="xy", scale=largest / (1.5 * every * MM * (found.y[1] - found.y[0])),
         )  # fmt: skip
 
 
