@@ -154,7 +154,7 @@ def test_the_band_holds_both_drags_and_the_cone_the_drag(field):
     ):
         assert (np.abs(mine - true) <= 1.96 * std)[on].mean() > 0.93
         assert 3.92 * std[on].mean() < 25 * np.sqrt(((mine - true)[on] ** 2).mean())
-        assert (std[binary_dilation(found.pressure == 0, iterations=3) & ~binary_dilation(on, iterations=4)] == 0).all()
+        assert (std[~binary_dilation(found.pressure > 0, np.ones((3, 3)))] == 0).all()
     assert (np.hypot(*np.moveaxis(found.shear, -1, 0)) <= FRICTION * found.pressure * (1 + 1e-9)).all()
     assert abs(found.moment - pressed.totals[3]) < 4 * found.moment_std
     if field is two:
@@ -221,13 +221,12 @@ def test_from_the_inside_to_the_same_minimum(slipping):
 
 
 @pytest.mark.parametrize(
-    ("kinds", "noise", "seen"),
-    [((ss.MeanPressure(),), [30.0], "see 0.0"), ((ss.MeanPressure(), ss.NormalStrain()), [30.0, 3e-5], "see 0.1")],
+    ("kinds", "noise"), [((ss.MeanPressure(),), [30.0]), ((ss.MeanPressure(), ss.NormalStrain()), [30.0, 3e-5])]
 )
-def test_free_drag_is_refused_where_it_is_not_seen(kinds, noise, seen):
+def test_free_drag_is_refused_where_it_is_not_seen(kinds, noise):
     array = ss.SensorArray.grid((5, 5), PITCH, D, channels=list(kinds), noise=np.tile(noise, 25))
     finger = ss.Finger(SKIN, array)
-    with pytest.raises(ss.errors.InvalidValueError, match=f"{seen}.*at least 0.25 .*not three.*three channels"):
+    with pytest.raises(ss.errors.InvalidValueError, match="see 0.0.*at least 0.25 .*not three.*three channels"):
         ss.estimate.ImageMapper(finger, shear="free")
     assert ss.estimate.ImageMapper(finger, shear="none").shear_seen < 0.2
 
